@@ -1,8 +1,9 @@
 //! Benchmarks of the whole program on frozen manifests, and of the paper's tables: `cargo bench -p bench`.
 //!
 //! The benchmarks of one crate are in that crate. `cargo run --release -p bench --bin paper-ratios` prints
-//! the tables, `--bin watch-latency` how long a save takes until its maps are published, and `--bin
-//! default-errors` how close to brute force maps at default settings are.
+//! the tables, `--bin watch-latency` how long a save takes until its maps are published, `--bin
+//! default-errors` how close to brute force maps at default settings are, and `--bin stop-latency` how soon
+//! items stop that are cancelled.
 
 pub mod default_errors;
 pub mod latency;

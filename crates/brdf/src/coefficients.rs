@@ -35,8 +35,14 @@ impl Centre {
     /// the plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the
     /// local +X.
     pub fn surface(self, incident: Direction, outgoing: Direction) -> [Direction; 2] {
-        let surface = self.surface_frame(outgoing);
-        [incident, outgoing].map(|direction| Direction::normalised(surface * direction.vector()))
+        let view = self.toward(outgoing);
+        [view.incident(incident), view.outgoing()]
+    }
+
+    /// The part of [`Centre::surface`] that depends on the outgoing direction alone, for many incident ones.
+    pub fn toward(self, outgoing: Direction) -> SurfaceView {
+        let to_surface = self.surface_frame(outgoing);
+        SurfaceView { to_surface, outgoing: Direction::normalised(to_surface * outgoing.vector()) }
     }
 
     /// The matrix that [`Centre::surface`] applies: from the local frame to that of the surface, which
@@ -55,6 +61,25 @@ impl Centre {
             }
         };
         DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
+    }
+}
+
+/// A view of a surface in the frame of a central direction.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceView {
+    to_surface: DMat3,
+    outgoing: Direction,
+}
+
+impl SurfaceView {
+    /// The outgoing direction in the frame of the surface.
+    pub fn outgoing(&self) -> Direction {
+        self.outgoing
+    }
+
+    /// An incident direction in the frame of the surface, from the frame of the central direction.
+    pub fn incident(&self, incident: Direction) -> Direction {
+        Direction::normalised(self.to_surface * incident.vector())
     }
 }
 

@@ -11,7 +11,7 @@ pub mod zernike;
 
 pub use checks::{Albedo, Checks, albedo, checks};
 pub use clamped_cosine::ClampedCosine;
-pub use coefficients::{BrdfCoefficients, Centre};
+pub use coefficients::{BrdfCoefficients, Centre, SurfaceView};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::*;
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project, project_unless};

@@ -3,7 +3,7 @@
 //! | bytes | value | module |
 //! | --- | --- | --- |
 //! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
-//! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
+//! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`], [`write_exr_layers_unless`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
@@ -54,7 +54,7 @@ pub use gltf::{
 };
 pub use ktx2::{read_ktx2, write_ktx2};
 pub use limits::MAX_PIXELS;
-pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers};
+pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
 pub use png::{write_apng, write_png};
 pub use precision::Precision;
 pub use radiance::write_rgbe;

@@ -6,4 +6,4 @@ mod write;
 
 pub use read::{ExrLayers, read_exr_layers};
 pub(crate) use read::{read, read_recipe};
-pub use write::{write_exr, write_exr_layers};
+pub use write::{write_exr, write_exr_layers, write_exr_layers_unless};

@@ -65,7 +65,8 @@ impl BuildSession {
     ///
     /// Events are reported one at a time, from the calling thread. The failure of an item is an event and
     /// counts in the summary; it is not an error of the build. With one job the order of the events is always
-    /// the same, except for [`Event::Progress`]; with more, events of different items may change places, but the results are the same.
+    /// the same, except for [`Event::Progress`]; with more, events of different items may change places, but
+    /// the results are the same.
     ///
     /// # Errors
     /// If the build as a whole cannot go on: a stage is unknown, another process holds the lock, the state

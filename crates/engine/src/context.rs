@@ -245,6 +245,11 @@ impl<'a> Context<'a> {
         self.share.raise(share);
     }
 
+    /// The share of the work that was reported as done.
+    pub fn share_done(&self) -> f64 {
+        self.share.get()
+    }
+
     /// The warnings so far.
     pub fn warnings(&self) -> Vec<String> {
         self.warnings.lock().clone()

@@ -9,8 +9,9 @@ pub(crate) struct ShareDone(AtomicU64);
 impl ShareDone {
     /// The share is at least this.
     pub(crate) fn raise(&self, share: f64) {
+        let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
         // The bits of numbers that are not negative are in the order of the numbers.
-        self.0.fetch_max(share.max(0.0).min(1.0).to_bits(), Ordering::Relaxed);
+        self.0.fetch_max(share.to_bits(), Ordering::Relaxed);
     }
 
     /// The share.

@@ -11,7 +11,7 @@ use crate::cube_map::CubeMap;
 use crate::error::Error;
 use crate::image::Image;
 use crate::layout::Layout;
-use crate::resample::resample;
+use crate::resample::{resample, resample_unless};
 use crate::texels::{Texels, Turned};
 
 /// Distant light: linear Rec. 709 radiance on a lat-long grid in Specula's frame.
@@ -159,6 +159,12 @@ impl Environment {
     /// x 512), less toward the poles, never negative, and lights of one texel keep their energy. Turning its
     /// harmonics instead has no such loss.
     pub fn rotated(&self, rotation: Rotation) -> Self {
+        self.rotated_unless(rotation, &|| false)
+    }
+
+    /// [`Environment::rotated`], which ends early once `stop` says so; the image is unfinished then. It is
+    /// asked before each row.
+    pub fn rotated_unless(&self, rotation: Rotation, stop: &(dyn Fn() -> bool + Sync)) -> Self {
         let grid = self.grid;
         if let Some(shift) = whole_columns(rotation, grid.width) {
             let mut pixels = self.pixels.clone();
@@ -167,7 +173,8 @@ impl Environment {
             return Self { grid, pixels };
         }
         let turned = Turned::new(grid, rotation);
-        let pixels = resample(turned, grid.width, &self.pixels, &LatLongCanvas::new(grid));
+        let canvas = LatLongCanvas::new(grid);
+        let pixels = resample_unless(turned, grid.width, &self.pixels, &canvas, stop);
         Self { grid, pixels }
     }
 

@@ -31,12 +31,24 @@ pub(crate) fn resample<T: Texels, C: Canvas>(
     pixels: &[[f32; 3]],
     canvas: &C,
 ) -> Vec<[f32; 3]> {
+    resample_unless(picture, width, pixels, canvas, &|| false)
+}
+
+/// [`resample`], which ends early once `stop` says so, and then leaves rows black. It is asked before each
+/// row.
+pub(crate) fn resample_unless<T: Texels, C: Canvas>(
+    picture: T,
+    width: usize,
+    pixels: &[[f32; 3]],
+    canvas: &C,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<[f32; 3]> {
     let bright = BrightTexels::find(picture, width, pixels);
     let lit: Vec<AtomicBool> = (0..if bright.is_empty() { 0 } else { canvas.width() * canvas.rows() })
         .map(|_| AtomicBool::new(false))
         .collect();
     let mut out = vec![[0.0; 3]; canvas.width() * canvas.rows()];
-    out.par_chunks_mut(canvas.width()).enumerate().for_each(|(row, values)| {
+    out.par_chunks_mut(canvas.width()).enumerate().filter(|_| !stop()).for_each(|(row, values)| {
         for (column, value) in values.iter_mut().enumerate() {
             if bright.is_empty() {
                 *value = mean(picture, pixels, canvas, row, column, |_, _| {});
@@ -55,7 +67,7 @@ pub(crate) fn resample<T: Texels, C: Canvas>(
 
     let mut balanced = pixels.to_vec();
     let unseen = bright.balance(picture, &mut balanced);
-    out.par_chunks_mut(canvas.width()).enumerate().for_each(|(row, values)| {
+    out.par_chunks_mut(canvas.width()).enumerate().filter(|_| !stop()).for_each(|(row, values)| {
         for (column, value) in values.iter_mut().enumerate() {
             if lit[row * canvas.width() + column].load(Ordering::Relaxed) {
                 *value = mean(picture, &balanced, canvas, row, column, |_, _| {});

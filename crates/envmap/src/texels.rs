@@ -22,9 +22,14 @@ pub struct Taps {
 impl Taps {
     /// The weighted sum of four pixels.
     pub fn blend(&self, pixels: &[[f32; 3]]) -> [f64; 3] {
+        self.blend_by(|index| pixels[index])
+    }
+
+    /// The weighted sum of four pixels that are made when they are asked for, by their index.
+    pub fn blend_by(&self, mut pixel: impl FnMut(usize) -> [f32; 3]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (index, weight) in self.index.into_iter().zip(self.weight) {
-            let pixel = pixels[index];
+            let pixel = pixel(index);
             for channel in 0..3 {
                 sum[channel] += weight * f64::from(pixel[channel]);
             }

@@ -83,11 +83,22 @@ impl Cabral {
     /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only
     /// these maps interpolates it: bilinear in the maps, by the icosahedron's weights between them.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
-        let taps = self.grid.taps(central);
+        Self::interpolated(self.grid, central, view, |vertex, texel| self.map(vertex)[texel])
+    }
+
+    /// [`Cabral::radiance`] of maps that are not made: `value` returns the value of a vertex's map at a
+    /// texel, of which each look-up needs twelve.
+    pub fn interpolated(
+        grid: MapGrid,
+        central: Direction,
+        view: Direction,
+        mut value: impl FnMut(usize, usize) -> [f32; 3],
+    ) -> [f32; 3] {
+        let taps = grid.taps(central);
         let corners = icosahedron::corners(view);
         let mut sum = [0.0; 3];
         for (vertex, weight) in corners.vertices.into_iter().zip(corners.weights) {
-            let value = taps.blend(self.map(vertex));
+            let value = taps.blend_by(|texel| value(vertex, texel));
             for channel in 0..3 {
                 sum[channel] += weight * value[channel];
             }

@@ -16,6 +16,7 @@ use sh::{Basis, Degree, lambda, zonal_into};
 use sphere::Direction;
 
 use crate::blocks::for_each_unless;
+use crate::mean_lobe::MeanLobe;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_angles, frame};
 
 /// Reflection maps for some angles theta_o.
@@ -81,7 +82,8 @@ impl KautzMcCool {
         let grid = self.grid;
         let mut slices = self.slices.chunks_exact_mut(grid.len()).zip(&self.angles);
         slices.try_for_each(|(slice, angle)| {
-            let ring = lamps.ring(*angle);
+            let lobe = MeanLobe::ring(&lamps.material, *angle);
+            let ring = lobe.of(&lamps.lights);
             for_each_unless(slice, stop, |texel, value| {
                 let lamps = ring.radiance(grid.direction(texel));
                 *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);
@@ -128,16 +130,27 @@ impl KautzMcCool {
     /// texture interpolates it: bilinear in a slice, linear in the angle between central direction and view;
     /// beyond the first and last angle, their slices.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
+        let value = |slice, texel| self.slice(slice)[texel];
+        Self::interpolated((self.grid, &self.angles), central, view, value)
+    }
+
+    /// [`KautzMcCool::radiance`] of a texture that is not made: `value` returns the value of a slice at a
+    /// texel, of which each look-up needs eight.
+    ///
+    /// # Panics
+    /// If there is no angle.
+    pub fn interpolated(
+        (grid, angles): (MapGrid, &[f64]),
+        central: Direction,
+        view: Direction,
+        mut value: impl FnMut(usize, usize) -> [f32; 3],
+    ) -> [f32; 3] {
         let angle = central.vector().cross(view.vector()).length().atan2(central.dot(view));
-        let above = self.angles.partition_point(|slice| *slice <= angle);
-        let (low, high) = (above.saturating_sub(1), above.min(self.angles.len() - 1));
-        let share = if low == high {
-            0.0
-        } else {
-            (angle - self.angles[low]) / (self.angles[high] - self.angles[low])
-        };
-        let taps = self.grid.taps(central);
-        let (a, b) = (taps.blend(self.slice(low)), taps.blend(self.slice(high)));
+        let above = angles.partition_point(|slice| *slice <= angle);
+        let (low, high) = (above.saturating_sub(1), above.min(angles.len() - 1));
+        let share = if low == high { 0.0 } else { (angle - angles[low]) / (angles[high] - angles[low]) };
+        let taps = grid.taps(central);
+        let [a, b] = [low, high].map(|slice| taps.blend_by(|texel| value(slice, texel)));
         [0, 1, 2].map(|channel| (a[channel] + share.clamp(0.0, 1.0) * (b[channel] - a[channel])) as f32)
     }
 
@@ -156,11 +169,21 @@ impl KautzMcCool {
 /// 3D texture loses: 0 to 1. Energies are weighted by the solid angles of texels and summed over channels; 0
 /// for a black map. With lamps beside the map it is measured at some texels and views.
 pub fn azimuthal_share(map: &Shrm, lamps: Option<&Lamps>) -> f64 {
+    azimuthal_share_unless(map, lamps, &|| false).unwrap_or(0.0)
+}
+
+/// [`azimuthal_share`], which ends early without a result once `stop` says so. It is asked every few
+/// milliseconds, on every thread.
+pub fn azimuthal_share_unless(
+    map: &Shrm,
+    lamps: Option<&Lamps>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<f64> {
     if let Some(lamps) = lamps {
-        return sampled_share(map, lamps);
+        return sampled_share(map, lamps, stop);
     }
     if map.terms() == Terms::Zonal {
-        return 0.0;
+        return Some(0.0);
     }
     let zonal = zonal_terms(map);
     let (mut kept, mut total) = (0.0, 0.0);
@@ -171,14 +194,14 @@ pub fn azimuthal_share(map: &Shrm, lamps: Option<&Lamps>) -> f64 {
         let all = map.texel(texel).as_flattened().iter().map(|&value| f64::from(value));
         total += solid_angle * all.fold(0.0, energy);
     }
-    if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 }
+    Some(if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 /// Texels at which a share is measured, angles theta_o of each, and azimuths of each angle.
 const SAMPLED: [usize; 3] = [256, 16, 12];
 
 /// [`azimuthal_share`] of a soft map with lamps, by sums over views.
-fn sampled_share(map: &Shrm, lamps: &Lamps) -> f64 {
+fn sampled_share(map: &Shrm, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<f64> {
     let [most, angles, azimuths] = SAMPLED;
     let step = map.grid().len().div_ceil(most).max(1);
     let texel = |texel: usize| -> [f64; 2] {
@@ -204,9 +227,9 @@ fn sampled_share(map: &Shrm, lamps: &Lamps) -> f64 {
         [kept, total].map(|energy| energy * map.grid().solid_angle(texel))
     };
     let texels = (0..map.grid().len().div_ceil(step)).into_par_iter();
-    let sums: Vec<[f64; 2]> = texels.map(|index| texel(index * step)).collect();
-    let [kept, total] = sums.iter().fold([0.0; 2], |[a, b], [kept, total]| [a + kept, b + total]);
-    if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 }
+    let sums: Option<Vec<[f64; 2]>> = texels.map(|index| (!stop()).then(|| texel(index * step))).collect();
+    let [kept, total] = sums?.iter().fold([0.0; 2], |[a, b], [kept, total]| [a + kept, b + total]);
+    Some(if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 /// B_p0 about each texel's central direction, shape [texels, P + 1].

@@ -44,9 +44,18 @@ impl Samples {
 impl Reflection {
     /// Its radiance where [`crate::degrees::choose`] looks.
     pub fn samples(&self) -> Samples {
+        self.samples_unless(&|| false).unwrap_or_else(|| Samples(Vec::new()))
+    }
+
+    /// [`Reflection::samples`], which ends early without a result once `stop` says so. It is asked every few
+    /// milliseconds, on every thread.
+    pub fn samples_unless(&self, stop: &(dyn Fn() -> bool + Sync)) -> Option<Samples> {
         let (f, p) = (self.brdf().f().get(), self.brdf().p());
         let basis = Basis::new(p);
         let at = |index: usize| {
+            if stop() {
+                return None;
+            }
             let central = spread(index, SAMPLES[0]);
             let light = rotate_orders(self.lighting(), frame(central).inverse(), p.get());
             let mut rows = vec![[0.0; 3]; p.rows()];
@@ -63,9 +72,10 @@ impl Reflection {
                 }
                 sum
             };
-            (0..SAMPLES[1]).map(radiance).collect::<Vec<_>>()
+            Some((0..SAMPLES[1]).map(radiance).collect::<Vec<_>>())
         };
-        Samples((0..SAMPLES[0]).into_par_iter().flat_map(at).collect())
+        let samples: Option<Vec<_>> = (0..SAMPLES[0]).into_par_iter().map(at).collect();
+        Some(Samples(samples?.concat()))
     }
 
     /// What one plain map, looked up by the central direction, shows in place of [`Reflection::samples`].

@@ -102,8 +102,8 @@ pub fn add_to_sphere_maps(maps: &mut [[f32; 3]], lamps: &Lamps, views: &[Directi
     add_to_sphere_maps_unless(maps, lamps, views, edge, &|| false);
 }
 
-/// [`add_to_sphere_maps`], which ends early once `stop` says so, and then returns `None`. It is asked once for
-/// each of the [`blocks`](crate::blocks) of each map.
+/// [`add_to_sphere_maps`], which ends early once `stop` says so, and then returns `None`. It is asked once
+/// for each of the [`blocks`](crate::blocks) of each map.
 ///
 /// # Panics
 /// As [`add_to_sphere_maps`].

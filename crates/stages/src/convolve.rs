@@ -58,7 +58,7 @@ use brdf::{BrdfCoefficients, Choice, Material, project_unless};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use sh::Lighting;
 use shrm::degrees::{Cut, DARK};
-use shrm::ringing::CutError;
+use shrm::ringing::{CutError, Samples};
 use shrm::{Lamps, Reflection};
 
 use crate::artifacts;
@@ -142,7 +142,7 @@ impl Kind for Convolve {
                 let (reflection, cut) = found.ok_or_else(Failure::cancelled)?;
                 context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
                 let reflection = if given.is_none() && cut.shows() {
-                    least_window(reflection, &whole(lighting, &brdf.coefficients, material), dark, context)
+                    least_window(reflection, &whole(lighting, &brdf.coefficients, material), dark, context)?
                 } else {
                     windowed(&reflection)
                 };
@@ -190,18 +190,29 @@ fn whole(lighting: &Lighting, brdf: &BrdfCoefficients, material: &Material) -> R
 }
 
 /// The reflection with the weakest window that takes it nearer to the one that is not cut.
-fn least_window(reflection: Reflection, whole: &Reflection, dark: f64, context: &Context<'_>) -> Reflection {
-    let right = whole.samples();
-    let (mut best, mut least) = (reflection.clone(), reflection.samples().error(&right, dark));
+fn least_window(
+    reflection: Reflection,
+    whole: &Reflection,
+    dark: f64,
+    context: &Context<'_>,
+) -> Result<Reflection, Failure> {
+    let right = samples(whole, context)?;
+    let (mut best, mut least) = (reflection.clone(), samples(&reflection, context)?.error(&right, dark));
     for (name, window) in WINDOWS {
         let windowed = reflection.windowed(window);
-        let error = windowed.samples().error(&right, dark);
+        let error = samples(&windowed, context)?.error(&right, dark);
         if error.p95 < least.p95 && error.p99 < least.p99 {
             context.note(format!("window {name}: 95 % of views are within {:.3} stops", error.p95));
             (best, least) = (windowed, error);
         }
     }
-    best
+    Ok(best)
+}
+
+/// The samples of a reflection, unless the item is stopped.
+fn samples(reflection: &Reflection, context: &Context<'_>) -> Result<Samples, Failure> {
+    let samples = reflection.samples_unless(&|| context.check_cancelled().is_err());
+    samples.ok_or_else(Failure::cancelled)
 }
 
 /// Warns if a cut at degrees of the manifest shows, with the remedy that helps most.
@@ -212,8 +223,8 @@ fn warn_of_rings(
     context: &Context<'_>,
 ) -> Result<(), Failure> {
     // A window changes what rings, and what is cut where it is sharp: without either, nothing is wrong.
-    let found = reflection.samples();
-    let calm = reflection.windowed(sh::Window::Hanning).samples();
+    let found = samples(reflection, context)?;
+    let calm = samples(&reflection.windowed(sh::Window::Hanning), context)?;
     if found.negative(dark) <= NEGATIVE && found.error(&calm, dark).p95 <= RING {
         return Ok(());
     }
@@ -223,18 +234,18 @@ fn warn_of_rings(
     let full = project_unless(material, Choice::Full, &stop);
     context.check_cancelled()?;
     let full = full?.coefficients;
-    let right = whole(lighting, &full, material).samples();
+    let right = samples(&whole(lighting, &full, material), context)?;
     let error = found.error(&right, dark);
     if error.negative <= NEGATIVE && error.p95 <= RING {
         return Ok(());
     }
     let by_light = Reflection::for_light_unless(lighting, &full, material, &stop);
     let (by_light, _) = by_light.ok_or_else(Failure::cancelled)?;
-    let by_light_error = by_light.samples().error(&right, dark);
+    let by_light_error = samples(&by_light, context)?.error(&right, dark);
     let (f, p) = (by_light.brdf().f().get(), by_light.brdf().p().get());
     let mut best = (format!("with no `degree` in project-brdf (F = {f}, P = {p})"), by_light_error);
     for (name, window) in WINDOWS {
-        let error = reflection.windowed(window).samples().error(&right, dark);
+        let error = samples(&reflection.windowed(window), context)?.error(&right, dark);
         if score(&error) < score(&best.1) {
             best = (format!("with window = \"{name}\""), error);
         }

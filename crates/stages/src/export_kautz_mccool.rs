@@ -51,7 +51,7 @@
 
 use containers::{Precision, Texture};
 use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, parameters};
-use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
+use shrm::{KautzMcCool, MapLayout, View, azimuthal_share_unless};
 
 use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge_of};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
@@ -127,7 +127,8 @@ impl Kind for ExportKautzMcCool {
 fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
     let context = steps.context();
     let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
-    let lost = azimuthal_share(&map.0, source.lamps());
+    let stop = || context.check_cancelled().is_err();
+    let lost = azimuthal_share_unless(&map.0, source.lamps(), &stop).ok_or_else(Failure::cancelled)?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
         context.warn(format!(

@@ -195,7 +195,7 @@ use std::ops::Range;
 
 use brdf::Part;
 use containers::{
-    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
+    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers_unless, write_ktx2,
 };
 use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
 use sh::Light;
@@ -328,7 +328,9 @@ fn file(
     let PrecisionName(precision) = parameters.precision;
     let file = match parameters.format {
         Format::Safetensors => Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, clamped: 0 },
-        Format::Exr => layers(map, beside, precision, recipe)?,
+        Format::Exr => {
+            layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?
+        }
         Format::Ktx2 => texture(map, beside, precision, recipe)?,
     };
     report_overflow(file.clamped, parameters.overflow, context)?;
@@ -391,6 +393,7 @@ fn layers(
     beside: &[Light],
     precision: Precision,
     recipe: Option<&str>,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Encoded, Failure> {
     let [faces, height, width] = map.grid().shape();
     let names = row_names(map.p().get(), Terms::All);
@@ -408,5 +411,6 @@ fn layers(
         })
         .collect();
     let entries = entries(map, beside, &names);
-    Ok(write_exr_layers(width, faces * height, &layers, precision, recipe, &borrowed(&entries))?)
+    let size = (width, faces * height);
+    Ok(write_exr_layers_unless(size, &layers, precision, recipe, &borrowed(&entries), stop)?)
 }

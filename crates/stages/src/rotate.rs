@@ -125,7 +125,10 @@ impl Kind for Rotate {
         let rotation = parameters.rotation();
         if context.type_at("lighting") == Some(artifacts::Environment::TYPE) {
             let environment = context.get::<artifacts::Environment>("lighting")?;
-            return Output::artifact(artifacts::Environment(environment.0.rotated(rotation)));
+            let stop = || context.check_cancelled().is_err();
+            let turned = environment.0.rotated_unless(rotation, &stop);
+            context.check_cancelled()?;
+            return Output::artifact(artifacts::Environment(turned));
         }
         let lighting = context.get::<artifacts::Lighting>("lighting")?;
         Output::artifact(artifacts::Lighting(lighting.0.rotated(rotation)))

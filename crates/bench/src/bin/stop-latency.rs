@@ -1,8 +1,8 @@
 //! Measures how soon items stop that nobody wants any more, and prints a table.
 //!
 //! `cargo run --release -p bench --bin stop-latency MANIFEST [STOPS]`: builds the manifest in a folder of its
-//! own, and then each item that took more than 50 ms again and again, cancelled at STOPS (12) moments that are
-//! spread over its run time. The table has, for each kind, the longest run of an item, and the longest time
+//! own, and then each item that took more than 50 ms again and again, cancelled at STOPS (12) moments spread
+//! over its run time. The table has, for each kind, the longest run of an item, and the longest time
 //! from a cancellation to the end of the build: by the clock, and by the processor's time, which is an upper
 //! bound for a machine that does nothing else.
 

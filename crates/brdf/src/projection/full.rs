@@ -20,7 +20,7 @@ use super::error::ProjectionError;
 use super::legendre::Legendre;
 use super::slice::{NotFinite, Source};
 use super::tabulation::{Table, energies};
-use crate::Centre;
+use crate::{Centre, SurfaceView};
 
 /// The highest F: finer than what a soft light and a highlight of GGX roughness 0.1 share.
 pub(super) const F: usize = 255;
@@ -116,9 +116,10 @@ fn incident_nodes() -> Vec<(f64, f64)> {
 
 /// The nodes of the outgoing directions, and the functions at them.
 struct Views {
-    centre: Centre,
     /// theta_o and its weight over the cosine.
     outgoing: Vec<(f64, f64)>,
+    /// The view of each theta_o, or its mirror image if it is below the surface.
+    seen: Vec<SurfaceView>,
     /// f_pq at each theta_o, [node, p, q].
     functions: Vec<f64>,
     /// cos(q phi) at each azimuth times its weight over a whole turn, [azimuth, q].
@@ -147,20 +148,22 @@ impl Views {
         let cosines = (0..AZIMUTHS)
             .flat_map(|j| (0..=P).map(move |q| TAU / AZIMUTHS as f64 * (q as f64 * azimuth(j)).cos()))
             .collect();
-        Self { centre, outgoing: angles.into_iter().zip(weights).collect(), functions, cosines }
+        let visible = |theta: f64| if centre == Centre::Normal { theta.min(PI - theta) } else { theta };
+        let seen = |theta: &f64| centre.toward(Direction::from_angles(visible(*theta), 0.0));
+        let seen = angles.iter().map(seen).collect();
+        Self { outgoing: angles.into_iter().zip(weights).collect(), seen, functions, cosines }
     }
 
     fn slice(&self, source: Source<'_>, theta_i: f64) -> Result<Slice, NotFinite> {
         let side = P + 1;
         let mut moments = vec![[0.0; 3]; side * side];
         let mut energy = 0.0;
-        for (node, (theta_o, weight)) in self.outgoing.iter().enumerate() {
-            let outgoing = Direction::from_angles(self.visible(*theta_o), 0.0);
+        let incident: [Direction; AZIMUTHS] =
+            std::array::from_fn(|j| Direction::from_angles(theta_i, azimuth(j)));
+        for (node, ((theta_o, weight), view)) in self.outgoing.iter().zip(&self.seen).enumerate() {
             let mut series = [[0.0; 3]; P + 1];
             for (j, cosines) in self.cosines.chunks_exact(side).enumerate() {
-                let incident = Direction::from_angles(theta_i, azimuth(j));
-                let [incident, outgoing] = self.centre.surface(incident, outgoing);
-                let value = (source.rho_hat)(incident, outgoing);
+                let value = (source.rho_hat)(view.incident(incident[j]), view.outgoing());
                 if !value.iter().all(|value| value.is_finite()) {
                     return Err(NotFinite { theta_i, theta_o: *theta_o, phi: azimuth(j) });
                 }
@@ -177,11 +180,6 @@ impl Views {
             }
         }
         Ok(Slice { moments, energy })
-    }
-
-    /// The view, or its mirror image if it is below the surface.
-    fn visible(&self, theta_o: f64) -> f64 {
-        if self.centre == Centre::Normal { theta_o.min(PI - theta_o) } else { theta_o }
     }
 }
 

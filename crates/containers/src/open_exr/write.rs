@@ -34,7 +34,7 @@ use crate::{Format, limits, recipe};
 /// If the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
     let size = (image.width(), image.height());
-    write(size, &[("", image.pixels())], precision, recipe, &[])
+    write(size, &[("", image.pixels())], precision, (recipe, &[]), &|| false)
         .map_err(|error| error.within(Format::OpenExr.name()))
 }
 
@@ -66,10 +66,26 @@ pub fn write_exr_layers(
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
+    write_exr_layers_unless((width, height), layers, precision, recipe, metadata, &|| false)
+}
+
+/// [`write_exr_layers`], which ends early with an error once `stop` says so. It is asked before each block of
+/// rows is compressed.
+///
+/// # Errors
+/// As [`write_exr_layers`], and if it was stopped.
+pub fn write_exr_layers_unless(
+    (width, height): (usize, usize),
+    layers: &[(String, Vec<[f32; 3]>)],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Encoded, Error> {
     let views: Vec<(&str, &[[f32; 3]])> =
         layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
     check_layers(width, height, &views)
-        .and_then(|()| write((width, height), &views, precision, recipe, metadata))
+        .and_then(|()| write((width, height), &views, precision, (recipe, metadata), stop))
         .map_err(|error| error.within(Format::OpenExr.name()))
 }
 
@@ -105,8 +121,8 @@ fn write(
     (width, height): (usize, usize),
     layers: &[Layer<'_>],
     precision: Precision,
-    recipe: Option<&str>,
-    metadata: &[(&str, &str)],
+    (recipe, metadata): (Option<&str>, &[(&str, &str)]),
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Encoded, Error> {
     recipe::check(recipe)?;
     let sample_type = match precision {
@@ -150,6 +166,9 @@ fn write(
 
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
     let compress = |(position, index)| -> Result<(usize, Chunk, usize), Error> {
+        if stop() {
+            return Err(Error::new(ErrorKind::Unwritable, "the writing was stopped"));
+        }
         let (data, clamped) = samples(width, &channels, index, precision);
         let chunk = guarded(|| UncompressedBlock { index, data }.compress_to_chunk(&headers))?;
         Ok((position, chunk, clamped))

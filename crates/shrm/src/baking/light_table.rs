@@ -5,13 +5,15 @@
 
 use std::f64::consts::PI;
 
+use brdf::SurfaceView;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sphere::Direction;
 
 use super::solver::F32x8;
 use super::view_grid::{MIRRORED, ViewGrid};
-use crate::lamps::{Lamps, LocalLight, angles, place};
+use crate::lamps::{Lamps, LocalLight};
+use crate::mean_lobe::{angles, place};
 
 /// Nodes of the azimuth over half a turn, besides the first.
 const AZIMUTHS: usize = 64;
@@ -33,15 +35,19 @@ impl LightTable {
     pub(super) fn new(lamps: &Lamps, views: &ViewGrid) -> Self {
         let angles = angles(2e-4, 0.08, 0.03);
         let azimuths = if views.orders() == 0 { 1 } else { AZIMUTHS + 1 };
+        let centre = lamps.material.centre();
+        let of_azimuth = |azimuth: usize| {
+            let phi = PI * azimuth as f64 / AZIMUTHS as f64;
+            views.rows.iter().map(move |row| centre.toward(Direction::from_angles(row.0, phi)))
+        };
+        let seen: Vec<SurfaceView> = (0..azimuths).flat_map(of_azimuth).collect();
         let slice = |angle: &f64| -> Vec<f32> {
             let incident = Direction::from_angles(*angle, 0.0);
             let mut slice = Vec::with_capacity(azimuths * 3 * views.rows.len());
-            for azimuth in 0..azimuths {
-                let phi = PI * azimuth as f64 / AZIMUTHS as f64;
-                let value = |row: &(f64, f64)| {
-                    lamps.material.rho_hat_about_centre(incident, Direction::from_angles(row.0, phi))
-                };
-                let values: Vec<[f64; 3]> = views.rows.iter().map(value).collect();
+            for seen in seen.chunks_exact(views.rows.len()) {
+                let value =
+                    |view: &SurfaceView| lamps.material.rho_hat(view.incident(incident), view.outgoing());
+                let values: Vec<[f64; 3]> = seen.iter().map(value).collect();
                 for channel in 0..3 {
                     slice.extend(values.iter().map(|value| value[channel] as f32));
                 }

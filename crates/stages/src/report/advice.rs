@@ -257,8 +257,8 @@ mod tests {
     }
 
     fn export(method: Method, p95: f64, bytes: u64) -> Export {
-        let errors = Errors { rms: p95, p95, p99: 2.0 * p95, negative: 0.0 };
-        Export { method, errors, f: 30, p: 8, bytes, texture: String::new(), step: 1 }
+        let errors = Errors { rms: p95, p95, p99: 2.0 * p95, ..Errors::default() };
+        Export { method, errors, f: 30, p: 8, bytes, texture: String::new(), one_of: 1 }
     }
 
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn both_limits_count_and_words_fit_the_error() {
         let limits = limits();
-        let said = |p95: f64, p99: f64| word(&Errors { rms: 0.05, p95, p99, negative: 0.0 }, &limits);
+        let said = |p95: f64, p99: f64| word(&Errors { p95, p99, ..Errors::default() }, &limits);
         assert_eq!(said(0.15, 0.499), "good");
         assert_eq!(said(0.10, 0.6), "slightly off");
         assert_eq!(said(0.6, 0.6), "visibly off");

@@ -27,6 +27,12 @@ pub(crate) struct Settings {
     pub(crate) amplify: f64,
 }
 
+/// A figure is known if its standard error is at most this share of it.
+const KNOWN: f64 = 0.02;
+
+/// Standard errors between a figure and a limit that make certain on which side it is.
+const CERTAIN: f64 = 3.0;
+
 /// The errors in stops up to which an export is good.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Limits {
@@ -43,6 +49,15 @@ impl Limits {
         Self { p95, p99: Self::P99 * p95 }
     }
 
+    /// Whether the figures are known well enough: `p95` to 2 % of it, or of its limit if that is larger, and
+    /// `p99` as well or so that it is certain on which side of its limit it is.
+    pub(crate) fn are_known(&self, errors: &Errors) -> bool {
+        let known = |uncertainty: f64, figure: f64, limit: f64| uncertainty <= KNOWN * figure.max(limit);
+        let is_certain = (errors.p99 - self.p99).abs() > CERTAIN * errors.p99_uncertainty;
+        known(errors.p95_uncertainty, errors.p95, self.p95)
+            && (is_certain || known(errors.p99_uncertainty, errors.p99, self.p99))
+    }
+
     /// How many times an error is larger than its limit, the worse of both: at most 1 if it is good.
     pub(crate) fn excess(&self, errors: &Errors) -> f64 {
         (errors.p95 / self.p95).max(errors.p99 / self.p99)
@@ -50,7 +65,7 @@ impl Limits {
 }
 
 /// The difference of an export from brute force over the sphere's pixels and channels, the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Errors {
     /// RMS difference divided by the RMS radiance.
     pub(crate) rms: f64,
@@ -61,6 +76,10 @@ pub(crate) struct Errors {
     pub(crate) p99: f64,
     /// The share of samples below -e / 10.
     pub(crate) negative: f64,
+    /// The standard error of `p95`, because not every direction was looked at.
+    pub(crate) p95_uncertainty: f64,
+    /// The standard error of `p99`.
+    pub(crate) p99_uncertainty: f64,
 }
 
 /// A material under all environments.
@@ -161,8 +180,8 @@ pub(crate) struct Export {
     pub(crate) bytes: u64,
     /// What the bytes are made of.
     pub(crate) texture: String,
-    /// Every how many rows and columns of the picture it was measured: 1, or more if the map takes much work.
-    pub(crate) step: usize,
+    /// It was measured at one of so many pixels of the picture: 1, 2, 4, 8, ...
+    pub(crate) one_of: usize,
 }
 
 /// An export with other settings than those of the report.
@@ -194,4 +213,24 @@ pub(crate) struct Advice {
     pub(crate) environment: String,
     /// The reason in plain language.
     pub(crate) why: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_known_to_2_percent_where_they_matter() {
+        let limits = Limits::new(0.15);
+        let known = |p95: f64, p95_uncertainty: f64, p99: f64, p99_uncertainty: f64| {
+            let errors = Errors { p95, p99, p95_uncertainty, p99_uncertainty, ..Errors::default() };
+            limits.are_known(&errors)
+        };
+        assert!(known(1.0, 0.019, 2.0, 0.01) && !known(1.0, 0.021, 2.0, 0.01));
+        // Of a small error the limit's share.
+        assert!(known(0.01, 0.0029, 0.02, 0.001) && !known(0.01, 0.0031, 0.02, 0.001));
+        // Far from its limit of 0.5, the second figure may be less certain.
+        assert!(known(0.1, 0.001, 2.0, 0.3) && known(0.1, 0.001, 0.3, 0.05));
+        assert!(!known(0.1, 0.001, 0.48, 0.02) && known(0.1, 0.001, 0.48, 0.009));
+    }
 }

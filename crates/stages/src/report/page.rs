@@ -187,9 +187,9 @@ fn card(
         1 + pair.exports.len()
     ));
     for export in &pair.exports {
-        let part = match export.step {
+        let part = match export.one_of {
             1 => String::new(),
-            step => format!("<span>at 1 of {} pixels</span>", step * step),
+            pixels => format!("<span>at 1 of {pixels} pixels</span>"),
         };
         page.put(format_args!(
             "<div class=\"head\">{}<span>{:.2} · {:.2} stops</span><span>{}</span>{part}</div>",

@@ -2,23 +2,25 @@
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
+use std::collections::HashMap;
 
 use brdf::{BrdfCoefficients, Choice, Part, project_unless};
-use engine::{Context, Failure};
+use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use sh::{Degree, Lighting};
 use shrm::MOST_P;
 use shrm::degrees::DARK;
 use shrm::reference::LightTree;
-use shrm::{Cabral, KautzMcCool, Lamps, MapGrid, Plain, Reflection, Shrm, Terms, View};
+use shrm::{KautzMcCool, MapGrid, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
 
+use crate::project_sh;
 use crate::report::advice::{self, best};
 use crate::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
 use crate::report::page::Pictures;
+use crate::report::readers::Reader;
 use crate::report::sphere::{Lattice, Sphere};
-use crate::{export_reflection_map, project_sh};
 
 /// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
 const SLICES: usize = 16;
@@ -77,11 +79,25 @@ pub(crate) struct Studied<'a> {
     full: OnceCell<BrdfCoefficients>,
     /// Of degrees that the report's parameters give.
     given: OnceCell<BrdfCoefficients>,
+    /// What it reflects of a small light in the mean over all views.
+    mean: OnceCell<MeanLobe>,
+    /// The same over the views at each angle of a 3D texture.
+    rings: OnceCell<Vec<MeanLobe>>,
 }
 
 impl<'a> Studied<'a> {
     pub(crate) fn new(name: String, material: Cow<'a, brdf::Material>) -> Self {
-        Self { name, material, parts: OnceCell::new(), full: OnceCell::new(), given: OnceCell::new() }
+        let (parts, full, given, mean, rings) = Default::default();
+        Self { name, material, parts, full, given, mean, rings }
+    }
+
+    fn mean(&self) -> &MeanLobe {
+        self.mean.get_or_init(|| MeanLobe::plain(&self.material, Plain::Mean))
+    }
+
+    fn rings(&self) -> &[MeanLobe] {
+        let ring = |angle| MeanLobe::ring(&self.material, angle);
+        self.rings.get_or_init(|| KautzMcCool::even_angles(SLICES).into_iter().map(ring).collect())
     }
 
     /// The diffuse and the specular part, of a material that has both.
@@ -133,22 +149,6 @@ pub(crate) fn reflection(
     })
 }
 
-/// The reflection of a part of a material, cut as that of the whole.
-fn of_part(
-    lit: &Lit<'_>,
-    part: &Studied<'_>,
-    whole: &BrdfCoefficients,
-    context: &Context<'_>,
-) -> Result<Reflection, Failure> {
-    let (light, brdf) = (lit.full()?, part.full(context)?.cut_to(whole.f(), whole.p()));
-    let field = Reflection::convolve(&light.series.to_degree(brdf.f()), &brdf).marked_for_light();
-    Ok(if light.lights.is_empty() {
-        field
-    } else {
-        field.with_lamps(Lamps { lights: light.lights.clone(), material: part.material.clone().into_owned() })
-    })
-}
-
 /// Renders a material under an environment in every way. `is_default` says that `reflection` is what the
 /// stages make by default.
 pub(crate) fn pair(
@@ -156,24 +156,38 @@ pub(crate) fn pair(
     material: &Studied<'_>,
     (reflection, is_default): (&Reflection, bool),
     settings: &Settings,
-    context: &Context<'_>,
+    steps: &Steps<'_>,
 ) -> Result<(PairFigures, Pictures), Failure> {
-    let scene = Scene::new(lit, material, reflection, settings, context)?;
-    let soft = scene.soft(reflection, settings.resolution)?;
-    let mut pictures = Pictures { truth: scene.shown(&scene.truth, lit.exposure), exports: Vec::new() };
-    let mut exports = Vec::new();
-    for method in Method::ALL {
-        if method == Method::ShrmSeparate && reflection.lamps().is_none() {
-            continue;
+    let lattice = Lattice::first(Sphere::new(settings.sphere).indices().len());
+    let mut sphere = Sphere::on(lattice, settings.sphere);
+    let steps = steps.part(1, sphere.indices().len().div_ceil(BAND) + Method::ALL.len());
+    let soft = soft(reflection, settings.resolution, steps.context())?;
+    let mut before = None;
+    let (scene, mut measured) = loop {
+        let scene = Scene::new(lit, material, reflection, (sphere, before.as_ref()), &steps)?;
+        let measured = scene.exports(lit, material, (reflection, &soft), settings, &steps)?;
+        let is_known = measured.iter().all(|(export, _)| settings.limits.are_known(&export.errors));
+        match scene.sphere.lattice().finer() {
+            Some(finer) if !is_known => {
+                sphere = Sphere::on(finer, settings.sphere);
+                before = Some(scene);
+            }
+            _ => break (scene, measured),
         }
-        let made = match (method, material.parts()) {
-            (Method::PartMaps, None) => continue,
-            (Method::PartMaps, Some(parts)) => scene.part_maps(lit, parts, reflection, settings)?,
-            _ => scene.measure(method, reflection, &soft, settings.resolution)?,
-        };
-        let (export, values) = made;
-        let lattice = Lattice { step: export.step };
-        pictures.exports.push(scene.shown_on(lattice, &values, lit.exposure));
+    };
+    if reflection.lamps().is_some() {
+        // To fit it takes so long that it is measured once, at as many pixels as there is time for.
+        measured.push(scene.measure(Method::Shrm, material, reflection, &soft, settings.resolution)?);
+        measured.sort_by_key(|(export, _)| export.method as usize);
+    }
+    let mut pictures = Pictures {
+        truth: scene.shown(scene.sphere.lattice(), &scene.truth, lit.exposure),
+        exports: Vec::new(),
+    };
+    let mut exports = Vec::new();
+    for (export, (lattice, values)) in measured {
+        let shown = [&values, &scene.truth].map(|values| scene.shown(lattice, values, lit.exposure));
+        pictures.exports.push(shown);
         exports.push(export);
     }
     let tried = scene.trials(lit, material, (reflection, is_default), &exports, settings)?;
@@ -193,6 +207,15 @@ pub(crate) fn pair(
     Ok((figures, pictures))
 }
 
+/// What readers see, and the lattice where it counts.
+type Seen = (Lattice, Vec<[f32; 3]>);
+
+/// The map without lamps.
+fn soft(reflection: &Reflection, edge: usize, context: &Context<'_>) -> Result<Shrm, Failure> {
+    let stop = || context.check_cancelled().is_err();
+    Ok(reflection.synthesise_unless(MapGrid::Cube(Cube { edge }), View::Local, &stop)?)
+}
+
 /// A sphere under one light, with its ground truth.
 struct Scene<'a> {
     sphere: Sphere,
@@ -207,54 +230,66 @@ impl<'a> Scene<'a> {
         lit: &Lit<'_>,
         material: &Studied<'_>,
         reflection: &Reflection,
-        settings: &Settings,
-        context: &'a Context<'a>,
+        (sphere, before): (Sphere, Option<&Scene<'_>>),
+        steps: &Steps<'a>,
     ) -> Result<Self, Failure> {
-        let sphere = Sphere::new(settings.sphere);
+        let mut known = HashMap::new();
+        if let Some(before) = before {
+            known.extend(before.sphere.indices().zip(before.truth.iter().copied()));
+        }
+        let pixels: Vec<usize> = sphere.indices().collect();
         let central = sphere.central(reflection.brdf().centre());
         let (tree, material, view) = (&lit.tree, &material.material, Sphere::view());
         let (dark, mut truth) = (lit.dark, vec![[0.0_f32; 3]; central.len()]);
-        for (pixels, central) in truth.chunks_mut(BAND).zip(central.chunks(BAND)) {
-            context.check_cancelled()?;
-            let radiance = |central: &Direction| {
-                tree.radiance(material, *central, view, TRUTH, dark).map(|value| value as f32)
+        for (band, values) in truth.chunks_mut(BAND).enumerate() {
+            steps.step()?;
+            let radiance = |place: usize| match known.get(&pixels[place]) {
+                Some(radiance) => *radiance,
+                None => tree.radiance(material, central[place], view, TRUTH, dark).map(|value| value as f32),
             };
-            pixels.par_iter_mut().zip(central).for_each(|(pixel, central)| *pixel = radiance(central));
+            values
+                .par_iter_mut()
+                .enumerate()
+                .for_each(|(place, value)| *value = radiance(band * BAND + place));
         }
-        Ok(Self { sphere, central, truth, dark, context })
+        Ok(Self { sphere, central, truth, dark, context: steps.context() })
     }
 
-    /// A picture of values.
-    fn shown(&self, values: &[[f32; 3]], exposure: f64) -> Vec<[u8; 3]> {
-        self.sphere.picture(&to_srgb8(values, exposure, ToneMap::Filmic))
-    }
-
-    /// The same, and the ground truth, as mosaics of the pixels that were measured.
-    fn shown_on(&self, lattice: Lattice, values: &[[f32; 3]], exposure: f64) -> [Vec<[u8; 3]>; 2] {
-        [values, &self.truth].map(|values| self.shown(&self.sphere.mosaic(lattice, values), exposure))
-    }
-
-    /// What each pixel sees.
-    fn look(&self, of: impl Fn(Direction) -> [f32; 3] + Sync) -> Vec<[f32; 3]> {
-        self.central.par_iter().map(|central| of(*central)).collect()
-    }
-
-    /// The map without lamps.
-    fn soft(&self, reflection: &Reflection, edge: usize) -> Result<Shrm, Failure> {
-        self.context.check_cancelled()?;
-        Ok(reflection.synthesise(MapGrid::Cube(Cube { edge }), View::Local)?)
-    }
-
-    /// What the readers of a plain map see, who look it up by these directions.
-    fn plain(
+    /// Every export but the map with lamps in it, with what its readers see and the lattice where that was
+    /// measured.
+    fn exports(
         &self,
-        reflection: &Reflection,
-        central: &[Direction],
-        grid: MapGrid,
-    ) -> Result<Vec<[f32; 3]>, Failure> {
-        let texels = export_reflection_map::texels(reflection, Plain::Mean, grid)?;
-        let look = |central: &Direction| grid.taps(*central).blend(&texels).map(|value| value as f32);
-        Ok(central.par_iter().map(look).collect())
+        lit: &Lit<'_>,
+        material: &Studied<'_>,
+        (reflection, soft): (&Reflection, &Shrm),
+        settings: &Settings,
+        steps: &Steps<'_>,
+    ) -> Result<Vec<(Export, Seen)>, Failure> {
+        let mut made = Vec::new();
+        for method in Method::ALL {
+            steps.step()?;
+            let without = if reflection.lamps().is_some() { Method::Shrm } else { Method::ShrmSeparate };
+            if method == without {
+                continue;
+            }
+            made.push(match (method, material.parts()) {
+                (Method::PartMaps, None) => continue,
+                (Method::PartMaps, Some(parts)) => self.part_maps(lit, parts, reflection, settings)?,
+                _ => self.measure(method, material, reflection, soft, settings.resolution)?,
+            });
+        }
+        Ok(made)
+    }
+
+    /// A picture of values that were measured on a lattice.
+    fn shown(&self, lattice: Lattice, values: &[[f32; 3]], exposure: f64) -> Vec<[u8; 3]> {
+        let filled = self.sphere.filled(lattice, values);
+        self.sphere.picture(&to_srgb8(&filled, exposure, ToneMap::Filmic))
+    }
+
+    /// The readers of what is made of a reflection.
+    fn reader(&self, reflection: &Reflection) -> Reader<'_> {
+        Reader { central: &self.central, least: if reflection.is_for_light() { 0.0 } else { f32::MIN } }
     }
 
     /// A plain map of each part, and what readers see who add both.
@@ -264,21 +299,33 @@ impl<'a> Scene<'a> {
         parts: &[Studied<'static>],
         reflection: &Reflection,
         settings: &Settings,
-    ) -> Result<(Export, Vec<[f32; 3]>), Failure> {
+    ) -> Result<(Export, Seen), Failure> {
         let edge = settings.resolution;
-        let grid = MapGrid::Cube(Cube { edge });
+        let cube = Cube { edge };
         let mut values = vec![[0.0_f32; 3]; self.central.len()];
+        // The light as it is beside the reflection; without lamps there, as the stages make it by default.
+        let (full, own);
+        let (series, lights) = if reflection.is_for_light() {
+            own = reflection.lamps().map(|lamps| &lamps.lights[..]).unwrap_or_default();
+            (reflection.lighting(), own)
+        } else {
+            full = lit.full()?;
+            (&full.series, &full.lights[..])
+        };
         for part in parts {
             self.context.check_cancelled()?;
-            let part_reflection = of_part(lit, part, reflection.brdf(), self.context)?;
-            let seen = self.plain(&part_reflection, &self.sphere.central(part.material.centre()), grid)?;
+            let central = self.sphere.central(part.material.centre());
+            let reader = Reader { central: &central, least: 0.0 };
+            let field = part.mean().reflect(series, reflection.brdf().f());
+            let seen = reader.plain(&field, Some((part.mean(), lights)), cube)?;
             for (value, seen) in values.iter_mut().zip(seen) {
                 (0..3).for_each(|channel| value[channel] += seen[channel]);
             }
         }
-        let errors = self.sphere.errors(&values, &self.truth, self.dark, Lattice::ALL);
+        let lattice = self.sphere.lattice();
+        let errors = self.sphere.errors(&values, &self.truth, self.dark, lattice);
         let (count, texture) = (parts.len(), format!("{} × 6 faces of {edge} × {edge}", parts.len()));
-        let bytes = (8 * count * grid.len()) as u64;
+        let bytes = (8 * count * cube.len()) as u64;
         Ok((
             Export {
                 method: Method::PartMaps,
@@ -287,9 +334,9 @@ impl<'a> Scene<'a> {
                 p: 0,
                 bytes,
                 texture,
-                step: 1,
+                one_of: lattice.one_of(),
             },
-            values,
+            (lattice, values),
         ))
     }
 
@@ -297,12 +344,22 @@ impl<'a> Scene<'a> {
     fn measure(
         &self,
         method: Method,
+        material: &Studied<'_>,
         reflection: &Reflection,
         soft: &Shrm,
         edge: usize,
-    ) -> Result<(Export, Vec<[f32; 3]>), Failure> {
+    ) -> Result<(Export, Seen), Failure> {
         self.context.check_cancelled()?;
-        let (view, lamps) = (Sphere::view(), reflection.lamps());
+        let (reader, lamps) = (self.reader(reflection), reflection.lamps());
+        // A reflection that is connected may be of other parameters.
+        let other;
+        let lit_by = match lamps {
+            Some(lamps) if lamps.material != *material.material => {
+                other = Studied::new(material.name.clone(), Cow::Owned(lamps.material.clone()));
+                &other
+            }
+            _ => material,
+        };
         let grid = MapGrid::Cube(Cube { edge });
         let faces = format!("6 faces of {edge} × {edge}");
         let of_map = |map: &Shrm| {
@@ -310,38 +367,34 @@ impl<'a> Scene<'a> {
             let unit = if terms == 1 { "coefficient" } else { "coefficients" };
             (8 * terms * grid.len(), format!("{terms} {unit} × {faces}"))
         };
-        let (mut p, mut lattice) = (reflection.brdf().p().get(), Lattice::ALL);
+        let (mut p, mut lattice) = (reflection.brdf().p().get(), self.sphere.lattice());
         let (values, (bytes, texture)) = match method {
             Method::ReflectionMap | Method::PartMaps => {
                 p = 0;
-                (self.plain(reflection, &self.central, grid)?, (8 * grid.len(), faces))
+                let lights = lamps.map(|lamps| (lit_by.mean(), &lamps.lights[..]));
+                let values = reader.plain(&reflection.plain(Plain::Mean), lights, Cube { edge })?;
+                (values, (8 * grid.len(), faces))
             }
             Method::KautzMccool => {
                 // Slices of a 3D texture are lat-long images, as dense at the equator as the cubes.
                 let rows = LatLong::with_rows(2 * edge);
-                let texture = kautz_mccool(reflection, rows)?;
+                let lights = lamps.map(|lamps| (lit_by.rings(), &lamps.lights[..]));
+                let angles = KautzMcCool::even_angles(SLICES);
+                let values = reader.kautz_mccool(&zonal(reflection, rows)?, &angles, lights);
                 let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
-                (self.look(|c| texture.radiance(c, view)), (8 * SLICES * rows.len(), size))
+                (values, (8 * SLICES * rows.len(), size))
             }
             Method::Cabral => {
-                let maps = Cabral::from_shrm(soft);
-                let maps = if let Some(lamps) = lamps { maps.with_lamps(lamps) } else { maps };
-                let maps = Cabral::new(grid, maps.centre(), finished(reflection, maps.maps()))
-                    .ok_or_else(|| Failure::new("Cabral's maps have a texel"))?;
-                (self.look(|c| maps.radiance(c, view)), (8 * 12 * grid.len(), format!("12 views × {faces}")))
+                (reader.cabral(soft, lamps), (8 * 12 * grid.len(), format!("12 views × {faces}")))
             }
             Method::Shrm if lamps.is_some() => {
                 let (map, measured) = self.baked(reflection, soft)?;
                 (lattice, p) = (measured, map.p().get());
-                (self.look(|c| map.radiance(c, view)), of_map(&map))
+                (reader.shrm(&map, None), of_map(&map))
             }
-            Method::Shrm => (self.look(|c| soft.radiance(c, view)), of_map(soft)),
+            Method::Shrm => (reader.shrm(soft, None), of_map(soft)),
             Method::ShrmSeparate => {
-                let lit = |central| lamps.map_or([0.0; 3], |lamps| lamps.radiance(central, view));
-                let values = self.look(|central| {
-                    let (soft, lit) = (soft.radiance(central, view), lit(central));
-                    std::array::from_fn(|channel| soft[channel] + lit[channel] as f32)
-                });
+                let values = reader.shrm(soft, lamps);
                 let count = lamps.map_or(0, |lamps| lamps.lights.len());
                 let (bytes, texture) = of_map(soft);
                 let unit = if count == 1 { "light" } else { "lights" };
@@ -355,9 +408,9 @@ impl<'a> Scene<'a> {
             p,
             bytes: bytes as u64,
             texture,
-            step: lattice.step,
+            one_of: lattice.one_of(),
         };
-        Ok((export, values))
+        Ok((export, (lattice, values)))
     }
 
     /// The map with lamps in it, as far as a lattice of pixels sees it: a texel takes some tenths of a
@@ -369,13 +422,13 @@ impl<'a> Scene<'a> {
             (_, Terms::Zonal) => p + 1,
             (_, Terms::All) => (p + 1) * (p + 1),
         };
-        let step = if soft.grid().len() * rows <= FITTED {
-            1
+        // Each pixel sees four texels.
+        let own = self.sphere.lattice();
+        let lattice = if soft.grid().len() * rows <= FITTED {
+            own
         } else {
-            // Each pixel sees four texels.
-            ((4 * self.central.len() * rows) as f64 / FITTED as f64).sqrt().ceil().max(1.0) as usize
+            own.at_most(FITTED / (4 * rows), own.one_of() * self.central.len())
         };
-        let lattice = Lattice { step };
         let mut seen: Vec<usize> = (self.central.iter().zip(self.sphere.within(lattice)))
             .filter(|(_, seen)| *seen)
             .flat_map(|(central, _)| soft.grid().taps(*central).index)
@@ -412,9 +465,10 @@ impl<'a> Scene<'a> {
         let reflection = match by_light.as_ref().filter(|by_light| *by_light != reflection) {
             Some(by_light) => {
                 change.no_degree = true;
-                let soft = self.soft(by_light, settings.resolution)?;
+                let soft = soft(by_light, settings.resolution, self.context)?;
                 for method in shrms(by_light) {
-                    let (export, _) = self.measure(*method, by_light, &soft, settings.resolution)?;
+                    let (export, _) =
+                        self.measure(*method, material, by_light, &soft, settings.resolution)?;
                     tried.push(Trial { change, export });
                 }
                 by_light
@@ -426,8 +480,8 @@ impl<'a> Scene<'a> {
         let finer = 2 * settings.resolution;
         if !tried.iter().any(|trial| is_good(&trial.export)) && finer <= crate::choices::MOST {
             change.resolution = Some(finer);
-            let soft = self.soft(reflection, finer)?;
-            let (export, _) = self.measure(method, reflection, &soft, finer)?;
+            let soft = soft(reflection, finer, self.context)?;
+            let (export, _) = self.measure(method, material, reflection, &soft, finer)?;
             tried.push(Trial { change, export });
         }
         if !tried.iter().any(|trial| is_good(&trial.export)) && reflection.lamps().is_none() {
@@ -440,8 +494,8 @@ impl<'a> Scene<'a> {
             {
                 let edge = change.resolution.unwrap_or(settings.resolution);
                 let change = Change { no_degree: false, degree: Some(degree), ..change };
-                let soft = self.soft(&highest, edge)?;
-                let (export, _) = self.measure(Method::Shrm, &highest, &soft, edge)?;
+                let soft = soft(&highest, edge, self.context)?;
+                let (export, _) = self.measure(Method::Shrm, material, &highest, &soft, edge)?;
                 tried.push(Trial { change, export });
             }
         }
@@ -454,8 +508,8 @@ fn shrms(reflection: &Reflection) -> &'static [Method] {
     if reflection.lamps().is_some() { &[Method::ShrmSeparate, Method::Shrm] } else { &[Method::Shrm] }
 }
 
-/// The 3D texture of a reflection. It holds the terms without azimuth alone, so only they are synthesised.
-fn kautz_mccool(reflection: &Reflection, grid: LatLong) -> Result<KautzMcCool, Failure> {
+/// The map of a reflection's terms without azimuth, which are all that a 3D texture holds.
+pub(crate) fn zonal(reflection: &Reflection, grid: LatLong) -> Result<Shrm, Failure> {
     let brdf = reflection.brdf();
     let side = brdf.p().get() + 1;
     let without_azimuth = |(index, rho): (usize, &[f64; 3])| if index % side == 0 { *rho } else { [0.0; 3] };
@@ -464,18 +518,5 @@ fn kautz_mccool(reflection: &Reflection, grid: LatLong) -> Result<KautzMcCool, F
     let map = Reflection::convolve(reflection.lighting(), &zonal)
         .synthesise(MapGrid::LatLong(grid), View::Local)?;
     debug_assert_eq!(map.terms(), Terms::Zonal);
-    let too_few = || Failure::new("a 3D texture needs at least 2 angles");
-    let texture = KautzMcCool::from_shrm(&map, KautzMcCool::even_angles(SLICES)).ok_or_else(too_few)?;
-    let texture = match reflection.lamps() {
-        Some(lamps) => texture.with_lamps(lamps),
-        None => texture,
-    };
-    let slices = finished(reflection, texture.slices());
-    KautzMcCool::new(texture.grid(), texture.centre(), texture.angles().to_vec(), slices).ok_or_else(too_few)
-}
-
-/// Pixels as the exports write them: see `map_source.rs`.
-fn finished(reflection: &Reflection, pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let least = if reflection.is_for_light() { 0.0 } else { f32::MIN };
-    pixels.iter().map(|pixel| pixel.map(|value| value.max(least))).collect()
+    Ok(map)
 }

@@ -70,6 +70,8 @@ pub(crate) struct Ran {
     pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) reads: Vec<Read>,
+    /// The share of the work that it said is done.
+    pub(crate) share_done: f64,
 }
 
 /// A case of a kind with parameters in TOML.
@@ -122,6 +124,11 @@ impl Case {
     fn configure(&self) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
         let kinds = stages::kinds();
         kinds.get(self.kind).unwrap().configure(&table(&self.parameters))
+    }
+
+    /// The kind.
+    pub(crate) fn kind(&self) -> &'static str {
+        self.kind
     }
 
     /// The messages of the errors of the parameters.
@@ -196,6 +203,7 @@ impl Case {
             notes: half(context.notes()),
             warnings: half(context.warnings()),
             reads: context.reads(),
+            share_done: context.share_done(),
             output,
         })
     }

@@ -19,6 +19,7 @@ mod list;
 mod parts;
 mod pipeline;
 mod preview;
+mod progress;
 mod project_sh;
 mod reference;
 mod reflect;

@@ -119,7 +119,7 @@ fn two_environments_and_two_materials_are_four_pairs() {
     let case = with_material(with_material(case, "chalk", lambert(0.8)), "satin", microfacet(0.4));
     let (json, page) = report(&case);
     check_page(&page);
-    assert_eq!(json["schema"], 3);
+    assert_eq!(json["schema"], 4);
     let pairs = json["pairs"].as_array().unwrap();
     let names: Vec<_> = pairs
         .iter()
@@ -271,6 +271,28 @@ fn the_error_on_the_sphere_is_that_of_the_kernels() {
             "{name}: {found}, not {expected}"
         );
     }
+}
+
+/// The figures at different numbers of samples, of which the fewest are a quarter of a picture.
+#[test]
+fn figures_of_a_part_of_the_pixels_are_those_of_a_finer_picture_within_their_uncertainty() {
+    let figures = |sphere: usize| {
+        let parameters = format!("sphere = {sphere}\nresolution = 12\n");
+        let case = with_environment(case("report", &parameters), "window", window);
+        let (json, page) = report(&with_material(case, "satin", microfacet(0.4)));
+        check_page(&page);
+        ["reflection-map", "kautz-mccool", "cabral", "shrm"].map(|method| {
+            let export = export(&json["pairs"][0], method).clone();
+            let number = |name: &str| export[name].as_f64().unwrap();
+            ([number("p95"), number("p95_uncertainty")], export["one_of"].as_u64().unwrap())
+        })
+    };
+    let (coarse, fine) = (figures(64), figures(160));
+    for (([a, a_error], one_of), ([b, b_error], _)) in coarse.into_iter().zip(fine) {
+        assert!((a - b).abs() < 4.0 * (a_error + b_error) + 0.01 * a, "{a} +- {a_error}, {b} +- {b_error}");
+        assert!(one_of == 1 || a_error <= 0.02 * a.max(0.15), "{a} +- {a_error}");
+    }
+    assert!(coarse.iter().any(|(_, one_of)| *one_of > 1), "{coarse:?}");
 }
 
 #[test]
