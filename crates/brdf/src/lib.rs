@@ -6,7 +6,9 @@ mod coefficients;
 mod measured;
 mod models;
 mod projection;
+mod quadrature;
 pub mod scattered;
+mod table;
 pub mod zernike;
 
 pub use checks::{Albedo, Checks, albedo, checks};
@@ -15,9 +17,11 @@ pub use coefficients::{BrdfCoefficients, Centre, SurfaceView};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::*;
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project, project_unless};
+pub use table::{BelowHorizon, BrdfTable, TableError, ViewCoefficients, Views, tabulate, tabulate_unless};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::models::REVISION as MODELS;
     pub use crate::projection::REVISION as PROJECTION;
+    pub use crate::table::REVISION as TABLE;
 }

@@ -48,7 +48,7 @@ mod part;
 mod phong;
 mod standard;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod torrance_sparrow;
 mod ward;
 

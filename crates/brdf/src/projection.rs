@@ -17,7 +17,6 @@ mod error;
 mod full;
 mod incident;
 mod legendre;
-mod quadrature;
 mod slice;
 mod tabulation;
 #[cfg(test)]

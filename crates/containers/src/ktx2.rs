@@ -16,12 +16,14 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::precision::Precision;
 use crate::recipe::{self, KEY};
-use crate::texture::{Texture, TextureFile, pack, pixel_bytes, size, unpack, word};
+use crate::texture::{Texture, TextureFile, pack, pack_rgba, pixel_bytes, size, unpack, word};
 
 /// The first bytes of every KTX2 file.
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -56,7 +58,28 @@ pub fn write_ktx2(
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    write(texture, precision, recipe, metadata).map_err(|error| error.within("KTX2"))
+    let pixels = pack(texture, precision);
+    pixels
+        .and_then(|pixels| write(texture, pixels, precision, recipe, metadata))
+        .map_err(|error| error.within("KTX2"))
+}
+
+/// [`write_ktx2`] of four channels, none of which is an opacity: `rgba` are the pixels of a texture with the
+/// sizes of `sizes`, whose own pixels are ignored.
+///
+/// # Errors
+/// As [`write_ktx2`].
+pub fn write_ktx2_rgba(
+    sizes: &Texture,
+    rgba: &[[f32; 4]],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    let pixels = pack_rgba(sizes, rgba.par_iter().copied(), precision);
+    pixels
+        .and_then(|pixels| write(sizes, pixels, precision, recipe, metadata))
+        .map_err(|error| error.within("KTX2"))
 }
 
 /// Reads the subset of KTX2 that [`write_ktx2`] writes, whichever program wrote it: RGBA16F or RGBA32F
@@ -76,11 +99,11 @@ pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
 
 fn write(
     texture: &Texture,
+    (pixels, clamped): (Vec<u8>, usize),
     precision: Precision,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    let (pixels, clamped) = pack(texture, precision)?;
     let volume = texture.depth > 1;
     let key_values = key_values(if volume { "rdi" } else { "rd" }, recipe, metadata)?;
     let (descriptor_at, key_values_at) = (HEADER + LEVEL_INDEX, HEADER + LEVEL_INDEX + DESCRIPTOR);

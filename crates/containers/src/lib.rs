@@ -17,6 +17,7 @@
 //! Bytes are never trusted. A header's claim of size is compared with [`MAX_PIXELS`] and with what a file of
 //! that length can hold before anything of that size is allocated, and damage is an [`Error`], not a panic.
 
+mod brdf_table_metadata;
 mod chromaticity;
 mod dds;
 mod decoded;
@@ -44,6 +45,7 @@ mod texture;
 mod tiff;
 mod web_page;
 
+pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
 pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use error::{Error, ErrorKind};
@@ -52,7 +54,7 @@ pub use gltf::{
     GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, gltf_materials, read_gltf,
     read_gltf_material,
 };
-pub use ktx2::{read_ktx2, write_ktx2};
+pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
 pub use png::{write_apng, write_png};

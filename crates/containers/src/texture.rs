@@ -97,29 +97,41 @@ pub struct TextureFile {
 /// # Errors
 /// [`ErrorKind::Unwritable`] if the sizes are impossible or are not those of the pixels.
 pub(crate) fn pack(texture: &Texture, precision: Precision) -> Result<(Vec<u8>, usize), Error> {
+    pack_rgba(texture, texture.pixels.par_iter().map(|[r, g, b]| [*r, *g, *b, 1.0]), precision)
+}
+
+/// Four channels of a texture of these sizes, little endian; and how many values a half could not hold.
+///
+/// # Errors
+/// As [`pack`].
+pub(crate) fn pack_rgba(
+    sizes: &Texture,
+    pixels: impl IndexedParallelIterator<Item = [f32; 4]>,
+    precision: Precision,
+) -> Result<(Vec<u8>, usize), Error> {
     let unwritable = |message| Error::new(ErrorKind::Unwritable, message);
-    if let Some(error) = texture.size_error() {
+    if let Some(error) = sizes.size_error() {
         return Err(unwritable(error.to_string()));
     }
-    if texture.len() != Some(texture.pixels.len()) {
-        let (found, expected) = (texture.pixels.len(), texture.len().unwrap_or_default());
+    if sizes.len() != Some(pixels.len()) {
+        let (found, expected) = (pixels.len(), sizes.len().unwrap_or_default());
         return Err(unwritable(format!("expected {expected} pixels as the sizes say, found {found}")));
     }
-    let mut bytes = vec![0; texture.pixels.len() * pixel_bytes(precision)];
+    let mut bytes = vec![0; pixels.len() * pixel_bytes(precision)];
     match precision {
         Precision::Float => {
-            bytes.par_chunks_exact_mut(16).zip(&texture.pixels).for_each(|(bytes, [r, g, b])| {
-                for (bytes, value) in bytes.chunks_exact_mut(4).zip([*r, *g, *b, 1.0]) {
+            bytes.par_chunks_exact_mut(16).zip(pixels).for_each(|(bytes, rgba)| {
+                for (bytes, value) in bytes.chunks_exact_mut(4).zip(rgba) {
                     bytes.copy_from_slice(&value.to_le_bytes());
                 }
             });
             Ok((bytes, 0))
         }
         Precision::Half => {
-            let pixels = bytes.par_chunks_exact_mut(8).zip(&texture.pixels);
-            let clamped = pixels.map(|(bytes, [r, g, b])| {
+            let pixels = bytes.par_chunks_exact_mut(8).zip(pixels);
+            let clamped = pixels.map(|(bytes, rgba)| {
                 let mut clamped = 0;
-                for (bytes, value) in bytes.chunks_exact_mut(2).zip([*r, *g, *b, 1.0]) {
+                for (bytes, value) in bytes.chunks_exact_mut(2).zip(rgba) {
                     let (kept, past) = to_half(value);
                     clamped += usize::from(past);
                     bytes.copy_from_slice(&kept.to_le_bytes());

@@ -39,7 +39,7 @@ pub(super) fn coated() -> Standard {
 }
 
 /// One of every model, most of them with the greatest weight that makes no light.
-fn every_model() -> Vec<Material> {
+pub(crate) fn every_model() -> Vec<Material> {
     vec![
         Material::Standard(coated()),
         Material::Standard(Standard::new(StandardParameters::default()).unwrap()),

@@ -11,8 +11,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::quadrature::Panel;
 use crate::Centre;
+use crate::quadrature::Panel;
 
 /// A part of the circles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +110,7 @@ mod tests {
     /// The solid angles above and below the horizon are half the sphere each, for every view.
     #[test]
     fn the_pieces_fill_the_sphere() {
-        use super::super::quadrature::RULE;
+        use crate::quadrature::RULE;
         for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
             for theta_o in [0.05, 1.0, 2.2, 3.0] {
                 let area = |below: bool| -> f64 {

@@ -15,8 +15,8 @@ use sphere::Direction;
 use super::error::ProjectionError;
 use super::incident::{CirclePart, Piece, pieces};
 use super::legendre::{F64x16, LANES, Legendre};
-use super::quadrature::{NODES, Panel, RULE};
 use crate::Centre;
+use crate::quadrature::{NODES, Panel, RULE};
 
 /// The function that is projected.
 #[derive(Clone, Copy)]

@@ -14,8 +14,8 @@ use rayon::prelude::*;
 
 use super::error::ProjectionError;
 use super::legendre::{LANES, Legendre};
-use super::quadrature::{NODES, Node, Panel, RULE};
 use super::slice::{Fineness, Slice, Source, slice};
+use crate::quadrature::{NODES, Node, Panel, RULE};
 
 /// The greatest difference of the two rules on a panel, relative to all energy, unless a tolerance asks for
 /// less. The sum of 15 nodes is far more accurate: if rho_hat is smooth, coefficients are within 1e-6 of

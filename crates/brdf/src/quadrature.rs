@@ -5,19 +5,19 @@
 
 /// A node of the rule over [-1, 1].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub(super) x: f64,
+pub(crate) struct Node {
+    pub(crate) x: f64,
     /// The weight among all 15.
-    pub(super) kronrod: f64,
+    pub(crate) kronrod: f64,
     /// The weight among the 7 of Gauss; 0 for the others.
-    pub(super) gauss: f64,
+    pub(crate) gauss: f64,
 }
 
 /// The number of nodes.
-pub(super) const NODES: usize = 15;
+pub(crate) const NODES: usize = 15;
 
 /// The nodes from -1 to 1 (Piessens et al. 1983, QUADPACK, qk15).
-pub(super) const RULE: [Node; NODES] = {
+pub(crate) const RULE: [Node; NODES] = {
     // The positive nodes from the outside in; every second one belongs to Gauss' rule too.
     const X: [f64; 8] = [
         0.991_455_371_120_812_6,
@@ -55,35 +55,35 @@ pub(super) const RULE: [Node; NODES] = {
 
 /// An interval to integrate over.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Panel {
-    pub(super) from: f64,
-    pub(super) to: f64,
+pub(crate) struct Panel {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
     /// The number of times that it has been halved.
-    pub(super) depth: usize,
+    pub(crate) depth: usize,
 }
 
 impl Panel {
     /// [from, to] in equal panels of at most `widest`.
-    pub(super) fn split(from: f64, to: f64, widest: f64) -> impl Iterator<Item = Self> {
+    pub(crate) fn split(from: f64, to: f64, widest: f64) -> impl Iterator<Item = Self> {
         let count = ((to - from) / widest).ceil().max(1.0);
         let edge = move |i: usize| if i as f64 == count { to } else { from + (to - from) * i as f64 / count };
         (0..count as usize).map(move |i| Self { from: edge(i), to: edge(i + 1), depth: 0 })
     }
 
     /// Both halves.
-    pub(super) fn halves(self) -> [Self; 2] {
+    pub(crate) fn halves(self) -> [Self; 2] {
         let middle = 0.5 * (self.from + self.to);
         let depth = self.depth + 1;
         [Self { to: middle, depth, ..self }, Self { from: middle, depth, ..self }]
     }
 
     /// Half its width, the scale of the rule's weights.
-    pub(super) fn radius(self) -> f64 {
+    pub(crate) fn radius(self) -> f64 {
         0.5 * (self.to - self.from)
     }
 
     /// The position of a node in it.
-    pub(super) fn at(self, node: Node) -> f64 {
+    pub(crate) fn at(self, node: Node) -> f64 {
         0.5 * (self.from + self.to) + self.radius() * node.x
     }
 }

@@ -1,0 +1,214 @@
+//! Integrals of a function over a hemisphere of incident directions, times each harmonic.
+//!
+//! theta_i is measured from the normal, phi from the azimuth of the mirrored view R, where highlights are:
+//! circles of [`Azimuths`], on panels in theta_i which are halved until Kronrod's and Gauss' rule agree. A
+//! kink at the horizon, and one where light and view are equally high (max(N.L, N.V)), lie between panels.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use sh::{Basis, Degree};
+use sphere::{DVec3, Direction};
+
+use super::azimuths::{Azimuths, Circle, Steps};
+use crate::quadrature::{Panel, RULE};
+use crate::{Lobe, Material};
+
+/// The error that is aimed at, as a share of the greatest coefficient.
+const ACCURACY: f64 = 4e-7;
+/// The share of it that a panel may have.
+const SHARE: f64 = 0.125;
+/// The most halvings of a panel.
+const DEEPEST: usize = 24;
+/// The most values for one view; what is left unrefined shows in the error.
+const MOST_EVALUATIONS: usize = 250_000;
+
+/// Coefficients c_i in the frame of the surface, and how far they may be off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewCoefficients {
+    /// c_i, row l*l + l + m, RGB.
+    pub c: Vec<[f64; 3]>,
+    /// The difference of two rules of quadrature: many times the error if rho_hat is smooth, about the error
+    /// if it has kinks. 0 for a closed form.
+    pub error: f64,
+}
+
+/// A value that is NaN or infinite: its incident direction.
+pub(super) struct NotFinite(pub(super) Direction);
+
+/// A half of the sphere.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Half {
+    Upper,
+    Lower,
+}
+
+/// What is the same for every view.
+pub(super) struct Hemisphere {
+    basis: Basis,
+    azimuths: Azimuths,
+    /// The least width of a highlight: the tangent of the half vector's angle.
+    width: f64,
+    /// Whether a narrow highlight can be at another azimuth than that of R.
+    strays: bool,
+}
+
+/// A panel in theta_i and what both rules find on it.
+struct Part {
+    panel: Panel,
+    kronrod: Vec<[f64; 3]>,
+    error: f64,
+}
+
+impl Hemisphere {
+    /// For a material's coefficients up to a degree.
+    pub(super) fn new(material: &Material, degree: Degree) -> Self {
+        let width = |lobe: &Lobe| match *lobe {
+            Lobe::Cosine => 1.0,
+            Lobe::Facets { x, y } => f64::from(x.min(y)),
+            Lobe::Power { n, .. } => (f64::from(n) + 1.0).powf(-0.5),
+            Lobe::Band { width } => f64::from(width),
+        };
+        Self {
+            basis: Basis::new(degree),
+            azimuths: Azimuths::new(degree.get()),
+            width: material.lobes().iter().map(width).fold(1.0, f64::min),
+            strays: !material.is_isotropic(),
+        }
+    }
+
+    /// The integral of `value(incident)` times each harmonic over half of the sphere, for a view with z >= 0.
+    pub(super) fn integrate(
+        &self,
+        half: Half,
+        view: Direction,
+        value: &dyn Fn(Direction) -> [f64; 3],
+    ) -> Result<ViewCoefficients, NotFinite> {
+        let theta_o = view.theta().min(FRAC_PI_2);
+        let mut circle = Circle::new(self.basis.degree().get());
+        let mut parts = Vec::new();
+        for [from, to] in [[0.0, theta_o], [theta_o, FRAC_PI_2]] {
+            for panel in Panel::split(from, to, 0.8).filter(|panel| panel.from < panel.to) {
+                parts.push(self.part(panel, half, view, value, 0.0, &mut circle)?);
+            }
+        }
+        let mut sum = ViewCoefficients { c: vec![[0.0; 3]; self.basis.degree().rows()], error: 0.0 };
+        parts.iter().for_each(|part| sum.add(&part.kronrod));
+        let size = sum.c.as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        let allowed = ACCURACY * SHARE * size;
+        // The worst panel first, so that what is left when the values run out is the least.
+        loop {
+            let errors = parts.iter().map(|part| if part.panel.depth < DEEPEST { part.error } else { 0.0 });
+            let worst = errors.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((worst, _)) = worst.filter(|(_, error)| *error > allowed) else { break };
+            if circle.evaluations > MOST_EVALUATIONS {
+                break;
+            }
+            let halves = parts.swap_remove(worst).panel.halves();
+            for panel in halves {
+                parts.push(self.part(panel, half, view, value, allowed, &mut circle)?);
+            }
+        }
+        sum.c.fill([0.0; 3]);
+        for part in &parts {
+            sum.add(&part.kronrod);
+            sum.error += part.error;
+        }
+        turn(&mut sum.c, view.phi() + PI);
+        Ok(sum)
+    }
+
+    /// Both rules on a panel.
+    fn part(
+        &self,
+        panel: Panel,
+        half: Half,
+        view: Direction,
+        value: &dyn Fn(Direction) -> [f64; 3],
+        allowed: f64,
+        circle: &mut Circle,
+    ) -> Result<Part, NotFinite> {
+        let degree = self.basis.degree();
+        let mut rows = vec![0.0; degree.rows()];
+        let mut part = Part { panel, kronrod: vec![[0.0; 3]; degree.rows()], error: 0.0 };
+        let mut gauss = part.kronrod.clone();
+        let v = view.vector();
+        // The azimuth of R is that of the view and half a turn.
+        let (cos_r, sin_r) = (-view.phi().cos(), -view.phi().sin());
+        let sin_o = v.x.hypot(v.y);
+        for node in RULE {
+            let theta = panel.at(node);
+            let (sine, cosine) = theta.sin_cos();
+            let area = panel.radius() * sine;
+            // The half vector's slope grows by 1 / (2 cot(theta)) along the circle.
+            let width = 2.0 * self.width * (cosine + v.z.max(0.0)) / (sine + sin_o).max(1e-9);
+            let steps = Steps::for_feature(width.max(1e-4), self.strays);
+            let up = if half == Half::Upper { cosine } else { -cosine };
+            let at = |cos_phi: f64, sin_phi: f64| {
+                let (x, y) = (cos_phi * cos_r - sin_phi * sin_r, sin_phi * cos_r + cos_phi * sin_r);
+                Direction::from_unit(DVec3::new(sine * x, sine * y, up))
+            };
+            let mut place = Direction::Z;
+            let sampled = self.azimuths.integrate(steps, allowed / (2.0 * area), circle, |c, s| {
+                place = at(c, s);
+                let rgb = value(place);
+                rgb.iter().all(|value| value.is_finite()).then_some(rgb)
+            });
+            sampled.ok_or(NotFinite(place))?;
+            part.error += area * node.kronrod * circle.error;
+            self.basis.evaluate_into(at_zero_azimuth(sine, up), &mut rows);
+            for l in 0..=degree.get() {
+                let middle = l * l + l;
+                for m in 0..=l {
+                    let y = area * rows[middle + m];
+                    for channel in 0..3 {
+                        let moments = &circle.moments[channel];
+                        let columns = if m == 0 { [0, 0] } else { [2 * m - 1, 2 * m] };
+                        let c = y * moments[columns[0]];
+                        part.kronrod[middle + m][channel] += node.kronrod * c;
+                        gauss[middle + m][channel] += node.gauss * c;
+                        if m > 0 {
+                            let s = y * moments[columns[1]];
+                            part.kronrod[middle - m][channel] += node.kronrod * s;
+                            gauss[middle - m][channel] += node.gauss * s;
+                        }
+                    }
+                }
+            }
+        }
+        let found = part.kronrod.as_flattened().iter().zip(gauss.as_flattened());
+        let (difference, size) = found.fold((0.0, 0.0), |(d, s): (f64, f64), (kronrod, gauss)| {
+            (d.max((kronrod - gauss).abs()), s.max(kronrod.abs()))
+        });
+        // The longer rule's error is about the 1.6th power of the shorter one's.
+        let shrinks = if size > 0.0 { 10.0 * (difference / size).sqrt() } else { 1.0 };
+        part.error += difference * shrinks.min(1.0);
+        Ok(part)
+    }
+}
+
+fn at_zero_azimuth(sine: f64, cosine: f64) -> Direction {
+    Direction::from_unit(DVec3::new(sine, 0.0, cosine))
+}
+
+/// The coefficients after a turn about the normal.
+pub(super) fn turn(c: &mut [[f64; 3]], angle: f64) {
+    for l in 0..c.len().isqrt() {
+        let middle = l * l + l;
+        for m in 1..=l {
+            let (y, x) = (m as f64 * angle).sin_cos();
+            let (cosine, sine) = (c[middle + m], c[middle - m]);
+            for channel in 0..3 {
+                c[middle + m][channel] = cosine[channel] * x - sine[channel] * y;
+                c[middle - m][channel] = cosine[channel] * y + sine[channel] * x;
+            }
+        }
+    }
+}
+
+impl ViewCoefficients {
+    fn add(&mut self, c: &[[f64; 3]]) {
+        for (sum, c) in self.c.iter_mut().zip(c) {
+            (0..3).for_each(|channel| sum[channel] += c[channel]);
+        }
+    }
+}
