@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use sh::{Basis, rotate_orders};
 
 use crate::degrees::{SAMPLES, add, seen, spread};
+use crate::mean_lobe::MeanLobe;
 use crate::{Plain, Reflection, frame};
 
 /// How far a reflection is from another, at views as a ball shows them to a distant camera.
@@ -81,7 +82,8 @@ impl Reflection {
     /// What one plain map, looked up by the central direction, shows in place of [`Reflection::samples`].
     pub fn plain_samples(&self, plain: Plain) -> Samples {
         let field = self.plain(plain);
-        let lit = self.lamps().map(|lamps| lamps.mean(plain));
+        let lobe = self.lamps().map(|lamps| (MeanLobe::plain(&lamps.material, plain), &lamps.lights));
+        let lit = lobe.as_ref().map(|(lobe, lights)| lobe.of(lights));
         let at = |index: usize| {
             let central = spread(index, SAMPLES[0]);
             let mut sum = field.evaluate(central);

@@ -328,9 +328,7 @@ fn file(
     let PrecisionName(precision) = parameters.precision;
     let file = match parameters.format {
         Format::Safetensors => Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, clamped: 0 },
-        Format::Exr => {
-            layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?
-        }
+        Format::Exr => layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?,
         Format::Ktx2 => texture(map, beside, precision, recipe)?,
     };
     report_overflow(file.clamped, parameters.overflow, context)?;

@@ -17,7 +17,7 @@ const SHAPE: &str = "[Q, N, N, (F+1)^2, 1 or 3]";
 pub fn encode_brdf_table(table: &BrdfTable, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     check(table.values(), table.texel(), ErrorKind::Unwritable)?;
     let mut file = Writer::new("brdf-table", recipe);
-    file.metadata.extend(entries(table));
+    file.metadata.extend(entries(table).map(|(key, value)| (key.to_owned(), value)));
     file.data.reserve_exact(4 * table.values().len());
     file.extend_f32(table.values());
     let (size, rows) = (table.size(), table.degree().rows());
@@ -87,7 +87,7 @@ mod tests {
     fn errors_name_the_tensor_and_what_was_expected() {
         let written = |shape: &[usize], below: &str, numbers: &[f32]| {
             let mut file = Writer::new("brdf-table", None);
-            file.metadata.insert("below", below.to_owned());
+            file.entry("below", below);
             file.extend_f32(numbers);
             file.tensor(NAME, "F32", shape);
             decode_brdf_table(&file.finish()).unwrap_err().to_string()

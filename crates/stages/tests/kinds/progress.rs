@@ -29,7 +29,7 @@ fn reflected() -> Reflected {
 
 fn brdf() -> Brdf {
     let coefficients = project(&metal(), Choice::Full).unwrap().coefficients;
-    Brdf(containers::tensors::Brdf { coefficients, material: Some(metal()), for_light: true })
+    Brdf(containers::tensors::Brdf { coefficients, material: Some(metal()), for_light: true, parts: None })
 }
 
 fn day() -> Environment {

@@ -178,7 +178,8 @@ fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
 fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
     let project = Project::new(PIPELINE);
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin"]);
@@ -221,7 +222,8 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     let project = Project::new(PIPELINE);
     project.build();
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended()]);
     let (form, others) = form_and_others(&updates);
@@ -263,7 +265,8 @@ fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
     let project = Project::new(PIPELINE);
     project.build();
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended()]);
     let mut form = form_and_others(&updates).0.unwrap();
@@ -289,7 +292,8 @@ fn a_still_in_place_of_the_window_waits_for_the_maps() {
     let project = Project::new(PIPELINE);
     project.build_only(&["environment", "material"]);
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     controller.handle_all([planned(), no_window()]);
     assert!(!project.path(".specula/preview.png").exists());
     project.build();

@@ -145,7 +145,7 @@ impl<'a> Session<'a> {
             PreviewUpdate::Failure(lines) => {
                 Some(format!("failure {}", lines.unwrap_or_default().join("; ")))
             }
-            PreviewUpdate::Status(_) | PreviewUpdate::Close => None,
+            PreviewUpdate::Status(_) | PreviewUpdate::Material { .. } | PreviewUpdate::Close => None,
         });
         lines.collect()
     }
