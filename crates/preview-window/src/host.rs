@@ -45,8 +45,8 @@ pub trait Host: Send {
     /// Saves a picture of a subject. The host reports the file or the error as a [`PreviewUpdate::Toast`].
     fn screenshot(&mut self, subject: &Subject, picture: Picture);
 
-    /// Shows a material with other values of its parameters, or with those of its file. Nothing is written. The
-    /// host answers with [`PreviewUpdate::Scene`] or [`PreviewUpdate::Failure`].
+    /// Shows a material with other values of its parameters, or with those of its file. Nothing is written.
+    /// The host answers with [`PreviewUpdate::Scene`] or [`PreviewUpdate::Failure`].
     fn edit_material(&mut self, material: &str, form: Option<&MaterialForm>);
 
     /// Writes the values of a material's parameters to its file, unless that has changed since the last

@@ -8,6 +8,8 @@ use preview::{FormField, MaterialForm};
 pub(crate) struct MaterialEditor {
     /// The values in the file.
     file: MaterialForm,
+    /// The values that are being written to it.
+    saving: Option<MaterialForm>,
     /// The values in the window.
     form: MaterialForm,
     undo: Vec<MaterialForm>,
@@ -23,7 +25,7 @@ impl MaterialEditor {
     pub(crate) fn new(file: MaterialForm, edited: Option<MaterialForm>) -> Self {
         let undo = if edited.is_some() { vec![file.clone()] } else { Vec::new() };
         let form = edited.unwrap_or_else(|| file.clone());
-        Self { file, form, undo, redo: Vec::new(), dragged: None, conflict: None }
+        Self { file, saving: None, form, undo, redo: Vec::new(), dragged: None, conflict: None }
     }
 
     /// The values in the window.
@@ -100,11 +102,22 @@ impl MaterialEditor {
         }
     }
 
+    /// The values to write to the file; `None` if there is nothing to save, or a conflict.
+    pub(crate) fn save(&mut self) -> Option<MaterialForm> {
+        self.dragged = None;
+        if self.is_edited() && self.conflict.is_none() {
+            self.saving = Some(self.form.clone());
+            return self.saving.clone();
+        }
+        None
+    }
+
     /// Takes the file's values. With unsaved values in the window, the user has to choose.
     pub(crate) fn follow(&mut self, file: Result<MaterialForm, String>) {
+        let saved = self.saving.take();
         match file {
             // It was saved, or is as before.
-            Ok(file) if file == self.form || file == self.file => {
+            Ok(file) if file == self.form || file == self.file || saved.as_ref() == Some(&file) => {
                 (self.file, self.conflict) = (file, None);
             }
             Ok(file) if !self.is_edited() => *self = Self::new(file, None),
@@ -117,8 +130,8 @@ impl MaterialEditor {
         Ok(Self::new(self.conflict.unwrap_or(Ok(self.file))?, None))
     }
 
-    /// Keeps the unsaved values, to be written over the file's new ones. That is only possible if the file has
-    /// the same parameters as before.
+    /// Keeps the unsaved values, to be written over the file's new ones. That is only possible if the file
+    /// has the same parameters as before.
     pub(crate) fn keep(&mut self) {
         if self.can_keep()
             && let Some(Ok(file)) = self.conflict.take()
@@ -190,7 +203,14 @@ mod tests {
     #[test]
     fn after_saving_the_values_are_those_of_the_file_and_steps_remain() {
         let mut editor = MaterialEditor::new(phong(4.0), None);
+        assert_eq!(editor.save(), None);
+        dragged(&mut editor, &[6.0]);
+        assert_eq!(editor.save(), Some(phong(6.0)));
+        // The slider is dragged before the file is written.
         dragged(&mut editor, &[5.0]);
+        editor.follow(Ok(phong(6.0)));
+        assert!(editor.is_edited() && editor.conflict().is_none());
+        assert_eq!(editor.save(), Some(phong(5.0)));
         editor.follow(Ok(phong(5.0)));
         assert!(!editor.is_edited() && editor.conflict().is_none());
         editor.undo();

@@ -20,8 +20,8 @@ pub(crate) struct SceneStatistics {
     pub(crate) environment: [usize; 2],
     /// The number of lamps beside the lighting's series.
     pub(crate) lamps: usize,
-    /// The share of the environment's energy in each degree; with lamps, of the environment without them. Empty
-    /// without maps.
+    /// The share of the environment's energy in each degree; with lamps, of the environment without them.
+    /// Empty without maps.
     pub(crate) lighting: Vec<f64>,
     /// The share of the reflected field's energy in each degree; empty for an imported map.
     pub(crate) reflected: Vec<f64>,

@@ -359,9 +359,7 @@ impl State {
     fn save_material(&mut self) -> Option<Effect> {
         let material = &self.settings.subject.material;
         let Some(Ok(editor)) = self.editors.get_mut(material) else { return None };
-        editor.end_drag();
-        let can_save = editor.is_edited() && editor.conflict().is_none();
-        can_save.then(|| Effect::SaveMaterial(material.clone(), editor.form().clone()))
+        editor.save().map(|form| Effect::SaveMaterial(material.clone(), form))
     }
 
     fn load_file(&mut self) -> Option<Effect> {

@@ -118,8 +118,8 @@ impl Look {
             .ok_or(RenderError::Missing { what: "this mode", missing: "the maps of the material" })
     }
 
-    /// The central direction of the maps: reflection vector, normal or tangent. Without maps it is that of the
-    /// material.
+    /// The central direction of the maps: reflection vector, normal or tangent. Without maps it is that of
+    /// the material.
     pub fn centre(&self) -> Centre {
         match &self.field {
             Some(Field::Reflection(reflection)) => reflection.brdf().centre(),

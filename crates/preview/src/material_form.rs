@@ -1,8 +1,8 @@
 //! The parameters of a material, as a window edits them.
 //!
-//! A material file has a table of parameters for its model, or one for each of its layers, and some parameters
-//! are arrays of tables themselves. A [`MaterialForm`] has a section for each of these tables. The models say
-//! which parameters there are, with their ranges and meanings ([`brdf::MODELS`]).
+//! A material file has a table of parameters for its model, or one for each of its layers, and some
+//! parameters are arrays of tables themselves. A [`MaterialForm`] has a section for each of these tables. The
+//! models say which parameters there are, with their ranges and meanings ([`brdf::MODELS`]).
 
 use brdf::{Parameter, Value, ValueType, Values};
 
@@ -54,8 +54,8 @@ impl MaterialForm {
         self.sections[field.section].values.get(self.parameter(field)?.name)
     }
 
-    /// Sets a parameter to the nearest value in its range. A value of another type, and one that is NaN, change
-    /// nothing.
+    /// Sets a parameter to the nearest value in its range. A value of another type, and one that is NaN,
+    /// change nothing.
     pub fn set(&mut self, field: FormField, value: &Value) {
         let Some(parameter) = self.parameter(field).copied() else { return };
         let value = match (parameter.value_type, value) {

@@ -65,8 +65,8 @@ impl Mode {
         }
     }
 
-    /// Whether it looks up a map of the material under the light. The others need the light alone, or light and
-    /// material.
+    /// Whether it looks up a map of the material under the light. The others need the light alone, or light
+    /// and material.
     pub fn needs_maps(self) -> bool {
         match self {
             Self::LocalShrm | Self::GlobalShrm | Self::Cabral | Self::KautzMcCool | Self::Prefiltered => true,

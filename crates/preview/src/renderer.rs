@@ -7,8 +7,8 @@ pub trait Renderer {
     /// A name for messages: `CPU, 8 threads`, or `Vulkan, AMD Radeon ...`.
     fn name(&self) -> String;
 
-    /// The finished picture of a scene, with all light samples of a brute-force mode. Modes that need maps which
-    /// the scene does not have are replaced ([`Shot::of`]).
+    /// The finished picture of a scene, with all light samples of a brute-force mode. Modes that need maps
+    /// which the scene does not have are replaced ([`Shot::of`]).
     ///
     /// `stop` is called at least once for every million light samples; if it returns `true`, the picture is
     /// cancelled.

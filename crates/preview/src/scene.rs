@@ -41,8 +41,9 @@ impl Scene {
         self.objects.iter().all(|object| object.look.has_maps())
     }
 
-    /// The modes in which it can be drawn in place of these. If an object has no maps, brute force replaces the
-    /// modes that need them, on all objects; if both sides of a comparison are the same then, there is only one.
+    /// The modes in which it can be drawn in place of these. If an object has no maps, brute force replaces
+    /// the modes that need them, on all objects; if both sides of a comparison are the same then, there is
+    /// only one.
     pub fn available(&self, show: Show) -> Show {
         if self.has_maps() { show } else { show.without_maps() }
     }

@@ -38,8 +38,8 @@ pub enum PreviewUpdate {
         /// Its details in the inspector.
         details: SubjectDetails,
     },
-    /// The parameters in the file of a material, or why it cannot be edited. It is sent with the first scene of
-    /// a material, and whenever the file has changed.
+    /// The parameters in the file of a material, or why it cannot be edited. It is sent with the first scene
+    /// of a material, and whenever the file has changed.
     Material {
         /// The material's name in the catalog.
         material: String,

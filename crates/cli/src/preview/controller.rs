@@ -4,7 +4,6 @@
 //! The window, the watcher and Ctrl-C all send a [`PreviewMessage`]. The controller reads all the messages
 //! that are there before it acts: of several requests for a subject it answers the latest.
 
-use std::collections::BTreeMap;
 use std::iter;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -54,14 +53,21 @@ pub(crate) enum PreviewMessage {
     SaveState(String),
     /// Save a picture.
     SavePicture(Subject, Picture),
-    /// Show a material with these values, or with those of its file.
-    EditMaterial(String, Option<MaterialForm>),
-    /// Write these values to the file of a material.
-    SaveMaterial(String, MaterialForm),
+    /// Edit a material.
+    Edit(String, MaterialEdit),
     /// Close the window, even if it has not opened yet.
     Close,
     /// No other message follows.
     End,
+}
+
+/// An edit of a material.
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends them"))]
+pub(crate) enum MaterialEdit {
+    /// Show it with these values, or with those of its file.
+    Show(Option<MaterialForm>),
+    /// Write these values to its file.
+    Save(MaterialForm),
 }
 
 /// Where the subject is shown.
@@ -87,13 +93,10 @@ struct PendingWork {
     return_from_dropped: bool,
     state: Option<String>,
     pictures: Vec<(Subject, Picture)>,
-    /// The latest values of materials.
-    edits: BTreeMap<String, Option<MaterialForm>>,
-    saves: BTreeMap<String, MaterialForm>,
-    /// Show the materials that were edited.
-    edit: bool,
+    /// In order, but of several values to show only the last.
+    edits: Vec<(String, MaterialEdit)>,
     /// Read the file of the shown material again.
-    reread: bool,
+    read_material: bool,
     end: bool,
 }
 
@@ -236,8 +239,14 @@ impl<'a> PreviewController<'a> {
             PreviewMessage::Dropped(files) => work.dropped.extend(files),
             PreviewMessage::ReturnFromDropped => work.return_from_dropped = true,
             PreviewMessage::SaveState(state) => work.state = Some(state),
-            PreviewMessage::EditMaterial(material, form) => _ = work.edits.insert(material, form),
-            PreviewMessage::SaveMaterial(material, form) => _ = work.saves.insert(material, form),
+            PreviewMessage::Edit(material, edit) => {
+                let is_show = |edit: &MaterialEdit| matches!(edit, MaterialEdit::Show(_));
+                let replaced = |last: &mut (String, MaterialEdit)| {
+                    last.0 == material && is_show(&last.1) && is_show(&edit)
+                };
+                work.edits.pop_if(replaced);
+                work.edits.push((material, edit));
+            }
             PreviewMessage::SavePicture(subject, picture) => work.pictures.push((subject, picture)),
             PreviewMessage::Close => {
                 self.closing = true;
@@ -281,6 +290,7 @@ impl<'a> PreviewController<'a> {
             };
             self.send(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
         }
+        let is_edited = !work.edits.is_empty();
         self.edit_materials(&mut work);
         if work.end {
             for file in self.edits.unsaved() {
@@ -297,7 +307,7 @@ impl<'a> PreviewController<'a> {
         if work.load_plan || work.load_results {
             self.results = self.catalog.as_ref().map(|catalog| ResultsSnapshot::open(catalog.plan()));
         }
-        if work.load_plan || work.load_results || work.show || work.edit {
+        if work.load_plan || work.load_results || work.show || is_edited {
             self.error = self.show(&work).err().unwrap_or_default();
         }
         self.send_status();
@@ -312,17 +322,20 @@ impl<'a> PreviewController<'a> {
 
     /// Gives materials the values that the window set, and saves them.
     fn edit_materials(&mut self, work: &mut PendingWork) {
-        work.edit = !work.edits.is_empty() || !work.saves.is_empty();
-        for (material, form) in std::mem::take(&mut work.edits) {
-            self.edits.edit(&material, form);
-        }
-        for (material, form) in std::mem::take(&mut work.saves) {
+        for (material, edit) in std::mem::take(&mut work.edits) {
+            let form = match edit {
+                MaterialEdit::Show(form) => {
+                    self.edits.edit(&material, form);
+                    continue;
+                }
+                MaterialEdit::Save(form) => form,
+            };
             let (title, lines) = match self.edits.save(&material, form) {
                 Ok(file) => ("saved the material", vec![file.display().to_string()]),
                 Err(lines) => ("the material was not saved", lines),
             };
             // The file may have changed.
-            work.reread = true;
+            work.read_material = true;
             self.send(PreviewUpdate::Toast { title: title.into(), lines });
         }
     }
@@ -445,7 +458,7 @@ impl<'a> PreviewController<'a> {
         self.goes_first.set(catalog.items(entry, &subject.mesh).iter().map(name).collect());
         if let CommandOutput::Window(window) = &self.output {
             let file = catalog.material_file(entry);
-            let update = self.edits.follow(&subject.material, file, work.load_plan || work.reread);
+            let update = self.edits.follow(&subject.material, file, work.load_plan || work.read_material);
             update.into_iter().for_each(window);
         }
         let edited = self.edits.material(&subject.material, || catalog.material(results, entry))?;

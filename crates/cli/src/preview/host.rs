@@ -9,7 +9,7 @@ use engine::Cancel;
 use parking_lot::Mutex;
 use preview_window::{self as window, Host, UpdateSender, WindowError, WindowSettings};
 
-use super::controller::PreviewMessage;
+use super::controller::{MaterialEdit, PreviewMessage};
 use super::files::PreviewFiles;
 use super::request::{WindowRequest, initial_view};
 use crate::print::{self, say};
@@ -81,11 +81,13 @@ impl Host for WindowHost {
     }
 
     fn edit_material(&mut self, material: &str, form: Option<&MaterialForm>) {
-        let _ = self.messages.send(PreviewMessage::EditMaterial(material.to_owned(), form.cloned()));
+        let _ =
+            self.messages.send(PreviewMessage::Edit(material.to_owned(), MaterialEdit::Show(form.cloned())));
     }
 
     fn save_material(&mut self, material: &str, form: &MaterialForm) {
-        let _ = self.messages.send(PreviewMessage::SaveMaterial(material.to_owned(), form.clone()));
+        let _ =
+            self.messages.send(PreviewMessage::Edit(material.to_owned(), MaterialEdit::Save(form.clone())));
     }
 
     fn closed(&mut self) {}

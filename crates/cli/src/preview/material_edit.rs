@@ -35,8 +35,8 @@ struct Edit {
 }
 
 impl MaterialEdits {
-    /// Reads the file of a material if that is new or `again` is set, and returns an update if it has changed.
-    /// Instead of a file there may be a reason for having none.
+    /// Reads the file of a material if that is new or `again` is set, and returns an update if it has
+    /// changed. Instead of a file there may be a reason for having none.
     pub(crate) fn follow(
         &mut self,
         material: &str,

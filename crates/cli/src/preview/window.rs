@@ -34,7 +34,7 @@ pub(crate) fn run(
     let controller = PreviewController::new(request, &cancel, &watched);
     let wanted = controller.goes_first();
     thread::scope(|scope| {
-        let controller = scope.spawn(move || controller.run(&receiver));
+        let controller = scope.spawn(move || in_own_pool(move || controller.run(&receiver)));
         let watcher = scope.spawn(|| {
             let events = Mutex::new(messages.clone());
             let listener = |event: &Event| {
@@ -67,6 +67,15 @@ pub(crate) fn run(
             (Ok(exit), _) => exit,
         }
     })
+}
+
+/// Runs the controller with threads of its own. The maps that it makes would wait behind a picture by brute
+/// force, which occupies the shared ones for long.
+fn in_own_pool(run: impl FnOnce() + Send) {
+    match rayon::ThreadPoolBuilder::new().thread_name(|_| "preview maps".into()).build() {
+        Ok(pool) => pool.install(run),
+        Err(_) => run(),
+    }
 }
 
 /// Stops the watcher and closes the window when it is dropped.

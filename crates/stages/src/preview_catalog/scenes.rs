@@ -79,8 +79,8 @@ impl SceneCache {
         Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
     }
 
-    /// The look of an entry. It has no maps if they were not made from the present light and material, and both
-    /// of these are known. It is the same value as long as nothing that it is made from has changed.
+    /// The look of an entry. It has no maps if they were not made from the present light and material, and
+    /// both of these are known. It is the same value as long as nothing that it is made from has changed.
     ///
     /// If the material is unknown, there must be maps: those of the last build, as long as there are no newer
     /// ones.
@@ -128,8 +128,8 @@ impl SceneCache {
         })
     }
 
-    /// The light of an entry, and its key. Coefficients that were not made from the present environment are not
-    /// part of it.
+    /// The light of an entry, and its key. Coefficients that were not made from the present environment are
+    /// not part of it.
     fn light(
         &mut self,
         plan: &Plan,

@@ -232,7 +232,7 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     let exponent = ::preview::FormField { section: 0, parameter: 0 };
     let mut edit = |value: f64| {
         form.set(exponent, &brdf::Value::Number(value));
-        (PreviewMessage::EditMaterial("gold".into(), Some(form.clone())), form.clone())
+        (PreviewMessage::Edit("gold".into(), MaterialEdit::Show(Some(form.clone()))), form.clone())
     };
     // Of several values only the last is shown.
     controller.handle_all([edit(5.0).0, edit(6.0).0, edit(9.0).0]);
@@ -247,7 +247,7 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     controller.handle_all([show("gold")]);
     assert_eq!(received(&updates), ["scene: tin", "scene: gold, no maps"]);
 
-    controller.handle_all([PreviewMessage::SaveMaterial("gold".into(), edit(9.0).1)]);
+    controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Save(edit(9.0).1))]);
     let (form, others) = form_and_others(&updates);
     assert!(form.is_some(), "the file's values are sent");
     assert_eq!(others, [format!("toast: saved the material: {}", file.display())]);
@@ -258,6 +258,13 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     project.build();
     controller.handle_all([ended()]);
     assert_eq!(received(&updates), ["scene: gold"]);
+
+    // An edit after saving is not lost.
+    let save = PreviewMessage::Edit("gold".into(), MaterialEdit::Save(edit(10.0).1));
+    controller.handle_all([save, edit(11.0).0]);
+    assert_eq!(fs::read_to_string(&file).unwrap(), GOLD.replace("= 4", "= 10"));
+    let shown = controller.shown.as_ref().unwrap().1.objects[0].look.material().unwrap().values();
+    assert_eq!(shown.number("exponent"), Ok(11.0));
 }
 
 #[test]
@@ -271,16 +278,16 @@ fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
     controller.handle_all([opened, planned(), show("gold"), ended()]);
     let mut form = form_and_others(&updates).0.unwrap();
     form.set(::preview::FormField { section: 0, parameter: 0 }, &brdf::Value::Number(9.0));
-    controller.handle_all([PreviewMessage::EditMaterial("gold".into(), Some(form.clone()))]);
+    controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Show(Some(form.clone())))]);
     let theirs = GOLD.replace("= 4", "= 5");
     fs::write(project.path("paint/gold.toml"), &theirs).unwrap();
-    controller.handle_all([PreviewMessage::SaveMaterial("gold".into(), form.clone())]);
+    controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Save(form.clone()))]);
     let (on_disk, others) = form_and_others(&updates);
     assert!(others.iter().any(|line| line.starts_with("toast: the material was not saved: ")), "{others:?}");
     assert!(on_disk.is_some_and(|on_disk| on_disk != form), "the window can ask the user");
     assert_eq!(fs::read_to_string(project.path("paint/gold.toml")).unwrap(), theirs);
     // The user chose the file.
-    controller.handle_all([PreviewMessage::EditMaterial("gold".into(), None)]);
+    controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Show(None))]);
     assert_eq!(received(&updates), ["scene: gold"]);
     fs::write(project.path("paint/gold.toml"), GOLD).unwrap();
     controller.handle_all([planned()]);
