@@ -24,6 +24,9 @@ use crate::spelling::Spelling;
 /// The most folders that one glob searches.
 const MOST_FOLDERS: usize = 1 << 16;
 
+/// Braces around a `/` are taken apart into at most this many globs.
+const MOST_ALTERNATIVES: usize = 1024;
+
 /// The `source` of a stage.
 #[derive(Clone, Debug)]
 pub struct Source {
@@ -41,8 +44,8 @@ pub struct Source {
 #[derive(Clone, Debug)]
 struct Pattern {
     whole: GlobMatcher,
-    /// What the names of folders must match, level by level, as far as the glob restricts them.
-    levels: Vec<GlobMatcher>,
+    /// What the names of folders must match, level by level, as far as the glob restricts them: one of these.
+    levels: Vec<Vec<GlobMatcher>>,
     /// The deepest level at which a file can match; `None` if the glob contains `**`.
     depth: Option<usize>,
 }
@@ -346,17 +349,23 @@ impl Pattern {
             let builder = builder.literal_separator(true).backslash_escape(false);
             builder.build().map(|glob| glob.compile_matcher()).map_err(|error| error.kind().to_string())
         };
-        let parts = parts(glob);
+        let whole = matcher(glob)?;
+        let globs = alternatives(glob);
+        let alternatives: Vec<Vec<&str>> = globs.iter().map(|glob| parts(glob)).collect();
         let deep = glob.contains("**");
-        // The last part matches files. From the first part that may match several folders on, a level is not
-        // known.
-        let levels =
-            parts[..parts.len() - 1].iter().take_while(|part| !part.contains('/') && !part.contains("**"));
-        Ok(Self {
-            whole: matcher(glob)?,
-            levels: levels.map(|part| matcher(part)).collect::<Result<_, _>>()?,
-            depth: (!deep).then(|| glob.matches('/').count()),
-        })
+        let mut levels = Vec::new();
+        for level in 0.. {
+            // The last part matches files.
+            let folders = alternatives.iter().filter_map(|parts| parts[..parts.len() - 1].get(level));
+            let folders: Vec<&str> = folders.copied().collect();
+            // From the first part that may match several folders on, a level is not known.
+            if folders.is_empty() || folders.iter().any(|part| part.contains('/') || part.contains("**")) {
+                break;
+            }
+            levels.push(folders.into_iter().map(matcher).collect::<Result<_, _>>()?);
+        }
+        let deepest = globs.iter().map(|glob| glob.matches('/').count()).max().unwrap_or_default();
+        Ok(Self { whole, levels, depth: (!deep).then_some(deepest) })
     }
 
     /// Whether files in a folder of this name, at this level, can match.
@@ -366,8 +375,58 @@ impl Pattern {
             None if link => return false,
             _ => {}
         }
-        self.levels.get(level).is_none_or(|matcher| matcher.is_match(name))
+        self.levels.get(level).is_none_or(|folders| folders.iter().any(|matcher| matcher.is_match(name)))
     }
+}
+
+/// A glob without braces around a `/`: `{a/*,b/c}.exr` is `a/*.exr` or `b/c.exr`. If it is more than
+/// [`MOST_ALTERNATIVES`], or not a valid glob, it is returned as it is.
+fn alternatives(glob: &str) -> Vec<String> {
+    let mut open = vec![glob.to_owned()];
+    let mut found = Vec::new();
+    while let Some(next) = open.pop() {
+        match braces_around_a_slash(&next) {
+            None => found.push(next),
+            Some((place, choices)) => {
+                let whole = |choice: String| [&next[..place.start], &choice, &next[place.end..]].concat();
+                open.extend(choices.into_iter().map(whole));
+            }
+        }
+        if found.len() + open.len() > MOST_ALTERNATIVES {
+            return vec![glob.to_owned()];
+        }
+    }
+    found
+}
+
+/// The first outer braces around a `/`: their place, and what they choose from.
+fn braces_around_a_slash(glob: &str) -> Option<(Range<usize>, Vec<String>)> {
+    let (mut start, mut depth, mut in_brackets) = (0, 0_usize, false);
+    let mut commas = Vec::new();
+    for (index, byte) in glob.bytes().enumerate() {
+        match byte {
+            b']' => in_brackets = false,
+            _ if in_brackets => {}
+            b'[' => in_brackets = true,
+            b'{' => {
+                if depth == 0 {
+                    (start, commas) = (index, vec![index]);
+                }
+                depth += 1;
+            }
+            b',' if depth == 1 => commas.push(index),
+            b'}' if depth > 0 => {
+                depth -= 1;
+                if depth == 0 && glob[start..index].contains('/') {
+                    commas.push(index);
+                    let choices = commas.windows(2).map(|pair| glob[pair[0] + 1..pair[1]].to_owned());
+                    return Some((start..index + 1, choices.collect()));
+                }
+            }
+            _ => {}
+        }
+    }
+    None
 }
 
 /// The parts of a glob between the `/` that are not inside braces or brackets.
@@ -424,4 +483,38 @@ pub(crate) fn listed<S: ToString>(names: impl IntoIterator<Item = S, IntoIter: E
         text += &format!(" and {more} more");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn braces_around_a_slash_are_taken_apart() {
+        for (glob, expected) in [
+            ("*.{exr,hdr}", &["*.{exr,hdr}"][..]),
+            ("{a/x,b/c/y}.exr", &["a/x.exr", "b/c/y.exr"]),
+            ("d/{a/{x,y},b/z}", &["d/a/{x,y}", "d/b/z"]),
+            ("{a/[{,]/x,b}", &["a/[{,]/x", "b"]),
+            ("{a/b", &["{a/b"]),
+        ] {
+            let mut found = alternatives(glob);
+            found.sort();
+            assert_eq!(found, expected, "{glob}");
+        }
+        let many = "{a/,b/,c/,d/}".repeat(6);
+        assert_eq!(alternatives(&many), [many.clone()]);
+    }
+
+    #[test]
+    fn only_the_folders_of_files_that_are_named_are_entered() {
+        let pattern = Pattern::parse("{sky/noon.hdr,lab/light/lamp.hdr}").unwrap();
+        let enters = |level: usize, name: &str| pattern.enters(OsStr::new(name), level, false);
+        assert!(enters(0, "sky") && enters(0, "lab") && enters(1, "light"));
+        assert!(!enters(0, "light") && !enters(0, "other") && !enters(1, "sky") && !enters(2, "light"));
+        assert!(pattern.whole.is_match("lab/light/lamp.hdr") && !pattern.whole.is_match("sky/lamp.hdr"));
+        let deep = Pattern::parse("{sky/**/*.hdr,lab/*.hdr}").unwrap();
+        let enters = |level: usize, name: &str| deep.enters(OsStr::new(name), level, false);
+        assert!(enters(0, "sky") && !enters(0, "other") && enters(5, "anything"));
+    }
 }

@@ -223,7 +223,7 @@ fn a_dropped_folder_is_its_files_and_a_dropped_manifest_is_opened() {
     let mut session = Session::new(&folder, &request, &all);
     let lines = session.drop(&[folder.path("drop")]);
     assert_eq!(lines[..2], ["choose dawn, clay, -", "catalog dawn studio, clay gold"]);
-    let lines = session.drop(&[folder.project.manifest.clone()]);
+    let lines = session.drop(std::slice::from_ref(&folder.project.manifest));
     assert_eq!(lines[..2], ["choose -, -, -", "catalog studio, gold tin"]);
     assert!(lines[3].starts_with("toast opened pipeline.toml; "), "{lines:?}");
 }
