@@ -273,9 +273,8 @@ fn the_error_on_the_sphere_is_that_of_the_kernels() {
     }
 }
 
-/// The figures at different numbers of samples, of which the fewest are a quarter of a picture.
 #[test]
-fn figures_of_a_part_of_the_pixels_are_those_of_a_finer_picture_within_their_uncertainty() {
+fn figures_of_pictures_of_different_sizes_agree_within_their_uncertainty() {
     let figures = |sphere: usize| {
         let parameters = format!("sphere = {sphere}\nresolution = 12\n");
         let case = with_environment(case("report", &parameters), "window", window);
@@ -292,7 +291,6 @@ fn figures_of_a_part_of_the_pixels_are_those_of_a_finer_picture_within_their_unc
         assert!((a - b).abs() < 4.0 * (a_error + b_error) + 0.01 * a, "{a} +- {a_error}, {b} +- {b_error}");
         assert!(one_of == 1 || a_error <= 0.02 * a.max(0.15), "{a} +- {a_error}");
     }
-    assert!(coarse.iter().any(|(_, one_of)| *one_of > 1), "{coarse:?}");
 }
 
 #[test]
