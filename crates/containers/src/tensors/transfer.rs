@@ -85,7 +85,7 @@ fn encode(
     let name = if kind == "transfer" { kind } else { "radiance" };
     check(name, values, ErrorKind::Unwritable)?;
     let mut file = Writer::new(kind, recipe);
-    file.metadata.insert(MESH, mesh.to_owned());
+    file.entry(MESH, mesh);
     file.data.reserve_exact(4 * values.len());
     file.extend_f32(values);
     file.tensor(name, "F32", shape);
@@ -145,7 +145,7 @@ mod tests {
         let written = |shape: &[usize], mesh: bool| {
             let mut file = Writer::new("transfer", None);
             if mesh {
-                file.metadata.insert(MESH, "ab".into());
+                file.entry(MESH, "ab");
             }
             file.extend_f32(&vec![0.0; shape.iter().product()]);
             file.tensor("transfer", "F32", shape);
