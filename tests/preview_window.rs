@@ -231,6 +231,13 @@ impl<'s> Preview<'s> {
         }
     }
 
+    /// Waits until so many builds in which several items ran have ended, so that the maps are made.
+    fn built(&mut self, times: usize) {
+        self.wait("a build ends", |preview| {
+            (preview.stderr.lock().unwrap().matches(" items ran").count() >= times).then_some(())
+        });
+    }
+
     /// Waits for a picture that does not change for a second.
     fn see(&mut self, what: &str, wanted: impl Fn(&[[u8; 3]]) -> bool) -> Vec<[u8; 3]> {
         let (mut before, mut since) = (Vec::new(), Instant::now());
@@ -334,6 +341,7 @@ fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
         .write(".specula/preview.json", r#"{"version":1,"settings":{"size":[960,640],"inspector":false}}"#);
     let item = ["preview", "--item", "environment=studio,material=gold,mesh=sphere", "--mode", "local-shrm"];
     let mut preview = Preview::open(&project, &screen, &item);
+    preview.built(1);
     let gold = preview.see("the picture is there", has_contrast);
 
     preview.key("7");
@@ -345,6 +353,7 @@ fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
     let turned = preview.see("dragging turns the light", |now| has_changed(now, &gold));
 
     project.write(GOLD, "model = \"phong\"\nexponent = 24\nspecular = [0.1, 0.3, 1.0]\n");
+    preview.built(2);
     let blue = preview.see("an edited material is shown", |now| has_changed(now, &turned));
     let colour = |picture: &[[u8; 3]], channel: usize| {
         picture.iter().map(|code| u64::from(code[channel])).sum::<u64>()
@@ -414,9 +423,7 @@ fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
     let brightness = |picture: &[[u8; 3]]| {
         picture.as_flattened().iter().map(|code| f64::from(*code)).sum::<f64>() / (3 * picture.len()) as f64
     };
-    preview.wait("its maps are made", |preview| {
-        preview.stderr.lock().unwrap().contains(" items ran").then_some(())
-    });
+    preview.built(1);
     let dark = preview.see("black glass is there", |_| true);
     let is_bright = |now: &[[u8; 3]]| brightness(now) > brightness(&dark) + 20.0;
 
@@ -434,6 +441,7 @@ fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
     let ior = saved.lines().find_map(|line| line.strip_prefix("ior = ")?.strip_suffix(" # dark")).unwrap();
     assert!(ior.parse::<f64>().unwrap() > 8.0, "{saved}");
     assert_eq!(saved, GLASS.replace("1.4", ior), "nothing else has changed");
+    preview.built(2);
     preview.see("its maps show it", is_bright);
 
     preview.drag(IOR[1], IOR[0]);
