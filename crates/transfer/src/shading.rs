@@ -32,9 +32,12 @@ pub enum Viewer {
     At([f64; 3]),
 }
 
+/// Coefficients of eight vertices.
+type Rows = Vec<[f32; LANES]>;
+
 impl Viewer {
     /// The direction from a position toward the viewer; the normal if it stands there.
-    fn from(self, position: [f32; 3], normal: [f32; 3]) -> Vec3 {
+    fn direction_from(self, position: [f32; 3], normal: [f32; 3]) -> Vec3 {
         match self {
             Self::Distant(direction) => single(direction),
             Self::At(place) => {
@@ -104,7 +107,7 @@ impl Turned<'_> {
     }
 
     /// Room for [`Turned::block`].
-    fn room(&self) -> (Vec<f32>, Vec<Vec<[f32; LANES]>>, Vec<[f32; LANES]>) {
+    fn room(&self) -> (Vec<f32>, Vec<Rows>, Rows) {
         let rows = vec![[0.0; LANES]; self.degree.rows()];
         (vec![0.0; self.table.texel()], vec![rows.clone(); self.table.channels()], rows)
     }
@@ -113,7 +116,7 @@ impl Turned<'_> {
 /// c_i toward the viewer, in the frame of a vertex.
 #[inline(always)]
 fn look_up(frames: &Frames, table: &BrdfTable, viewer: Viewer, vertex: usize, c: &mut [f32]) {
-    let view = viewer.from(frames.positions()[vertex], frames.normal(vertex));
+    let view = viewer.direction_from(frames.positions()[vertex], frames.normal(vertex));
     let local = frames.local(vertex, view).as_dvec3();
     table.lookup_into(0, Direction::normalised(local), c);
 }

@@ -44,7 +44,7 @@ fn check_same(a: &[[f32; 3]], b: &[[f32; 3]], what: &str) {
 #[test]
 fn all_three_ways_agree() {
     let frames = knot();
-    assert!(frames.len() % 8 != 0, "the last block is not full: {}", frames.len());
+    assert!(!frames.len().is_multiple_of(8), "the last block is not full: {}", frames.len());
     for (specular, l) in [([1.0; 3], 4), ([1.0, 0.5, 0.2], 4), ([1.0; 3], 0), ([1.0; 3], 7)] {
         let (table, light) = (table(specular, l), light(degree(l)));
         for viewer in [Viewer::Distant(Direction::from_angles(1.0, 2.0)), Viewer::At([2.0, -1.0, 0.5])] {
