@@ -34,7 +34,7 @@ pub enum Viewer {
 
 impl Viewer {
     /// The direction from a position toward the viewer; the normal if it stands there.
-    fn from(self, position: [f32; 3], normal: [f32; 3]) -> Vec3 {
+    fn direction_from(self, position: [f32; 3], normal: [f32; 3]) -> Vec3 {
         match self {
             Self::Distant(direction) => single(direction),
             Self::At(place) => {
@@ -113,7 +113,7 @@ impl Turned<'_> {
 /// c_i toward the viewer, in the frame of a vertex.
 #[inline(always)]
 fn look_up(frames: &Frames, table: &BrdfTable, viewer: Viewer, vertex: usize, c: &mut [f32]) {
-    let view = viewer.from(frames.positions()[vertex], frames.normal(vertex));
+    let view = viewer.direction_from(frames.positions()[vertex], frames.normal(vertex));
     let local = frames.local(vertex, view).as_dvec3();
     table.lookup_into(0, Direction::normalised(local), c);
 }
