@@ -6,8 +6,11 @@
 //! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
 //! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
 //! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64, and that of its parts; the material as above |
+//! | `brdf-table` | [`brdf::BrdfTable`] | safetensors: `c` [Q, N, N, (F+1)^2, channels] f32 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
+//! | `transfer` | [`transfer::Transfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f32 |
+//! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
@@ -86,6 +89,22 @@ impl Artifact for Brdf {
     }
 }
 
+/// The coefficients of a material's rho_hat for every view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrdfTable(pub brdf::BrdfTable);
+
+impl Artifact for BrdfTable {
+    const TYPE: &'static str = "brdf-table";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_brdf_table(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_brdf_table(bytes)?))
+    }
+}
+
 /// A reflected light field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reflection(pub shrm::Reflection);
@@ -131,5 +150,37 @@ impl Artifact for Mesh {
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(Self(tensors::decode_mesh(bytes)?))
+    }
+}
+
+/// A transfer matrix for each vertex of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transfer(pub tensors::OfMesh<transfer::Transfer>);
+
+impl Artifact for Transfer {
+    const TYPE: &'static str = "transfer";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_transfer(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_transfer(bytes)?))
+    }
+}
+
+/// The radiance of each vertex of a mesh, toward a viewer; signed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VertexRadiance(pub tensors::OfMesh<Vec<[f32; 3]>>);
+
+impl Artifact for VertexRadiance {
+    const TYPE: &'static str = "vertex-radiance";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_vertex_radiance(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_vertex_radiance(bytes)?))
     }
 }

@@ -5,12 +5,15 @@
 //! [`artifacts`].
 
 pub mod artifacts;
+mod brush_mesh;
 mod choices;
+mod circular_lights;
 mod colour;
 mod contact_sheet;
 mod convolve;
 mod degree_pair;
 mod exec;
+mod export_brdf_table;
 mod export_cabral;
 mod export_environment;
 mod export_kautz_mccool;
@@ -31,6 +34,7 @@ mod material_file;
 mod material_picture;
 mod material_schema;
 mod parts;
+mod precompute_transfer;
 mod preview;
 mod preview_catalog;
 mod project_brdf;
@@ -39,11 +43,15 @@ pub mod quantity;
 mod reference;
 mod report;
 mod rotate;
+mod shade_vertices;
 mod share;
 mod sheet;
 mod six_faces;
+mod sum_lighting;
+mod tabulate_brdf;
 #[cfg(test)]
 mod testkit;
+mod vector;
 
 pub use colour::Rgb;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
@@ -60,9 +68,15 @@ pub fn kinds() -> engine::Kinds {
         .with(import_environment::ImportEnvironment)
         .with(import_material::ImportMaterial)
         .with(import_mesh::ImportMesh)
+        .with(brush_mesh::BrushMesh)
+        .with(precompute_transfer::PrecomputeTransfer)
         .with(project_sh::ProjectSh)
+        .with(circular_lights::CircularLights)
         .with(rotate::Rotate)
+        .with(sum_lighting::SumLighting)
         .with(project_brdf::ProjectBrdf)
+        .with(tabulate_brdf::TabulateBrdf)
+        .with(shade_vertices::ShadeVertices)
         .with(convolve::Convolve)
         .with(export_environment::ExportEnvironment)
         .with(export_reflection_map::ExportReflectionMap)
@@ -71,6 +85,7 @@ pub fn kinds() -> engine::Kinds {
         .with(export_cabral::ExportCabral)
         .with(export_kautz_mccool::ExportKautzMcCool)
         .with(export_view_maps::ExportViewMaps)
+        .with(export_brdf_table::ExportBrdfTable)
         .with(import_reflection_maps::ImportReflectionMaps)
         .with(reference::ReferenceMap)
         .with(contact_sheet::ContactSheet)

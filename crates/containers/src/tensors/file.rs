@@ -198,7 +198,12 @@ impl<'a> File<'a> {
         let value = |b: &[u8]| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let values: Vec<f64> = tensor.data().chunks_exact(8).map(value).collect();
         let light = |(index, row): (usize, &[f64])| {
-            let direction = Direction::new(DVec3::new(row[0], row[1], row[2]));
+            let vector = DVec3::new(row[0], row[1], row[2]);
+            // Normalised again, a direction could change in its last bit.
+            let direction = match (vector.length_squared() - 1.0).abs() < 1e-12 {
+                true => Some(Direction::from_unit(vector)),
+                false => Direction::new(vector),
+            };
             let irradiance = [row[4], row[5], row[6]];
             let sound =
                 (0.0..=FRAC_PI_2).contains(&row[3]) && irradiance.iter().all(|value| value.is_finite());

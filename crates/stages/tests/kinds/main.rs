@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, missing_docs)] // a test may panic
 
+mod brdf_table;
 mod brute_force;
+mod circular_lights;
 mod corpus;
 #[cfg(unix)]
 mod exec;
@@ -26,3 +28,4 @@ mod reflect;
 mod report;
 mod revisions;
 mod rotate;
+mod vertices;

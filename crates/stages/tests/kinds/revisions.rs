@@ -8,7 +8,9 @@
 
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
-use stages::artifacts::{Brdf, Environment, Lighting, Material, Mesh, Reflection, Shrm};
+use stages::artifacts::{
+    Brdf, BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexRadiance,
+};
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
 
@@ -33,6 +35,13 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-view-maps", 6, [1497.00000000, 538.41252613, 556.84686045, 3.10003559, 3.98891928]),
     ("import-reflection-maps", 3, [1458.00000000, 201.28708034, 413.02017110, -1.92816769, 1.01576073]),
     ("exec", 1, [384.00000000, 383.99999908, 383.99999908, 0.14044671, 0.67112033]),
+    ("brush-mesh", 1, [126.00000000, 89.87190910, 131.87190910, -3.10480748, -3.44804098]),
+    ("precompute-transfer", 1, [729.00000000, 22.97207666, 91.92258217, -1.26649390, -3.94419082]),
+    ("circular-lights", 1, [48.00000000, 18.36154651, 29.12322030, 1.94446095, 1.11122145]),
+    ("sum-lighting", 1, [75.00000000, 38.92282258, 74.62133954, 2.12965142, 1.78515938]),
+    ("tabulate-brdf", 1, [432.00000000, 18.23065146, 56.81875229, -0.29086107, 0.09455148]),
+    ("shade-vertices", 1, [27.00000000, 22.02613294, 22.02613294, -1.17203172, -0.14371601]),
+    ("export-brdf-table", 1, [432.00000000, 18.23072815, 41.22508240, -0.82318352, 0.51969589]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
@@ -103,6 +112,26 @@ fn fixture(kind: &str) -> Case {
         "preview" => crate::preview::knot(
             "modes = [\"local-shrm\", \"mirror\"]\ncompare = \"brute-force\"\nsize = 160",
         ),
+        "circular-lights" => crate::circular_lights::studio("degree = 3\nwindow = \"lanczos\""),
+        "sum-lighting" => {
+            let lamps = crate::circular_lights::studio("lights = \"series\"").artifact::<Lighting>();
+            case("sum-lighting", "").input("lighting", sky_lighting()).input("added", (*lamps).clone())
+        }
+        "brush-mesh" => {
+            case("brush-mesh", "vector = [1, 2, 3]\nturn = 20").input("mesh", crate::vertices::pit())
+        }
+        "precompute-transfer" => {
+            case("precompute-transfer", "degree = 2\ndirections = 256").input("mesh", crate::vertices::pit())
+        }
+        "shade-vertices" => crate::vertices::shaded(true),
+        "tabulate-brdf" => case("tabulate-brdf", "resolution = 4\ndegree = 2")
+            .input("material", crate::brdf_table::brushed()),
+        "export-brdf-table" => {
+            let table = case("tabulate-brdf", "resolution = 4\ndegree = 2")
+                .input("material", crate::brdf_table::brushed())
+                .artifact::<BrdfTable>();
+            case("export-brdf-table", "format = \"ktx2\"").input("table", (*table).clone())
+        }
         other => panic!("give {other} a fixture here"),
     }
 }
@@ -121,6 +150,18 @@ fn numbers(case: &Case) -> Vec<f64> {
             Reflection::TYPE => {
                 let reflection = Reflection::decode(&bytes).unwrap().0;
                 [colours(reflection.lighting().coefficients()), colours(reflection.brdf().rho())].concat()
+            }
+            Transfer::TYPE => {
+                let transfer = Transfer::decode(&bytes).unwrap().0.value;
+                transfer.values().iter().map(|&value| value.into()).collect()
+            }
+            VertexRadiance::TYPE => {
+                let radiance = VertexRadiance::decode(&bytes).unwrap().0.value;
+                radiance.as_flattened().iter().map(|&value| value.into()).collect()
+            }
+            BrdfTable::TYPE => {
+                let table = BrdfTable::decode(&bytes).unwrap().0;
+                table.values().iter().map(|&value| value.into()).collect()
             }
             Shrm::TYPE => {
                 let map = Shrm::decode(&bytes).unwrap().0;

@@ -1,0 +1,130 @@
+//! `brush-mesh`, `precompute-transfer` and `shade-vertices`.
+
+use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexRadiance};
+
+use crate::fixture::{Case, case, lambert, sky_lighting};
+
+/// A floor at z = 0 and a wall at x = 1 that faces it, with coordinates.
+pub(crate) fn pit() -> Mesh {
+    let floor = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.5, 0.0, 0.0]];
+    let wall = [[1.0, -4.0, -0.5], [1.0, 4.0, -0.5], [1.0, 4.0, 4.0], [1.0, -4.0, 4.0]];
+    let normals = [vec![[0.0, 0.0, 1.0]; 5], vec![[-1.0, 0.0, 0.0]; 4]].concat();
+    let tangents = [vec![[1.0, 0.0, 0.0, 1.0]; 5], vec![[0.0, 1.0, 0.0, -1.0]; 4]].concat();
+    let triangles = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [5, 7, 6], [5, 8, 7]];
+    let positions = floor.into_iter().chain(wall).collect();
+    Mesh(mesh::Mesh::new(positions, normals, tangents, Some(vec![[0.0; 2]; 9]), triangles).unwrap())
+}
+
+fn table(material: brdf::Material) -> BrdfTable {
+    let table = case("tabulate-brdf", "resolution = 16").input("material", Material(material));
+    (*table.artifact::<BrdfTable>()).clone()
+}
+
+fn baked(parameters: &str) -> Case {
+    case("precompute-transfer", parameters).input("mesh", pit())
+}
+
+/// The pit under a soft sky, with its shadows or without.
+pub(crate) fn shaded(shadows: bool) -> Case {
+    let case = case("shade-vertices", "camera = [-3, 1, 2]")
+        .input("mesh", pit())
+        .input("table", table(lambert(0.8)))
+        .input("lighting", sky_lighting());
+    if !shadows {
+        return case;
+    }
+    case.input("transfer", (*baked("directions = 512").artifact::<Transfer>()).clone())
+}
+
+fn radiance(case: &Case) -> Vec<[f32; 3]> {
+    case.artifact::<VertexRadiance>().0.value.clone()
+}
+
+#[test]
+fn a_wall_shadows_the_floor_before_it() {
+    let ran = baked("directions = 512").run().unwrap();
+    let transfer = ran.artifact::<Transfer>();
+    assert_eq!((transfer.0.value.len(), transfer.0.value.output().get()), (9, 4));
+    assert_eq!(ran.notes, ["9 vertices with 25 x 25 entries: 22.5 kB"]);
+    assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
+    let (open, shadowed) = (radiance(&shaded(false)), radiance(&shaded(true)));
+    assert_eq!((open.len(), shadowed.len()), (9, 9));
+    // The vertex half way to the wall loses up to a half of the light, the far ones less.
+    assert!((0.5..0.8).contains(&(shadowed[4][1] / open[4][1])), "{:?} {:?}", open[4], shadowed[4]);
+    assert!((0.7..0.95).contains(&(shadowed[0][1] / open[0][1])), "{:?} {:?}", open[0], shadowed[0]);
+    // Nothing is before the wall's upper corner but the floor, far below.
+    assert!((0.9..1.01).contains(&(shadowed[7][1] / open[7][1])), "{:?} {:?}", open[7], shadowed[7]);
+}
+
+#[test]
+fn a_matte_floor_has_the_irradiance_of_the_sky() {
+    // The sky is 1 + 0.5 z and more: the floor's irradiance is pi (1 + 0.5 2 / 3), times 0.8 / pi.
+    let green = radiance(&shaded(false))[0][1];
+    assert!((green - 0.8 * (1.0 + 0.5 * 2.0 / 3.0)).abs() < 1e-4, "{green}");
+    let ran = shaded(false).run().unwrap();
+    assert_eq!(ran.notes, ["the light ends at degree 2, the table at 4"]);
+}
+
+#[test]
+fn degrees_and_rays_are_checked_before_the_first_one() {
+    let wide = baked("degree = 2\noutput-degree = 4\ndirections = 256").artifact::<Transfer>();
+    assert_eq!((wide.0.value.output().get(), wide.0.value.input().get()), (4, 2));
+    assert_eq!(
+        baked("degree = 8\ndirections = 500").errors(),
+        ["directions: degrees O and F need 578 or more"]
+    );
+    let empty = case("precompute-transfer", "").input("mesh", Mesh(mesh::Mesh::joined(&[]).unwrap()));
+    assert!(empty.artifact::<Transfer>().0.value.is_empty());
+    // A triangle over the vertices of a box that is closed sees nothing.
+    let sphere = mesh::shape("sphere").unwrap();
+    let mut normals = sphere.normals().to_vec();
+    normals[5000] = normals[5000].map(|axis| -axis);
+    let (positions, tangents) = (sphere.positions().to_vec(), sphere.tangents().to_vec());
+    let inside = mesh::Mesh::new(positions, normals, tangents, None, sphere.triangles().to_vec());
+    let small = "degree = 0\ndirections = 64";
+    let ran = case("precompute-transfer", small).input("mesh", Mesh(inside.unwrap())).run().unwrap();
+    assert!(ran.warnings[0].starts_with("1 of 33153 vertices see nothing of the sky"), "{:?}", ran.warnings);
+}
+
+#[test]
+fn a_transfer_of_another_mesh_is_an_error() {
+    let brushed = case("brush-mesh", "turn = 30").input("mesh", pit()).artifact::<Mesh>();
+    let other = case("shade-vertices", "")
+        .input("mesh", (*brushed).clone())
+        .input("table", table(lambert(0.8)))
+        .input("lighting", sky_lighting())
+        .input("transfer", (*baked("").artifact::<Transfer>()).clone());
+    assert_eq!(other.failure(), "the transfer is of another mesh");
+    assert_eq!(
+        case("shade-vertices", "view = [1, 0, 0]\ncamera = [1, 0, 0]").errors(),
+        ["camera: view already places the viewer"]
+    );
+}
+
+#[test]
+fn brushing_turns_tangents_and_counts_where_it_cannot() {
+    let ran = case("brush-mesh", "vector = [0, 0, 2]").input("mesh", pit()).run().unwrap();
+    let mesh = ran.artifact::<Mesh>();
+    assert_eq!(
+        ran.warnings,
+        ["5 of 9 vertices have a normal parallel to the vector and keep their own tangents"]
+    );
+    assert_eq!(mesh.0.tangents()[0], [1.0, 0.0, 0.0, 1.0]);
+    assert_eq!(mesh.0.tangents()[6], [0.0, 0.0, 1.0, -1.0]);
+    assert_eq!(case("brush-mesh", "vector = [0, 0, 0]").errors().len(), 1);
+    // A brushed metal shows the direction; chalk does not.
+    let metal = brdf::Material::Ward(brdf::Ward::new([0.15, 0.5], [1.0; 3]).unwrap());
+    for (material, differs) in [(metal, true), (lambert(0.8), false)] {
+        let shade = |mesh: Mesh| {
+            let lamp = sh::Light::from_flux(sphere::Direction::from_angles(0.8, 0.3), 0.3, [3.0; 3]);
+            let series = sh::Expansion::zero(sh::Degree::new(4).unwrap());
+            let lighting = Lighting(sh::Lighting { series, lights: vec![lamp] });
+            let case = case("shade-vertices", "view = [-1, 0, 1]").input("mesh", mesh);
+            radiance(&case.input("table", table(material.clone())).input("lighting", lighting))
+        };
+        let turned = case("brush-mesh", "turn = 90").input("mesh", pit()).artifact::<Mesh>();
+        let (before, after) = (shade(pit()), shade((*turned).clone()));
+        let change = (before[0][0] - after[0][0]).abs();
+        assert_eq!(change > 0.05, differs, "{before:?} {after:?}");
+    }
+}
