@@ -59,7 +59,7 @@ fn coefficients_are_the_integrals_for_every_model() {
             if ["ward", "ggx", "microfacet", "blinn-phong"].contains(&material.name()) {
                 assert!(error < 1e-8, "{}: {error:e}", material.name());
             }
-            assert!(found.error < 1e-5 * size, "{}: {:e}", material.name(), found.error);
+            assert!(found.error < 2e-5 * size, "{}: {:e}", material.name(), found.error);
         }
     }
 }
