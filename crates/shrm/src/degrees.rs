@@ -66,10 +66,10 @@ impl Cut {
 /// `lighting` is the light without the lamps, `brdf` has degrees that are high enough
 /// ([`brdf::Choice::Full`]), and `dark` is the radiance e.
 pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamps>, dark: f64) -> Cut {
-    let trial = Trial::new(lighting, brdf);
+    let (trial, beside) = (Trial::new(lighting, brdf), Beside { lamps, diffuse: None });
     let samples: Vec<Sample> = (0..SAMPLES[0])
         .into_par_iter()
-        .flat_map(|index| trial.samples(index, lighting, brdf, lamps))
+        .flat_map(|index| trial.samples(index, lighting, brdf, beside))
         .collect();
     least(&trial, &samples, dark)
 }
@@ -77,12 +77,12 @@ pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamp
 /// [`choose`], which ends early without a result once `stop` says so.
 fn choose_unless(
     (lighting, brdf): (&Expansion, &BrdfCoefficients),
-    lamps: Option<&Lamps>,
+    beside: Beside<'_>,
     dark: f64,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Cut> {
     let trial = Trial::new(lighting, brdf);
-    let sample = |index| (!stop()).then(|| trial.samples(index, lighting, brdf, lamps));
+    let sample = |index| (!stop()).then(|| trial.samples(index, lighting, brdf, beside));
     let samples: Option<Vec<Vec<Sample>>> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
     Some(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), dark))
 }
@@ -105,6 +105,28 @@ fn least(trial: &Trial, samples: &[Sample], dark: f64) -> Cut {
     (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached)
 }
 
+/// What is added to a field before it is seen: a cut shows less beside more light.
+#[derive(Clone, Copy)]
+struct Beside<'a> {
+    lamps: Option<&'a Lamps>,
+    /// The field of the same material's diffuse part, about the normal; the other is about the reflection
+    /// vector.
+    diffuse: Option<&'a Reflection>,
+}
+
+impl Beside<'_> {
+    /// The radiance of the diffuse part.
+    fn diffuse(&self, central: Direction, outgoing: Direction) -> [f64; 3] {
+        let Some(diffuse) = self.diffuse else { return [0.0; 3] };
+        let view = frame(central).apply(outgoing);
+        let normal = central.vector() + view.vector();
+        let normal = if normal.length() > 0.0 { Direction::normalised(normal) } else { central };
+        let (soft, lamps) = (diffuse.evaluate(normal, view), diffuse.lamps());
+        let lit = lamps.map_or([0.0; 3], |lamps| lamps.radiance(normal, view));
+        std::array::from_fn(|channel| soft[channel].max(0.0) + lit[channel])
+    }
+}
+
 /// What is tried.
 struct Trial {
     f: Vec<usize>,
@@ -113,9 +135,10 @@ struct Trial {
     centre: Centre,
 }
 
-/// B at one central direction and view: of the lights alone, at the highest degrees, and for each F and P.
+/// B at one central direction and view: what is beside the field, and the field at the highest degrees and
+/// for each F and P.
 struct Sample {
-    lamps: [f64; 3],
+    beside: [f64; 3],
     reference: [f64; 3],
     cuts: Vec<[f64; 3]>,
 }
@@ -136,12 +159,12 @@ impl Trial {
         index: usize,
         lighting: &Expansion,
         brdf: &BrdfCoefficients,
-        lamps: Option<&Lamps>,
+        beside: Beside<'_>,
     ) -> Vec<Sample> {
         let central = spread(index, SAMPLES[0]);
         let most = Degree::new(self.f[self.f.len() - 1]).unwrap_or(Degree::ZERO);
         let light = rotate_orders(&lighting.to_degree(most), frame(central).inverse(), self.reference_p);
-        let lights = lamps.map(|lamps| (lamps, lamps.about(central)));
+        let lights = beside.lamps.map(|lamps| (lamps, lamps.about(central)));
         let side = self.reference_p;
         let degree = Degree::new(side).unwrap_or(Degree::ZERO);
         let basis = Basis::new(degree);
@@ -150,7 +173,9 @@ impl Trial {
             .map(|view| {
                 let outgoing = seen(self.centre, index * SAMPLES[1] + view);
                 basis.evaluate_into(outgoing, &mut y);
-                (y.clone(), lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing)))
+                let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
+                let diffuse = beside.diffuse(central, outgoing);
+                (y.clone(), std::array::from_fn(|channel| lit[channel] + diffuse[channel]))
             })
             .collect();
         let mut rows = vec![[0.0; 3]; degree.rows()];
@@ -176,7 +201,7 @@ impl Trial {
                 reference[view] = sum;
             }
         }
-        let sample = |((cuts, reference), (_, lamps))| Sample { lamps, reference, cuts };
+        let sample = |((cuts, reference), (_, beside))| Sample { beside, reference, cuts };
         cuts.into_iter().zip(reference).zip(views).map(sample).collect()
     }
 }
@@ -186,7 +211,7 @@ impl Sample {
     fn stops(&self, trial: &Trial, f: usize, p: usize, dark: f64) -> [f64; 3] {
         let cut = self.cuts[f * trial.p.len() + p];
         std::array::from_fn(|channel| {
-            let seen = |value: f64| value.max(0.0) + self.lamps[channel] + dark.max(f64::MIN_POSITIVE);
+            let seen = |value: f64| value.max(0.0) + self.beside[channel] + dark.max(f64::MIN_POSITIVE);
             (seen(cut[channel]) / seen(self.reference[channel])).log2().abs()
         })
     }
@@ -252,8 +277,30 @@ impl Reflection {
         material: &brdf::Material,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Option<(Self, Cut)> {
+        Self::beside_unless(lighting, (brdf, material), None, stop)
+    }
+
+    /// The same for the two parts of a material: the diffuse one, and the specular one at degrees at which a
+    /// cut does not show beside the diffuse one. `stop` is asked twice as often.
+    pub fn parts_for_light_unless(
+        lighting: &sh::Lighting,
+        [diffuse, specular]: [(&BrdfCoefficients, &brdf::Material); 2],
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<[Self; 2]> {
+        let (diffuse, _) = Self::beside_unless(lighting, diffuse, None, stop)?;
+        let (specular, _) = Self::beside_unless(lighting, specular, Some(&diffuse), stop)?;
+        Some([diffuse, specular])
+    }
+
+    fn beside_unless(
+        lighting: &sh::Lighting,
+        (brdf, material): (&BrdfCoefficients, &brdf::Material),
+        diffuse: Option<&Self>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<(Self, Cut)> {
         let (series, lamps) = (&lighting.series, lamps_of(lighting, material));
-        let cut = choose_unless((series, brdf), lamps.as_ref(), DARK * lighting.mean(), stop)?;
+        let beside = Beside { lamps: lamps.as_ref(), diffuse };
+        let cut = choose_unless((series, brdf), beside, DARK * lighting.mean(), stop)?;
         Some((Self::cut_at(&cut, series, brdf, lamps), cut))
     }
 
@@ -352,5 +399,39 @@ mod tests {
             stops[570],
             stops[594]
         );
+    }
+
+    /// Beside a bright base a highlight needs fewer degrees than alone, and the sum of the two fields is as
+    /// near to that of the uncut ones as a cut of one field has to be.
+    #[test]
+    fn a_highlight_beside_a_base_has_the_degrees_that_their_sum_needs() {
+        let metal = Fresnel::Conductor { n: [0.2, 0.9, 1.1], k: [3.9, 2.4, 2.1] };
+        let highlight = Material::Ggx(Ggx::new(0.4, metal, [0.1; 3]).unwrap());
+        let base = Material::Lambert(Lambert::new([0.7; 3]).unwrap());
+        let [whole_base, whole_highlight] =
+            [&base, &highlight].map(|part| project(part, Choice::Full).unwrap().coefficients);
+        let lighting = Lighting { series: sky(40), lights: Vec::new() };
+        let parts = [(&whole_base, &base), (&whole_highlight, &highlight)];
+        let cut = Reflection::parts_for_light_unless(&lighting, parts, &|| false).unwrap();
+        let (alone, _) = Reflection::for_light(&lighting, &whole_highlight, &highlight);
+        let degrees = |field: &Reflection| [field.brdf().f(), field.brdf().p()];
+        assert!(degrees(&cut[1])[1] < degrees(&alone)[1], "{:?} {:?}", degrees(&cut[1]), degrees(&alone));
+        let uncut = [&whole_base, &whole_highlight].map(|brdf| Reflection::convolve(&lighting.series, brdf));
+        let dark = DARK * lighting.mean();
+        let mut stops = Vec::new();
+        for texel in 0..60 {
+            let central = spread(texel, 60);
+            for k in 0..10 {
+                let local = seen(Centre::Reflection, 7919 + 10 * texel + k);
+                let view = Direction::normalised(frame(central).matrix() * local.vector());
+                let normal = Direction::normalised(central.vector() + view.vector());
+                let [a, b] = [&cut, &uncut].map(|[base, highlight]| {
+                    base.evaluate(normal, view)[1] + highlight.evaluate(central, view)[1] + dark
+                });
+                stops.push((a / b).log2().abs());
+            }
+        }
+        stops.sort_by(f64::total_cmp);
+        assert!(stops[570] < 0.1 && stops[594] < 0.2, "{} {}", stops[570], stops[594]);
     }
 }

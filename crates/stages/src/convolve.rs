@@ -37,8 +37,9 @@
 //! ## Parts
 //!
 //! A material with a matte base under a highlight has two centres. Beside the field of both about the
-//! reflection vector, from which a preview or a report looks, this stage keeps a field for each part about its
-//! own centre, with its own F and P, for exports that write a map of each.
+//! reflection vector, from which a preview or a report looks, this stage keeps a field for each part about
+//! its own centre, with its own F and P, for exports that write a map of each. The degrees of the highlight
+//! are those at which a cut does not show beside the base.
 //!
 //! ## Windows
 //!
@@ -101,7 +102,7 @@ impl Kind for Convolve {
     type Parameters = Parameters;
 
     const NAME: &'static str = "convolve";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         sh::revisions::ROTATION,
         sh::revisions::WINDOW,
@@ -147,13 +148,11 @@ impl Kind for Convolve {
                     windowed(&reflection)
                 };
                 match material.split().zip(brdf.parts.as_ref()) {
-                    Some((materials, parts)) => {
-                        let part = |part: usize| {
-                            let found =
-                                Reflection::for_light_unless(lighting, &parts[part], &materials[part], &stop);
-                            found.map(|(reflection, _)| windowed(&reflection)).ok_or_else(Failure::cancelled)
-                        };
-                        let parts = [part(0)?, part(1)?];
+                    Some(([diffuse, specular], parts)) => {
+                        let parts = [(&parts[0], &diffuse), (&parts[1], &specular)];
+                        let parts = Reflection::parts_for_light_unless(lighting, parts, &stop)
+                            .ok_or_else(Failure::cancelled)?
+                            .map(|part| windowed(&part));
                         let [diffuse, specular] =
                             parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
                         context

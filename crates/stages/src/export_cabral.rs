@@ -34,8 +34,8 @@
 //! 20 times that in the middle of the ball. Prefer `cube` if the renderer supports it.
 //!
 //! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
-//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With `parts
-//! = "together"` one folder holds the sum, about the reflection vector.
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! `parts = "together"` one folder holds the sum, about the reflection vector.
 //!
 //! ## The index
 //!

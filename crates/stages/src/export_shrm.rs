@@ -55,12 +55,12 @@
 //!
 //! ## Two maps
 //!
-//! A material with a matte base under a highlight has two centres. It gets a map of each: `{path}-diffuse` is
-//! looked up by the normal, `{path}` by the reflection vector, and a renderer adds both; `centre` says which is
-//! which. The base then needs few coefficients, often one. Other materials have no such file. With `parts =
-//! "together"` one map holds the sum about the reflection vector, with more coefficients, of which the build
-//! notes the number. Lights beside the maps (`lamps = "separate"`) are in `{path}` alone, and are added once,
-//! with the whole material.
+//! A material with a matte base under a highlight has two centres. It gets a map of each: `{path}-diffuse`
+//! is looked up by the normal, `{path}` by the reflection vector, and a renderer adds both; `centre` says
+//! which is which. The base then needs few coefficients, often one. Other materials have no such file. With
+//! `parts = "together"` one map holds the sum about the reflection vector, with more coefficients, of which
+//! the build notes the number. Lights beside the maps (`lamps = "separate"`) are in `{path}` alone, and are
+//! added once, with the whole material.
 //!
 //! ## From a map
 //!

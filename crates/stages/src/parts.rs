@@ -26,8 +26,8 @@ pub(crate) fn endings(parts: PartsName, one: Vec<String>) -> Vec<String> {
     diffuse.chain(one.iter().cloned()).collect()
 }
 
-/// The files of a field's maps. `split` are the fields of its two parts, if it has them, and `write` makes the
-/// files of one map, of the whole or of a part, as many for each, in one of the steps.
+/// The files of a field's maps. `split` are the fields of its two parts, if it has them, and `write` makes
+/// the files of one map, of the whole or of a part, as many for each, in one of the steps.
 pub(crate) fn export<T>(
     parts: PartsName,
     whole: &T,

@@ -48,8 +48,8 @@
 //!
 //! ## Parts
 //!
-//! A material with a matte base under a highlight has two centres: engines look the base up by the normal, the
-//! highlight by the reflection vector. So the coefficients of both parts, each about its own centre, are
+//! A material with a matte base under a highlight has two centres: engines look the base up by the normal,
+//! the highlight by the reflection vector. So the coefficients of both parts, each about its own centre, are
 //! projected beside those of the whole, which are about the reflection vector. Exports write a map of each
 //! part, unless they are told `parts = "together"`.
 //!

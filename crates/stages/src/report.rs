@@ -16,10 +16,10 @@
 //! but the brightest pixels decide it: a picture with rings everywhere can have 5 %.
 //!
 //! The figures are statistics: not every pixel is measured, but every second, fourth, ... of them, and twice
-//! as many until the standard error of the first figure is at most 2 % of it, or of `accept` if that is larger,
-//! and the second is known as well or surely within its limit, or beyond it. An SHRM with lamps in it is
-//! measured at as many pixels as half a second of work allows. The JSON file has the standard errors. Pixels
-//! that were not measured are shown as means of those around them.
+//! as many until the standard error of the first figure is at most 2 % of it, or of `accept` if that is
+//! larger, and the second is known as well or surely within its limit, or beyond it. An SHRM with lamps in
+//! it is measured at as many pixels as half a second of work allows. The JSON file has the standard errors.
+//! Pixels that were not measured are shown as means of those around them.
 //!
 //! The ground truth adds up all light for each pixel by the material's own BRDF, to about 0.01 stops. Where
 //! the reflection is smooth, blocks of texels are added as one; no sun is blurred or moved.

@@ -106,8 +106,8 @@ impl Azimuths {
         Self { columns: 2 * degree + 1, rules: (0..CONCENTRATIONS).map(rule).collect() }
     }
 
-    /// Integrates `value(cos(phi), sin(phi))` times every harmonic to within `allowed` or 1e-7 of the greatest
-    /// of these integrals, or as well as the last rule does; `None` as soon as a value is `None`.
+    /// Integrates `value(cos(phi), sin(phi))` times every harmonic to within `allowed` or 1e-7 of the
+    /// greatest of these integrals, or as well as the last rule does; `None` as soon as a value is `None`.
     pub(super) fn integrate(
         &self,
         Steps { concentration, stages: [first, last] }: Steps,
