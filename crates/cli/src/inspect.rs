@@ -9,6 +9,7 @@ mod texture;
 
 use std::path::Path;
 
+use brdf::BrdfCoefficients;
 use containers::{
     Format, OpenExrEnvmap, ReadOptions, is_texture, is_web_page, lighting_json, read_image, read_recipe,
     tensors,
@@ -94,6 +95,9 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
         None if is_texture(bytes) => texture::texture(bytes)?,
         None if is_web_page(bytes) => {
             vec![("what", "web page, for a browser".into()), ("format", "HTML".into())]
+        }
+        None if bytes == engine::LEFT_OUT => {
+            vec![("what", "in place of a declared file that its item does not export".into())]
         }
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,
@@ -210,14 +214,17 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.extend(lights(&lighting.lights));
         }
         "brdf" => {
-            let brdf = tensors::decode_brdf(bytes)?.coefficients;
-            facts.push(("degrees", format!("F = {}, P = {}", brdf.f().get(), brdf.p().get()).into()));
+            let tensors::Brdf { coefficients: brdf, parts, .. } = tensors::decode_brdf(bytes)?;
+            facts.push(("degrees", degrees(&brdf).into()));
+            facts.extend(parts.as_ref().map(|parts| parts_fact(parts.each_ref())));
             facts.extend(range("coefficients in 1/sr", brdf.rho().iter().copied()));
         }
         "reflection" => {
             let reflection = tensors::decode_reflection(bytes)?;
             let (lighting, brdf) = (reflection.lighting(), reflection.brdf());
-            facts.push(("degrees", format!("F = {}, P = {}", brdf.f().get(), brdf.p().get()).into()));
+            facts.push(("degrees", degrees(brdf).into()));
+            let parts = reflection.parts();
+            facts.extend(parts.map(|parts| parts_fact(parts.each_ref().map(|part| part.brdf()))));
             facts.push(("frame", SH_FRAME.into()));
             facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
             facts.extend(reflection.lamps().and_then(|lamps| lights(&lamps.lights)));
@@ -233,6 +240,15 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
         _ => {}
     }
     Ok(facts)
+}
+
+fn degrees(brdf: &BrdfCoefficients) -> String {
+    format!("F = {}, P = {}", brdf.f().get(), brdf.p().get())
+}
+
+/// The degrees of the two parts of a material with two centres.
+fn parts_fact([diffuse, specular]: [&BrdfCoefficients; 2]) -> (&'static str, Value) {
+    ("parts", format!("diffuse {}; specular {}", degrees(diffuse), degrees(specular)).into())
 }
 
 /// The lights beside a series; `None` if there are none.
