@@ -67,8 +67,9 @@ struct Group {
     pixels: Vec<Excess>,
 }
 
-/// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians.
-fn grouped(bright: &[Excess], reach: f64) -> Vec<Group> {
+/// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians;
+/// `None` if it was stopped.
+fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec<Group>> {
     let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < reach.cos());
     let mut centres: Vec<DVec3> = Vec::new();
     for excess in bright {
@@ -78,6 +79,9 @@ fn grouped(bright: &[Excess], reach: f64) -> Vec<Group> {
     }
     let mut groups = nearest(bright, &centres);
     for _ in 0..ROUNDS {
+        if stop() {
+            return None;
+        }
         groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
         centres.clear();
         for group in &groups {
@@ -88,28 +92,71 @@ fn grouped(bright: &[Excess], reach: f64) -> Vec<Group> {
         groups = nearest(bright, &centres);
     }
     groups.retain(|group| !group.pixels.is_empty());
-    groups
+    Some(groups)
 }
 
 /// The pixels of each centre.
 fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
     let mut groups = vec![Group::default(); centres.len()];
+    let centres = Centres::new(centres);
     for excess in bright {
-        let cosines = centres.iter().map(|centre| centre.dot(excess.direction)).enumerate();
-        if let Some((index, _)) = cosines.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        if let Some(index) = centres.nearest(excess.direction) {
             groups[index].pixels.push(*excess);
         }
     }
     groups
 }
 
+/// Centres by height, so that a search looks only at those near the height of its direction.
+struct Centres {
+    /// With their indices, the lowest first.
+    by_height: Vec<(DVec3, usize)>,
+}
+
+impl Centres {
+    fn new(centres: &[DVec3]) -> Self {
+        let mut by_height: Vec<_> =
+            centres.iter().enumerate().map(|(index, centre)| (*centre, index)).collect();
+        by_height.sort_by(|a, b| a.0.z.total_cmp(&b.0.z));
+        Self { by_height }
+    }
+
+    /// The index of the centre nearest to a direction; of equally near ones the last.
+    fn nearest(&self, direction: DVec3) -> Option<usize> {
+        let middle = self.by_height.partition_point(|(centre, _)| centre.z < direction.z);
+        let (below, above) = self.by_height.split_at(middle);
+        let mut best: Option<(f64, usize)> = None;
+        let mut search = |(centre, index): &(DVec3, usize)| {
+            // Two directions whose cosine is c are sqrt(2 - 2 c) apart, in height at most; 1e-9 for rounding.
+            let apart = centre.z - direction.z;
+            if best.is_some_and(|(cosine, _)| apart * apart > 2.0 - 2.0 * cosine + 1e-9) {
+                return false;
+            }
+            let found = (centre.dot(direction), *index);
+            if best.is_none_or(|best| (found.0.total_cmp(&best.0)).then(found.1.cmp(&best.1)).is_gt()) {
+                best = Some(found);
+            }
+            true
+        };
+        let _ = below.iter().rev().all(&mut search);
+        let _ = above.iter().all(&mut search);
+        best.map(|(_, index)| index)
+    }
+}
+
 impl Environment {
     /// Takes the suns and lamps out of the image.
     pub fn separate_lamps(&self) -> Separated {
+        self.separate_lamps_unless(&|| false)
+            .unwrap_or_else(|| Separated { soft: self.clone(), lights: Vec::new() })
+    }
+
+    /// [`Environment::separate_lamps`], or `None` once `stop` says so. It is asked every few milliseconds.
+    pub fn separate_lamps_unless(&self, stop: &dyn Fn() -> bool) -> Option<Separated> {
         let (bright, least) = (self.bright(), LEAST * self.mean());
         let (mut reach, mut groups) = (REACH, Vec::new());
         while reach < std::f64::consts::PI {
-            groups = grouped(&bright, reach);
+            groups = grouped(&bright, reach, stop)?;
             // The pieces of a large lamp may be weak: counted too, they grow with the reach.
             if groups.iter().filter(|group| mean(group.flux()) >= PIECE * least).count() <= MOST {
                 break;
@@ -129,7 +176,7 @@ impl Environment {
         let lights = groups.iter().map(Group::light).collect();
         // The values only became smaller.
         let soft = Self::new(self.grid(), pixels).unwrap_or_else(|| self.clone());
-        Separated { soft, lights }
+        Some(Separated { soft, lights })
     }
 
     /// The mean radiance over the sphere and the three channels.
@@ -196,6 +243,23 @@ mod tests {
     use sphere::LatLong;
 
     use super::*;
+
+    #[test]
+    fn the_search_by_height_finds_the_nearest_of_all_centres() {
+        let direction = |k: usize| {
+            let k = k as f64;
+            DVec3::new((1.7 * k).sin(), (2.3 * k + 1.0).cos(), (3.1 * k + 0.5).sin()).normalize()
+        };
+        let mut all: Vec<DVec3> = (0..200).map(direction).collect();
+        // Of equal centres the last counts.
+        all.extend_from_within(..20);
+        let centres = Centres::new(&all);
+        for direction in (0..2000).map(|k| direction(k + 1000)).chain(all.iter().copied()) {
+            let cosines = all.iter().map(|centre| centre.dot(direction)).enumerate();
+            let expected = cosines.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index);
+            assert_eq!(centres.nearest(direction), expected);
+        }
+    }
 
     fn sky(height: usize, radiance: impl Fn(Direction) -> [f32; 3]) -> Environment {
         let grid = LatLong::with_rows(height);

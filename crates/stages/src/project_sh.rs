@@ -171,7 +171,10 @@ impl Kind for ProjectSh {
         let (environment, lights) = match parameters.lamps() {
             Lamps::Series => (&environment.0, Vec::new()),
             Lamps::Separate => {
-                let separated = environment.0.separate_lamps();
+                let stop = || context.check_cancelled().is_err();
+                let Some(separated) = environment.0.separate_lamps_unless(&stop) else {
+                    return Err(Failure::cancelled());
+                };
                 soft = separated.soft;
                 (&soft, separated.lights)
             }
