@@ -16,6 +16,7 @@
 
 mod azimuths;
 mod hemisphere;
+mod lookup;
 #[cfg(test)]
 mod tests;
 mod zonal;
@@ -224,44 +225,6 @@ impl BrdfTable {
         } else {
             DVec3::new(x, y, 0.0)
         })
-    }
-
-    /// c_i(v) of material `q`, interpolated between the four nearest texels, into [(F+1)^2, channels].
-    ///
-    /// # Panics
-    /// If `q` is not below Q, or `c` does not have [`BrdfTable::texel`] elements.
-    pub fn lookup_into(&self, q: usize, view: Direction, c: &mut [f32]) {
-        assert!(q < self.count() && c.len() == self.texel(), "a material of the table and a texel's length");
-        let taps = self.taps(view);
-        let map = &self.values[q * self.size * self.size * c.len()..];
-        c.fill(0.0);
-        for (texel, weight) in taps {
-            let values = &map[texel * c.len()..][..c.len()];
-            c.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
-        }
-    }
-
-    /// The four texels, as row * N + column, and their weights.
-    fn taps(&self, view: Direction) -> [(usize, f32); 4] {
-        let v = view.vector();
-        let z = match self.below {
-            BelowHorizon::Clamped => v.z.max(0.0),
-            BelowHorizon::Mirrored => v.z.abs(),
-        };
-        // A view from below is moved to the rim along its meridian.
-        let across = if z > 0.0 { 1.0 + z } else { v.x.hypot(v.y).max(f64::MIN_POSITIVE) };
-        let place = |x: f64| {
-            let at = (0.5 * (x / across + 1.0) * self.size as f64 - 0.5).clamp(0.0, (self.size - 1) as f64);
-            let first = at as usize;
-            (first, (first + 1).min(self.size - 1), (at - first as f64) as f32)
-        };
-        let ((left, right, u), (top, bottom, t)) = (place(v.x), place(-v.y));
-        [
-            (top * self.size + left, (1.0 - u) * (1.0 - t)),
-            (top * self.size + right, u * (1.0 - t)),
-            (bottom * self.size + left, (1.0 - u) * t),
-            (bottom * self.size + right, u * t),
-        ]
     }
 }
 

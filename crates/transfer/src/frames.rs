@@ -7,6 +7,15 @@ use sphere::Direction;
 /// The vertices that a kernel handles at once.
 pub(crate) const LANES: usize = 8;
 
+/// Where a mesh is seen from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Viewer {
+    /// From far away, in this direction.
+    Distant(Direction),
+    /// From a place.
+    At([f64; 3]),
+}
+
 /// The frames of a mesh's vertices.
 ///
 /// x is the tangent, z the normal and y = N x x, also where the tangent's sign w is -1: the table's frame is
@@ -15,10 +24,18 @@ pub(crate) const LANES: usize = 8;
 pub struct Frames {
     /// Where each vertex is.
     positions: Vec<[f32; 3]>,
-    /// x, y and N of each vertex.
-    axes: Vec<[[f32; 3]; 3]>,
-    /// The angles of each eight vertices; the last are repeated to fill them.
-    angles: Vec<Angles>,
+    /// Each eight vertices; the last one is repeated to fill them.
+    blocks: Vec<Block>,
+}
+
+/// Eight vertices, as kernels take them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Block {
+    /// Where they are: x, y and z.
+    positions: [[f32; LANES]; 3],
+    /// x, y and N of the frames: x, y and z of each.
+    axes: [[[f32; LANES]; 3]; 3],
+    pub(crate) angles: Angles,
 }
 
 /// The ZYZ angles of the rotation from the frames of eight vertices to the world, [x y N] = R_z(alpha)
@@ -58,36 +75,44 @@ impl Frames {
 
     /// Frames as matrices whose columns are x, y and N.
     pub(crate) fn new(positions: Vec<[f32; 3]>, to_world: &[DMat3]) -> Self {
-        let angles = to_world.chunks(LANES).map(|block| {
-            let mut angles = Angles {
-                alpha: [[1.0; LANES], [0.0; LANES]],
-                beta: [[1.0; LANES], [0.0; LANES]],
-                gamma: [[1.0; LANES], [0.0; LANES]],
+        let blocks = to_world.chunks(LANES).enumerate().map(|(index, frames)| {
+            let mut block = Block {
+                positions: [[0.0; LANES]; 3],
+                axes: [[[0.0; LANES]; 3]; 3],
+                angles: Angles {
+                    alpha: [[1.0; LANES], [0.0; LANES]],
+                    beta: [[1.0; LANES], [0.0; LANES]],
+                    gamma: [[1.0; LANES], [0.0; LANES]],
+                },
             };
             for lane in 0..LANES {
-                let zyz = zyz(block[lane.min(block.len() - 1)]);
-                for (angle, found) in
-                    [&mut angles.alpha, &mut angles.beta, &mut angles.gamma].into_iter().zip(zyz)
-                {
+                let filled = lane.min(frames.len() - 1);
+                let (frame, position) = (frames[filled], positions[index * LANES + filled]);
+                for component in 0..3 {
+                    block.positions[component][lane] = position[component];
+                    for (axis, vector) in [frame.x_axis, frame.y_axis, frame.z_axis].into_iter().enumerate() {
+                        block.axes[axis][component][lane] = vector[component] as f32;
+                    }
+                }
+                let angles = [&mut block.angles.alpha, &mut block.angles.beta, &mut block.angles.gamma];
+                for (angle, found) in angles.into_iter().zip(zyz(frame)) {
                     (angle[0][lane], angle[1][lane]) = (found.cos() as f32, found.sin() as f32);
                 }
             }
-            angles
+            block
         });
-        let axes = |matrix: &DMat3| {
-            [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.as_vec3().to_array())
-        };
-        Self { positions, axes: to_world.iter().map(axes).collect(), angles: angles.collect() }
+        let blocks = blocks.collect();
+        Self { positions, blocks }
     }
 
     /// The number of vertices.
     pub fn len(&self) -> usize {
-        self.axes.len()
+        self.positions.len()
     }
 
     /// Whether there is no vertex.
     pub fn is_empty(&self) -> bool {
-        self.axes.is_empty()
+        self.positions.is_empty()
     }
 
     /// Where each vertex is.
@@ -97,16 +122,57 @@ impl Frames {
 
     /// The normal of a vertex.
     pub fn normal(&self, vertex: usize) -> [f32; 3] {
-        self.axes[vertex][2]
+        self.blocks[vertex / LANES].axes[2].map(|component| component[vertex % LANES])
     }
 
-    /// A direction of the world in the frame of a vertex.
-    pub(crate) fn local(&self, vertex: usize, direction: Vec3) -> Vec3 {
-        Vec3::from(self.axes[vertex].map(|axis| Vec3::from(axis).dot(direction)))
+    /// All vertices, eight at a time.
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
+}
 
-    pub(crate) fn angles(&self) -> &[Angles] {
-        &self.angles
+impl Block {
+    /// The direction to the viewer from each vertex, in its frame: x, y and z. One who stands at a vertex
+    /// looks along its normal.
+    #[inline(always)]
+    pub(crate) fn views(&self, viewer: Viewer) -> [[f32; LANES]; 3] {
+        let mut away = [[0.0; LANES]; 3];
+        match viewer {
+            Viewer::Distant(direction) => {
+                let direction = direction.vector().as_vec3().to_array();
+                for (lanes, value) in away.iter_mut().zip(direction) {
+                    *lanes = [value; LANES];
+                }
+            }
+            Viewer::At(place) => {
+                for (component, lanes) in away.iter_mut().enumerate() {
+                    let place = place[component] as f32;
+                    *lanes = self.positions[component].map(|position| place - position);
+                }
+                let mut square = [0.0; LANES];
+                for lanes in away {
+                    for lane in 0..LANES {
+                        square[lane] += lanes[lane] * lanes[lane];
+                    }
+                }
+                for (component, lanes) in away.iter_mut().enumerate() {
+                    for lane in 0..LANES {
+                        let normal = self.axes[2][component][lane];
+                        let unit = lanes[lane] / square[lane].sqrt();
+                        lanes[lane] = if square[lane] > 0.0 { unit } else { normal };
+                    }
+                }
+            }
+        }
+        let mut views = [[0.0; LANES]; 3];
+        for (view, axis) in views.iter_mut().zip(&self.axes) {
+            for (axis, away) in axis.iter().zip(&away) {
+                for lane in 0..LANES {
+                    view[lane] += axis[lane] * away[lane];
+                }
+            }
+        }
+        views
     }
 }
 

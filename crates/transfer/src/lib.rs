@@ -14,9 +14,9 @@ mod transfer;
 mod triple_products;
 
 pub use directions::Directions;
-pub use frames::{Frames, FramesError};
+pub use frames::{Frames, FramesError, Viewer};
 pub use occluders::Occluders;
-pub use shading::{FixedLight, FixedView, Viewer, shade, shade_with_transfer};
+pub use shading::{FixedLight, FixedView, shade, shade_with_transfer};
 pub use transfer::{MOST_BYTES, Transfer, TransferError, precompute, precompute_unless};
 
 /// The revisions of the kernels, for the kinds of stage that call them.

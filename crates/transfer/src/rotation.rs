@@ -16,10 +16,17 @@ pub(crate) type Lanes = [[f32; LANES]];
 /// The turn about x by 90 degrees, for coefficients up to a degree.
 pub(crate) struct FrameRotation {
     degree: usize,
-    /// The entries of each row that are not zero: column and value.
-    quarter: Vec<Vec<(usize, f32)>>,
-    /// Those of the transpose.
-    back: Vec<Vec<(usize, f32)>>,
+    quarter: Sparse,
+    /// Its transpose.
+    back: Sparse,
+}
+
+/// The entries of a matrix that are not zero, row by row.
+struct Sparse {
+    /// Column and value.
+    entries: Vec<(u32, f32)>,
+    /// Where each row ends.
+    ends: Vec<u32>,
 }
 
 impl FrameRotation {
@@ -32,21 +39,21 @@ impl FrameRotation {
             unit.coefficients_mut()[column] = [1.0; 3];
             for (row, [value, ..]) in rotate(&unit, turn).coefficients().iter().enumerate() {
                 if value.abs() > 1e-12 {
-                    quarter[row].push((column, *value as f32));
-                    back[column].push((row, *value as f32));
+                    quarter[row].push((column as u32, *value as f32));
+                    back[column].push((row as u32, *value as f32));
                 }
             }
         }
-        Self { degree: degree.get(), quarter, back }
+        Self { degree: degree.get(), quarter: Sparse::new(&quarter), back: Sparse::new(&back) }
     }
 
     /// Turns functions in the frames of the vertices into the world.
     #[inline(always)]
     pub(crate) fn to_world(&self, angles: &Angles, c: &mut Lanes, work: &mut Lanes) {
         self.about_z(angles.gamma, 1.0, c);
-        apply(&self.quarter, c, work);
+        self.quarter.apply(c, work);
         self.about_z(angles.beta, 1.0, work);
-        apply(&self.back, work, c);
+        self.back.apply(work, c);
         self.about_z(angles.alpha, 1.0, c);
     }
 
@@ -54,9 +61,9 @@ impl FrameRotation {
     #[inline(always)]
     pub(crate) fn to_local(&self, angles: &Angles, c: &mut Lanes, work: &mut Lanes) {
         self.about_z(angles.alpha, -1.0, c);
-        apply(&self.quarter, c, work);
+        self.quarter.apply(c, work);
         self.about_z(angles.beta, -1.0, work);
-        apply(&self.back, work, c);
+        self.back.apply(work, c);
         self.about_z(angles.gamma, -1.0, c);
     }
 
@@ -67,11 +74,13 @@ impl FrameRotation {
         for m in 1..=self.degree {
             for l in m..=self.degree {
                 let middle = l * l + l;
+                let (even, odd) = (c[middle + m], c[middle - m]);
+                let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
                 for lane in 0..LANES {
-                    let (even, odd) = (c[middle + m][lane], c[middle - m][lane]);
-                    c[middle + m][lane] = even * x[lane] - odd * y[lane];
-                    c[middle - m][lane] = even * y[lane] + odd * x[lane];
+                    first[lane] = even[lane] * x[lane] - odd[lane] * y[lane];
+                    second[lane] = even[lane] * y[lane] + odd[lane] * x[lane];
                 }
+                (c[middle + m], c[middle - m]) = (first, second);
             }
             for lane in 0..LANES {
                 let s = sign * sine[lane];
@@ -82,15 +91,29 @@ impl FrameRotation {
     }
 }
 
-#[inline(always)]
-fn apply(matrix: &[Vec<(usize, f32)>], from: &Lanes, to: &mut Lanes) {
-    for (entries, to) in matrix.iter().zip(to) {
-        let mut sum = [0.0; LANES];
-        for &(column, value) in entries {
-            for lane in 0..LANES {
-                sum[lane] += value * from[column][lane];
+impl Sparse {
+    fn new(rows: &[Vec<(u32, f32)>]) -> Self {
+        let ends = rows.iter().scan(0, |end, row| {
+            *end += row.len() as u32;
+            Some(*end)
+        });
+        Self { ends: ends.collect(), entries: rows.concat() }
+    }
+
+    /// The product with a vector.
+    #[inline(always)]
+    fn apply(&self, from: &Lanes, to: &mut Lanes) {
+        let mut first = 0;
+        for (&end, to) in self.ends.iter().zip(to) {
+            let mut sum = [0.0; LANES];
+            for &(column, value) in &self.entries[first..end as usize] {
+                let from = &from[column as usize];
+                for lane in 0..LANES {
+                    sum[lane] += value * from[lane];
+                }
             }
+            *to = sum;
+            first = end as usize;
         }
-        *to = sum;
     }
 }

@@ -6,50 +6,28 @@
 //! and turned once ([`FixedView`]). All three agree to rounding.
 //!
 //! Results are signed: a series rings, and what clamps is the display's choice.
+//!
+//! Everything is computed for eight vertices at a time, a lane each, so that no sum runs across a vector.
 
 use brdf::BrdfTable;
-use glam::Vec3;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
 use sh::{Degree, Expansion};
-use sphere::{DVec3, Direction};
 
-use crate::frames::{Frames, LANES, single};
+use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::rotation::{FrameRotation, Lanes};
 use crate::transfer::Transfer;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
-
-/// Where a mesh is seen from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Viewer {
-    /// From far away, in this direction.
-    Distant(Direction),
-    /// From a place.
-    At([f64; 3]),
-}
-
-/// Coefficients of eight vertices.
-type Rows = Vec<[f32; LANES]>;
-
-impl Viewer {
-    /// The direction from a position toward the viewer; the normal if it stands there.
-    fn direction_from(self, position: [f32; 3], normal: [f32; 3]) -> Vec3 {
-        match self {
-            Self::Distant(direction) => single(direction),
-            Self::At(place) => {
-                let away = DVec3::from_array(place) - DVec3::from_array(position.map(f64::from));
-                Direction::new(away).map_or(Vec3::from(normal), single)
-            }
-        }
-    }
-}
+pub const REVISION: u32 = 1;
 
 /// The blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
+
+/// The vertices that a thread takes at a time.
+const CHUNK: usize = LANES * BLOCKS;
 
 /// The radiance of each vertex, RGB; table and light are cut to the lower of their degrees.
 ///
@@ -68,64 +46,95 @@ const BLOCKS: usize = 64;
 /// ```
 pub fn shade(frames: &Frames, table: &BrdfTable, viewer: Viewer, light: &Expansion) -> Vec<[f32; 3]> {
     let degree = table.degree().min(light.degree());
-    let kernel = Turned { frames, table, viewer, rotation: &FrameRotation::new(degree), degree };
-    let light = by_channel(light, degree);
+    let turned = Turned { table, viewer, rotation: &FrameRotation::new(degree), degree };
+    let light = by_row(light, degree);
     let mut radiance = vec![[0.0; 3]; frames.len()];
-    radiance.par_chunks_mut(LANES * BLOCKS).enumerate().for_each(|(chunk, radiance)| {
-        SimdLevel::detect().run(BothMove { kernel, light: &light, first: chunk * BLOCKS, radiance });
+    let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS));
+    chunks.for_each(|(radiance, blocks)| {
+        SimdLevel::detect().run(BothMove { turned, light: &light, blocks, radiance });
     });
     radiance
+}
+
+/// The coefficients of a light in f32, RGB in each row.
+fn by_row(light: &Expansion, degree: Degree) -> Vec<[f32; 3]> {
+    light.coefficients()[..degree.rows()].iter().map(|rgb| rgb.map(|value| value as f32)).collect()
+}
+
+/// Eight looked-up texels, [lane][row, channel], as [channel][row][lane], cut to the rows that there is room
+/// for.
+#[inline(always)]
+fn by_lane(texels: &[f32], channels: usize, c: &mut Lanes) {
+    let (texel, rows) = (texels.len() / LANES, c.len() / channels);
+    let lanes: [&[f32]; LANES] = std::array::from_fn(|lane| &texels[lane * texel..][..texel]);
+    for (channel, c) in c.chunks_exact_mut(rows).enumerate() {
+        for (row, c) in c.iter_mut().enumerate() {
+            *c = lanes.map(|texel| texel[row * channels + channel]);
+        }
+    }
 }
 
 /// The looked-up coefficients of eight vertices, turned into the world.
 #[derive(Clone, Copy)]
 struct Turned<'a> {
-    frames: &'a Frames,
     table: &'a BrdfTable,
     viewer: Viewer,
     rotation: &'a FrameRotation,
     degree: Degree,
 }
 
+/// Memory of [`Turned`].
+struct Room {
+    texels: Vec<f32>,
+    work: Vec<[f32; LANES]>,
+}
+
 impl Turned<'_> {
-    /// Those of a block, [channel][row][lane]; `c` has room for a texel, `work` for the rows.
-    #[inline(always)]
-    fn block(&self, block: usize, c: &mut [f32], turned: &mut [Vec<[f32; LANES]>], work: &mut Lanes) {
-        let channels = self.table.channels();
-        for lane in 0..LANES {
-            let vertex = (block * LANES + lane).min(self.frames.len() - 1);
-            look_up(self.frames, self.table, self.viewer, vertex, c);
-            for (channel, turned) in turned.iter_mut().enumerate() {
-                for (row, lanes) in turned.iter_mut().enumerate() {
-                    lanes[lane] = c[row * channels + channel];
-                }
-            }
-        }
-        for turned in turned {
-            self.rotation.to_world(&self.frames.angles()[block], turned, work);
-        }
+    fn room(&self) -> Room {
+        let work = vec![[0.0; LANES]; self.degree.rows()];
+        Room { texels: vec![0.0; LANES * self.table.texel()], work }
     }
 
-    /// Room for [`Turned::block`].
-    fn room(&self) -> (Vec<f32>, Vec<Rows>, Rows) {
-        let rows = vec![[0.0; LANES]; self.degree.rows()];
-        (vec![0.0; self.table.texel()], vec![rows.clone(); self.table.channels()], rows)
+    /// The numbers that [`Turned::block`] has for each vertex.
+    fn length(&self) -> usize {
+        self.table.channels() * self.degree.rows()
+    }
+
+    /// Those of a block, [channel][row][lane].
+    #[inline(always)]
+    fn block(&self, block: &Block, room: &mut Room, c: &mut Lanes) {
+        self.table.lookup_eight(0, &block.views(self.viewer), &mut room.texels);
+        by_lane(&room.texels, self.table.channels(), c);
+        for c in c.chunks_exact_mut(self.degree.rows()) {
+            self.rotation.to_world(&block.angles, c, &mut room.work);
+        }
     }
 }
 
-/// c_i toward the viewer, in the frame of a vertex.
+/// The sums over rows of c times a light that is the same for all vertices; c has a channel for each of the
+/// light's, or one for all.
 #[inline(always)]
-fn look_up(frames: &Frames, table: &BrdfTable, viewer: Viewer, vertex: usize, c: &mut [f32]) {
-    let view = viewer.direction_from(frames.positions()[vertex], frames.normal(vertex));
-    let local = frames.local(vertex, view).as_dvec3();
-    table.lookup_into(0, Direction::normalised(local), c);
+fn under(light: &[[f32; 3]], c: &Lanes, channels: usize, radiance: &mut [[f32; 3]]) {
+    let rows = c.len() / channels;
+    let channel = |channel: usize| &c[channel.min(channels - 1) * rows..][..light.len()];
+    let mut sums = [[0.0f32; LANES]; 3];
+    for (row, light) in light.iter().enumerate() {
+        for (index, sum) in sums.iter_mut().enumerate() {
+            let c = &channel(index)[row];
+            for lane in 0..LANES {
+                sum[lane] += c[lane] * light[index];
+            }
+        }
+    }
+    for (lane, rgb) in radiance.iter_mut().enumerate() {
+        *rgb = sums.map(|sum| sum[lane]);
+    }
 }
 
 struct BothMove<'a> {
-    kernel: Turned<'a>,
-    light: &'a [Vec<f32>; 3],
-    /// The first block.
-    first: usize,
+    turned: Turned<'a>,
+    light: &'a [[f32; 3]],
+    blocks: &'a [Block],
     radiance: &'a mut [[f32; 3]],
 }
 
@@ -134,65 +143,33 @@ impl WithSimd for BothMove<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (mut c, mut turned, mut work) = self.kernel.room();
-        for (offset, radiance) in self.radiance.chunks_mut(LANES).enumerate() {
-            self.kernel.block(self.first + offset, &mut c, &mut turned, &mut work);
-            for channel in 0..3 {
-                let mut sum = [0.0f32; LANES];
-                let turned = &turned[channel.min(turned.len() - 1)];
-                for (lanes, light) in turned.iter().zip(&self.light[channel]) {
-                    (0..LANES).for_each(|lane| sum[lane] += lanes[lane] * light);
-                }
-                radiance.iter_mut().zip(sum).for_each(|(rgb, sum)| rgb[channel] = sum);
-            }
+        let mut room = self.turned.room();
+        let mut c = vec![[0.0; LANES]; self.turned.length()];
+        for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
+            self.turned.block(block, &mut room, &mut c);
+            under(self.light, &c, self.turned.table.channels(), radiance);
         }
     }
-}
-
-/// Rows of each channel up to a degree, in f32.
-fn by_channel(light: &Expansion, degree: Degree) -> [Vec<f32>; 3] {
-    [0, 1, 2].map(|c| light.coefficients()[..degree.rows()].iter().map(|rgb| rgb[c] as f32).collect())
-}
-
-/// The sum of products, in eight sums that fill a vector register.
-#[inline(always)]
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; LANES];
-    let (blocks_a, rest_a) = a.as_chunks::<LANES>();
-    let (blocks_b, rest_b) = b.as_chunks::<LANES>();
-    for (a, b) in blocks_a.iter().zip(blocks_b) {
-        (0..LANES).for_each(|lane| sums[lane] += a[lane] * b[lane]);
-    }
-    let rest: f32 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f32>() + rest
 }
 
 /// A light turned into the frame of each vertex: 300 bytes a vertex for degree 4. Only the view may move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixedLight {
     degree: Degree,
-    /// [V, 3, (F+1)^2].
-    values: Vec<f32>,
+    /// [block of eight vertices][3][(F+1)^2][lane].
+    values: Vec<[f32; LANES]>,
 }
 
 impl FixedLight {
     /// Turns the light.
     pub fn new(frames: &Frames, light: &Expansion) -> Self {
         let degree = light.degree();
-        let (rotation, light) = (FrameRotation::new(degree), by_channel(light, degree));
-        let rows = degree.rows();
-        let mut values = vec![0.0; frames.len() * 3 * rows];
-        values.par_chunks_mut(LANES * 3 * rows).enumerate().for_each(|(block, values)| {
-            let mut work = vec![[0.0; LANES]; rows];
-            for (channel, light) in light.iter().enumerate() {
-                let mut lanes: Vec<[f32; LANES]> = light.iter().map(|value| [*value; LANES]).collect();
-                rotation.to_local(&frames.angles()[block], &mut lanes, &mut work);
-                for (lane, vertex) in values.chunks_exact_mut(3 * rows).enumerate() {
-                    for (value, lanes) in vertex[channel * rows..].iter_mut().zip(&lanes) {
-                        *value = lanes[lane];
-                    }
-                }
-            }
+        let (rotation, light) = (FrameRotation::new(degree), by_row(light, degree));
+        let mut values = vec![[0.0; LANES]; frames.blocks().len() * 3 * degree.rows()];
+        let chunks =
+            values.par_chunks_mut(BLOCKS * 3 * degree.rows()).zip(frames.blocks().par_chunks(BLOCKS));
+        chunks.for_each(|(values, blocks)| {
+            SimdLevel::detect().run(TurnLight { rotation: &rotation, light: &light, blocks, values });
         });
         Self { degree, values }
     }
@@ -202,26 +179,50 @@ impl FixedLight {
     /// # Panics
     /// If the frames are not as many as those that the light was turned into.
     pub fn shade(&self, frames: &Frames, table: &BrdfTable, viewer: Viewer) -> Vec<[f32; 3]> {
-        let rows = self.degree.rows();
-        assert_eq!(frames.len() * 3 * rows, self.values.len(), "the frames of this light");
+        let length = 3 * self.degree.rows();
+        assert_eq!(frames.blocks().len() * length, self.values.len(), "the frames of this light");
+        let rows = self.degree.min(table.degree()).rows();
         let mut radiance = vec![[0.0; 3]; frames.len()];
-        let vertices =
-            radiance.par_chunks_mut(LANES * BLOCKS).zip(self.values.par_chunks(LANES * BLOCKS * 3 * rows));
-        vertices.enumerate().for_each(|(chunk, (radiance, light))| {
-            let first = chunk * LANES * BLOCKS;
-            SimdLevel::detect().run(LightStays { frames, table, viewer, rows, first, light, radiance });
+        let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS));
+        chunks.zip(self.values.par_chunks(BLOCKS * length)).for_each(|((radiance, blocks), light)| {
+            SimdLevel::detect().run(LightStays { table, viewer, rows, blocks, light, radiance });
         });
         radiance
     }
 }
 
+struct TurnLight<'a> {
+    rotation: &'a FrameRotation,
+    light: &'a [[f32; 3]],
+    blocks: &'a [Block],
+    values: &'a mut [[f32; LANES]],
+}
+
+impl WithSimd for TurnLight<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let rows = self.light.len();
+        let mut work = vec![[0.0; LANES]; rows];
+        for (block, values) in self.blocks.iter().zip(self.values.chunks_exact_mut(3 * rows)) {
+            for (channel, values) in values.chunks_exact_mut(rows).enumerate() {
+                for (to, from) in values.iter_mut().zip(self.light) {
+                    *to = [from[channel]; LANES];
+                }
+                self.rotation.to_local(&block.angles, values, &mut work);
+            }
+        }
+    }
+}
+
 struct LightStays<'a> {
-    frames: &'a Frames,
     table: &'a BrdfTable,
     viewer: Viewer,
+    /// The rows that light and table both have.
     rows: usize,
-    first: usize,
-    light: &'a [f32],
+    blocks: &'a [Block],
+    light: &'a [[f32; LANES]],
     radiance: &'a mut [[f32; 3]],
 }
 
@@ -231,20 +232,24 @@ impl WithSimd for LightStays<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let channels = self.table.channels();
-        let kept = self.rows.min(self.table.degree().rows());
-        let mut c = vec![0.0; self.table.texel()];
-        let mut split = vec![0.0; kept];
-        let lights = self.light.chunks_exact(3 * self.rows);
-        for (offset, (rgb, light)) in self.radiance.iter_mut().zip(lights).enumerate() {
-            look_up(self.frames, self.table, self.viewer, self.first + offset, &mut c);
-            for channel in 0..3 {
-                let light = &light[channel * self.rows..][..kept];
-                rgb[channel] = if channels == 1 {
-                    dot(&c[..kept], light)
-                } else {
-                    split.iter_mut().zip(c[channel..].iter().step_by(3)).for_each(|(to, from)| *to = *from);
-                    dot(&split, light)
-                };
+        let mut texels = vec![0.0; LANES * self.table.texel()];
+        let mut c = vec![[0.0; LANES]; channels * self.rows];
+        let lights = self.light.chunks_exact(self.light.len() / self.blocks.len());
+        for ((block, light), radiance) in self.blocks.iter().zip(lights).zip(self.radiance.chunks_mut(LANES))
+        {
+            self.table.lookup_eight(0, &block.views(self.viewer), &mut texels);
+            by_lane(&texels, channels, &mut c);
+            let mut sums = [[0.0f32; LANES]; 3];
+            for (channel, sum) in sums.iter_mut().enumerate() {
+                let c = &c[channel.min(channels - 1) * self.rows..][..self.rows];
+                for (c, light) in c.iter().zip(&light[channel * (light.len() / 3)..]) {
+                    for lane in 0..LANES {
+                        sum[lane] += c[lane] * light[lane];
+                    }
+                }
+            }
+            for (lane, rgb) in radiance.iter_mut().enumerate() {
+                *rgb = sums.map(|sum| sum[lane]);
             }
         }
     }
@@ -256,51 +261,62 @@ impl WithSimd for LightStays<'_> {
 pub struct FixedView {
     degree: Degree,
     channels: usize,
-    /// [V, channels, (F+1)^2].
-    values: Vec<f32>,
+    /// The number of vertices.
+    count: usize,
+    /// [block of eight vertices][channels][(F+1)^2][lane].
+    values: Vec<[f32; LANES]>,
 }
 
 impl FixedView {
     /// Looks the table up for every vertex.
     pub fn new(frames: &Frames, table: &BrdfTable, viewer: Viewer) -> Self {
         let (degree, channels) = (table.degree(), table.channels());
-        let kernel = Turned { frames, table, viewer, rotation: &FrameRotation::new(degree), degree };
-        let rows = degree.rows();
-        let mut values = vec![0.0; frames.len() * channels * rows];
-        values.par_chunks_mut(LANES * channels * rows).enumerate().for_each(|(block, values)| {
-            let (mut c, mut turned, mut work) = kernel.room();
-            kernel.block(block, &mut c, &mut turned, &mut work);
-            for (lane, vertex) in values.chunks_exact_mut(channels * rows).enumerate() {
-                for (values, turned) in vertex.chunks_exact_mut(rows).zip(&turned) {
-                    values.iter_mut().zip(turned).for_each(|(value, lanes)| *value = lanes[lane]);
-                }
-            }
-        });
-        Self { degree, channels, values }
+        let turned = Turned { table, viewer, rotation: &FrameRotation::new(degree), degree };
+        let mut values = vec![[0.0; LANES]; frames.blocks().len() * turned.length()];
+        let chunks = values.par_chunks_mut(BLOCKS * turned.length()).zip(frames.blocks().par_chunks(BLOCKS));
+        chunks.for_each(|(values, blocks)| SimdLevel::detect().run(TurnTable { turned, blocks, values }));
+        Self { degree, channels, count: frames.len(), values }
     }
 
     /// The radiance of each vertex, RGB, as [`shade`] has it.
     pub fn shade(&self, light: &Expansion) -> Vec<[f32; 3]> {
-        let (rows, channels) = (self.degree.rows(), self.channels);
-        let degree = self.degree.min(light.degree());
-        let light = by_channel(light, degree);
-        let count = self.values.len() / (channels * rows);
-        let mut radiance = vec![[0.0; 3]; count];
-        let chunk = LANES * BLOCKS;
-        radiance.par_chunks_mut(chunk).zip(self.values.par_chunks(chunk * channels * rows)).for_each(
+        let light = by_row(light, self.degree.min(light.degree()));
+        let length = self.channels * self.degree.rows();
+        let mut radiance = vec![[0.0; 3]; self.count];
+        radiance.par_chunks_mut(CHUNK).zip(self.values.par_chunks(BLOCKS * length)).for_each(
             |(radiance, values)| {
-                SimdLevel::detect().run(ViewStays { rows, channels, light: &light, values, radiance });
+                let channels = self.channels;
+                SimdLevel::detect().run(ViewStays { channels, length, light: &light, values, radiance });
             },
         );
         radiance
     }
 }
 
+struct TurnTable<'a> {
+    turned: Turned<'a>,
+    blocks: &'a [Block],
+    values: &'a mut [[f32; LANES]],
+}
+
+impl WithSimd for TurnTable<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let mut room = self.turned.room();
+        let values = self.values.chunks_exact_mut(self.turned.length());
+        for (block, values) in self.blocks.iter().zip(values) {
+            self.turned.block(block, &mut room, values);
+        }
+    }
+}
+
 struct ViewStays<'a> {
-    rows: usize,
     channels: usize,
-    light: &'a [Vec<f32>; 3],
-    values: &'a [f32],
+    length: usize,
+    light: &'a [[f32; 3]],
+    values: &'a [[f32; LANES]],
     radiance: &'a mut [[f32; 3]],
 }
 
@@ -309,13 +325,9 @@ impl WithSimd for ViewStays<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let vertices = self.values.chunks_exact(self.channels * self.rows);
-        for (rgb, vertex) in self.radiance.iter_mut().zip(vertices) {
-            for channel in 0..3 {
-                let first = channel.min(self.channels - 1) * self.rows;
-                let light = &self.light[channel];
-                rgb[channel] = dot(&vertex[first..first + light.len()], light);
-            }
+        let blocks = self.values.chunks_exact(self.length);
+        for (c, radiance) in blocks.zip(self.radiance.chunks_mut(LANES)) {
+            under(self.light, c, self.channels, radiance);
         }
     }
 }
@@ -333,31 +345,60 @@ pub fn shade_with_transfer(
     light: &Expansion,
 ) -> Vec<[f32; 3]> {
     assert_eq!(frames.len(), transfer.len(), "the frames of this transfer");
-    let columns = transfer.input().min(light.degree());
-    let light = by_channel(light, columns);
+    let columns = transfer.input().rows();
+    let mut padded = by_row(light, transfer.input().min(light.degree()));
+    padded.resize(columns, [0.0; 3]);
+    let light = Vectors::new(&padded);
     let mut radiance = vec![[0.0; 3]; frames.len()];
-    radiance.par_chunks_mut(LANES * BLOCKS).enumerate().for_each(|(chunk, radiance)| {
-        let first = chunk * LANES * BLOCKS;
+    let matrices = transfer.values().par_chunks(CHUNK * transfer.output().rows() * columns);
+    let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS)).zip(matrices);
+    chunks.for_each(|((radiance, blocks), matrices)| {
         SimdLevel::detect().run(Transferred {
-            frames,
             table,
             viewer,
-            transfer,
+            output: transfer.output(),
+            matrices,
             light: &light,
-            first,
+            blocks,
             radiance,
         });
     });
     radiance
 }
 
+/// A light of which eight rows are taken at a time; the last eight rows go back over what the ones before
+/// them have, where it is zero here.
+struct Vectors {
+    /// The number of rows.
+    rows: usize,
+    /// The first row of each eight, and their values, RGB.
+    eights: Vec<(usize, [[f32; LANES]; 3])>,
+}
+
+impl Vectors {
+    fn new(light: &[[f32; 3]]) -> Self {
+        let rows = light.len();
+        let eights = (0..rows).step_by(LANES).map(|new| {
+            let first = new.min(rows.saturating_sub(LANES));
+            let of = |channel: usize| {
+                std::array::from_fn(|k| {
+                    let row = first + k;
+                    light.get(row).filter(|_| row >= new).map_or(0.0, |rgb| rgb[channel])
+                })
+            };
+            (first, [0, 1, 2].map(of))
+        });
+        Self { rows, eights: eights.collect() }
+    }
+}
+
 struct Transferred<'a> {
-    frames: &'a Frames,
     table: &'a BrdfTable,
     viewer: Viewer,
-    transfer: &'a Transfer,
-    light: &'a [Vec<f32>; 3],
-    first: usize,
+    output: Degree,
+    matrices: &'a [f32],
+    light: &'a Vectors,
+    blocks: &'a [Block],
     radiance: &'a mut [[f32; 3]],
 }
 
@@ -367,25 +408,48 @@ impl WithSimd for Transferred<'_> {
     /// c T first, which is one product of matrix and vector for a grey table, then its dots with the light.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let channels = self.table.channels();
-        let rows = self.transfer.output().min(self.table.degree()).rows();
-        let (columns, kept) = (self.transfer.input().rows(), self.light[0].len());
-        let mut c = vec![0.0; self.table.texel()];
-        let mut seen = vec![0.0; kept];
-        for (offset, rgb) in self.radiance.iter_mut().enumerate() {
-            let vertex = self.first + offset;
-            look_up(self.frames, self.table, self.viewer, vertex, &mut c);
-            let matrix = self.transfer.matrix(vertex);
-            for channel in 0..3 {
-                if channel < channels {
-                    seen.fill(0.0);
-                    for (row, entries) in matrix.chunks_exact(columns).take(rows).enumerate() {
-                        let c = c[row * channels + channel];
-                        seen.iter_mut().zip(&entries[..kept]).for_each(|(sum, entry)| *sum += c * entry);
+        let (channels, texel, columns) = (self.table.channels(), self.table.texel(), self.light.rows);
+        let rows = self.output.min(self.table.degree()).rows();
+        let mut texels = vec![0.0; LANES * texel];
+        let mut matrices = self.matrices.chunks_exact(self.output.rows() * columns);
+        for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
+            self.table.lookup_eight(0, &block.views(self.viewer), &mut texels);
+            let vertices = texels.chunks_exact(texel).zip(radiance);
+            for ((c, rgb), matrix) in vertices.zip(&mut matrices) {
+                let mut sums = [[0.0f32; LANES]; 3];
+                for (first, light) in &self.light.eights {
+                    let mut seen = [0.0f32; LANES];
+                    for (channel, sum) in sums.iter_mut().enumerate() {
+                        if channel < channels {
+                            seen =
+                                product(&c[channel..], channels, &matrix[..rows * columns], columns, *first);
+                        }
+                        for lane in 0..LANES {
+                            sum[lane] += seen[lane] * light[channel][lane];
+                        }
                     }
                 }
-                rgb[channel] = dot(&seen, &self.light[channel]);
+                *rgb = sums.map(|[a, b, c, d, e, f, g, h]| ((a + e) + (b + f)) + ((c + g) + (d + h)));
             }
         }
     }
+}
+
+/// Eight columns of c T, from `first` on; those past the last are zero.
+#[inline(always)]
+fn product(c: &[f32], stride: usize, matrix: &[f32], columns: usize, first: usize) -> [f32; LANES] {
+    let mut sums = [0.0f32; LANES];
+    for (entries, c) in matrix.chunks_exact(columns).zip(c.iter().step_by(stride)) {
+        let entries = &entries[first..];
+        if let Some(entries) = entries.first_chunk::<LANES>() {
+            for lane in 0..LANES {
+                sums[lane] += c * entries[lane];
+            }
+        } else {
+            for (sum, entry) in sums.iter_mut().zip(entries) {
+                *sum += c * entry;
+            }
+        }
+    }
+    sums
 }

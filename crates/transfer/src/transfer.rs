@@ -170,7 +170,7 @@ pub fn precompute_unless(
                 world[entry as usize] -= integral * hidden[k as usize];
             }
         }
-        let angles = &frames.angles()[block];
+        let angles = &frames.blocks()[block].angles;
         let (mut lanes, mut work) = (vec![[0.0; LANES]; rows], vec![[0.0; LANES]; rows]);
         for column in 0..columns {
             for (row, lanes) in lanes.iter_mut().enumerate() {
