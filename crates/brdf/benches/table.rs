@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
 
-use brdf::{AshikhminShirley, Material, Ward, tabulate};
+use brdf::{AshikhminShirley, Material, PoulinFournier, Ward, tabulate};
 use criterion::{Criterion, criterion_group, criterion_main};
 use sh::Degree;
 
@@ -11,8 +11,12 @@ fn tables(criterion: &mut Criterion) {
     group.sample_size(10);
     let metal = AshikhminShirley::new([24.0, 8.0], [0.0; 3], [0.9; 3]).unwrap();
     let brushed = Ward::new([0.15, 0.45], [1.0; 3]).unwrap();
-    let materials =
-        [("ashikhmin-shirley", Material::AshikhminShirley(metal)), ("ward", Material::Ward(brushed))];
+    let satin = PoulinFournier::new(20.0, [0.3; 3], [0.7; 3], 2.0, 1.0).unwrap();
+    let materials = [
+        ("ashikhmin-shirley", Material::AshikhminShirley(metal)),
+        ("ward", Material::Ward(brushed)),
+        ("poulin-fournier", Material::PoulinFournier(satin)),
+    ];
     for (name, material) in &materials {
         for degree in [4, 14] {
             let degree = Degree::new(degree).unwrap();

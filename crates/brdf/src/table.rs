@@ -16,6 +16,7 @@
 
 mod azimuths;
 mod hemisphere;
+mod several;
 #[cfg(test)]
 mod tests;
 mod zonal;

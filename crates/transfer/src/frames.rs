@@ -19,6 +19,8 @@ pub struct Frames {
     axes: Vec<[[f32; 3]; 3]>,
     /// The angles of each eight vertices; the last are repeated to fill them.
     angles: Vec<Angles>,
+    /// Where each vertex is between the first material of a table, 0, and the last, 1; empty if all are at 0.
+    blend: Vec<f32>,
 }
 
 /// The ZYZ angles of the rotation from the frames of eight vertices to the world, [x y N] = R_z(alpha)
@@ -77,7 +79,28 @@ impl Frames {
         let axes = |matrix: &DMat3| {
             [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.as_vec3().to_array())
         };
-        Self { positions, axes: to_world.iter().map(axes).collect(), angles: angles.collect() }
+        Self {
+            positions,
+            axes: to_world.iter().map(axes).collect(),
+            angles: angles.collect(),
+            blend: Vec::new(),
+        }
+    }
+
+    /// The same frames for a table of several materials: where each vertex is between the first, 0, and the
+    /// last, 1.
+    ///
+    /// # Panics
+    /// If the numbers are not as many as the vertices.
+    #[must_use]
+    pub fn with_blend(self, blend: Vec<f32>) -> Self {
+        assert_eq!(blend.len(), self.len(), "a number for each vertex");
+        Self { blend, ..self }
+    }
+
+    /// Where a vertex is between the first material of a table, 0, and the last, 1.
+    pub fn blend(&self, vertex: usize) -> f32 {
+        self.blend.get(vertex).copied().unwrap_or(0.0)
     }
 
     /// The number of vertices.

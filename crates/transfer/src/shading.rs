@@ -118,7 +118,8 @@ impl Turned<'_> {
 fn look_up(frames: &Frames, table: &BrdfTable, viewer: Viewer, vertex: usize, c: &mut [f32]) {
     let view = viewer.direction_from(frames.positions()[vertex], frames.normal(vertex));
     let local = frames.local(vertex, view).as_dvec3();
-    table.lookup_into(0, Direction::normalised(local), c);
+    let q = frames.blend(vertex) * (table.count() - 1) as f32;
+    table.blend_into(q, Direction::normalised(local), c);
 }
 
 struct BothMove<'a> {

@@ -453,13 +453,18 @@ fn fingerprints() {
     let ward = |x, y| Material::Ward(Ward::new([x, y], one).unwrap());
     let shirley =
         |x, y| Material::AshikhminShirley(AshikhminShirley::new([x, y], [0.5; 3], [0.04; 3]).unwrap());
-    let rows: [(Material, [f64; 4]); 12] = [
+    let brushed = Ggx::stretched([0.4, 0.7], gold(), one).unwrap();
+    let rows: [(Material, [f64; 4]); 13] = [
         (
             Material::Microfacet(Microfacet::new(0.3, one).unwrap()),
             [7.243904530039e-01, 6.714368812270e-01, 1.606295151875e-01, 9.284242429114e-03],
         ),
         (ggx(glass()), [3.628550225203e-02, 7.737193141409e-02, 1.113349189224e-01, 1.500806428147e-03]),
         (ggx(gold()), [8.697344536980e-01, 9.765961274575e-01, 2.914524239095e-01, 3.635558472026e-02]),
+        (
+            Material::Ggx(brushed),
+            [5.932279054669e-01, 1.033547257712e+00, 2.503500865116e-01, 6.364501820652e-03],
+        ),
         (
             Material::TorranceSparrow(TorranceSparrow::new(0.4, glass(), one).unwrap()),
             [2.120296728275e-02, 5.469186046161e-02, 2.361044652237e-01, 1.814355226116e-03],

@@ -13,8 +13,11 @@ use super::azimuths::{Azimuths, Circle, Steps};
 use crate::quadrature::{Panel, RULE};
 use crate::{Lobe, Material};
 
-/// The error that is aimed at, as a share of the greatest coefficient.
+/// The error that is aimed at, as a share of the greatest coefficient: of smooth models, of one whose kinks
+/// lie anywhere, and of a table, which has them between all of its nodes and is no more accurate itself.
 const ACCURACY: f64 = 4e-7;
+const ACCURACY_OF_KINKS: f64 = 1e-5;
+const ACCURACY_OF_TABLES: f64 = 1e-4;
 /// The share of it that a panel may have.
 const SHARE: f64 = 0.125;
 /// The most halvings of a panel.
@@ -50,6 +53,8 @@ pub(super) struct Hemisphere {
     width: f64,
     /// Whether a narrow highlight can be at another azimuth than that of R.
     strays: bool,
+    /// The error that is aimed at, as a share of the greatest coefficient.
+    accuracy: f64,
 }
 
 /// A panel in theta_i and what both rules find on it.
@@ -68,7 +73,13 @@ impl Hemisphere {
             Lobe::Power { n, .. } => (f64::from(n) + 1.0).powf(-0.5),
             Lobe::Band { width } => f64::from(width),
         };
+        let accuracy = |leaf: &&Material| match leaf {
+            Material::MeasuredAnisotropic(_) => ACCURACY_OF_TABLES,
+            Material::PoulinFournier(_) => ACCURACY_OF_KINKS,
+            _ => ACCURACY,
+        };
         Self {
+            accuracy: material.leaves().iter().map(accuracy).fold(ACCURACY, f64::max),
             basis: Basis::new(degree),
             azimuths: Azimuths::new(degree.get()),
             width: material.lobes().iter().map(width).fold(1.0, f64::min),
@@ -94,7 +105,7 @@ impl Hemisphere {
         let mut sum = ViewCoefficients { c: vec![[0.0; 3]; self.basis.degree().rows()], error: 0.0 };
         parts.iter().for_each(|part| sum.add(&part.kronrod));
         let size = sum.c.as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let allowed = ACCURACY * SHARE * size;
+        let allowed = self.accuracy * SHARE * size;
         // The worst panel first, so that what is left when the values run out is the least.
         loop {
             let errors = parts.iter().map(|part| if part.panel.depth < DEEPEST { part.error } else { 0.0 });
@@ -141,7 +152,7 @@ impl Hemisphere {
             let area = panel.radius() * sine;
             // The half vector's slope grows by 1 / (2 cot(theta)) along the circle.
             let width = 2.0 * self.width * (cosine + v.z.max(0.0)) / (sine + sin_o).max(1e-9);
-            let steps = Steps::for_feature(width.max(1e-4), self.strays);
+            let steps = Steps::for_feature(width.max(1e-4), self.strays, 0.25 * self.accuracy);
             let up = if half == Half::Upper { cosine } else { -cosine };
             let at = |cos_phi: f64, sin_phi: f64| {
                 let (x, y) = (cos_phi * cos_r - sin_phi * sin_r, sin_phi * cos_r + cos_phi * sin_r);
