@@ -3,8 +3,8 @@
 //! With h the direction half way between light and view, theta_h and phi_h are its angle from the normal and
 //! its azimuth from the tangent, and theta_d is the angle between h and the light. The fourth coordinate is
 //! the azimuth psi of the difference of light and view after the turn that takes h to the normal along its
-//! meridian: psi = phi_h + phi_d of Rusinkiewicz' angles (see `measured`). Unlike phi_d it has a limit where h
-//! is the normal. Exchanging light and view adds pi to psi, so that a table over half a turn is reciprocal.
+//! meridian: psi = phi_h + phi_d of Rusinkiewicz' angles (see `measured`). Unlike phi_d it has a limit where
+//! h is the normal. Exchanging light and view adds pi to psi, so that a table over half a turn is reciprocal.
 //!
 //! Entry (i, j, k, m) of n_h x n_phi x n_d x n_psi is at theta_h = (i / n_h)^2 pi/2, phi_h = j / n_phi 2 pi,
 //! theta_d = k / n_d pi/2 and psi = m / n_psi pi. Between nodes the value is linear in (sqrt(theta_h), phi_h,
@@ -198,8 +198,8 @@ fn average(values: &mut [[f32; 3]], entries: impl ExactSizeIterator<Item = usize
     entries.for_each(|entry| values[entry] = mean);
 }
 
-/// theta_h, phi_h in [0, 2 pi), theta_d and psi in [0, pi) of two directions over a surface with normal +Z and
-/// tangent +X.
+/// theta_h, phi_h in [0, 2 pi), theta_d and psi in [0, pi) of two directions over a surface with normal +Z
+/// and tangent +X.
 pub fn half_and_difference(incident: Direction, outgoing: Direction) -> [f64; 4] {
     let sum = incident.vector() + outgoing.vector();
     let difference = incident.vector() - outgoing.vector();

@@ -76,8 +76,8 @@ impl DataTexture {
         &self.texels
     }
 
-    /// The four numbers at coordinates (u, v), v downward, between the four nearest texels; `wrap` along u and
-    /// v.
+    /// The four numbers at coordinates (u, v), v downward, between the four nearest texels; `wrap` along u
+    /// and v.
     ///
     /// # Example: the middle of black and white is grey
     /// ```

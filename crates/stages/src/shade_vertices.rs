@@ -11,8 +11,8 @@
 //! With `transfer` connected, of the same mesh (`precompute-transfer`), what the mesh itself hides is
 //! missing: B = sum of c_i (T L)_i.
 //!
-//! A table of several materials is blended between them by `blend`, a number at each vertex (`vertex-blend`): 0
-//! is the first material, 1 the last. Another blend, or another table, needs no new transfer.
+//! A table of several materials is blended between them by `blend`, a number at each vertex (`vertex-blend`):
+//! 0 is the first material, 1 the last. Another blend, or another table, needs no new transfer.
 //!
 //! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
 //! light's unit, and signed: a series rings below zero near bright lamps; the build notes how much does.

@@ -1,8 +1,8 @@
 //! Draws a BRDF table, for `specula inspect`: each coefficient over the views, and the energy of each degree.
 //!
-//! The arrangement is that of figure 2 of Kautz, Sloan and Snyder (2002): a row for each degree l with its 2 l
-//! + 1 coefficients, red where they are positive and blue where they are negative, and below them the squares
-//! of each degree, summed. Each square is the map of views of the table, cut off at the horizon.
+//! The arrangement is that of figure 2 of Kautz, Sloan and Snyder (2002): a row for each degree with its
+//! coefficients, red where they are positive and blue where they are negative, and below them the squares of
+//! each degree, summed. Each square is the map of views of the table, cut off at the horizon.
 
 use std::cmp::Ordering;
 
@@ -195,8 +195,8 @@ mod tests {
         tabulate(material, Degree::new(2).unwrap(), 32).unwrap().0
     }
 
-    /// The maps of a matte surface are 1 at l = 0, m = 0; at l = 1 only that of z is not black; degree 2 has a
-    /// quarter less (1/2, 1/sqrt(3), sqrt(5)/8 times the albedo).
+    /// The maps of a matte surface are 1 at l = 0, m = 0; at l = 1 only that of z is not black; degree 2 has
+    /// a quarter less (1/2, 1/sqrt(3), sqrt(5)/8 times the albedo).
     #[test]
     fn coefficients_are_red_or_blue_where_they_have_that_sign() {
         let chalk = Material::Lambert(Lambert::new([0.8; 3]).unwrap());

@@ -1,14 +1,14 @@
-//! Says which material of a table is where on a mesh: a number for each vertex, from 0, the first material, to
-//! 1, the last.
+//! Says which material of a table is where on a mesh: a number for each vertex, from 0, the first material,
+//! to 1, the last.
 //!
 //! A table of several materials (`tabulate-brdf` with `vary` or `materials`) and this number at
 //! `shade-vertices` make a surface whose roughness or direction varies (Kautz, Sloan and Snyder 2002, figure
 //! 4). The number comes from one of two places:
 //!
-//! - `texture`, a PNG, JPEG or WebP, is read at the mesh's texture coordinates, between texels; it is repeated
-//!   outside of 0 to 1. Its `channel` is taken as it is stored, for it is data and not a colour.
-//! - `attribute`, of the glTF file `gltf` that the mesh was imported from: one number at each vertex (`_BLEND`),
-//!   or the first of several (`COLOR_0`).
+//! - `texture`, a PNG, JPEG or WebP, is read at the mesh's texture coordinates, between texels; it is
+//!   repeated outside of 0 to 1. Its `channel` is taken as it is stored, for it is data and not a colour.
+//! - `attribute`, of the glTF file `gltf` that the mesh was imported from: one number at each vertex
+//!   (`_BLEND`), or the first of several (`COLOR_0`).
 //!
 //! Numbers below 0 and above 1 are those ends; a warning counts them. The blend belongs to the mesh that
 //! arrives here, tangents included: brush the mesh first.

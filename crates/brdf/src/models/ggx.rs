@@ -139,8 +139,8 @@ mod tests {
     }
 
     /// The area of the facets' projections onto the surface is that of the surface: the integral of D (N.h)
-    /// is 1. With tan(theta) = t, (N.h) dh = t dt dphi / (1 + t^2)^2; where N.L = N.V = N.h and L = V, rho_hat
-    /// is D F G / (4 N.h), with G = N.h / |(alpha_x h_x, alpha_y h_y, h_z)| of two equal maskings.
+    /// is 1. With tan(theta) = t, (N.h) dh = t dt dphi / (1 + t^2)^2; where N.L = N.V = N.h and L = V,
+    /// rho_hat is D F G / (4 N.h), with G = N.h / |(alpha_x h_x, alpha_y h_y, h_z)| of two equal maskings.
     #[test]
     fn stretched_facets_cover_the_surface() {
         for roughness in [[0.3, 0.7], [0.9, 0.4], [0.6, 0.6001]] {

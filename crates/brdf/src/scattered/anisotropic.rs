@@ -2,8 +2,8 @@
 //!
 //! The two steps are those of isotropic measurements: the layered model of `base`, whose highlight may be
 //! stretched here in any direction, and its error, ln((f + e) / (f_0 + e)), smoothed over both directions
-//! (`lattice`) and fading away from samples. No symmetry is assumed but reciprocity: a twill need not look the
-//! same in a mirror.
+//! (`lattice`) and fading away from samples. No symmetry is assumed but reciprocity: a twill need not look
+//! the same in a mirror.
 
 use rayon::prelude::*;
 use sphere::Direction;
@@ -23,8 +23,8 @@ pub struct InterpolatedAnisotropic {
     pub held_out: f64,
 }
 
-/// The shape of such tables: 7.5 degrees in the azimuth of the half vector, on which highlights depend, and 15
-/// in that of the difference, on which they hardly do.
+/// The shape of such tables: 7.5 degrees in the azimuth of the half vector, on which highlights depend, and
+/// 15 in that of the difference, on which they hardly do.
 pub const ANISOTROPIC_SHAPE: [usize; 4] = [36, 48, 24, 12];
 
 /// The most samples that are used; if there are more, evenly spaced ones are chosen.

@@ -63,8 +63,8 @@ impl Base {
         search.best
     }
 
-    /// The same with a coat that may be stretched: first in steps of 22.5 degrees and factors of sqrt(2), then
-    /// by ever smaller steps from the best.
+    /// The same with a coat that may be stretched: first in steps of 22.5 degrees and factors of sqrt(2),
+    /// then by ever smaller steps from the best.
     pub(super) fn fit_stretched(samples: &[Sample], floor: f64) -> Self {
         let alpha = Self::fit(samples, floor).width();
         let mut search = Search::new(samples, floor);

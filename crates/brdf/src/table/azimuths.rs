@@ -110,7 +110,8 @@ impl Azimuths {
     }
 
     /// Integrates `value(cos(phi), sin(phi))` times every harmonic to within `allowed` or the share of the
-    /// greatest of these integrals that `Steps` says, or as well as the last rule does; `None` as soon as a value is `None`.
+    /// greatest of these integrals that `Steps` says, or as well as the last rule does; `None` as soon as a
+    /// value is `None`.
     pub(super) fn integrate(
         &self,
         Steps { concentration, stages: [first, last], accuracy }: Steps,

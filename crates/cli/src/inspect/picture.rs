@@ -8,8 +8,8 @@ use super::facts::Facts;
 use crate::exit::Exit;
 use crate::{png_file, print};
 
-/// Draws to the PNG file `place` and returns the file's path and size; `None` if there is nothing to draw. The
-/// title is the name of the inspected file.
+/// Draws to the PNG file `place` and returns the file's path and size; `None` if there is nothing to draw.
+/// The title is the name of the inspected file.
 ///
 /// # Errors
 /// If the file cannot be written: that is printed.

@@ -11,8 +11,8 @@ use crate::error::Error;
 /// What a format's module makes of bytes.
 pub(super) type Found = (Material, Vec<String>);
 
-/// A table out of scattered samples, with a note of how well they are met; `anisotropic` if they depend on the
-/// tangent.
+/// A table out of scattered samples, with a note of how well they are met; `anisotropic` if they depend on
+/// the tangent.
 pub(super) fn interpolated(
     samples: &[Sample],
     anisotropic: bool,

@@ -9,9 +9,9 @@
 //! | `theta_i,phi_i,theta_o,phi_o,r,g,b` | an anisotropic one: the azimuths are from the tangent, counterclockwise as seen from above |
 //! | `x_i,y_i,z_i,x_o,y_o,z_o,r,g,b` | the same as vectors of any length, x the tangent and z the normal |
 //!
-//! Angles are in degrees. Order and spacing of the lines do not matter, nor does it whether they form a grid or
-//! are scattered; `#` starts a comment. The BRDF is taken to be reciprocal, so that half of a symmetric table
-//! is enough.
+//! Angles are in degrees. Order and spacing of the lines do not matter, nor does it whether they form a grid
+//! or are scattered; `#` starts a comment. The BRDF is taken to be reciprocal, so that half of a symmetric
+//! table is enough.
 
 use brdf::scattered::Sample;
 use sphere::{DVec3, Direction};

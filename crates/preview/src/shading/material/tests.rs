@@ -91,8 +91,8 @@ pub(crate) fn materials() -> Vec<(Material, f64)> {
         let sharpness = f64::min(x, y).powi(-4);
         materials.push((Material::Ggx(Ggx::stretched([x, y], gold, rgb).unwrap()), sharpness));
     }
-    // Where little of a cylinder is seen, near the horizon, the ends of the arc are as uncertain as those of a
-    // sharp highlight.
+    // Where little of a cylinder is seen, near the horizon, the ends of the arc are as uncertain as those of
+    // a sharp highlight.
     for (s, distance, height) in [(0.0, 2.0, 1.0), (20.0, 2.0, 1.0), (20.0, 2.7, 0.4), (400.0, 3.0, 1.8)] {
         let cylinders = PoulinFournier::new(s, [0.3, 0.2, 0.1], rgb, distance, height).unwrap();
         materials.push((Material::PoulinFournier(cylinders), 1e5));
