@@ -91,8 +91,8 @@ impl<'a> Maps<'a> {
 
 /// Draws a table: 8-bit sRGB, 1680 pixels wide. Of several materials, the first and the last are drawn.
 ///
-/// Brightness is the square root of a coefficient over the greatest one, so that small ones show; of the
-/// energies, the fourth root, which is the same scale. Of an RGB table the mean of the channels is drawn.
+/// Brightness is the square root of a coefficient over the greatest one, so that small ones show, and that of
+/// an energy likewise. Of an RGB table the mean of the channels is drawn.
 ///
 /// # Example: a table of degree 2 has nine coefficients in three rows
 /// ```
@@ -149,7 +149,7 @@ fn draw(canvas: &mut Canvas, top: usize, [edge, energy_edge]: [usize; 2], maps: 
     for (l, energy) in maps.energies.iter().enumerate() {
         let x = middle - width / 2 + l * (energy_edge + GAP);
         let colour = |texel: usize| {
-            let grey = (255.0 * (maps.energy(texel, l) / greatest_energy).sqrt().sqrt()).round() as u8;
+            let grey = (255.0 * (maps.energy(texel, l) / greatest_energy).sqrt()).round() as u8;
             [grey; 3]
         };
         canvas.place(Rect::new(x, y, energy_edge, energy_edge), &maps.map(energy_edge, colour));

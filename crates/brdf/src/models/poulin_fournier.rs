@@ -74,6 +74,13 @@ pub struct PoulinFournier {
     specular: [f64; 3],
     distance: f64,
     height: f64,
+    /// The last angle of a cylinder above the floor, and half its width there.
+    edge: f64,
+    half_width: f64,
+    /// tan(psi / 2) where cos^s(psi) is e^-16.
+    reach: f64,
+    /// c(s).
+    factor: f64,
 }
 
 /// What a direction sees of a cylinder and of the floor to its +Y side.
@@ -81,6 +88,9 @@ pub struct PoulinFournier {
 struct Seen {
     /// Its angle in the plane of +Y and +Z, at least 0.06 degrees from the horizon.
     phi: f64,
+    /// Of that angle.
+    sine: f64,
+    cosine: f64,
     /// The first and the last angle of the arc.
     arc: [f64; 2],
     /// The places along +Y where the floor begins and ends, from the cylinder's axis.
@@ -101,64 +111,68 @@ impl PoulinFournier {
         distance: f64,
         height: f64,
     ) -> Result<Self, ParameterError> {
+        let z = 1.0 - HEIGHT.checked(height)?;
+        let least = (-FAINT / EXPONENT.checked(exponent)?.max(1e-3)).exp();
         Ok(Self {
-            exponent: EXPONENT.checked(exponent)?,
+            exponent,
             diffuse: DIFFUSE.checked_colour(diffuse)?,
             specular: SPECULAR.checked_colour(specular)?,
             distance: DISTANCE.checked(distance)?,
-            height: HEIGHT.checked(height)?,
+            height,
+            edge: z.acos(),
+            half_width: (1.0 - z * z).max(0.0).sqrt(),
+            reach: ((1.0 - least) / (1.0 + least)).sqrt(),
+            factor: factor(exponent),
         })
     }
 
     /// What a direction above the horizon sees.
     fn seen(&self, direction: DVec3) -> Seen {
-        let most = LEAST.acos();
-        let angle = direction.y.atan2(direction.z.max(0.0)).clamp(-most, most);
-        let (sine, cosine) = angle.abs().sin_cos();
+        let across = direction.y.hypot(direction.z);
+        let cosine = if across > 0.0 { (direction.z / across).max(LEAST) } else { 1.0 };
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // The floor is at z = 1 - height, where the circle is 2 b wide.
-        let z = 1.0 - self.height;
-        let b = (1.0 - z * z).max(0.0).sqrt();
-        let (d, edge) = (self.distance, z.acos());
+        let (d, z, b) = (self.distance, 1.0 - self.height, self.half_width);
         // From the side of +Y: the arc begins where it turns away from the view, and the next cylinder hides
         // its end.
-        let first = angle.abs() - FRAC_PI_2;
+        let first = -cosine.atan2(sine);
         let last = first + 2.0 * (0.5 * d * cosine).min(1.0).sqrt().asin();
-        let arc = [first.max(-edge), last.min(edge)];
+        let arc = [first.max(-self.edge), last.min(self.edge)];
         let near = if b * sine >= -z * cosine { b } else { (1.0 + z * sine) / cosine };
         let far = if sine > z { d - (1.0 - z * sine) / cosine } else { d - b };
-        let (arc, floor) = match angle < 0.0 {
-            true => ([-arc[1], -arc[0]], [d - far, d - near]),
-            false => (arc, [near, far]),
-        };
-        Seen { phi: angle, arc, floor }
+        let phi = first + FRAC_PI_2;
+        match direction.y < 0.0 {
+            true => {
+                Seen { phi: -phi, sine: -sine, cosine, arc: [-arc[1], -arc[0]], floor: [d - far, d - near] }
+            }
+            false => Seen { phi, sine, cosine, arc, floor: [near, far] },
+        }
     }
 
-    /// The integral of cos^s(psi) cos(phi - phi_l) cos(phi - phi_v) over an arc, psi = phi - `phi_h`.
-    fn highlight(&self, phi_h: f64, [light, view]: [f64; 2], arc: [f64; 2]) -> f64 {
+    /// The integral of cos^s(psi) cos(phi - phi_l) cos(phi - phi_v) over an arc, psi = phi - phi_h; `half` is
+    /// h_y and h_z, of any length.
+    fn highlight(&self, half: [f64; 2], seen: [Seen; 2], arc: [f64; 2]) -> f64 {
+        let length = half[0].hypot(half[1]);
+        let (sin_h, cos_h, phi_h) = (half[0] / length, half[1] / length, half[0].atan2(half[1]));
         // With t = tan(psi / 2) every factor is rational.
-        let reach = self.reach();
         let [from, to] = arc.map(|phi| (0.5 * (phi - phi_h)).clamp(-0.25 * PI, 0.25 * PI).tan());
-        let [from, to] = [from.max(-reach), to.min(reach)];
+        let [from, to] = [from.max(-self.reach), to.min(self.reach)];
         if from >= to {
             return 0.0;
         }
         let (middle, radius) = (0.5 * (from + to), 0.5 * (to - from));
-        let ((sin_l, cos_l), (sin_v, cos_v)) = ((phi_h - light).sin_cos(), (phi_h - view).sin_cos());
+        // Sine and cosine of phi_h - phi_l and of phi_h - phi_v.
+        let [(sin_l, cos_l), (sin_v, cos_v)] =
+            seen.map(|of| (sin_h * of.cosine - cos_h * of.sine, cos_h * of.cosine + sin_h * of.sine));
         let at = |t: f64| {
             let scale = 1.0 / (1.0 + t * t);
             let (sine, cosine) = (2.0 * t * scale, (1.0 - t * t) * scale);
             let seen = (cosine * cos_l - sine * sin_l).max(0.0) * (cosine * cos_v - sine * sin_v).max(0.0);
-            2.0 * scale * cosine.max(0.0).powf(self.exponent) * seen
+            2.0 * scale * power(cosine, self.exponent) * seen
         };
         let sum =
             GAUSS.iter().map(|[x, weight]| weight * (at(middle - radius * x) + at(middle + radius * x)));
         radius * sum.sum::<f64>()
-    }
-
-    /// tan(psi / 2) where cos^s(psi) is e^-16.
-    fn reach(&self) -> f64 {
-        let least = (-FAINT / self.exponent.max(1e-3)).exp();
-        ((1.0 - least) / (1.0 + least)).sqrt()
     }
 
     /// Whether a view along the normal sees a floor.
@@ -167,10 +181,16 @@ impl PoulinFournier {
     }
 }
 
+/// cos^s; 0 if the cosine is not above 0.
+fn power(cosine: f64, s: f64) -> f64 {
+    if cosine > 0.0 { (s * cosine.ln()).exp() } else { 0.0 }
+}
+
 /// The integral of cos(phi - phi_l) cos(phi - phi_v) over an arc.
-fn matte([light, view]: [f64; 2], [from, to]: [f64; 2]) -> f64 {
-    let sum = light + view;
-    0.5 * ((light - view).cos() * (to - from) + 0.5 * ((2.0 * to - sum).sin() - (2.0 * from - sum).sin()))
+fn matte([light, view]: [Seen; 2], [from, to]: [f64; 2]) -> f64 {
+    let sum = light.phi + view.phi;
+    let between = light.cosine * view.cosine + light.sine * view.sine;
+    0.5 * (between * (to - from) + 0.5 * ((2.0 * to - sum).sin() - (2.0 * from - sum).sin()))
 }
 
 impl Model for PoulinFournier {
@@ -205,29 +225,28 @@ impl Model for PoulinFournier {
         let scale = half.light / self.distance;
         let (mut diffuse, mut specular) = (0.0, 0.0);
         if arc[0] < arc[1] {
-            let angles = [light.phi, view.phi];
-            let scale = scale / (light.phi.cos() * view.phi.cos());
-            diffuse += scale * matte(angles, arc).max(0.0);
+            let seen = [light, view];
+            let scale = scale / (light.cosine * view.cosine);
+            diffuse += scale * matte(seen, arc).max(0.0);
             let sum = half.sum;
-            let across = (1.0 - sum.x * sum.x / half.length_squared).max(0.0).powf(0.5 * self.exponent);
-            specular += scale * across * self.highlight(sum.y.atan2(sum.z), angles, arc);
+            let across = power((1.0 - sum.x * sum.x / half.length_squared).max(0.0), 0.5 * self.exponent);
+            specular += scale * across * self.highlight([sum.y, sum.z], seen, arc);
         }
         if floor[0] < floor[1] {
             let width = scale * (floor[1] - floor[0]);
             diffuse += width;
-            specular += width * half.cos2().min(1.0).powf(0.5 * self.exponent);
+            specular += width * power(half.cos2().min(1.0), 0.5 * self.exponent);
         }
-        let (diffuse, specular) = (diffuse / PI, specular * factor(self.exponent));
+        let (diffuse, specular) = (diffuse / PI, specular * self.factor);
         [0, 1, 2].map(|channel| self.diffuse[channel] * diffuse + self.specular[channel] * specular)
     }
 
     /// s, d, 1 - height, its arc cosine, b, the greatest tan(psi / 2), diffuse / pi (3), specular c(s) (3),
     /// the nodes and weights of Gauss' rule (16).
     fn constants(&self) -> Vec<f64> {
-        let z = 1.0 - self.height;
-        let reach = self.reach();
-        let shape = [self.exponent, self.distance, z, z.acos(), (1.0 - z * z).max(0.0).sqrt(), reach];
-        let specular = self.specular.map(|specular| specular * factor(self.exponent));
+        let Self { exponent, distance, height, edge, half_width, reach, .. } = *self;
+        let shape = [exponent, distance, 1.0 - height, edge, half_width, reach];
+        let specular = self.specular.map(|specular| specular * self.factor);
         [&shape[..], &self.diffuse.map(|diffuse| diffuse / PI), &specular, GAUSS.as_flattened()].concat()
     }
 
@@ -333,7 +352,7 @@ mod tests {
             let model = PoulinFournier::new(1.0, [1.0; 3], [0.0; 3], distance, height).unwrap();
             for k in 0..100 {
                 let phi = (f64::from(k) / 50.0 - 0.99) * 1.569;
-                let Seen { phi, arc, floor } = model.seen(DVec3::new(0.0, phi.sin(), phi.cos()));
+                let Seen { phi, arc, floor, .. } = model.seen(DVec3::new(0.0, phi.sin(), phi.cos()));
                 let arc = if arc[0] < arc[1] { (arc[1] - phi).sin() - (arc[0] - phi).sin() } else { 0.0 };
                 let floor = (floor[1] - floor[0]).max(0.0) * phi.cos();
                 let error = (arc + floor - distance * phi.cos()).abs();
@@ -373,7 +392,14 @@ mod tests {
                     (phi - phi_h).cos().powf(exponent) * (phi - light).cos() * (phi - view).cos()
                 };
                 let expected: f64 = (0..steps).map(|k| step * at(k)).sum();
-                let found = model.highlight(phi_h, [light, view], arc);
+                let seen = [light, view].map(|phi: f64| Seen {
+                    phi,
+                    sine: phi.sin(),
+                    cosine: phi.cos(),
+                    arc,
+                    floor: [0.0; 2],
+                });
+                let found = model.highlight([2.0 * f64::sin(phi_h), 2.0 * f64::cos(phi_h)], seen, arc);
                 assert!((found / expected - 1.0).abs() < 3e-6, "{exponent} {arc:?}: {found} {expected}");
             }
         }

@@ -17,13 +17,14 @@ use crate::{Lobe, Material};
 /// lie anywhere, and of a table, which has them between all of its nodes and is no more accurate itself.
 const ACCURACY: f64 = 4e-7;
 const ACCURACY_OF_KINKS: f64 = 1e-5;
-const ACCURACY_OF_TABLES: f64 = 1e-4;
+const ACCURACY_OF_TABLES: f64 = 1e-3;
 /// The share of it that a panel may have.
 const SHARE: f64 = 0.125;
 /// The most halvings of a panel.
 const DEEPEST: usize = 24;
-/// The most values for one view; what is left unrefined shows in the error.
+/// The most values for one view, and of a table; what is left unrefined shows in the error.
 const MOST_EVALUATIONS: usize = 250_000;
+const MOST_EVALUATIONS_OF_TABLES: usize = 20_000;
 
 /// Coefficients c_i in the frame of the surface, and how far they may be off.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +56,8 @@ pub(super) struct Hemisphere {
     strays: bool,
     /// The error that is aimed at, as a share of the greatest coefficient.
     accuracy: f64,
+    /// The most values for one view.
+    most: usize,
 }
 
 /// A panel in theta_i and what both rules find on it.
@@ -78,8 +81,10 @@ impl Hemisphere {
             Material::PoulinFournier(_) => ACCURACY_OF_KINKS,
             _ => ACCURACY,
         };
+        let accuracy = material.leaves().iter().map(accuracy).fold(ACCURACY, f64::max);
         Self {
-            accuracy: material.leaves().iter().map(accuracy).fold(ACCURACY, f64::max),
+            accuracy,
+            most: if accuracy < ACCURACY_OF_TABLES { MOST_EVALUATIONS } else { MOST_EVALUATIONS_OF_TABLES },
             basis: Basis::new(degree),
             azimuths: Azimuths::new(degree.get()),
             width: material.lobes().iter().map(width).fold(1.0, f64::min),
@@ -96,11 +101,23 @@ impl Hemisphere {
     ) -> Result<ViewCoefficients, NotFinite> {
         let theta_o = view.theta().min(FRAC_PI_2);
         let mut circle = Circle::new(self.basis.degree().get());
+        let ends = [[0.0, theta_o], [theta_o, FRAC_PI_2]].into_iter();
+        let mut panels: Vec<Panel> = ends
+            .flat_map(|[from, to]| Panel::split(from, to, 0.8))
+            .filter(|panel| panel.from < panel.to)
+            .collect();
         let mut parts = Vec::new();
-        for [from, to] in [[0.0, theta_o], [theta_o, FRAC_PI_2]] {
-            for panel in Panel::split(from, to, 0.8).filter(|panel| panel.from < panel.to) {
-                parts.push(self.part(panel, half, view, value, 0.0, &mut circle)?);
-            }
+        if self.accuracy > ACCURACY {
+            // Circles far from the highlight need be no more accurate than the highlight makes worthwhile.
+            let from_view = |panel: &Panel| (0.5 * (panel.from + panel.to) - theta_o).abs();
+            panels.sort_by(|a, b| from_view(a).total_cmp(&from_view(b)));
+        }
+        let mut size: f64 = 0.0;
+        for panel in panels {
+            let allowed = if self.accuracy > ACCURACY { self.accuracy * SHARE * size } else { 0.0 };
+            let part = self.part(panel, half, view, value, allowed, &mut circle)?;
+            size = part.kronrod.as_flattened().iter().fold(size, |most, c| most.max(c.abs()));
+            parts.push(part);
         }
         let mut sum = ViewCoefficients { c: vec![[0.0; 3]; self.basis.degree().rows()], error: 0.0 };
         parts.iter().for_each(|part| sum.add(&part.kronrod));
@@ -111,7 +128,7 @@ impl Hemisphere {
             let errors = parts.iter().map(|part| if part.panel.depth < DEEPEST { part.error } else { 0.0 });
             let worst = errors.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
             let Some((worst, _)) = worst.filter(|(_, error)| *error > allowed) else { break };
-            if circle.evaluations > MOST_EVALUATIONS {
+            if circle.evaluations > self.most {
                 break;
             }
             let halves = parts.swap_remove(worst).panel.halves();
