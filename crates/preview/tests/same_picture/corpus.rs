@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use brdf::Material;
 use envmap::{Environment, Layout};
 use preview::{Mode, Scene, Show};
 use sphere::LatLong;
