@@ -1,4 +1,4 @@
-//! `specula inspect MATERIAL --picture`: the PNG, where it lies, and what cannot be drawn or written.
+//! `specula inspect FILE --picture`: the PNG, where it lies, and what cannot be drawn or written.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -67,6 +67,31 @@ fn a_material_in_the_cache_is_drawn_as_its_file_is() {
     project.ok(&["inspect", &format!(".specula/blobs/{chalk}"), "--picture", "b/chalk.png"]);
     // They differ in the title, which is the name of the file.
     assert_eq!(size(&project.path("a/chalk.png")), size(&project.path("b/chalk.png")));
+}
+
+/// The artifact in the cache and the exported file.
+#[test]
+fn a_brdf_table_is_drawn_and_described() {
+    let project = Project::small();
+    let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    let stages = "\n[stage.table]\nkind = \"tabulate-brdf\"\ninput = \"material\"\nresolution = 16\ndegree = 2\n\
+                  [stage.table-file]\nkind = \"export-brdf-table\"\ninput = \"table\"\npath = \"{material}/table\"\n";
+    project.write("pipeline.toml", &(manifest + stages));
+    project.ok(&["build", "table-file"]);
+    let file = "out/gold/table.safetensors";
+    let text = project.ok(&["inspect", file, "--picture", "gold.png"]).stdout;
+    assert!(text.contains("what          brdf-table"), "{text}");
+    assert!(text.contains("degree        2\nviews         16 x 16\nmaterials     1\n"), "{text}");
+    assert_eq!(size(&project.path("gold.png"))[0], 1680);
+    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let tables = blobs.keys().filter(|name| {
+        let text = project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout;
+        text.contains("what          brdf-table")
+    });
+    for name in tables.take(1) {
+        project.ok(&["inspect", &format!(".specula/blobs/{name}"), "--picture", "blob.png"]);
+        assert_eq!(size(&project.path("blob.png")), size(&project.path("gold.png")));
+    }
 }
 
 #[test]

@@ -24,7 +24,7 @@ use crate::Centre;
 use crate::models::{Lobe, ParameterError, Value, Values, colour};
 
 /// The most entries of a table: 16 million, 192 MB. A table of MERL has 1.5 million.
-const MOST_ENTRIES: usize = 1 << 24;
+pub(crate) const MOST_ENTRIES: usize = 1 << 24;
 
 /// A measured isotropic BRDF: a table over half and difference angles (see the text of the module).
 ///
@@ -87,12 +87,7 @@ impl Measured {
         if values.len() != expected {
             return Err(MeasuredError::Length { expected, found: values.len() });
         }
-        let good = |value: f32| value.is_finite() && value >= 0.0;
-        for (entry, rgb) in values.iter().enumerate() {
-            if let Some(&value) = rgb.iter().find(|&&value| !good(value)) {
-                return Err(MeasuredError::Value { entry, value });
-            }
-        }
+        refuse_values(&values)?;
         let [_, n_d, n_phi] = shape;
         for (row, values) in values.chunks_exact_mut(n_phi).enumerate() {
             if row < n_d || row % n_d == 0 {
@@ -245,9 +240,21 @@ pub fn from_half_difference([theta_h, theta_d, phi_d]: [f64; 3]) -> [Direction; 
     [1.0, -1.0].map(|side| Direction::from_unit(half * cos_d + away * (side * sin_d)))
 }
 
+/// # Errors
+/// If a value is negative or not finite.
+pub(crate) fn refuse_values(values: &[[f32; 3]]) -> Result<(), MeasuredError> {
+    let good = |value: f32| value.is_finite() && value >= 0.0;
+    for (entry, rgb) in values.iter().enumerate() {
+        if let Some(&value) = rgb.iter().find(|&&value| !good(value)) {
+            return Err(MeasuredError::Value { entry, value });
+        }
+    }
+    Ok(())
+}
+
 /// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to
 /// the next, 0 to 1.
-fn place(share: f64, n: usize) -> (usize, f64) {
+pub(crate) fn place(share: f64, n: usize) -> (usize, f64) {
     let at = (share * n as f64).min((n - 1) as f64);
     let node = at as usize;
     (node, at - node as f64)

@@ -22,6 +22,7 @@ macro_rules! for_each_model {
             ggx::Ggx,
             ward::Ward,
             ashikhmin_shirley::AshikhminShirley,
+            poulin_fournier::PoulinFournier,
             lafortune::Lafortune,
             kajiya_kay::KajiyaKay,
         }
@@ -46,6 +47,7 @@ mod oren_nayar;
 mod parameter;
 mod part;
 mod phong;
+mod poulin_fournier;
 mod standard;
 #[cfg(test)]
 pub(crate) mod tests;

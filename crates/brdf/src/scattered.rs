@@ -20,7 +20,9 @@
 //! The result is max(0, (f_0 + e) exp(y) - e). It is a function of theta_h, theta_d and cos(2 phi_d), which
 //! do not change if light and view are exchanged or the scene is mirrored, so that both symmetries are exact.
 
+mod anisotropic;
 mod base;
+mod lattice;
 mod residual;
 mod sample;
 
@@ -28,9 +30,11 @@ use sphere::Direction;
 
 use crate::{Measured, MeasuredError, from_half_difference, half_difference};
 use base::Base;
-use residual::{Residual, Site};
+use residual::{Residual, Site, miss};
+use sample::{checked, typical};
 
-pub use sample::Sample;
+pub use anisotropic::{ANISOTROPIC_SHAPE, InterpolatedAnisotropic, interpolate_anisotropic};
+pub use sample::{FEWEST, Sample, ScatteredError};
 
 /// A table made from scattered measurements.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,29 +47,6 @@ pub struct Interpolated {
     /// error at truly new samples is a little larger.
     pub held_out: f64,
 }
-
-/// Why a table cannot be made from measurements.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ScatteredError {
-    /// There are too few samples to interpolate.
-    #[error("{found} samples; expected {FEWEST} or more")]
-    TooFew {
-        /// The number of samples.
-        found: usize,
-    },
-    /// A measurement is impossible.
-    #[error("sample {sample} is negative or not finite, or one of its directions lies below the horizon")]
-    Sample {
-        /// Its index.
-        sample: usize,
-    },
-    /// The table is impossible.
-    #[error(transparent)]
-    Table(#[from] MeasuredError),
-}
-
-/// The fewest samples that are interpolated.
-pub const FEWEST: usize = 16;
 
 /// The shape of tables made from scattered samples: as fine as MERL's in theta_h and theta_d, and 5 degrees
 /// in phi_d, about which samples say little.
@@ -93,31 +74,10 @@ const MOST_SITES: usize = 1 << 14;
 /// # Ok::<(), brdf::scattered::ScatteredError>(())
 /// ```
 pub fn interpolate(samples: &[Sample], shape: [usize; 3]) -> Result<Interpolated, ScatteredError> {
-    if samples.len() < FEWEST {
-        return Err(ScatteredError::TooFew { found: samples.len() });
-    }
-    let good = |sample: &Sample| {
-        let above = sample.incident.vector().z >= 0.0 && sample.outgoing.vector().z >= 0.0;
-        above && sample.value.iter().all(|value| value.is_finite() && *value >= 0.0)
-    };
-    if let Some(sample) = samples.iter().position(|sample| !good(sample)) {
-        return Err(ScatteredError::Sample { sample });
-    }
-    let stride = samples.len().div_ceil(MOST_SITES);
-    let samples: Vec<Sample> = samples.iter().step_by(stride).copied().collect();
+    let samples = checked(samples, MOST_SITES)?;
     let fit = SampleFit::new(&samples);
     let measured = fit.table(shape)?;
     Ok(Interpolated { measured, held_out: fit.held_out })
-}
-
-/// The typical value: the median over samples of the brightest channel, or if that is 0, a share of the
-/// greatest.
-fn typical(samples: &[Sample]) -> f64 {
-    let mut bright: Vec<f64> =
-        samples.iter().map(|sample| sample.value.into_iter().fold(0.0, f64::max)).collect();
-    bright.sort_by(f64::total_cmp);
-    let (middle, greatest) = (bright[bright.len() / 2], bright[bright.len() - 1]);
-    if middle > 0.0 { middle } else { 0.01 * greatest }
 }
 
 struct SampleFit {
@@ -152,16 +112,9 @@ impl SampleFit {
         let mut best: Option<(f64, f64, f64)> = None;
         for stiffness in residual::STIFFNESSES {
             let trial = Residual::fit(&kept, base.width(), stiffness);
-            let mut misses = Vec::with_capacity(3 * left.len());
-            for site in &left {
-                let found = trial.value(site.angles);
-                misses.extend((0..3).map(|channel| (found[channel] - site.value[channel]).abs()));
-            }
-            misses.sort_by(f64::total_cmp);
-            // An error counts 1 at most, so that a few outliers do not decide.
-            let cost = misses.iter().map(|miss| miss.min(1.0)).sum::<f64>() / misses.len() as f64;
+            let (cost, held_out) = miss(left.iter().map(|site| (trial.value(site.angles), site.value)));
             if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, stiffness, misses[misses.len() / 2].exp_m1()));
+                best = Some((cost, stiffness, held_out));
             }
         }
         let (_, stiffness, held_out) = best.unwrap_or((0.0, residual::STIFFNESSES[0], 0.0));

@@ -17,6 +17,7 @@
 mod azimuths;
 mod hemisphere;
 mod lookup;
+mod several;
 #[cfg(test)]
 mod tests;
 mod zonal;
@@ -233,7 +234,7 @@ impl BrdfTable {
 ///
 /// Entries are accurate as [`Views::coefficients`] are, before they are rounded to f32. Isotropic materials
 /// are integrated at one azimuth for each distance from the centre and turned, which is exact; anisotropic
-/// ones in a quarter of the map, which mirrors the others: every model is the same in a mirror along x or y.
+/// ones in a quarter of the map, which mirrors the others if the material is orthotropic, as every model is.
 /// Uses all threads; the result does not depend on their number.
 ///
 /// # Errors
@@ -259,7 +260,7 @@ pub fn tabulate_unless(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<(BrdfTable, f64), TableError> {
     assert!(size > 0, "a map has texels");
-    let isotropic = material.is_isotropic();
+    let (isotropic, orthotropic) = (material.is_isotropic(), material.is_orthotropic());
     // Each distinct view once, in an order that does not depend on threads.
     let mut distinct: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     let mut views = Vec::new();
@@ -271,15 +272,17 @@ pub fn tabulate_unless(
             let key = match (isotropic, inside) {
                 (true, true) => [x * x + y * y, 0],
                 (true, false) => [size * size, 0],
-                (false, _) => [x, y],
+                (false, _) if orthotropic => [x, y],
+                (false, _) => [texel, 0],
             };
             let index = *distinct.entry(key).or_insert_with(|| {
                 let v = view.vector();
-                views.push(if isotropic {
-                    Direction::from_angles(view.theta().min(LOWEST), 0.0)
-                } else {
-                    Direction::from_angles(view.theta().min(LOWEST), v.y.abs().atan2(v.x.abs()))
-                });
+                let phi = match (isotropic, orthotropic) {
+                    (true, _) => 0.0,
+                    (false, true) => v.y.abs().atan2(v.x.abs()),
+                    (false, false) => view.phi(),
+                };
+                views.push(Direction::from_angles(view.theta().min(LOWEST), phi));
                 views.len() - 1
             });
             (index, view)
@@ -298,7 +301,7 @@ pub fn tabulate_unless(
         let mut c = found[*index].c.clone();
         if isotropic {
             turn(&mut c, view.phi());
-        } else {
+        } else if orthotropic {
             mirror(&mut c, view.vector().x < 0.0, view.vector().y < 0.0);
         }
         for (numbers, rgb) in entry.chunks_exact_mut(channels).zip(&c) {

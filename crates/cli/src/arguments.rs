@@ -95,7 +95,8 @@ pub(crate) enum Command {
         /// Print JSON
         #[arg(long)]
         json: bool,
-        /// Draw a material's lobes, its albedo by angle and a ball to this PNG file
+        /// Draw a material (lobes, albedo by angle, a ball) or a BRDF table (its coefficients) to this PNG
+        /// file
         #[arg(long, value_name = "PNG", value_parser = values::png_file)]
         picture: Option<PathBuf>,
     },

@@ -24,7 +24,7 @@ const SH_FRAME: &str = "right-handed, +Z up; real, orthonormal, no Condon-Shortl
 const IMAGE_FRAME: &str = "row 0 is the top of the image; the file does not say how it maps to the sphere";
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
-/// Describes a file. With a `picture`, a material is drawn to that file too.
+/// Describes a file. With a `picture`, a material or a BRDF table is drawn to that file too.
 pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<Exit, Exit> {
     let failed = |chain: &[String], help: Option<&str>| {
         print::error(chain, help);
@@ -46,13 +46,20 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
     })?;
     if let Some(place) = picture {
         let material = material.map(|found| found.material).or_else(|| material::of_artifact(&bytes));
-        let Some(material) = material else {
-            let message = format!("{} is not a material: --picture draws materials only", file.display());
-            let help = "name a material file, a measured BRDF or a material in `.specula/blobs`; a material \
-                        file with model = \"gltf\" names a material of a glTF file";
+        let drawn = |name: &str| match &material {
+            Some(material) => Some(stages::material_picture(name, material)),
+            None => Some(stages::table_picture(name, &tensors::decode_brdf_table(&bytes).ok()?)),
+        };
+        let Some(found) = picture::draw(file, drawn, place) else {
+            let message = format!(
+                "{} is not a material: --picture draws materials and BRDF tables only",
+                file.display()
+            );
+            let help = "name a material file, a measured BRDF, a BRDF table as safetensors, or one of these in \
+                        `.specula/blobs`; a material file with model = \"gltf\" names a material of a glTF file";
             return Err(failed(&[message], Some(help)));
         };
-        facts.extend(picture::draw(file, &material, place)?);
+        facts.extend(found?);
     }
     Ok(if as_json {
         let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
@@ -237,6 +244,19 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
         }
         "mesh" => facts.extend(mesh::size(&tensors::decode_mesh(bytes)?)),
         "shrm" => facts.extend(texture::reflection_map(bytes)?),
+        "brdf-table" => {
+            let table = tensors::decode_brdf_table(bytes)?;
+            let (count, size, channels) = (table.count(), table.size(), table.channels());
+            facts.push(("degree", table.degree().get().into()));
+            facts.push(("views", format!("{size} x {size}").into()));
+            facts.push(("materials", count.into()));
+            facts.push(("colour", if channels == 1 { "grey" } else { "RGB" }.into()));
+            let rows = table.values().chunks_exact(channels);
+            facts.extend(range(
+                "coefficients in 1/sr",
+                rows.map(|row| [0, 1, 2].map(|channel| f64::from(row[channel.min(channels - 1)]))),
+            ));
+        }
         _ => {}
     }
     Ok(facts)

@@ -25,6 +25,7 @@ use mesh::{Mesh, Parts};
 use crate::error::{Error, ErrorKind};
 
 mod accessors;
+mod anisotropy;
 mod buffers;
 mod document;
 mod element;
@@ -35,9 +36,10 @@ mod skins;
 mod texels;
 
 use accessors::Accessors;
+pub use anisotropy::{Anisotropy, read_gltf_anisotropy};
 use buffers::Buffers;
 pub use buffers::ReadBeside;
-use document::Document;
+use document::{Document, NAMED};
 use frame::{affine, in_our_frame, vector};
 pub use materials::{GltfMaterial, MaterialChoice, gltf_materials, read_gltf_material};
 use skins::Pose;
@@ -63,13 +65,35 @@ pub struct Model {
 /// If `read` fails; if the file is not glTF 2.0, is damaged, or needs an extension that is not read here. The
 /// message names the place in the file.
 pub fn read_gltf<E: From<Error>>(bytes: &[u8], read: &mut ReadBeside<'_, E>) -> Result<Model, E> {
-    let (document, chunk) = document::open(bytes)?;
+    Ok(read_with(bytes, None, read)?.0)
+}
+
+/// A number for each vertex of the mesh that [`read_gltf`] makes of the same file: that of an attribute, such
+/// as `_BLEND`, or the first of one with several, such as `COLOR_0`.
+///
+/// # Errors
+/// As [`read_gltf`], and if a primitive lacks the attribute.
+pub fn read_gltf_attribute<E: From<Error>>(
+    bytes: &[u8],
+    name: &str,
+    read: &mut ReadBeside<'_, E>,
+) -> Result<Vec<f32>, E> {
+    Ok(read_with(bytes, Some(name), read)?.1)
+}
+
+/// The meshes of a file, and a number for each vertex if an attribute is wanted.
+fn read_with<E: From<Error>>(
+    bytes: &[u8],
+    attribute: Option<&str>,
+    read: &mut ReadBeside<'_, E>,
+) -> Result<(Model, Vec<f32>), E> {
+    let (document, chunk) = document::open(bytes, attribute)?;
     let scene = Placed::of(&document)?;
     check_counts(&document, &scene.meshes)?;
     let needed = scene.meshes.iter().flat_map(|mesh| mesh.accessors(&document));
     let buffers = Buffers::load(&document, needed, chunk, read)?;
     let accessors = Accessors { document: &document, buffers: &buffers };
-    Ok(model(&document, &accessors, &scene)?)
+    Ok(model(&document, &accessors, &scene, attribute)?)
 }
 
 /// The nodes of the scene and their places, in Specula's frame.
@@ -90,7 +114,8 @@ impl PlacedMesh {
     fn accessors<'a>(&'a self, document: &'a Document) -> impl Iterator<Item = usize> + 'a {
         let is_read = |semantic: &Checked<Semantic>| match semantic {
             Checked::Valid(Semantic::Joints(_) | Semantic::Weights(_)) => self.skin.is_some(),
-            Checked::Valid(Semantic::Colors(_)) | Checked::Invalid => false,
+            Checked::Valid(Semantic::Colors(set)) => *set == NAMED,
+            Checked::Invalid => false,
             Checked::Valid(_) => true,
         };
         let numbers = primitives_of(document, self.mesh).flat_map(move |(primitive, _)| {
@@ -163,29 +188,43 @@ fn transform(node: &Node) -> Result<DAffine3, Error> {
     )))
 }
 
-fn model(document: &Document, accessors: &Accessors<'_>, scene: &Placed) -> Result<Model, Error> {
-    let mut completed: Vec<Option<Vec<Mesh>>> = vec![None; document.root.meshes.len()];
-    let (mut meshes, mut notes) = (Vec::new(), Notes::default());
+/// A primitive, and a number for each of its vertices if an attribute is wanted.
+type Complete = (Mesh, Vec<f32>);
+
+fn model(
+    document: &Document,
+    accessors: &Accessors<'_>,
+    scene: &Placed,
+    attribute: Option<&str>,
+) -> Result<(Model, Vec<f32>), Error> {
+    let mut completed: Vec<Option<Vec<Complete>>> = vec![None; document.root.meshes.len()];
+    let (mut meshes, mut numbers, mut notes) = (Vec::new(), Vec::new(), Notes::default());
     for &PlacedMesh { mesh: index, skin, place } in &scene.meshes {
         if let Some(skin) = skin {
             // Its joints say where it is; its node does not.
             let pose = Pose::new(document, accessors, skin, &scene.nodes);
             let pose = pose.map_err(|error| error.within(format!("skins[{skin}]")))?;
-            meshes.extend(primitives(document, accessors, index, Some(&pose), &mut notes)?);
+            for (mesh, of_vertices) in
+                primitives(document, accessors, index, Some(&pose), attribute, &mut notes)?
+            {
+                meshes.push(mesh);
+                numbers.extend(of_vertices);
+            }
             continue;
         }
         let primitives = match &mut completed[index] {
             Some(primitives) => primitives,
-            none => none.insert(primitives(document, accessors, index, None, &mut notes)?),
+            none => none.insert(primitives(document, accessors, index, None, attribute, &mut notes)?),
         };
-        for mesh in primitives {
+        for (mesh, of_vertices) in primitives {
+            numbers.extend_from_slice(of_vertices);
             let there = mesh.transformed(&place);
             let there = there.map_err(|error| Error::damaged(error.to_string()));
             meshes.push(there.map_err(|error| error.within(format!("meshes[{index}]")))?);
         }
     }
     let mesh = Mesh::joined(&meshes).map_err(|error| Error::damaged(error.to_string()))?;
-    Ok(Model { mesh, notes: notes.sentences() })
+    Ok((Model { mesh, notes: notes.sentences() }, numbers))
 }
 
 /// Compares what the document declares with [`MAX_TRIANGLES`], before anything of that size is allocated.
@@ -219,8 +258,9 @@ fn primitives(
     accessors: &Accessors<'_>,
     mesh: usize,
     pose: Option<&Pose>,
+    attribute: Option<&str>,
     notes: &mut Notes,
-) -> Result<Vec<Mesh>, Error> {
+) -> Result<Vec<Complete>, Error> {
     let mut meshes = Vec::new();
     for (index, primitive) in document.root.meshes[mesh].primitives.iter().enumerate() {
         notes.primitives += 1;
@@ -237,7 +277,11 @@ fn primitives(
         let complete = parts.and_then(|parts| {
             notes.without_normals += usize::from(parts.normals.is_none());
             notes.without_tangents += usize::from(parts.tangents.is_none());
-            parts.complete().map_err(|error| Error::damaged(error.to_string()))
+            let given = numbers_of(accessors, primitive, attribute, parts.positions.len())?;
+            let (mesh, sources) =
+                parts.complete_with_sources().map_err(|error| Error::damaged(error.to_string()))?;
+            let numbers = given.map(|given| sources.iter().map(|&source| given[source as usize]).collect());
+            Ok((mesh, numbers.unwrap_or_default()))
         });
         meshes.push(complete.map_err(|error| error.within(format!("meshes[{mesh}].primitives[{index}]")))?);
     }
@@ -277,6 +321,20 @@ fn parts(
             tangents.into_iter().map(tangent).collect()
         }),
     })
+}
+
+/// The number of each vertex of a primitive, if an attribute is wanted.
+fn numbers_of(
+    accessors: &Accessors<'_>,
+    primitive: &Primitive,
+    attribute: Option<&str>,
+    vertices: usize,
+) -> Result<Option<Vec<f32>>, Error> {
+    let Some(name) = attribute else { return Ok(None) };
+    let Some(accessor) = Document::attribute(primitive, Semantic::Colors(NAMED)) else {
+        return Err(Error::damaged(format!("the attribute {name} is missing")));
+    };
+    accessors.firsts(accessor, vertices).map(Some).map_err(|error| error.within(format!("attributes.{name}")))
 }
 
 /// An attribute of each vertex, if the primitive has it.

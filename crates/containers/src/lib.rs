@@ -19,6 +19,7 @@
 
 mod brdf_table_metadata;
 mod chromaticity;
+mod data_texture;
 mod dds;
 mod decoded;
 mod error;
@@ -46,13 +47,14 @@ mod tiff;
 mod web_page;
 
 pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
+pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{
-    GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, gltf_materials, read_gltf,
-    read_gltf_material,
+    Anisotropy, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, gltf_materials, read_gltf,
+    read_gltf_anisotropy, read_gltf_attribute, read_gltf_material,
 };
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba};
 pub use limits::MAX_PIXELS;

@@ -1,11 +1,12 @@
-//! Measured BRDFs: four formats, one table ([`brdf::Measured`]).
+//! Measured BRDFs: four formats, and a table ([`brdf::Measured`], or [`brdf::MeasuredAnisotropic`] if it
+//! depends on the tangent).
 //!
 //! | ending | format | module text |
 //! | --- | --- | --- |
 //! | `.binary` | the MERL database: a dense table of half and difference angles | `merl` |
 //! | `.brdf` | Cornell's and pbrt's irregular text: a spectrum per pair of directions | `cornell` |
 //! | `.curet` | one sample of the CURET database: 205 measurements | `curet` |
-//! | `.csv` | a plain isotropic table of angles and colours | `table` |
+//! | `.csv` | a plain table of angles or directions and colours, isotropic or not | `table` |
 //!
 //! These files carry no signature: their ending says what they are, or the caller does. Angles of light and
 //! view are from the normal; values are the BRDF in 1/sr, without the cosine. What a header claims is
@@ -19,7 +20,7 @@ mod spectrum;
 mod table;
 mod text;
 
-use brdf::Measured;
+use brdf::Material;
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
@@ -33,7 +34,7 @@ pub enum Format {
     Cornell,
     /// A sample of the CURET database.
     Curet,
-    /// A plain isotropic table.
+    /// A plain table.
     Table,
 }
 
@@ -71,8 +72,8 @@ impl Format {
 /// A measured BRDF and what there is to say about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// The table.
-    pub measured: Measured,
+    /// The table: a [`Material::Measured`] or a [`Material::MeasuredAnisotropic`].
+    pub material: Material,
     /// The format that it was read as.
     pub format: Format,
     /// What its user should know: values that were missing, out of gamut or fitted, in sentences.
@@ -92,12 +93,12 @@ pub struct Reading {
 ///     csv += &format!("{theta_i},{theta_o},{},0.1,0.1,0.1\n", theta_i + theta_o);
 /// }
 /// let chalk = containers::measured::read("chalk.csv", csv.as_bytes(), None)?;
-/// let value = chalk.brdf(sphere::Direction::Z, sphere::Direction::from_angles(1.0, 0.0));
+/// let value = chalk.rho_hat(sphere::Direction::Z, sphere::Direction::from_angles(1.0, 0.0));
 /// assert!((value[0] - 0.1).abs() < 1e-4);
 /// # Ok::<(), containers::Error>(())
 /// ```
-pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Measured, Error> {
-    read_with_notes(file_name, bytes, format).map(|reading| reading.measured)
+pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Material, Error> {
+    read_with_notes(file_name, bytes, format).map(|reading| reading.material)
 }
 
 /// As [`read`], with what there is to say about the file.
@@ -119,6 +120,6 @@ pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) ->
         Format::Curet => curet::read(bytes),
         Format::Table => table::read(bytes),
     };
-    let (measured, notes) = read.map_err(|error| error.within(format.name()))?;
-    Ok(Reading { measured, format, notes })
+    let (material, notes) = read.map_err(|error| error.within(format.name()))?;
+    Ok(Reading { material, format, notes })
 }

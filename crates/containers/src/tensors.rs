@@ -51,7 +51,8 @@ pub use mesh::{decode_mesh, encode_mesh};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
 
 pub use transfer::{
-    OfMesh, decode_transfer, decode_vertex_radiance, encode_transfer, encode_vertex_radiance,
+    OfMesh, decode_transfer, decode_vertex_blend, decode_vertex_radiance, encode_transfer,
+    encode_vertex_blend, encode_vertex_radiance,
 };
 
 use file::{File, Writer, not_finite, wrong_shape};

@@ -37,7 +37,16 @@ impl Parts {
     /// # Errors
     /// As [`Mesh::new`].
     pub fn complete(self) -> Result<Mesh, MeshError> {
+        Ok(self.complete_with_sources()?.0)
+    }
+
+    /// As [`Parts::complete`], and for each vertex of the mesh the one of the parts that it was made of.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`].
+    pub fn complete_with_sources(self) -> Result<(Mesh, Vec<u32>), MeshError> {
         self.check()?;
+        let mut sources: Vec<u32> = (0..self.positions.len() as u32).collect();
         let Self { mut positions, normals, mut tangents, mut coordinates, mut triangles } = self;
         let mut normals = match normals {
             Some(mut normals) => {
@@ -49,6 +58,7 @@ impl Parts {
                 let corners = || triangles.iter().flatten().map(|&vertex| vertex as usize);
                 coordinates = coordinates.map(|pairs| corners().map(|vertex| pairs[vertex]).collect());
                 let normals = flat_normals(&positions, &triangles);
+                sources = triangles.iter().flatten().copied().collect();
                 positions = corners().map(|vertex| positions[vertex]).collect();
                 triangles = (0..triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
                 normals
@@ -63,13 +73,14 @@ impl Parts {
                     positions.push(positions[vertex as usize]);
                     normals.push(normals[vertex as usize]);
                 }
+                sources.extend(&made.copied);
                 let copied = made.copied.iter().map(|&vertex| pairs[vertex as usize]);
                 coordinates = Some(pairs.iter().copied().chain(copied).collect());
                 triangles = made.triangles;
                 made.tangents
             }
         };
-        Ok(Mesh::from_complete(positions, normals, tangents, coordinates, triangles))
+        Ok((Mesh::from_complete(positions, normals, tangents, coordinates, triangles), sources))
     }
 
     /// The same parts with each vertex transformed by a map of its own: normals stay orthogonal to the
@@ -171,6 +182,21 @@ mod tests {
             let (normal, tangent) = (Vec3::from(normal), Vec3::new(x, y, z));
             assert!((normal.length() - 1.0).abs() < 1e-6 && (tangent.length() - 1.0).abs() < 1e-6);
             assert!(normal.dot(tangent).abs() < 1e-6 && sign.abs() == 1.0, "{normal} {tangent} {sign}");
+        }
+    }
+
+    /// Flat triangles, and a vertex with two tangents.
+    #[test]
+    fn every_vertex_knows_what_it_was_made_of() {
+        let flat = Parts { normals: None, coordinates: None, ..square(|x| x) };
+        let mirrored = square(|x| if x < 0.0 { 1.0 } else { 0.0 });
+        for parts in [flat, mirrored, square(|x| x)] {
+            let given = parts.positions.clone();
+            let (mesh, sources) = parts.complete_with_sources().unwrap();
+            assert_eq!(mesh.positions().len(), sources.len());
+            for (position, source) in mesh.positions().iter().zip(sources) {
+                assert_eq!(*position, given[source as usize]);
+            }
         }
     }
 

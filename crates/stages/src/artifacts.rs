@@ -11,6 +11,7 @@
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //! | `transfer` | [`transfer::Transfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f32 |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
+//! | `vertex-blend` | a number from 0 to 1 for each vertex and their mesh's digest | safetensors: `blend` [V] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
@@ -182,5 +183,21 @@ impl Artifact for VertexRadiance {
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(Self(tensors::decode_vertex_radiance(bytes)?))
+    }
+}
+
+/// A number for each vertex of a mesh, from 0, the first material of a table, to 1, the last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VertexBlend(pub tensors::OfMesh<Vec<f32>>);
+
+impl Artifact for VertexBlend {
+    const TYPE: &'static str = "vertex-blend";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_vertex_blend(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_vertex_blend(bytes)?))
     }
 }

@@ -6,6 +6,18 @@
 //! sin(a) B, B = w (N x T), w the sign of the mesh's tangent. Without `vector` the mesh's own tangents are
 //! turned.
 //!
+//! `gltf` names a file whose material has `KHR_materials_anisotropy`: its rotation, and the direction in its
+//! texture at the mesh's texture coordinates, turn the tangents before `turn` does (anticlockwise from the
+//! tangent toward the bitangent, as glTF says). Its strength is not read: roughness is the material's.
+//!
+//! ```toml
+//! [stage.brushed]
+//! kind = "brush-mesh"
+//! input = "mesh"
+//! gltf = "assets/meshes/record.glb"
+//! material = "vinyl"
+//! ```
+//!
 //! Where the vector is parallel to the normal it has no direction in the surface; there the mesh's own
 //! tangent stays, and a warning counts those vertices. Put this stage before `precompute-transfer` and
 //! `shade-vertices`, both of which take the frames of the mesh that arrives.
@@ -19,9 +31,14 @@
 //! vector = [0, 0, 1]
 //! ```
 
+use std::path::Path;
+
+use containers::{Anisotropy, read_gltf_anisotropy};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use mesh::Mesh;
 
 use crate::artifacts;
+use crate::choices::ChosenMaterial;
 use crate::vector::Vector;
 
 parameters! {
@@ -31,6 +48,10 @@ parameters! {
         vector: Option<Vector> = None,
         /// The turn about the normal, in degrees.
         turn: f64 = 0.0,
+        /// A glTF file, relative to the manifest, whose material says how the tangents are turned.
+        gltf: Option<String> = None,
+        /// The material of that file. Default: the only one.
+        material: Option<ChosenMaterial> = None,
     }
 }
 
@@ -52,10 +73,24 @@ impl Kind for BrushMesh {
         Product::Artifact(artifacts::Mesh::TYPE)
     }
 
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        match (&parameters.gltf, &parameters.material) {
+            (None, Some(_)) => vec![("material", "needs the file that it is in: gltf = \"...\"".into())],
+            _ => Vec::new(),
+        }
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let mesh = &context.get::<artifacts::Mesh>("mesh")?.0;
         let vector = parameters.vector.map(|Vector(vector)| vector);
-        let (brushed, parallel) = mesh.brushed(vector, parameters.turn.to_radians());
+        let turn = parameters.turn.to_radians();
+        let (brushed, parallel) = match &parameters.gltf {
+            Some(file) => {
+                let turns = turns(file, parameters.material.as_ref(), mesh, context)?;
+                mesh.brushed(vector, |vertex| turn + turns[vertex])
+            }
+            None => mesh.brushed(vector, |_| turn),
+        };
         if parallel > 0 {
             let of = mesh.positions().len();
             context.warn(format!(
@@ -63,5 +98,30 @@ impl Kind for BrushMesh {
             ));
         }
         Output::artifact(artifacts::Mesh(brushed))
+    }
+}
+
+/// The turn of each vertex by the anisotropy of a material.
+fn turns(
+    file: &str,
+    material: Option<&ChosenMaterial>,
+    mesh: &Mesh,
+    context: &Context<'_>,
+) -> Result<Vec<f64>, Failure> {
+    let bytes = context.read(Path::new(file))?;
+    let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+    let mut beside = |other: &str| context.read(&folder.join(other));
+    let choice = material.map(|ChosenMaterial(choice)| choice);
+    let anisotropy: Anisotropy = read_gltf_anisotropy(&bytes, choice, &mut beside)
+        .map_err(|failure: Failure| failure.context(format!("cannot brush by {file}")))?;
+    anisotropy.warnings.iter().for_each(|warning| context.warn(format!("{file}: {warning}")));
+    let vertices = mesh.positions().len();
+    match mesh.coordinates() {
+        Some(coordinates) => Ok(coordinates.iter().map(|place| anisotropy.angle(*place)).collect()),
+        None if anisotropy.has_texture() => Err(Failure::new(format!(
+            "the mesh has no texture coordinates, and the material of {file} needs them"
+        ))
+        .help("use `vector` and `turn`, or a mesh with coordinates")),
+        None => Ok(vec![anisotropy.angle([0.0; 2]); vertices]),
     }
 }

@@ -99,11 +99,13 @@
 //!
 //! ### `ggx`
 //!
-//! A rough surface with a long-tailed highlight, masking and Fresnel.
+//! A rough surface with a long-tailed highlight, stretched or not, masking and Fresnel.
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
 //! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: alpha is its square |
+//! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; default `roughness` |
+//! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; default `roughness` |
 //! | `ior` | a number from 1 to 10; optional | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
 //! | `n` | a colour, each a number from 0.01 to 50; optional | the index of refraction of a conductor, with `k` |
 //! | `k` | a colour, each a number from 0 to 50; optional | the extinction of a conductor, with `n` |
@@ -131,6 +133,22 @@
 //! | `exponent_y` | a number from 0 to 1e9; optional | the sharpness across the tangent; default `exponent` |
 //! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of the remaining light that the base reflects |
 //! | `specular` | a colour, each a number from 0 to 1; required | the share of light that the highlight reflects at normal incidence |
+//!
+//! ### `poulin-fournier`
+//!
+//! Parallel cylinders along the tangent, as of brushed metal or satin.
+//!
+//! Each point of the cylinders, and of the floor between them, is matte with a highlight; what one cylinder
+//! hides of the next does not count (Poulin and Fournier 1990). The highlight is drawn out across the
+//! cylinders; higher or closer cylinders draw it out more.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `exponent` | a number from 0 to 1e9; required | the sharpness of a point's highlight: the power of the half vector's cosine |
+//! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of light that a point's matte part reflects |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//! | `distance` | a number from 2 to 100; default 2 | the distance between the axes of cylinders, in radii; 2 if they touch |
+//! | `height` | a number from 0 to 2; default 1 | how far cylinders rise above the floor, in radii; 0 is flat, 1 half a cylinder |
 //!
 //! ### `lafortune`
 //!
@@ -166,6 +184,20 @@
 //! | `scale` | a colour, each a number from 0 to 1e6; default 1 | what the table is multiplied by |
 //!
 //! `source` may also name such a file itself.
+//!
+//! A `.csv` has one measurement a line, on a grid or scattered: where the light and the view are, in degrees
+//! or as vectors, and the BRDF in 1/sr. Its first line says which, and whether the surface has a direction
+//! (brushed metal, cloth), x being the tangent:
+//!
+//! ```csv
+//! theta_i,theta_o,phi,r,g,b
+//! theta_i,phi_i,theta_o,phi_o,r,g,b
+//! x_i,y_i,z_i,x_o,y_o,z_o,r,g,b
+//! ```
+//!
+//! Measurements of both kinds become a smooth table: a layered model is fitted to them, and their error is
+//! smoothed and fades away from them, so that no lobe appears where nothing was measured. The build notes how
+//! well a fit meets measurements that it has not seen. Past the last measured angle the BRDF stays constant.
 //!
 //! ## Materials of glTF files
 //!

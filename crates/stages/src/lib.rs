@@ -48,10 +48,12 @@ mod share;
 mod sheet;
 mod six_faces;
 mod sum_lighting;
+mod table_picture;
 mod tabulate_brdf;
 #[cfg(test)]
 mod testkit;
 mod vector;
+mod vertex_blend;
 
 pub use colour::Rgb;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
@@ -60,6 +62,7 @@ pub use material_picture::material_picture;
 pub use material_schema::material_schema;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
 pub use sheet::Picture;
+pub use table_picture::table_picture;
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {
@@ -69,6 +72,7 @@ pub fn kinds() -> engine::Kinds {
         .with(import_material::ImportMaterial)
         .with(import_mesh::ImportMesh)
         .with(brush_mesh::BrushMesh)
+        .with(vertex_blend::VertexBlend)
         .with(precompute_transfer::PrecomputeTransfer)
         .with(project_sh::ProjectSh)
         .with(circular_lights::CircularLights)

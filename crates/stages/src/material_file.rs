@@ -65,9 +65,9 @@ pub fn read_material(
         .help("remove `material`, or name a .gltf or .glb file"));
     }
     if Format::of_name(name).is_some() {
-        let Reading { measured, notes, .. } =
+        let Reading { material, notes, .. } =
             read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
-        return Ok(MaterialFile { material: Material::Measured(measured), notes, warnings: Vec::new() });
+        return Ok(MaterialFile { material, notes, warnings: Vec::new() });
     }
     let document = Document::parse(name, bytes).map_err(|errors| {
         if name.to_lowercase().ends_with(".toml") {
@@ -367,11 +367,14 @@ impl Reader<'_> {
         if self.errors.len() > before {
             return None;
         }
-        self.table(&file, entry, format)?
-            .scaled(scale?)
-            .map_err(|error| self.errors.push(Diagnostic::at(place(&error, table), error.to_string())))
-            .map(Material::Measured)
-            .ok()
+        let scaled = match self.table(&file, entry, format)? {
+            Material::Measured(measured) => measured.scaled(scale?).map(Material::Measured),
+            Material::MeasuredAnisotropic(measured) => {
+                measured.scaled(scale?).map(Material::MeasuredAnisotropic)
+            }
+            other => Ok(other),
+        };
+        scaled.map_err(|error| self.errors.push(Diagnostic::at(place(&error, table), error.to_string()))).ok()
     }
 
     /// `file` and `material`.
@@ -415,12 +418,12 @@ impl Reader<'_> {
     }
 
     /// The content of a measured file.
-    fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<brdf::Measured> {
+    fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<Material> {
         let read = (self.read)(Path::new(file)).and_then(|bytes| Ok(read_with_notes(file, &bytes, format)?));
         match read {
             Ok(reading) => {
                 self.notes.extend(reading.notes.into_iter().map(|note| format!("{file}: {note}")));
-                Some(reading.measured)
+                Some(reading.material)
             }
             Err(failure) => {
                 let error = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));

@@ -7,7 +7,7 @@
 //! normal for lambert alone, the tangent for kajiya-kay. About R a highlight stays in place for every view,
 //! so few degrees in the outgoing direction (P) are needed in addition to those in the incident one (F).
 //! rho_lpq is real and the same for q and -q, because materials are isotropic: an anisotropic material is
-//! replaced by its mean over all turns about the normal, with a warning.
+//! replaced by its mean over all turns about the normal, with a warning; `tabulate-brdf` keeps its direction.
 //!
 //! The integrals (paper 1, equation 13 and appendix C; thesis, equation 5.22)
 //!
@@ -205,7 +205,8 @@ impl Kind for ProjectBrdf {
         };
         if projection.anisotropic {
             context.warn(format!(
-                "{} is anisotropic; it is replaced by its mean over all turns about the normal",
+                "{} is anisotropic; it is replaced by its mean over all turns about the normal (tabulate-brdf keeps \
+                 its direction)",
                 material.name()
             ));
         }

@@ -11,6 +11,9 @@
 //! With `transfer` connected, of the same mesh (`precompute-transfer`), what the mesh itself hides is
 //! missing: B = sum of c_i (T L)_i.
 //!
+//! A table of several materials is blended between them by `blend`, a number at each vertex (`vertex-blend`):
+//! 0 is the first material, 1 the last. Another blend, or another table, needs no new transfer.
+//!
 //! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
 //! light's unit, and signed: a series rings below zero near bright lamps; the build notes how much does.
 //!
@@ -59,6 +62,7 @@ impl Kind for ShadeVertices {
             Port::one::<artifacts::BrdfTable>("table"),
             Port::one::<artifacts::Lighting>("lighting"),
             Port::one::<artifacts::Transfer>("transfer").optional(),
+            Port::one::<artifacts::VertexBlend>("blend").optional(),
         ]
     }
 
@@ -85,11 +89,33 @@ impl Kind for ShadeVertices {
             return Err(Failure::new("the transfer is of another mesh")
                 .help("connect the mesh that precompute-transfer was given, tangents included"));
         }
+        let blend = context.optional::<artifacts::VertexBlend>("blend")?;
+        match (&blend, table.count()) {
+            (Some(blend), _) if blend.0.mesh != digest => {
+                return Err(Failure::new("the blend is of another mesh")
+                    .help("connect the mesh that vertex-blend was given, tangents included"));
+            }
+            (Some(_), 1) => context.warn("the table has one material: the blend changes nothing"),
+            (None, 2..) => {
+                return Err(Failure::new(format!(
+                    "the table has {} materials, and nothing says where each is",
+                    table.count()
+                ))
+                .help("connect a blend: a stage of the kind vertex-blend"));
+            }
+            _ => {}
+        }
         let viewer = match (parameters.camera, parameters.view) {
             (Some(Vector(place)), _) => Viewer::At(place),
             (None, view) => Viewer::Distant(view.unwrap_or(Vector([1.0, 0.0, 0.0])).direction()),
         };
-        let (frames, light) = (Frames::of(&mesh.0)?, lighting.whole());
+        let (mut frames, light) = (Frames::of(&mesh.0)?, lighting.whole());
+        if let Some(blend) = &blend {
+            if blend.0.value.len() != frames.len() {
+                return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
+            }
+            frames = frames.with_blend(blend.0.value.clone());
+        }
         let degrees = [table.degree(), light.degree()].map(|degree| degree.get());
         if degrees[0] > degrees[1] {
             context.note(format!("the light ends at degree {}, the table at {}", degrees[1], degrees[0]));

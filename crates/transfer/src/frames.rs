@@ -36,6 +36,8 @@ pub(crate) struct Block {
     /// x, y and N of the frames: x, y and z of each.
     axes: [[[f32; LANES]; 3]; 3],
     pub(crate) angles: Angles,
+    /// Where they are between the first material of a table, 0, and the last, 1.
+    pub(crate) blend: [f32; LANES],
 }
 
 /// The ZYZ angles of the rotation from the frames of eight vertices to the world, [x y N] = R_z(alpha)
@@ -84,6 +86,7 @@ impl Frames {
                     beta: [[1.0; LANES], [0.0; LANES]],
                     gamma: [[1.0; LANES], [0.0; LANES]],
                 },
+                blend: [0.0; LANES],
             };
             for lane in 0..LANES {
                 let filled = lane.min(frames.len() - 1);
@@ -105,6 +108,25 @@ impl Frames {
         Self { positions, blocks }
     }
 
+    /// The same frames for a table of several materials: where each vertex is between the first, 0, and the
+    /// last, 1.
+    ///
+    /// # Panics
+    /// If the numbers are not as many as the vertices.
+    #[must_use]
+    pub fn with_blend(mut self, blend: &[f32]) -> Self {
+        assert_eq!(blend.len(), self.len(), "a number for each vertex");
+        for (block, blend) in self.blocks.iter_mut().zip(blend.chunks(LANES)) {
+            block.blend = std::array::from_fn(|lane| blend[lane.min(blend.len() - 1)]);
+        }
+        self
+    }
+
+    /// Where a vertex is between the first material of a table, 0, and the last, 1.
+    pub fn blend(&self, vertex: usize) -> f32 {
+        self.blocks[vertex / LANES].blend[vertex % LANES]
+    }
+
     /// The number of vertices.
     pub fn len(&self) -> usize {
         self.positions.len()
@@ -123,6 +145,11 @@ impl Frames {
     /// The normal of a vertex.
     pub fn normal(&self, vertex: usize) -> [f32; 3] {
         self.blocks[vertex / LANES].axes[2].map(|component| component[vertex % LANES])
+    }
+
+    /// x, y and N of a vertex.
+    pub fn axes(&self, vertex: usize) -> [[f32; 3]; 3] {
+        self.blocks[vertex / LANES].axes.map(|axis| axis.map(|component| component[vertex % LANES]))
     }
 
     /// All vertices, eight at a time.

@@ -103,7 +103,7 @@ impl Turned<'_> {
     /// Those of a block, [channel][row][lane].
     #[inline(always)]
     fn block(&self, block: &Block, room: &mut Room, c: &mut Lanes) {
-        self.table.lookup_eight(0, &block.views(self.viewer), &mut room.texels);
+        self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut room.texels);
         by_lane(&room.texels, self.table.channels(), c);
         for c in c.chunks_exact_mut(self.degree.rows()) {
             self.rotation.to_world(&block.angles, c, &mut room.work);
@@ -237,7 +237,7 @@ impl WithSimd for LightStays<'_> {
         let lights = self.light.chunks_exact(self.light.len() / self.blocks.len());
         for ((block, light), radiance) in self.blocks.iter().zip(lights).zip(self.radiance.chunks_mut(LANES))
         {
-            self.table.lookup_eight(0, &block.views(self.viewer), &mut texels);
+            self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
             by_lane(&texels, channels, &mut c);
             let mut sums = [[0.0f32; LANES]; 3];
             for (channel, sum) in sums.iter_mut().enumerate() {
@@ -413,7 +413,7 @@ impl WithSimd for Transferred<'_> {
         let mut texels = vec![0.0; LANES * texel];
         let mut matrices = self.matrices.chunks_exact(self.output.rows() * columns);
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
-            self.table.lookup_eight(0, &block.views(self.viewer), &mut texels);
+            self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
             let vertices = texels.chunks_exact(texel).zip(radiance);
             for ((c, rgb), matrix) in vertices.zip(&mut matrices) {
                 let mut sums = [[0.0f32; LANES]; 3];

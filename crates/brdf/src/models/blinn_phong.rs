@@ -41,9 +41,13 @@ impl BlinnPhong {
     /// If `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6.
     pub fn new(exponent: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
         let s = EXPONENT.checked(exponent)?;
-        let factor = (s + 2.0) * (s + 4.0) / (8.0 * PI * ((-0.5 * s).exp2() + s));
-        Ok(Self { exponent, specular: SPECULAR.checked_colour(specular)?, factor })
+        Ok(Self { exponent, specular: SPECULAR.checked_colour(specular)?, factor: factor(s) })
     }
+}
+
+/// c(s).
+pub(super) fn factor(s: f64) -> f64 {
+    (s + 2.0) * (s + 4.0) / (8.0 * PI * ((-0.5 * s).exp2() + s))
 }
 
 impl Model for BlinnPhong {

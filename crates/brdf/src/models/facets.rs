@@ -59,6 +59,15 @@ impl Half {
         d * 0.5 * light / (light * masked(view) + view * masked(light))
     }
 
+    /// The same for facets that are `x` wide along +X and `y` along +Y (alpha of `ggx` each).
+    pub(crate) fn ggx_stretched(&self, [x, y]: [f64; 2], [light, view]: [DVec3; 2]) -> f64 {
+        let across = (self.sum.x / x).powi(2) + (self.sum.y / y).powi(2) + self.sum.z * self.sum.z;
+        let across = across / self.length_squared;
+        let d = 1.0 / (PI * x * y * across * across);
+        let masked = |v: DVec3| DVec3::new(x * v.x, y * v.y, v.z).length();
+        d * 0.5 * self.light / (self.light * masked(view) + self.view * masked(light))
+    }
+
     /// tan^2(theta_h) weighted by 1 / `x`^2 along +X and 1 / `y`^2 along +Y; infinite if h is on the horizon.
     pub(crate) fn tan2(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (self.sum.x / x, self.sum.y / y);

@@ -16,6 +16,7 @@ use super::part::Part;
 use crate::clamped_cosine::ClampedCosine;
 use crate::coefficients::Centre;
 use crate::measured::Measured;
+use crate::measured_anisotropic::MeasuredAnisotropic;
 
 macro_rules! models {
     ($($module:ident::$model:ident),* $(,)?) => {
@@ -27,6 +28,8 @@ macro_rules! models {
             $(#[doc = concat!("[`", stringify!($model), "`].")] $model($model),)*
             /// A table of measured values.
             Measured(Measured),
+            /// A table of measured values that depend on the tangent.
+            MeasuredAnisotropic(MeasuredAnisotropic),
             /// The sum of several materials, made by [`Material::layers`].
             Layers(Vec<Material>),
         }
@@ -53,6 +56,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(_) => $model::NAME,)*
                     Self::Measured(_) => Measured::NAME,
+                    Self::MeasuredAnisotropic(_) => MeasuredAnisotropic::NAME,
                     Self::Layers(_) => "layers",
                 }
             }
@@ -62,6 +66,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.values(),)*
                     Self::Measured(measured) => measured.parameters(),
+                    Self::MeasuredAnisotropic(measured) => measured.parameters(),
                     Self::Layers(_) => Values::default(),
                 }
             }
@@ -71,6 +76,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.centre(),)*
                     Self::Measured(measured) => measured.centre(),
+                    Self::MeasuredAnisotropic(measured) => measured.centre(),
                     Self::Layers(layers) => common_centre(layers),
                 }
             }
@@ -80,6 +86,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.rho_hat(incident, outgoing),)*
                     Self::Measured(measured) => measured.rho_hat(incident, outgoing),
+                    Self::MeasuredAnisotropic(measured) => measured.rho_hat(incident, outgoing),
                     Self::Layers(layers) => sum(layers, incident, outgoing),
                 }
             }
@@ -89,6 +96,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.is_isotropic(),)*
                     Self::Measured(_) => true,
+                    Self::MeasuredAnisotropic(_) => false,
                     Self::Layers(layers) => layers.iter().all(Self::is_isotropic),
                 }
             }
@@ -99,6 +107,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.constants().iter().map(|value| *value as f32).collect(),)*
                     Self::Measured(measured) => measured.constants(),
+                    Self::MeasuredAnisotropic(measured) => measured.constants(),
                     Self::Layers(layers) => layers.iter().flat_map(Self::constants).collect(),
                 }
             }
@@ -108,6 +117,7 @@ macro_rules! models {
                 let lobes: Vec<Lobe> = match self {
                     $(Self::$model(model) => model.lobes(),)*
                     Self::Measured(measured) => measured.lobes(),
+                    Self::MeasuredAnisotropic(measured) => measured.lobes(),
                     Self::Layers(layers) if layers.is_empty() => vec![Lobe::Cosine],
                     Self::Layers(layers) => layers.iter().flat_map(Self::lobes).collect(),
                 };
@@ -123,7 +133,7 @@ macro_rules! models {
                         [layer] => layer.radial(),
                         _ => None,
                     },
-                    Self::Measured(_) => None,
+                    Self::Measured(_) | Self::MeasuredAnisotropic(_) => None,
                 }
             }
         }
@@ -173,6 +183,16 @@ impl Material {
         match self {
             Self::Layers(layers) => layers.iter().flat_map(Self::leaves).collect(),
             leaf => vec![leaf],
+        }
+    }
+
+    /// Whether mirrors along the tangent, and across it, change nothing: true of all but measured tables that
+    /// depend on the tangent.
+    pub fn is_orthotropic(&self) -> bool {
+        match self {
+            Self::MeasuredAnisotropic(_) => false,
+            Self::Layers(layers) => layers.iter().all(Self::is_orthotropic),
+            _ => true,
         }
     }
 

@@ -50,10 +50,12 @@ pub(crate) fn every_model() -> Vec<Material> {
         Material::Microfacet(Microfacet::new(0.3, [1.0, 0.5, 0.0]).unwrap()),
         Material::TorranceSparrow(TorranceSparrow::new(0.4, glass(), [1.0, 0.5, 0.0]).unwrap()),
         Material::Ggx(Ggx::new(0.5, gold(), [1.0, 0.5, 0.0]).unwrap()),
+        Material::Ggx(Ggx::stretched([0.4, 0.7], gold(), [1.0, 0.5, 0.0]).unwrap()),
         Material::Ward(Ward::new([0.3, 0.3], [1.0, 0.5, 0.0]).unwrap()),
         Material::Ward(Ward::new([0.3, 0.15], [1.0, 0.5, 0.0]).unwrap()),
         Material::AshikhminShirley(AshikhminShirley::new([50.0, 50.0], [0.5; 3], [0.04; 3]).unwrap()),
         Material::AshikhminShirley(AshikhminShirley::new([50.0, 8.0], [0.5; 3], [0.04, 1.0, 0.3]).unwrap()),
+        Material::PoulinFournier(PoulinFournier::new(20.0, [0.3; 3], [0.7, 0.5, 0.0], 2.2, 1.0).unwrap()),
         Material::Lafortune(
             Lafortune::new([0.1; 3], vec![lobe(-0.95, 0.8, 12.0), lobe(0.5, 0.5, 3.0)]).unwrap(),
         ),
@@ -77,6 +79,7 @@ fn the_list_has_every_model_once() {
             "ggx",
             "ward",
             "ashikhmin-shirley",
+            "poulin-fournier",
             "lafortune",
             "kajiya-kay"
         ]
@@ -236,6 +239,9 @@ fn every_value_is_finite_and_not_negative() {
         Material::TorranceSparrow(TorranceSparrow::new(0.01, glass(), [1e6; 3]).unwrap()),
         Material::TorranceSparrow(TorranceSparrow::new(1.0, gold(), [1e6; 3]).unwrap()),
         Material::Ward(Ward::new([0.01, 1.0], [1e6; 3]).unwrap()),
+        Material::Ggx(Ggx::stretched([0.01, 1.0], gold(), [1e6; 3]).unwrap()),
+        Material::PoulinFournier(PoulinFournier::new(1e9, [1e6; 3], [1e6; 3], 100.0, 2.0).unwrap()),
+        Material::PoulinFournier(PoulinFournier::new(0.0, [1e6; 3], [1e6; 3], 2.0, 0.01).unwrap()),
         Material::AshikhminShirley(AshikhminShirley::new([1e9, 0.0], [1e6; 3], [0.0, 0.5, 1.0]).unwrap()),
         Material::BlinnPhong(BlinnPhong::new(1e9, [1e6; 3]).unwrap()),
         Material::BlinnPhong(BlinnPhong::new(0.0, [1e6; 3]).unwrap()),
@@ -332,7 +338,12 @@ fn no_view_sees_more_light_than_falls_on_the_surface() {
         materials.push(Material::Ward(Ward::new([roughness; 2], white).unwrap()));
         materials.push(Material::Microfacet(Microfacet::new(roughness, white).unwrap()));
         materials.push(Material::Ward(Ward::new([roughness, 0.3], white).unwrap()));
+        materials.push(Material::Ggx(Ggx::stretched([roughness, 0.4], mirror, white).unwrap()));
         materials.push(Material::OrenNayar(OrenNayar::new(white, 90.0 * roughness).unwrap()));
+    }
+    for (distance, height) in [(2.0, 0.5), (2.0, 1.0), (3.0, 1.6)] {
+        let cylinders = PoulinFournier::new(10.0, [0.4; 3], [0.6; 3], distance, height).unwrap();
+        materials.push(Material::PoulinFournier(cylinders));
     }
     for exponent in [0.0, 1.0, 10.0, 100.0, 1e5] {
         materials.push(Material::BlinnPhong(BlinnPhong::new(exponent, white).unwrap()));
@@ -442,13 +453,18 @@ fn fingerprints() {
     let ward = |x, y| Material::Ward(Ward::new([x, y], one).unwrap());
     let shirley =
         |x, y| Material::AshikhminShirley(AshikhminShirley::new([x, y], [0.5; 3], [0.04; 3]).unwrap());
-    let rows: [(Material, [f64; 4]); 12] = [
+    let brushed = Ggx::stretched([0.4, 0.7], gold(), one).unwrap();
+    let rows: [(Material, [f64; 4]); 13] = [
         (
             Material::Microfacet(Microfacet::new(0.3, one).unwrap()),
             [7.243904530039e-01, 6.714368812270e-01, 1.606295151875e-01, 9.284242429114e-03],
         ),
         (ggx(glass()), [3.628550225203e-02, 7.737193141409e-02, 1.113349189224e-01, 1.500806428147e-03]),
         (ggx(gold()), [8.697344536980e-01, 9.765961274575e-01, 2.914524239095e-01, 3.635558472026e-02]),
+        (
+            Material::Ggx(brushed),
+            [5.932279054669e-01, 1.033547257712e+00, 2.503500865116e-01, 6.364501820652e-03],
+        ),
         (
             Material::TorranceSparrow(TorranceSparrow::new(0.4, glass(), one).unwrap()),
             [2.120296728275e-02, 5.469186046161e-02, 2.361044652237e-01, 1.814355226116e-03],

@@ -9,12 +9,14 @@
 //! and G is Smith's masking for GGX in its separable form, for which G / (4 c_i c_o) stays finite down to the
 //! horizon.
 //!
+//! D and G may be stretched along any direction of the surface, with alpha_x and alpha_y as in `ggx`.
+//!
 //! For each D and alpha of a list the colours are the non-negative least squares of the relative error; the D
 //! and alpha with the least sum of ln((f + e) / (f_0 + e))^2, each capped, win.
 
 use std::f64::consts::PI;
 
-use sphere::Direction;
+use sphere::{DVec3, Direction};
 
 use super::sample::Sample;
 
@@ -29,9 +31,18 @@ const TERMS: usize = 4;
 /// The fitted model.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Base {
-    distribution: Distribution,
-    alpha: f64,
+    coat: Coat,
     weights: [[f64; TERMS]; 3],
+}
+
+/// The facets of the coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Coat {
+    distribution: Distribution,
+    /// Along a direction of the surface, and across it.
+    alpha: [f64; 2],
+    /// The azimuth of that direction.
+    turn: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,41 +53,96 @@ enum Distribution {
 
 impl Base {
     pub(super) fn fit(samples: &[Sample], floor: f64) -> Self {
-        let chosen: Vec<Sample> = samples.iter().step_by(samples.len().div_ceil(MOST)).copied().collect();
-        let mut best =
-            (f64::INFINITY, Self { distribution: Distribution::Ggx, alpha: 1.0, weights: [[0.0; TERMS]; 3] });
+        let mut search = Search::new(samples, floor);
         for distribution in [Distribution::Beckmann, Distribution::Ggx] {
             for step in 0..=STEPS {
                 let alpha = 0.02 * 50f64.powf(step as f64 / STEPS as f64);
-                let rows: Vec<[f64; TERMS]> = chosen
-                    .iter()
-                    .map(|sample| terms(distribution, alpha, sample.incident, sample.outgoing))
-                    .collect();
-                let weights = [0, 1, 2].map(|channel| colours(&chosen, &rows, channel, floor));
-                let cost = [0, 1, 2].map(|channel| cost(&chosen, &rows, channel, &weights[channel], floor));
-                let cost = cost.iter().sum();
-                if cost < best.0 {
-                    best = (cost, Self { distribution, alpha, weights });
-                }
+                search.offer(Coat { distribution, alpha: [alpha; 2], turn: 0.0 });
             }
         }
-        best.1
+        search.best
+    }
+
+    /// The same with a coat that may be stretched: first in steps of 22.5 degrees and factors of sqrt(2),
+    /// then by ever smaller steps from the best.
+    pub(super) fn fit_stretched(samples: &[Sample], floor: f64) -> Self {
+        let alpha = Self::fit(samples, floor).width();
+        let mut search = Search::new(samples, floor);
+        for distribution in [Distribution::Beckmann, Distribution::Ggx] {
+            search.offer(Coat { distribution, alpha: [alpha; 2], turn: 0.0 });
+            for (stretch, turn) in
+                (1..=6).flat_map(|k| (0..8).map(move |turn| (f64::from(k), f64::from(turn))))
+            {
+                let ratio = 2f64.powf(0.25 * stretch);
+                search.offer(Coat {
+                    distribution,
+                    alpha: [alpha * ratio, alpha / ratio],
+                    turn: turn * PI / 8.0,
+                });
+            }
+        }
+        for size in 1..=7 {
+            let factor = 2f64.powf(0.5f64.powi(size));
+            let turn = PI / 8.0 * 0.5f64.powi(size);
+            for [x, y, by] in [
+                [factor, 1.0, 0.0],
+                [1.0 / factor, 1.0, 0.0],
+                [1.0, factor, 0.0],
+                [1.0, 1.0 / factor, 0.0],
+                [1.0, 1.0, turn],
+                [1.0, 1.0, -turn],
+            ] {
+                let coat = search.best.coat;
+                let alpha = [coat.alpha[0] * x, coat.alpha[1] * y].map(|alpha| alpha.clamp(0.01, 1.0));
+                search.offer(Coat { alpha, turn: coat.turn + by, ..coat });
+            }
+        }
+        search.best
     }
 
     /// f_0 in 1/sr; below the horizon it is the value at the horizon.
     pub(super) fn value(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let terms = terms(self.distribution, self.alpha, incident, outgoing);
+        let terms = terms(self.coat, incident, outgoing);
         self.weights.map(|weights| dot(&weights, &terms))
     }
 
-    /// alpha, about the highlight's width in theta_h, in radians.
+    /// alpha, about the highlight's width in theta_h, in radians; if it is stretched, the geometric mean.
     pub(super) fn width(&self) -> f64 {
-        self.alpha
+        let [x, y] = self.coat.alpha;
+        if x == y { x } else { (x * y).sqrt() }
+    }
+}
+
+/// The best of the coats that were offered.
+struct Search {
+    samples: Vec<Sample>,
+    floor: f64,
+    cost: f64,
+    best: Base,
+}
+
+impl Search {
+    fn new(samples: &[Sample], floor: f64) -> Self {
+        let chosen = samples.iter().step_by(samples.len().div_ceil(MOST)).copied().collect();
+        let coat = Coat { distribution: Distribution::Ggx, alpha: [1.0; 2], turn: 0.0 };
+        Self { samples: chosen, floor, cost: f64::INFINITY, best: Base { coat, weights: [[0.0; TERMS]; 3] } }
+    }
+
+    fn offer(&mut self, coat: Coat) {
+        let Self { samples, floor, .. } = self;
+        let rows: Vec<[f64; TERMS]> =
+            samples.iter().map(|sample| terms(coat, sample.incident, sample.outgoing)).collect();
+        let weights = [0, 1, 2].map(|channel| colours(samples, &rows, channel, *floor));
+        let cost = [0, 1, 2].map(|channel| cost(samples, &rows, channel, &weights[channel], *floor));
+        let cost = cost.iter().sum();
+        if cost < self.cost {
+            (self.cost, self.best) = (cost, Base { coat, weights });
+        }
     }
 }
 
 /// The functions that the colours multiply.
-fn terms(distribution: Distribution, alpha: f64, incident: Direction, outgoing: Direction) -> [f64; TERMS] {
+fn terms(Coat { distribution, alpha, turn }: Coat, incident: Direction, outgoing: Direction) -> [f64; TERMS] {
     let [c_i, c_o] = [incident, outgoing].map(|direction| direction.vector().z.clamp(0.0, 1.0));
     let sum = incident.vector() + outgoing.vector();
     // theta_h may be past 90 degrees if both directions are below the horizon; it is then that at the
@@ -84,15 +150,38 @@ fn terms(distribution: Distribution, alpha: f64, incident: Direction, outgoing: 
     let c_h = (sum.z / sum.length().max(1e-300)).clamp(1e-3, 1.0);
     let cos_d = (sum.length() / 2.0).min(1.0);
     let matte = |c: f64| 1.0 - (1.0 - c / 2.0).powi(5);
-    let (square, a2) = (c_h * c_h, alpha * alpha);
-    let d = match distribution {
-        Distribution::Beckmann => ((square - 1.0) / (square * a2)).exp() / (PI * a2 * square * square),
-        Distribution::Ggx => a2 / (PI * (square * (a2 - 1.0) + 1.0).powi(2)),
+    let square = c_h * c_h;
+    let [a_x, a_y] = alpha;
+    let (d, smith_i, smith_o) = if a_x == a_y {
+        let a2 = a_x * a_x;
+        let d = match distribution {
+            Distribution::Beckmann => ((square - 1.0) / (square * a2)).exp() / (PI * a2 * square * square),
+            Distribution::Ggx => a2 / (PI * (square * (a2 - 1.0) + 1.0).powi(2)),
+        };
+        let smith = |c: f64| 1.0 / (c + (a2 + (1.0 - a2) * c * c).sqrt());
+        (d, smith(c_i), smith(c_o))
+    } else {
+        let (sine, cosine) = turn.sin_cos();
+        let [x, y] = in_frame(sum, sine, cosine);
+        let slopes = ((x / a_x).powi(2) + (y / a_y).powi(2)) / sum.length_squared().max(1e-300) / square;
+        let d = match distribution {
+            Distribution::Beckmann => (-slopes).exp(),
+            Distribution::Ggx => (1.0 + slopes).powi(-2),
+        };
+        let smith = |direction: Direction, c: f64| {
+            let [x, y] = in_frame(direction.vector(), sine, cosine);
+            1.0 / (c + ((a_x * x).powi(2) + (a_y * y).powi(2) + c * c).sqrt())
+        };
+        (d / (PI * a_x * a_y * square * square), smith(incident, c_i), smith(outgoing, c_o))
     };
-    let smith = |c: f64| 1.0 / (c + (a2 + (1.0 - a2) * c * c).sqrt());
-    let lobe = d * smith(c_i) * smith(c_o);
+    let lobe = d * smith_i * smith_o;
     let schlick = (1.0 - cos_d).powi(5);
     [1.0 / PI, 28.0 / (23.0 * PI) * matte(c_i) * matte(c_o), lobe * (1.0 - schlick), lobe * schlick]
+}
+
+/// The parts of a vector along a direction of the surface, and across it.
+fn in_frame(v: DVec3, sine: f64, cosine: f64) -> [f64; 2] {
+    [v.x * cosine + v.y * sine, v.y * cosine - v.x * sine]
 }
 
 fn dot(a: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {

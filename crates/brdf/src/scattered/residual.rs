@@ -76,13 +76,7 @@ impl Residual {
                 (0..3).map(|channel| (found[channel] - site.value[channel]).abs()).fold(0.0, f64::max)
             };
             let misses: Vec<f64> = sites.iter().zip(&patches).map(miss).collect();
-            let mut sorted = misses.clone();
-            sorted.sort_by(f64::total_cmp);
-            // 1.48 times the median is the standard deviation of Gaussian errors.
-            let typical = (1.48 * sorted[sorted.len() / 2]).max(1e-6);
-            for (trust, miss) in trust.iter_mut().zip(&misses) {
-                *trust = (1.0 + (miss / (3.0 * typical)).powi(2)).powi(-2);
-            }
+            trust = weighted_anew(&misses);
         }
         fit
     }
@@ -115,6 +109,27 @@ impl Residual {
         }
         sum
     }
+}
+
+/// The weights of sites for the next round, by how far the last one missed them.
+pub(super) fn weighted_anew(misses: &[f64]) -> Vec<f64> {
+    let mut sorted = misses.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    // 1.48 times the median is the standard deviation of Gaussian errors.
+    let typical = (1.48 * sorted[sorted.len() / 2]).max(1e-6);
+    misses.iter().map(|miss| (1.0 + (miss / (3.0 * typical)).powi(2)).powi(-2)).collect()
+}
+
+/// The cost of a trial that found these values in place of others, and its median error as a share of the
+/// value.
+pub(super) fn miss(pairs: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> (f64, f64) {
+    let mut misses: Vec<f64> = pairs
+        .flat_map(|(found, value)| [0, 1, 2].map(|channel| (found[channel] - value[channel]).abs()))
+        .collect();
+    misses.sort_by(f64::total_cmp);
+    // An error counts 1 at most, so that a few outliers do not decide.
+    let cost = misses.iter().map(|miss| miss.min(1.0)).sum::<f64>() / misses.len() as f64;
+    (cost, misses[misses.len() / 2].exp_m1())
 }
 
 /// The sixteen splines that reach a point.

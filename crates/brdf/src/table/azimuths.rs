@@ -42,11 +42,13 @@ pub(super) struct Steps {
     concentration: usize,
     /// The first and the last rule that may be the one that is used.
     stages: [usize; 2],
+    /// The error that is aimed at, as a share of the greatest integral.
+    accuracy: f64,
 }
 
 impl Steps {
     /// For a highlight of a width in radians, at azimuth 0 or, if it `strays`, at any.
-    pub(super) fn for_feature(width: f64, strays: bool) -> Self {
+    pub(super) fn for_feature(width: f64, strays: bool, accuracy: f64) -> Self {
         let narrow = (1.0 / width.clamp(1e-9, 1.0)).log2();
         // Where 1 - a = width^(2/3), the highlight is about as wide in t as the bend of phi(t): width^(1/3).
         let concentration = (narrow * 2.0 / 3.0).round() as usize;
@@ -55,6 +57,7 @@ impl Steps {
         Self {
             concentration: concentration.min(CONCENTRATIONS - 1),
             stages: [if strays { stage.min(STAGES - 2) } else { 0 }, (stage + MORE).min(STAGES - 1)],
+            accuracy,
         }
     }
 }
@@ -106,11 +109,12 @@ impl Azimuths {
         Self { columns: 2 * degree + 1, rules: (0..CONCENTRATIONS).map(rule).collect() }
     }
 
-    /// Integrates `value(cos(phi), sin(phi))` times every harmonic to within `allowed` or 1e-7 of the
-    /// greatest of these integrals, or as well as the last rule does; `None` as soon as a value is `None`.
+    /// Integrates `value(cos(phi), sin(phi))` times every harmonic to within `allowed` or the share of the
+    /// greatest of these integrals that `Steps` says, or as well as the last rule does; `None` as soon as a
+    /// value is `None`.
     pub(super) fn integrate(
         &self,
-        Steps { concentration, stages: [first, last] }: Steps,
+        Steps { concentration, stages: [first, last], accuracy }: Steps,
         allowed: f64,
         circle: &mut Circle,
         mut value: impl FnMut(f64, f64) -> Option<[f64; 3]>,
@@ -154,7 +158,7 @@ impl Azimuths {
             circle.error = difference * (difference / before).min(1.0);
             before = difference;
             let size = circle.moments[..channels].iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-            if number > first && circle.error <= allowed.max(1e-7 * size) {
+            if number > first && circle.error <= allowed.max(accuracy * size) {
                 break;
             }
         }
@@ -184,7 +188,7 @@ mod tests {
             let step = TAU / f64::from(steps);
             circle.evaluations = 0;
             azimuths
-                .integrate(Steps::for_feature(width, false), 1e-12, &mut circle, |cosine, sine| {
+                .integrate(Steps::for_feature(width, false, 1e-7), 1e-12, &mut circle, |cosine, sine| {
                     Some([f(cosine), 2.0 * f(cosine), sine * f(cosine)])
                 })
                 .unwrap();

@@ -13,14 +13,18 @@ use super::azimuths::{Azimuths, Circle, Steps};
 use crate::quadrature::{Panel, RULE};
 use crate::{Lobe, Material};
 
-/// The error that is aimed at, as a share of the greatest coefficient.
+/// The error that is aimed at, as a share of the greatest coefficient: of smooth models, of one whose kinks
+/// lie anywhere, and of a table, which has them between all of its nodes and is no more accurate itself.
 const ACCURACY: f64 = 4e-7;
+const ACCURACY_OF_KINKS: f64 = 1e-5;
+const ACCURACY_OF_TABLES: f64 = 1e-3;
 /// The share of it that a panel may have.
 const SHARE: f64 = 0.125;
 /// The most halvings of a panel.
 const DEEPEST: usize = 24;
-/// The most values for one view; what is left unrefined shows in the error.
+/// The most values for one view, and of a table; what is left unrefined shows in the error.
 const MOST_EVALUATIONS: usize = 250_000;
+const MOST_EVALUATIONS_OF_TABLES: usize = 20_000;
 
 /// Coefficients c_i in the frame of the surface, and how far they may be off.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +54,10 @@ pub(super) struct Hemisphere {
     width: f64,
     /// Whether a narrow highlight can be at another azimuth than that of R.
     strays: bool,
+    /// The error that is aimed at, as a share of the greatest coefficient.
+    accuracy: f64,
+    /// The most values for one view.
+    most: usize,
 }
 
 /// A panel in theta_i and what both rules find on it.
@@ -68,7 +76,15 @@ impl Hemisphere {
             Lobe::Power { n, .. } => (f64::from(n) + 1.0).powf(-0.5),
             Lobe::Band { width } => f64::from(width),
         };
+        let accuracy = |leaf: &&Material| match leaf {
+            Material::MeasuredAnisotropic(_) => ACCURACY_OF_TABLES,
+            Material::PoulinFournier(_) => ACCURACY_OF_KINKS,
+            _ => ACCURACY,
+        };
+        let accuracy = material.leaves().iter().map(accuracy).fold(ACCURACY, f64::max);
         Self {
+            accuracy,
+            most: if accuracy < ACCURACY_OF_TABLES { MOST_EVALUATIONS } else { MOST_EVALUATIONS_OF_TABLES },
             basis: Basis::new(degree),
             azimuths: Azimuths::new(degree.get()),
             width: material.lobes().iter().map(width).fold(1.0, f64::min),
@@ -85,22 +101,34 @@ impl Hemisphere {
     ) -> Result<ViewCoefficients, NotFinite> {
         let theta_o = view.theta().min(FRAC_PI_2);
         let mut circle = Circle::new(self.basis.degree().get());
+        let ends = [[0.0, theta_o], [theta_o, FRAC_PI_2]].into_iter();
+        let mut panels: Vec<Panel> = ends
+            .flat_map(|[from, to]| Panel::split(from, to, 0.8))
+            .filter(|panel| panel.from < panel.to)
+            .collect();
         let mut parts = Vec::new();
-        for [from, to] in [[0.0, theta_o], [theta_o, FRAC_PI_2]] {
-            for panel in Panel::split(from, to, 0.8).filter(|panel| panel.from < panel.to) {
-                parts.push(self.part(panel, half, view, value, 0.0, &mut circle)?);
-            }
+        if self.accuracy > ACCURACY {
+            // Circles far from the highlight need be no more accurate than the highlight makes worthwhile.
+            let from_view = |panel: &Panel| (0.5 * (panel.from + panel.to) - theta_o).abs();
+            panels.sort_by(|a, b| from_view(a).total_cmp(&from_view(b)));
+        }
+        let mut size: f64 = 0.0;
+        for panel in panels {
+            let allowed = if self.accuracy > ACCURACY { self.accuracy * SHARE * size } else { 0.0 };
+            let part = self.part(panel, half, view, value, allowed, &mut circle)?;
+            size = part.kronrod.as_flattened().iter().fold(size, |most, c| most.max(c.abs()));
+            parts.push(part);
         }
         let mut sum = ViewCoefficients { c: vec![[0.0; 3]; self.basis.degree().rows()], error: 0.0 };
         parts.iter().for_each(|part| sum.add(&part.kronrod));
         let size = sum.c.as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let allowed = ACCURACY * SHARE * size;
+        let allowed = self.accuracy * SHARE * size;
         // The worst panel first, so that what is left when the values run out is the least.
         loop {
             let errors = parts.iter().map(|part| if part.panel.depth < DEEPEST { part.error } else { 0.0 });
             let worst = errors.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
             let Some((worst, _)) = worst.filter(|(_, error)| *error > allowed) else { break };
-            if circle.evaluations > MOST_EVALUATIONS {
+            if circle.evaluations > self.most {
                 break;
             }
             let halves = parts.swap_remove(worst).panel.halves();
@@ -141,7 +169,7 @@ impl Hemisphere {
             let area = panel.radius() * sine;
             // The half vector's slope grows by 1 / (2 cot(theta)) along the circle.
             let width = 2.0 * self.width * (cosine + v.z.max(0.0)) / (sine + sin_o).max(1e-9);
-            let steps = Steps::for_feature(width.max(1e-4), self.strays);
+            let steps = Steps::for_feature(width.max(1e-4), self.strays, 0.25 * self.accuracy);
             let up = if half == Half::Upper { cosine } else { -cosine };
             let at = |cos_phi: f64, sin_phi: f64| {
                 let (x, y) = (cos_phi * cos_r - sin_phi * sin_r, sin_phi * cos_r + cos_phi * sin_r);

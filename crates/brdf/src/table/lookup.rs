@@ -19,19 +19,34 @@ impl BrdfTable {
         interpolate(map, corners, weights, c);
     }
 
-    /// c_i of material `q` toward eight views, given by their x, y and z: eight times [(F+1)^2, channels].
+    /// c_i toward eight views, given by their x, y and z: eight times [(F+1)^2, channels]. Each is blended
+    /// between the materials next to its `blend`, from the first, 0, to the last, 1.
     ///
     /// Inlined, so that a caller compiled for wider vectors has these in its own.
     ///
     /// # Panics
-    /// If `q` is not below Q, or `c` does not have eight times [`BrdfTable::texel`] elements.
+    /// If `c` does not have eight times [`BrdfTable::texel`] elements.
     #[inline(always)]
-    pub fn lookup_eight(&self, q: usize, [x, y, z]: &[[f32; LANES]; 3], c: &mut [f32]) {
-        let map = self.map(q);
+    pub fn lookup_eight(&self, blend: &[f32; LANES], [x, y, z]: &[[f32; LANES]; 3], c: &mut [f32]) {
         assert_eq!(c.len(), LANES * self.texel(), "eight texels");
+        let last = self.count() - 1;
         for (lane, c) in c.chunks_exact_mut(self.texel()).enumerate() {
             let (corners, weights) = self.corners(x[lane], y[lane], z[lane]);
-            interpolate(map, corners, weights, c);
+            // The cast takes NaN for 0.
+            let q = (blend[lane] * last as f32).clamp(0.0, last as f32);
+            let first = q as usize;
+            interpolate(self.map(first), corners, weights, c);
+            let share = q - first as f32;
+            if share > 0.0 {
+                let other = self.map(first + 1);
+                for (k, c) in c.iter_mut().enumerate() {
+                    let mut value = 0.0;
+                    for (corner, weight) in corners.iter().zip(weights) {
+                        value += weight * other[corner + k];
+                    }
+                    *c += share * (value - *c);
+                }
+            }
         }
     }
 

@@ -94,14 +94,13 @@ fn models(material: &Material) -> Value {
     models
 }
 
-/// Replaces the number of each measured table by its shape, [theta_h, theta_d, phi_d].
+/// Replaces the number of each measured table by its shape, [theta_h, theta_d, phi_d] or [theta_h, phi_h,
+/// theta_d, psi].
 fn add_shapes(models: &mut Value, material: &Material) {
+    let mut set = |shape: Value| models.get_mut("table").map_or((), |table| *table = shape);
     match material {
-        Material::Measured(measured) => {
-            if let Some(table) = models.get_mut("table") {
-                *table = json!(measured.shape());
-            }
-        }
+        Material::Measured(measured) => set(json!(measured.shape())),
+        Material::MeasuredAnisotropic(measured) => set(json!(measured.shape())),
         Material::Layers(layers) => {
             let parts = models.get_mut("layers").and_then(Value::as_array_mut);
             parts.into_iter().flatten().zip(layers).for_each(|(models, layer)| add_shapes(models, layer));

@@ -67,6 +67,26 @@ impl Accessors<'_> {
         self.numbers(index, shape, vertices.map(|vertices| (vertices, "positions")))
     }
 
+    /// The first number of each element, of one number or a vector: one for each vertex.
+    pub(super) fn firsts(&self, index: usize, vertices: usize) -> Result<Vec<f32>, Error> {
+        let needed = Some((vertices, "positions"));
+        match self.document.accessor(index)?.0.type_ {
+            Checked::Valid(Type::Vec3) => Ok(self
+                .numbers::<3>(index, Type::Vec3, needed)?
+                .into_iter()
+                .map(|[first, ..]| first)
+                .collect()),
+            Checked::Valid(Type::Vec4) => Ok(self
+                .numbers::<4>(index, Type::Vec4, needed)?
+                .into_iter()
+                .map(|[first, ..]| first)
+                .collect()),
+            _ => {
+                Ok(self.numbers::<1>(index, Type::Scalar, needed)?.into_iter().map(|[first]| first).collect())
+            }
+        }
+    }
+
     /// Matrices by columns, one for each joint.
     pub(super) fn matrices(&self, index: usize, joints: usize) -> Result<Vec<[f32; 16]>, Error> {
         self.numbers(index, Type::Mat4, Some((joints, "joints")))

@@ -24,6 +24,10 @@ const READ: [&str; 9] = [
 /// Parts of a document that meshes do not need. A mistake there does not matter.
 const UNUSED: [&str; 7] = ["animations", "cameras", "extensions", "extras", "images", "samplers", "textures"];
 
+/// The set of colours that an attribute becomes which is read by its name: whatever that is, the `gltf` crate
+/// takes it for one that it knows.
+pub(super) const NAMED: u32 = 4096;
+
 /// Mistakes that are listed in a message.
 const LISTED: usize = 5;
 
@@ -88,10 +92,14 @@ fn not_gltf(error: serde_json::Error) -> Error {
     Error::damaged(format!("the JSON is not that of glTF 2.0: {error}"))
 }
 
-/// The document of a file, and the second chunk of a binary one.
-pub(super) fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Error> {
+/// The document of a file, and the second chunk of a binary one. An attribute of vertices that is wanted
+/// becomes the set of colours [`NAMED`].
+pub(super) fn open<'a>(
+    bytes: &'a [u8],
+    attribute: Option<&str>,
+) -> Result<(Document, Option<&'a [u8]>), Error> {
     let Chunks { json: mut parts, binary } = read(bytes)?;
-    let normal_sets = keep_meshes(&mut parts);
+    let normal_sets = keep_meshes(&mut parts, attribute);
     let root: Root = serde_json::from_value(Value::Object(parts)).map_err(not_gltf)?;
     let (version, least) = (&root.asset.version, root.asset.min_version.as_ref());
     check_version(version, least.map(String::as_str))?;
@@ -119,7 +127,7 @@ pub(super) fn check_version(version: &str, least: Option<&str>) -> Result<(), Er
 
 /// Removes what meshes do not need, and what the `gltf` crate refuses although the specification allows it.
 /// Gives the sets of coordinates of the materials' normal textures.
-fn keep_meshes(parts: &mut Map<String, Value>) -> Vec<Option<u32>> {
+fn keep_meshes(parts: &mut Map<String, Value>, attribute: Option<&str>) -> Vec<Option<u32>> {
     UNUSED.iter().for_each(|part| drop(parts.remove(*part)));
     let mut normal_sets = Vec::new();
     for material in elements(parts, "materials") {
@@ -139,6 +147,11 @@ fn keep_meshes(parts: &mut Map<String, Value>) -> Vec<Option<u32>> {
             for primitive in elements(element, "primitives") {
                 if let Value::Object(primitive) = primitive {
                     primitive.remove("extras");
+                    if let Some(attributes) = primitive.get_mut("attributes").and_then(Value::as_object_mut)
+                        && let Some(accessor) = attribute.and_then(|name| attributes.get(name)).cloned()
+                    {
+                        attributes.insert(format!("COLOR_{NAMED}"), accessor);
+                    }
                 }
             }
         }

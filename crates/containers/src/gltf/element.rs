@@ -70,6 +70,16 @@ impl<'a> Element<'a> {
         }
     }
 
+    /// Two numbers in a range; the default if there is no array.
+    pub(super) fn pair(&self, default: [f64; 2], range: brdf::Range) -> Result<[f64; 2], Error> {
+        let Some(value) = self.value else { return Ok(default) };
+        match value.as_array().map(Vec::as_slice) {
+            Some([one, other]) => number(one, range).zip(number(other, range)).map(<[f64; 2]>::from),
+            _ => None,
+        }
+        .ok_or_else(|| self.is_not(&format!("two numbers, each {}", range.words)))
+    }
+
     /// A count, an offset or an index, if there is one.
     pub(super) fn index(&self) -> Result<Option<usize>, Error> {
         let index = |value: &Value| value.as_u64().and_then(|index| usize::try_from(index).ok());

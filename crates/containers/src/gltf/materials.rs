@@ -73,8 +73,7 @@ pub fn read_gltf_material<E: From<Error>>(
     let Chunks { json, binary } = open(bytes)?;
     let index = find(&names(&json)?, choice)?;
     let material = Element::of(&json, "materials").at(index)?;
-    let mut reader =
-        Reader { document: &json, chunk: binary, read, beside: BTreeMap::new(), notes: Vec::new() };
+    let mut reader = Reader::new(&json, binary, read);
     let parameters = reader.parameters(&material)?;
     let notes = reader.notes;
     let material_of = |error: brdf::ParameterError| Error::damaged(error.to_string()).within(material.path());
@@ -86,7 +85,7 @@ pub fn read_gltf_material<E: From<Error>>(
 }
 
 /// The chunks of a file of this version.
-fn open(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
+pub(super) fn open(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
     let chunks = document::read(bytes)?;
     let asset = Element::of(&chunks.json, "asset");
     let version = asset.get("version").text()?;
@@ -96,7 +95,7 @@ fn open(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
 }
 
 /// The name of each material; its place if it has none.
-fn names(json: &Map<String, Value>) -> Result<Vec<String>, Error> {
+pub(super) fn names(json: &Map<String, Value>) -> Result<Vec<String>, Error> {
     let materials = Element::of(json, "materials");
     let name = |index: usize| {
         Ok(materials.at(index)?.get("name").text()?.map_or_else(|| index.to_string(), str::to_owned))
@@ -105,7 +104,7 @@ fn names(json: &Map<String, Value>) -> Result<Vec<String>, Error> {
 }
 
 /// The place of the material that is meant.
-fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<usize, Error> {
+pub(super) fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<usize, Error> {
     let wrong = |message: String| Err(Error::new(ErrorKind::NoSuchMaterial, message));
     if names.is_empty() {
         return wrong("the file has no materials".into());
@@ -142,7 +141,7 @@ fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<usize, Erro
 }
 
 /// A material that is being read, and the files beside that were.
-struct Reader<'a, 'r, E> {
+pub(super) struct Reader<'a, 'r, E> {
     document: &'a Map<String, Value>,
     chunk: Option<&'a [u8]>,
     read: &'a mut ReadBeside<'r, E>,
@@ -150,7 +149,15 @@ struct Reader<'a, 'r, E> {
     notes: Vec<String>,
 }
 
-impl<E: From<Error>> Reader<'_, '_, E> {
+impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
+    pub(super) fn new(
+        document: &'a Map<String, Value>,
+        chunk: Option<&'a [u8]>,
+        read: &'a mut ReadBeside<'r, E>,
+    ) -> Self {
+        Self { document, chunk, read, beside: BTreeMap::new(), notes: Vec::new() }
+    }
+
     fn parameters(&mut self, material: &Element<'_>) -> Result<StandardParameters, E> {
         let base = material.get("pbrMetallicRoughness");
         let [ior, specular, clearcoat, sheen] = READ.map(|name| material.get("extensions").get(name));
@@ -233,7 +240,7 @@ impl<E: From<Error>> Reader<'_, '_, E> {
     }
 
     /// The picture of a texture, and a name for messages.
-    fn picture(&mut self, texture: &Element<'_>) -> Result<(Arc<Vec<u8>>, String), E> {
+    pub(super) fn picture(&mut self, texture: &Element<'_>) -> Result<(Arc<Vec<u8>>, String), E> {
         let missing = |element: &Element<'_>| Error::damaged(format!("{} is missing", element.path()));
         let number = texture.get("index");
         let index = number.index()?.ok_or_else(|| missing(&number))?;

@@ -93,5 +93,5 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
             -deepest
         ));
     }
-    interpolated(&samples, notes)
+    interpolated(&samples, false, notes)
 }

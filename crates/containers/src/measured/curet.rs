@@ -10,6 +10,7 @@
 //! 205 measurements are too few for a sharp highlight, and the surfaces are rough: they are fitted with the
 //! 55 reciprocal, isotropic products of Zernike polynomials up to order 8 ([`brdf::zernike`]), cut at 0.
 
+use brdf::Material;
 use brdf::scattered::{SHAPE, Sample};
 
 use super::scattered::{Found, direction};
@@ -69,5 +70,5 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
         "{COUNT} measurements were fitted with Zernike polynomials of order {ORDER}; the RMS miss is {:.1} percent of the RMS value",
         100.0 * fit.miss()
     )];
-    Ok((measured, notes))
+    Ok((Material::Measured(measured), notes))
 }

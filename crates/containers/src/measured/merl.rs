@@ -8,7 +8,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use brdf::{Measured, from_half_difference};
+use brdf::{Material, Measured, from_half_difference};
 
 use super::scattered::Found;
 use crate::error::{Error, ErrorKind};
@@ -54,7 +54,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
     }
     let notes = fill(shape, &mut values, &mut known)?;
     let measured = Measured::new(shape, values).map_err(|error| Error::damaged(error.to_string()))?;
-    Ok((measured, notes))
+    Ok((Material::Measured(measured), notes))
 }
 
 fn shape(header: &[u8]) -> Result<([usize; 3], usize), Error> {

@@ -1,27 +1,41 @@
 //! What a format's module gives, and how scattered measurements become a table.
 
-use brdf::Measured;
-use brdf::scattered::{FEWEST, SHAPE, Sample, interpolate};
+use brdf::Material;
+use brdf::scattered::{
+    ANISOTROPIC_SHAPE, FEWEST, SHAPE, Sample, ScatteredError, interpolate, interpolate_anisotropic,
+};
 use sphere::Direction;
 
 use crate::error::Error;
 
 /// What a format's module makes of bytes.
-pub(super) type Found = (Measured, Vec<String>);
+pub(super) type Found = (Material, Vec<String>);
 
-/// A table out of scattered samples, with a note of how well they are met.
-pub(super) fn interpolated(samples: &[Sample], mut notes: Vec<String>) -> Result<Found, Error> {
+/// A table out of scattered samples, with a note of how well they are met; `anisotropic` if they depend on
+/// the tangent.
+pub(super) fn interpolated(
+    samples: &[Sample],
+    anisotropic: bool,
+    mut notes: Vec<String>,
+) -> Result<Found, Error> {
     if samples.len() < FEWEST {
         let message = format!("{} measurements; expected {FEWEST} or more", samples.len());
         return Err(Error::truncated(message));
     }
-    let table = interpolate(samples, SHAPE).map_err(|error| Error::damaged(error.to_string()))?;
+    let damaged = |error: ScatteredError| Error::damaged(error.to_string());
+    let (material, held_out) = if anisotropic {
+        let table = interpolate_anisotropic(samples, ANISOTROPIC_SHAPE).map_err(damaged)?;
+        (Material::MeasuredAnisotropic(table.measured), table.held_out)
+    } else {
+        let table = interpolate(samples, SHAPE).map_err(damaged)?;
+        (Material::Measured(table.measured), table.held_out)
+    };
     notes.push(format!(
         "{} scattered measurements were interpolated; a trial that left out a fifth of them missed these by {:.1} percent (median)",
         samples.len(),
-        100.0 * table.held_out
+        100.0 * held_out
     ));
-    Ok((table.measured, notes))
+    Ok((material, notes))
 }
 
 /// A direction of a measurement; the angle from the normal may be a hair past the horizon by rounding.

@@ -4,10 +4,13 @@
 //! model's name and its parameters by [`brdf::MODELS`], colours always three numbers. Of layers it is
 //! `{"model": "layers", "layers": [...]}`, of a table `{"model": "measured", "scale": [1.0, 1.0, 1.0],
 //! "table": 0}`, whose values are the tensor `table0` [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]);
-//! tables are numbered in the order of the layers. `"part": "diffuse"` or `"specular"` beside the parameters
+//! tables are numbered in the order of the layers. The table of a `measured-anisotropic` is [n_h, n_phi, n_d,
+//! n_psi, 3] (see [`brdf::MeasuredAnisotropic`]). `"part": "diffuse"` or `"specular"` beside the parameters
 //! of `standard` says that the material is that part of it.
 
-use brdf::{MODELS, Material, Measured, Parameter, Part, Value, ValueType, Values};
+use brdf::{
+    MODELS, Material, Measured, MeasuredAnisotropic, MeasuredError, Parameter, Part, Value, ValueType, Values,
+};
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
@@ -19,6 +22,7 @@ const KEY: &str = "material";
 /// The member of a `standard` model that is a part of one.
 const PART: &str = "part";
 const SHAPE: &str = "[n_h, n_d, n_phi, 3]";
+const ANISOTROPIC_SHAPE: &str = "[n_h, n_phi, n_d, n_psi, 3]";
 
 /// A material: models and parameters in the metadata, measured tables as `table0` [n_h, n_d, n_phi, 3] f32,
 /// `table1` ...
@@ -80,10 +84,11 @@ fn write(material: &Material, file: &mut Writer) -> Result<Json, Error> {
             object.insert("layers".into(), Json::Array(layers));
         }
         Material::Measured(measured) => {
-            let [n_h, n_d, n_phi] = measured.shape();
-            let number = file.tensors.iter().filter(|(name, _)| name.starts_with("table")).count();
-            file.extend_f32(measured.values().as_flattened());
-            file.tensor(format!("table{number}"), "F32", &[n_h, n_d, n_phi, 3]);
+            let number = add_table(file, &measured.shape(), measured.values());
+            object.insert("table".into(), number.into());
+        }
+        Material::MeasuredAnisotropic(measured) => {
+            let number = add_table(file, &measured.shape(), measured.values());
             object.insert("table".into(), number.into());
         }
         Material::Standard(standard) => {
@@ -95,6 +100,14 @@ fn write(material: &Material, file: &mut Writer) -> Result<Json, Error> {
     }
     object.insert("model".into(), material.name().into());
     Ok(Json::Object(object))
+}
+
+/// Adds a table of this shape; its number.
+fn add_table(file: &mut Writer, shape: &[usize], values: &[[f32; 3]]) -> usize {
+    let number = file.tensors.iter().filter(|(name, _)| name.starts_with("table")).count();
+    file.extend_f32(values.as_flattened());
+    file.tensor(format!("table{number}"), "F32", &[shape, &[3]].concat());
+    number
 }
 
 fn name_of(part: Part) -> &'static str {
@@ -132,7 +145,7 @@ fn read(tree: &Json, file: &File<'_>, tables: &mut usize) -> Result<Material, Er
             let layers = layers.iter().map(|layer| read(layer, file, tables)).collect::<Result<_, _>>()?;
             Material::layers(layers).map_err(|error| Error::damaged(format!("metadata `material`: {error}")))
         }
-        "measured" => {
+        "measured" | "measured-anisotropic" => {
             known(&["model", "scale", "table"])?;
             let number = *tables;
             *tables += 1;
@@ -142,11 +155,20 @@ fn read(tree: &Json, file: &File<'_>, tables: &mut usize) -> Result<Material, Er
             let scale =
                 object.get("scale").and_then(colour).ok_or_else(|| wrong("a `scale` colour", tree))?;
             let name = format!("table{number}");
-            let table = table(file, &name)?;
+            let table = match object["model"].as_str() {
+                Some("measured") => {
+                    let (shape, values) = table(file, &name, SHAPE)?;
+                    Measured::new(shape, values).map(|table| table.scaled(scale).map(Material::Measured))
+                }
+                _ => {
+                    let (shape, values) = table(file, &name, ANISOTROPIC_SHAPE)?;
+                    let table = MeasuredAnisotropic::new(shape, values);
+                    table.map(|table| table.scaled(scale).map(Material::MeasuredAnisotropic))
+                }
+            };
             table
-                .scaled(scale)
+                .map_err(|error: MeasuredError| Error::damaged(format!("tensor `{name}`: {error}")))?
                 .map_err(|error| Error::damaged(format!("metadata `material`: {error}")))
-                .map(Material::Measured)
         }
         _ => {
             let text = MODELS.iter().find(|model| model.name == name);
@@ -205,14 +227,21 @@ fn colour(json: &Json) -> Option<[f64; 3]> {
     }
 }
 
-fn table(file: &File<'_>, name: &str) -> Result<Measured, Error> {
-    let tensor = file.tensor(name, Dtype::F32, SHAPE)?;
-    let &[n_h, n_d, n_phi, 3] = tensor.shape() else { return Err(wrong_shape(name, SHAPE, tensor.shape())) };
+/// The shape of a table, without its channels, and its values.
+fn table<const N: usize>(
+    file: &File<'_>,
+    name: &str,
+    expected: &str,
+) -> Result<([usize; N], Vec<[f32; 3]>), Error> {
+    let tensor = file.tensor(name, Dtype::F32, expected)?;
+    let wrong = || wrong_shape(name, expected, tensor.shape());
+    let (Some((3, shape)), true) = (tensor.shape().split_last(), tensor.shape().len() == N + 1) else {
+        return Err(wrong());
+    };
     let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     let rows = tensor.data().chunks_exact(12);
     let values = rows.map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])]).collect();
-    Measured::new([n_h, n_d, n_phi], values)
-        .map_err(|error| Error::damaged(format!("tensor `{name}`: {error}")))
+    Ok((shape.try_into().map_err(|_| wrong())?, values))
 }
 
 #[cfg(test)]
@@ -261,6 +290,24 @@ mod tests {
             assert_eq!(decode_material(&encode_material(&material, None).unwrap()).unwrap(), material);
         }
         assert!(encode_material(&Material::Layers(Vec::new()), None).is_err());
+    }
+
+    #[test]
+    fn tables_that_depend_on_the_tangent_come_back() {
+        let values = (0..24).map(|i| [0.5 * i as f32, 0.25, 1.0]).collect();
+        let table = MeasuredAnisotropic::new([2, 3, 2, 2], values).unwrap().scaled([0.5, 1.0, 2.0]).unwrap();
+        let both = Material::layers(vec![Material::MeasuredAnisotropic(table), measured(1.0)]).unwrap();
+        let bytes = encode_material(&both, None).unwrap();
+        assert_eq!(decode_material(&bytes).unwrap(), both);
+        let tensors = describe(&bytes).unwrap().tensors;
+        let shapes: Vec<_> = tensors.iter().map(|(name, _, shape)| (name.as_str(), shape)).collect();
+        assert_eq!(shapes, [("table0", &vec![2, 3, 2, 2, 3]), ("table1", &vec![2, 3, 4, 3])]);
+        let mut file = Writer::new("material", None);
+        file.entry(KEY, r#"{"model": "measured-anisotropic", "scale": [1, 1, 1], "table": 0}"#);
+        file.extend_f32(&[0.0; 24]);
+        file.tensor("table0", "F32", &[2, 2, 2, 3]);
+        let expected = "tensor `table0`: expected the shape [n_h, n_phi, n_d, n_psi, 3], found [2, 2, 2, 3]";
+        assert_eq!(decode_material(&file.finish()).unwrap_err().to_string(), expected);
     }
 
     #[test]

@@ -75,6 +75,28 @@ pub fn decode_vertex_radiance(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 3]>>, Err
     Ok(OfMesh { value: rows.to_vec(), mesh: digest(&file)? })
 }
 
+/// A number for each vertex, which says what of a table's materials is there: `blend` [V] f32, and the digest
+/// of the mesh in the metadata.
+///
+/// # Errors
+/// If a number is not finite.
+pub fn encode_vertex_blend(blend: &OfMesh<Vec<f32>>, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    encode("vertex-blend", &[blend.value.len()], &blend.value, &blend.mesh, recipe)
+}
+
+/// The blend of vertices, from a file of kind `vertex-blend`.
+///
+/// # Errors
+/// As [`super::decode_lighting`].
+pub fn decode_vertex_blend(bytes: &[u8]) -> Result<OfMesh<Vec<f32>>, Error> {
+    const NAME: &str = "blend";
+    const SHAPE: &str = "[V]";
+    let file = File::open_as(bytes, "vertex-blend")?;
+    let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
+    let &[_] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
+    Ok(OfMesh { value: values(NAME, &tensor)?, mesh: digest(&file)? })
+}
+
 fn encode(
     kind: &'static str,
     shape: &[usize],
@@ -82,7 +104,7 @@ fn encode(
     mesh: &str,
     recipe: Option<&str>,
 ) -> Result<Vec<u8>, Error> {
-    let name = if kind == "transfer" { kind } else { "radiance" };
+    let name = kind.rsplit('-').next().unwrap_or(kind);
     check(name, values, ErrorKind::Unwritable)?;
     let mut file = Writer::new(kind, recipe);
     file.entry(MESH, mesh);
@@ -136,6 +158,10 @@ mod tests {
             let bytes = encode_vertex_radiance(&radiance, None).unwrap();
             assert_eq!(decode_vertex_radiance(&bytes).unwrap(), radiance);
         }
+        let blend = OfMesh { value: vec![0.0, 0.25, 1.0], mesh: "ef".into() };
+        let bytes = encode_vertex_blend(&blend, None).unwrap();
+        assert_eq!(decode_vertex_blend(&bytes).unwrap(), blend);
+        assert_eq!(super::super::describe(&bytes).unwrap().tensors[0].0, "blend");
     }
 
     #[test]

@@ -12,7 +12,7 @@ fn corpus(test: &str, file: &str) -> Option<(Vec<u8>, Measured)> {
     for note in &reading.notes {
         eprintln!("{file}: {note}");
     }
-    Some((bytes, reading.measured))
+    Some((bytes, isotropic(reading.material)))
 }
 
 /// Albedo under light from theta, by midpoints over the view's hemisphere.

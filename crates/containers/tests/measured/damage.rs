@@ -70,6 +70,39 @@ fn error_with(name: &str, from: &str, to: &str) -> String {
     read(name, text.replacen(from, to, 1).as_bytes(), None).unwrap_err().to_string()
 }
 
+/// Anisotropic tables: a line of each form is damaged, and the whole is cut.
+#[test]
+fn damaged_anisotropic_tables_are_reported_with_their_line() {
+    let angles = format!("theta_i,phi_i,theta_o,phi_o,r,g,b\n{}", "10,20,30,40,1,1,1\n".repeat(16));
+    let vectors = format!("x_i,y_i,z_i,x_o,y_o,z_o,r,g,b\n{}", "0,0,1,1,0,2,1,1,1\n".repeat(16));
+    let error = |text: &str| read("a.csv", text.as_bytes(), None).unwrap_err().to_string();
+    let with = |text: &str, last: &str| error(&format!("{text}{last}\n"));
+    assert_eq!(
+        with(&angles, "10,20,95,0,1,1,1"),
+        "table: line 18: theta_o is 95; expected 0 to 90 degrees from the normal"
+    );
+    assert_eq!(with(&angles, "10,NaN,9,0,1,1,1"), "table: line 18: phi_i is NaN; expected an angle");
+    assert_eq!(
+        with(&angles, "10,0,9,0,1,NaN,1"),
+        "table: line 18: g is NaN; expected a finite number, 0 or more"
+    );
+    assert_eq!(
+        with(&angles, "10,0,9,1,1,1"),
+        "table: line 18: 6 values; expected 7 (theta_i,phi_i,theta_o,phi_o,r,g,b)"
+    );
+    assert_eq!(with(&vectors, "0,inf,1,1,0,2,1,1,1"), "table: line 18: y_i is inf; expected a finite number");
+    for bad in ["0,0,0", "1,0,-1"] {
+        let expected = format!(
+            "table: line 18: the direction ({}) is not above the surface; expected a vector with z of 0 or more",
+            bad.replace(',', ", ")
+        );
+        assert_eq!(with(&vectors, &format!("0,0,1,{bad},1,1,1")), expected);
+    }
+    let cut = angles.trim_end().rsplit_once('\n').unwrap().0;
+    assert_eq!(error(cut), "table: 15 measurements; expected 16 or more");
+    assert_eq!(error("theta_i,phi_i,theta_o,phi_o,r,g,b\n"), "table: 0 measurements; expected 16 or more");
+}
+
 #[test]
 fn damaged_text_is_reported_with_its_line() {
     let header = "theta_i, theta_o, phi, r, g, b";
@@ -113,7 +146,8 @@ fn damaged_text_is_reported_with_its_line() {
             "a.csv",
             header,
             "a,b,c",
-            "table: line 2: \"a,b,c\" stands first; expected the header \"theta_i,theta_o,phi,r,g,b\"",
+            "table: line 2: \"a,b,c\" stands first; expected the header \"theta_i,theta_o,phi,r,g,b\" or \
+             \"theta_i,phi_i,theta_o,phi_o,r,g,b\" or \"x_i,y_i,z_i,x_o,y_o,z_o,r,g,b\"",
         ),
         (
             "a.csv",

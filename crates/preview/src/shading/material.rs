@@ -7,7 +7,7 @@
 //! | words | what |
 //! | --- | --- |
 //! | 1 | the number of layers; a material that is not a sum is one layer |
-//! | per layer 1 | its model: its place in `brdf::for_each_model`, from 0 on; measured tables come last |
+//! | per layer 1 | its model: its place in `brdf::for_each_model`, from 0 on; then measured tables, and those that depend on the tangent |
 //! | 1 | the number of words that follow |
 //! | | the constants of its formula (`brdf::Material::constants`), each as the bits of its f32 |
 //!
@@ -22,12 +22,12 @@
 #[cfg(test)]
 pub(super) mod tests;
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use brdf::{MODELS, Material};
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
-use super::angles::angle;
+use super::angles::{angle, circle};
 use crate::RenderError;
 
 /// Makes constants for Rust, and `WGSL_CONSTANTS`, their declarations for the shader with a prefix to each
@@ -71,7 +71,7 @@ struct Formula {
 
 macro_rules! formulas {
     ($($module:ident::$model:ident),* $(,)?) => {
-        formulas!(@ $($module,)* measured);
+        formulas!(@ $($module,)* measured, measured_anisotropic);
     };
     (@ $($name:ident),*) => {
         /// The formula of every model, by its number.
@@ -111,7 +111,8 @@ impl PackedMaterial {
         let layers = material.leaves();
         let mut words = vec![layers.len() as u32];
         for layer in layers {
-            let model = MODELS.iter().position(|model| model.name == layer.name()).unwrap_or(MODELS.len());
+            let of_table = MODELS.len() + usize::from(matches!(layer, Material::MeasuredAnisotropic(_)));
+            let model = MODELS.iter().position(|model| model.name == layer.name()).unwrap_or(of_table);
             let constants = layer.constants();
             words.extend([model as u32, constants.len() as u32]);
             words.extend(constants.iter().map(|value| value.to_bits()));
@@ -227,7 +228,16 @@ impl Layer<'_> {
 
     fn ggx(self, light: Vec3, view: Vec3) -> Vec3 {
         let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
-        self.colour(1) * self.fresnel(4, half) * half.facets(self.number(0))
+        // Facets of one width have the same formula: alpha_x alpha_y is alpha^2, and their ratio 1.
+        let (product, ratio) = (self.number(0), self.number(13));
+        let sum = half.sum;
+        let across = sum.x * sum.x * ratio + sum.y * sum.y / ratio + product * sum.z * sum.z;
+        let across = across / half.length_squared;
+        let masked = |v: Vec3, cosine: f32| {
+            (self.number(11) * v.x * v.x + self.number(12) * v.y * v.y + cosine * cosine).sqrt()
+        };
+        let masked = half.light * masked(view, half.view) + half.view * masked(light, half.light);
+        self.colour(1) * self.fresnel(4, half) * (half.light / masked / (across * across))
     }
 
     fn ward(self, light: Vec3, view: Vec3) -> Vec3 {
@@ -254,6 +264,33 @@ impl Layer<'_> {
         let base = fade(half.light) * fade(half.view) * half.light;
         let specular = self.colour(3);
         (specular + (Vec3::ONE - specular) * grazing) * lobe + self.colour(6) * base
+    }
+
+    fn poulin_fournier(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        let (of_light, of_view) = (self.cylinder(light), self.cylinder(view));
+        let arc = [of_light.arc[0].max(of_view.arc[0]), of_light.arc[1].min(of_view.arc[1])];
+        let floor = [of_light.floor[0].max(of_view.floor[0]), of_light.floor[1].min(of_view.floor[1])];
+        let (s, scale) = (self.number(0), half.light / self.number(1));
+        let (mut diffuse, mut specular) = (0.0, 0.0);
+        if arc[0] < arc[1] {
+            let scale = scale / (of_light.cosine * of_view.cosine);
+            let (middle, radius) = (0.5 * (arc[0] + arc[1]), 0.5 * (arc[1] - arc[0]));
+            let [from_light, from_view] = [of_light, of_view].map(|of| circle((middle - of.phi) / TAU).x);
+            let twice = circle((2.0 * middle - of_light.phi - of_view.phi) / TAU).x;
+            let matte = 2.0 * from_light * from_view - one_less_sinc(2.0 * radius) * twice;
+            diffuse += scale * (radius * matte).max(0.0);
+            let sum = half.sum;
+            let along = sum.x * sum.x / half.length_squared;
+            let across = power((1.0 - along).max(0.0).sqrt(), along, s);
+            specular += scale * across * self.cylinder_highlight(sum, [of_light, of_view], arc);
+        }
+        if floor[0] < floor[1] {
+            let width = scale * (floor[1] - floor[0]);
+            diffuse += width;
+            specular += width * half.power(0.5 * s);
+        }
+        self.colour(6) * diffuse + self.colour(9) * specular
     }
 
     fn lafortune(self, light: Vec3, view: Vec3) -> Vec3 {
@@ -298,6 +335,78 @@ impl Layer<'_> {
         let near = row(low[0]) * (1.0 - to_d) + row(low[1]) * to_d;
         let far = row(low[0] + step) * (1.0 - to_d) + row(low[1] + step) * to_d;
         self.colour(3) * (near * (1.0 - to_h) + far * to_h) * light.z
+    }
+
+    fn measured_anisotropic(self, light: Vec3, view: Vec3) -> Vec3 {
+        if light.z <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let [theta_h, phi_h, theta_d, psi] = half_and_difference(light, view);
+        let [n_h, n_phi, n_d, n_psi] = [0, 1, 2, 3].map(|axis| self.number(axis) as usize);
+        let (h, to_h) = place((theta_h / FRAC_PI_2).sqrt(), n_h);
+        let (d, to_d) = place(theta_d / FRAC_PI_2, n_d);
+        let (phi, psi) = (phi_h / TAU * n_phi as f32, psi / PI * n_psi as f32);
+        let ((j, to_phi), (m, to_psi)) = ((phi as usize, phi.fract()), (psi as usize, psi.fract()));
+        let mut sum = Vec3::ZERO;
+        for (i, weight_h) in [(h, 1.0 - to_h), ((h + 1).min(n_h - 1), to_h)] {
+            for (j, weight_phi) in [(j % n_phi, 1.0 - to_phi), ((j + 1) % n_phi, to_phi)] {
+                for (k, weight_d) in [(d, 1.0 - to_d), ((d + 1).min(n_d - 1), to_d)] {
+                    let row = ((i * n_phi + j) * n_d + k) * n_psi;
+                    let [before, after] =
+                        [m % n_psi, (m + 1) % n_psi].map(|column| self.colour(7 + 3 * (row + column)));
+                    sum += (before + (after - before) * to_psi) * (weight_h * weight_phi * weight_d);
+                }
+            }
+        }
+        self.colour(4) * sum * light.z
+    }
+
+    /// What a direction sees of a cylinder of poulin-fournier, and of the floor beside it.
+    fn cylinder(self, direction: Vec3) -> Cylinder {
+        let height = direction.z.max(0.0);
+        let length = Vec3::new(0.0, direction.y, height).length();
+        let cosine = if length > 0.0 { (height / length).max(LEAST) } else { 1.0 };
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let (d, z, edge, b) = (self.number(1), self.number(2), self.number(3), self.number(4));
+        let hidden = (0.5 * d * cosine).min(1.0);
+        let first = -angle(cosine, sine);
+        let last = first + 2.0 * angle(hidden.sqrt(), (1.0 - hidden).sqrt());
+        let (first, last) = (first.max(-edge), last.min(edge));
+        let near = if b * sine >= -z * cosine { b } else { (1.0 + z * sine) / cosine };
+        let far = if sine > z { d - (1.0 - z * sine) / cosine } else { d - b };
+        let phi = angle(sine, cosine);
+        match direction.y < 0.0 {
+            true => Cylinder { phi: -phi, cosine, arc: [-last, -first], floor: [d - far, d - near] },
+            false => Cylinder { phi, cosine, arc: [first, last], floor: [near, far] },
+        }
+    }
+
+    /// The integral of cos^s(psi) and both cosines over an arc, psi from the half vector.
+    fn cylinder_highlight(self, sum: Vec3, seen: [Cylinder; 2], arc: [f32; 2]) -> f32 {
+        let phi_h = angle(sum.y, sum.z);
+        let reach = self.number(5);
+        let ends = arc.map(|phi| {
+            let turn = circle((0.5 * (phi - phi_h)).clamp(-0.25 * PI, 0.25 * PI) / TAU);
+            turn.y / turn.x
+        });
+        let (from, to) = (ends[0].max(-reach), ends[1].min(reach));
+        if from >= to {
+            return 0.0;
+        }
+        let (middle, radius) = (0.5 * (from + to), 0.5 * (to - from));
+        let [light, view] = seen.map(|of| circle((phi_h - of.phi) / TAU));
+        let at = |t: f32| {
+            let scale = 1.0 / (1.0 + t * t);
+            let (sine, cosine) = (2.0 * t * scale, (1.0 - t) * (1.0 + t) * scale);
+            let [light, view] = [light, view].map(|of| (cosine * of.x - sine * of.y).max(0.0));
+            2.0 * scale * power(cosine, sine * sine, self.number(0)) * light * view
+        };
+        let mut integral = 0.0;
+        for node in 0..8 {
+            let step = radius * self.number(12 + 2 * node);
+            integral += self.number(13 + 2 * node) * (at(middle - step) + at(middle + step));
+        }
+        radius * integral
     }
 
     /// Four functions at a cosine: between the nodes of tables, whose number is at `k`.
@@ -345,6 +454,19 @@ impl Layer<'_> {
         };
         Vec3::new(share(0), share(1), share(2))
     }
+}
+
+/// What a direction sees of a cylinder of poulin-fournier, and of the floor beside it.
+#[derive(Clone, Copy)]
+struct Cylinder {
+    /// Its angle in the plane across the cylinder, from +Z toward +Y.
+    phi: f32,
+    /// Of phi.
+    cosine: f32,
+    /// The ends of the arc.
+    arc: [f32; 2],
+    /// The ends of the floor.
+    floor: [f32; 2],
 }
 
 /// The half vector of light and view over the surface.
@@ -426,6 +548,15 @@ fn ln_cosine(x: f32) -> f32 {
     -0.5 * x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * series)))
 }
 
+/// 1 - sin(x) / x, x of 0 to 2 pi: a series below 1.
+fn one_less_sinc(x: f32) -> f32 {
+    if x >= 1.0 {
+        return 1.0 - circle(x / TAU).y / x;
+    }
+    let x2 = x * x;
+    x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0 * (1.0 - x2 / 72.0)))
+}
+
 /// e^x, in the range of f32.
 fn bounded_exp(x: f32) -> f32 {
     x.clamp(-80.0, 80.0).exp()
@@ -485,6 +616,22 @@ fn half_difference(light: Vec3, view: Vec3) -> [f32; 3] {
     let turned = y < 0.0 || (y == 0.0 && x < 0.0);
     let phi_d = if turned { angle(-y, -x) } else { angle(y, x) };
     [angle(across, sum.z), angle(difference.length(), length), phi_d]
+}
+
+/// theta_h, phi_h, 0 to 2 pi, theta_d and psi, 0 to pi: see `brdf::half_and_difference`.
+fn half_and_difference(light: Vec3, view: Vec3) -> [f32; 4] {
+    let (sum, difference) = (light + view, light - view);
+    let across = sum.truncate().length();
+    let length = sum.length();
+    let away = if across > 0.0 { sum.truncate() / across } else { Vec2::X };
+    let (cosine, sine) = if length > 0.0 { (sum.z / length, across / length) } else { (1.0, 0.0) };
+    let along = (difference.x * away.x + difference.y * away.y) * cosine - difference.z * sine;
+    let beside = difference.y * away.x - difference.x * away.y;
+    let (x, y) = (away.x * along - away.y * beside, away.y * along + away.x * beside);
+    let turned = y < 0.0 || (y == 0.0 && x < 0.0);
+    let psi = if turned { angle(-y, -x) } else { angle(y, x) };
+    let phi = angle(away.y, away.x);
+    [angle(across, sum.z), if phi < 0.0 { phi + TAU } else { phi }, angle(difference.length(), length), psi]
 }
 
 /// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to

@@ -113,8 +113,22 @@ fn material_ggx(at: u32, light: vec3f, view: vec3f) -> vec3f {
     if !half_vector.seen {
         return vec3f(0.0);
     }
-    let lobe = material_facets(material_number(at), half_vector);
+    // Facets of one width have the same formula: alpha_x alpha_y is alpha^2, and their ratio 1.
+    let product = material_number(at);
+    let ratio = material_number(at + 13u);
+    let sum = half_vector.sum;
+    var across = sum.x * sum.x * ratio + sum.y * sum.y / ratio + product * sum.z * sum.z;
+    across = across / half_vector.length_squared;
+    let cos_i = half_vector.light;
+    let cos_o = half_vector.view;
+    let masked = cos_i * material_masked(at + 11u, view, cos_o) + cos_o * material_masked(at + 11u, light, cos_i);
+    let lobe = cos_i / masked / (across * across);
     return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * lobe;
+}
+
+// The masking of GGX's facets whose alpha_x^2 and alpha_y^2 are at `at`.
+fn material_masked(at: u32, v: vec3f, cosine: f32) -> f32 {
+    return sqrt(material_number(at) * v.x * v.x + material_number(at + 1u) * v.y * v.y + cosine * cosine);
 }
 
 fn material_ward(at: u32, light: vec3f, view: vec3f) -> vec3f {
@@ -154,6 +168,131 @@ fn material_ashikhmin_shirley(at: u32, light: vec3f, view: vec3f) -> vec3f {
     let base = material_fade(cos_i) * material_fade(cos_o) * cos_i;
     let specular = material_colour(at + 3u);
     return (specular + (vec3f(1.0) - specular) * grazing) * lobe + material_colour(at + 6u) * base;
+}
+
+fn material_poulin_fournier(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
+    let of_light = material_cylinder(at, light);
+    let of_view = material_cylinder(at, view);
+    let arc = vec2f(max(of_light.arc.x, of_view.arc.x), min(of_light.arc.y, of_view.arc.y));
+    let ground = vec2f(max(of_light.ground.x, of_view.ground.x), min(of_light.ground.y, of_view.ground.y));
+    let s = material_number(at);
+    var diffuse = 0.0;
+    var specular = 0.0;
+    if arc.x < arc.y {
+        let scale = half_vector.light / material_number(at + 1u) / (of_light.cosine * of_view.cosine);
+        let middle = 0.5 * (arc.x + arc.y);
+        let radius = 0.5 * (arc.y - arc.x);
+        let from_light = angles_circle((middle - of_light.phi) / (2.0 * ANGLES_PI)).x;
+        let from_view = angles_circle((middle - of_view.phi) / (2.0 * ANGLES_PI)).x;
+        let twice = angles_circle((2.0 * middle - of_light.phi - of_view.phi) / (2.0 * ANGLES_PI)).x;
+        let matte = 2.0 * from_light * from_view - material_one_less_sinc(2.0 * radius) * twice;
+        diffuse += scale * max(radius * matte, 0.0);
+        let sum = half_vector.sum;
+        let along = sum.x * sum.x / half_vector.length_squared;
+        let across = material_power(sqrt(max(1.0 - along, 0.0)), along, s);
+        specular += scale * across * material_cylinder_highlight(at, sum, of_light.phi, of_view.phi, arc);
+    }
+    if ground.x < ground.y {
+        let width = half_vector.light / material_number(at + 1u) * (ground.y - ground.x);
+        diffuse += width;
+        specular += width * material_half_power(half_vector, 0.5 * s);
+    }
+    return material_colour(at + 6u) * diffuse + material_colour(at + 9u) * specular;
+}
+
+// What a direction sees of a cylinder, and of the floor beside it.
+struct Cylinder {
+    // Its angle in the plane across the cylinder, from +Z toward +Y.
+    phi: f32,
+    // Of phi.
+    cosine: f32,
+    // The ends of the arc.
+    arc: vec2f,
+    // The ends of the floor.
+    ground: vec2f,
+}
+
+fn material_cylinder(at: u32, direction: vec3f) -> Cylinder {
+    let height = max(direction.z, 0.0);
+    let size = length(vec2f(direction.y, height));
+    var cosine = 1.0;
+    if size > 0.0 {
+        cosine = max(height / size, MATERIAL_LEAST);
+    }
+    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+    let d = material_number(at + 1u);
+    let z = material_number(at + 2u);
+    let edge = material_number(at + 3u);
+    let b = material_number(at + 4u);
+    let hidden = min(0.5 * d * cosine, 1.0);
+    var first = -angles_angle(cosine, sine);
+    let last = min(first + 2.0 * angles_angle(sqrt(hidden), sqrt(1.0 - hidden)), edge);
+    first = max(first, -edge);
+    var near = b;
+    if b * sine < -z * cosine {
+        near = (1.0 + z * sine) / cosine;
+    }
+    var far = d - b;
+    if sine > z {
+        far = d - (1.0 - z * sine) / cosine;
+    }
+    let phi = angles_angle(sine, cosine);
+    if direction.y < 0.0 {
+        return Cylinder(-phi, cosine, vec2f(-last, -first), vec2f(d - far, d - near));
+    }
+    return Cylinder(phi, cosine, vec2f(first, last), vec2f(near, far));
+}
+
+// The integral of cos^s(psi) and both cosines over an arc, psi from the half vector.
+fn material_cylinder_highlight(at: u32, sum: vec3f, phi_l: f32, phi_v: f32, arc: vec2f) -> f32 {
+    let phi_h = angles_angle(sum.y, sum.z);
+    let reach = material_number(at + 5u);
+    let start = max(material_half_tangent(arc.x - phi_h), -reach);
+    let end = min(material_half_tangent(arc.y - phi_h), reach);
+    if start >= end {
+        return 0.0;
+    }
+    let middle = 0.5 * (start + end);
+    let radius = 0.5 * (end - start);
+    let light = angles_circle((phi_h - phi_l) / (2.0 * ANGLES_PI));
+    let view = angles_circle((phi_h - phi_v) / (2.0 * ANGLES_PI));
+    let s = material_number(at);
+    var integral = 0.0;
+    for (var node = 0u; node < 8u; node++) {
+        let step = radius * material_number(at + 12u + 2u * node);
+        let both = material_on_cylinder(middle - step, light, view, s)
+            + material_on_cylinder(middle + step, light, view, s);
+        integral += material_number(at + 13u + 2u * node) * both;
+    }
+    return radius * integral;
+}
+
+// tan(angle / 2), of half angles within pi / 4.
+fn material_half_tangent(angle: f32) -> f32 {
+    let turn = angles_circle(clamp(0.5 * angle, -0.25 * ANGLES_PI, 0.25 * ANGLES_PI) / (2.0 * ANGLES_PI));
+    return turn.y / turn.x;
+}
+
+fn material_on_cylinder(t: f32, light: vec2f, view: vec2f, s: f32) -> f32 {
+    let scale = 1.0 / (1.0 + t * t);
+    let sine = 2.0 * t * scale;
+    let cosine = (1.0 - t) * (1.0 + t) * scale;
+    let cos_l = max(cosine * light.x - sine * light.y, 0.0);
+    let cos_v = max(cosine * view.x - sine * view.y, 0.0);
+    return 2.0 * scale * material_power(cosine, sine * sine, s) * cos_l * cos_v;
+}
+
+// 1 - sin(x) / x, x of 0 to 2 pi: a series below 1.
+fn material_one_less_sinc(x: f32) -> f32 {
+    if x >= 1.0 {
+        return 1.0 - angles_circle(x / (2.0 * ANGLES_PI)).y / x;
+    }
+    let x2 = x * x;
+    return x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0 * (1.0 - x2 / 72.0)));
 }
 
 fn material_lafortune(at: u32, light: vec3f, view: vec3f) -> vec3f {
@@ -203,6 +342,35 @@ fn material_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
     let high = material_row(table, (near + step) * n.z, columns, share.z) * (1.0 - share.y)
         + material_row(table, (next + step) * n.z, columns, share.z) * share.y;
     return material_colour(at + 3u) * (low * (1.0 - share.x) + high * share.x) * light.z;
+}
+
+fn material_measured_anisotropic(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    if light.z <= 0.0 {
+        return vec3f(0.0);
+    }
+    // theta_h, phi_h, theta_d and psi.
+    let angles = material_half_and_difference(light, view);
+    let n = vec4u(material_four(at));
+    let to_h = min(sqrt(angles.x / (0.5 * ANGLES_PI)) * f32(n.x), f32(n.x - 1u));
+    let to_phi = angles.y / (2.0 * ANGLES_PI) * f32(n.y);
+    let to_d = min(angles.z / (0.5 * ANGLES_PI) * f32(n.z), f32(n.z - 1u));
+    let to_psi = angles.w / ANGLES_PI * f32(n.w);
+    let first = vec4u(u32(to_h), u32(to_phi), u32(to_d), u32(to_psi));
+    let share = vec4f(to_h, to_phi, to_d, to_psi) - vec4f(first);
+    let columns = vec2u(first.w % n.w, (first.w + 1u) % n.w);
+    var sum = vec3f(0.0);
+    // Each corner takes the nearer or the farther node of three axes.
+    for (var corner = 0u; corner < 8u; corner++) {
+        let far = vec3u(corner >> 2u, (corner >> 1u) & 1u, corner & 1u);
+        let i = min(first.x + far.x, n.x - 1u);
+        let j = (first.y + far.y) % n.y;
+        let k = min(first.z + far.z, n.z - 1u);
+        let weight = select(1.0 - share.x, share.x, far.x == 1u)
+            * select(1.0 - share.y, share.y, far.y == 1u)
+            * select(1.0 - share.z, share.z, far.z == 1u);
+        sum += material_row(at + 7u, ((i * n.y + j) * n.z + k) * n.w, columns, share.w) * weight;
+    }
+    return material_colour(at + 4u) * sum * light.z;
 }
 
 // Between two entries of a row of a table.
@@ -425,4 +593,36 @@ fn material_half_difference(light: vec3f, view: vec3f) -> vec3f {
     let side = select(1.0, -1.0, turned);
     let phi_d = angles_angle(side * y, side * x);
     return vec3f(angles_angle(across, sum.z), angles_angle(length(difference), size), phi_d);
+}
+
+// theta_h, phi_h, 0 to 2 pi, theta_d and psi, 0 to pi.
+fn material_half_and_difference(light: vec3f, view: vec3f) -> vec4f {
+    let sum = light + view;
+    let difference = light - view;
+    let across = length(sum.xy);
+    let size = length(sum);
+    var away = vec2f(1.0, 0.0);
+    if across > 0.0 {
+        away = sum.xy / across;
+    }
+    var theta = vec2f(1.0, 0.0);
+    if size > 0.0 {
+        theta = vec2f(sum.z, across) / size;
+    }
+    let along = (difference.x * away.x + difference.y * away.y) * theta.x - difference.z * theta.y;
+    let beside = difference.y * away.x - difference.x * away.y;
+    let x = away.x * along - away.y * beside;
+    let y = away.y * along + away.x * beside;
+    let turned = y < 0.0 || (y == 0.0 && x < 0.0);
+    let side = select(1.0, -1.0, turned);
+    var phi = angles_angle(away.y, away.x);
+    if phi < 0.0 {
+        phi += 2.0 * ANGLES_PI;
+    }
+    return vec4f(
+        angles_angle(across, sum.z),
+        phi,
+        angles_angle(length(difference), size),
+        angles_angle(side * y, side * x),
+    );
 }

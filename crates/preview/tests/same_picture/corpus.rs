@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use brdf::Material;
 use envmap::{Environment, Layout};
 use preview::{Mode, Scene, Show};
 use sphere::LatLong;
@@ -36,7 +35,7 @@ fn a_real_mesh_under_real_light_with_a_measured_material() {
     ] {
         let light = environment(&folder.join(file), layout);
         let exposure = light.exposure().stops;
-        let look = scenes::look(light, Material::Measured(garnet.clone()), 16, 4);
+        let look = scenes::look(light, garnet.clone(), 16, 4);
         let scene = Scene::of(Arc::clone(&mesh), look);
         for mode in Mode::ALL {
             let shot = preview::Shot { exposure, size: [120, 90], ..shot(&scene, Show::One(mode)) };

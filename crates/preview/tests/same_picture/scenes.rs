@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, LazyLock};
 
-use brdf::{BrdfCoefficients, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, project};
+use brdf::{
+    BrdfCoefficients, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, PoulinFournier, project,
+};
 use envmap::Environment;
 use preview::{Light, Look, MapSizes};
 use sh::{Degree, Expansion, Lighting, Transform};
@@ -88,13 +90,15 @@ fn analysed(environment: &Environment) -> Expansion {
     Transform::new(GRID, degree(F)).unwrap().analyse(environment.pixels())
 }
 
-fn materials() -> [(&'static str, Material); 4] {
+fn materials() -> [(&'static str, Material); 6] {
     let gold = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
     [
         ("chalk", Material::Lambert(Lambert::new([0.8, 0.7, 0.6]).unwrap())),
         ("hair", Material::KajiyaKay(KajiyaKay::new(24.0, [0.9, 0.6, 0.3]).unwrap())),
         ("phong", Material::Phong(Phong::new(20.0, [0.7, 0.8, 0.9]).unwrap())),
         ("gold", Material::Ggx(Ggx::new(0.5, gold, [1.0; 3]).unwrap())),
+        ("brushed gold", Material::Ggx(Ggx::stretched([0.4, 0.8], gold, [1.0; 3]).unwrap())),
+        ("satin", Material::PoulinFournier(PoulinFournier::new(20.0, [0.2; 3], [0.5; 3], 2.0, 1.0).unwrap())),
     ]
 }
 

@@ -9,7 +9,7 @@ use stages::artifacts::Material;
 use crate::fixture::{Case, case};
 
 const MODELS: &str = "standard, lambert, oren-nayar, phong, blinn-phong, microfacet, torrance-sparrow, ggx, ward, \
-                      ashikhmin-shirley, lafortune, kajiya-kay, measured, gltf, layers";
+                      ashikhmin-shirley, poulin-fournier, lafortune, kajiya-kay, measured, gltf, layers";
 
 fn import(text: &str) -> Case {
     case("import-material", "").file("materials/gold.toml", text).source("materials/gold.toml")
@@ -58,16 +58,17 @@ fn every_model_can_be_imported() {
         ("blinn-phong", "exponent = 9"),
         ("microfacet", "sigma = 0.2"),
         ("torrance-sparrow", "roughness = 0.2\nior = 1.5"),
-        ("ggx", "roughness = 0.2\nior = 1.5"),
+        ("ggx", "roughness = 0.2\nroughness_x = 0.5\nior = 1.5"),
         ("ward", "roughness = 0.2\nroughness_y = 0.1"),
         ("ashikhmin-shirley", "exponent = 9\nspecular = 0.04"),
+        ("poulin-fournier", "exponent = 9\nheight = 0.5"),
         ("lafortune", "lobes = []"),
         ("kajiya-kay", "exponent = 9\nspecular = 0.1"),
     ] {
         let found = import(&format!("model = \"{model}\"\n{rest}")).artifact::<Material>();
         assert_eq!(found.0.name(), model);
     }
-    assert_eq!(brdf::MODELS.len(), 12, "add the new model here");
+    assert_eq!(brdf::MODELS.len(), 13, "add the new model here");
 }
 
 #[test]
@@ -114,6 +115,15 @@ fn a_measured_file_is_part_of_the_material() {
     let Model::Layers(layers) = ran.artifact::<Material>().0.clone() else { panic!("no layers") };
     let Model::Measured(paint) = &layers[1] else { panic!("not measured") };
     assert_eq!(paint.scale(), [0.5; 3]);
+
+    let mut foil = String::from("theta_i,phi_i,theta_o,phi_o,r,g,b\n");
+    for i in 0..40 {
+        foil += &format!("{},{},{},{},0.2,0.1,0.3\n", i * 2, i * 77, (i * 31) % 80, i * 131);
+    }
+    let found =
+        import("model = \"measured\"\nfile = \"foil.csv\"\nscale = 2").file("materials/foil.csv", foil);
+    let found = found.artifact::<Material>();
+    assert!(matches!(&found.0, Model::MeasuredAnisotropic(foil) if foil.scale() == [2.0; 3]));
 
     // A source that is such a file itself, and one whose ending says nothing.
     let alone = case_of("paint.csv", &csv());

@@ -9,7 +9,8 @@
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
 use stages::artifacts::{
-    Brdf, BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexRadiance,
+    Brdf, BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexBlend,
+    VertexRadiance,
 };
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
@@ -36,6 +37,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("import-reflection-maps", 3, [1458.00000000, 201.28708034, 413.02017110, -1.92816769, 1.01576073]),
     ("exec", 1, [384.00000000, 383.99999908, 383.99999908, 0.14044671, 0.67112033]),
     ("brush-mesh", 1, [126.00000000, 89.87190910, 131.87190910, -3.10480748, -3.44804098]),
+    ("vertex-blend", 1, [9.00000000, 4.05000007, 4.05000007, 0.02259533, 0.44091425]),
     ("precompute-transfer", 1, [729.00000000, 22.97207666, 91.92258217, -1.26649390, -3.94419082]),
     ("circular-lights", 1, [48.00000000, 18.36154651, 29.12322030, 1.94446095, 1.11122145]),
     ("sum-lighting", 1, [75.00000000, 38.92282258, 74.62133954, 2.12965142, 1.78515938]),
@@ -124,6 +126,7 @@ fn fixture(kind: &str) -> Case {
             case("precompute-transfer", "degree = 2\ndirections = 256").input("mesh", crate::vertices::pit())
         }
         "shade-vertices" => crate::vertices::shaded(true),
+        "vertex-blend" => crate::vertices::blend(""),
         "tabulate-brdf" => case("tabulate-brdf", "resolution = 4\ndegree = 2")
             .input("material", crate::brdf_table::brushed()),
         "export-brdf-table" => {
@@ -154,6 +157,9 @@ fn numbers(case: &Case) -> Vec<f64> {
             Transfer::TYPE => {
                 let transfer = Transfer::decode(&bytes).unwrap().0.value;
                 transfer.values().iter().map(|&value| value.into()).collect()
+            }
+            VertexBlend::TYPE => {
+                VertexBlend::decode(&bytes).unwrap().0.value.iter().map(|&value| value.into()).collect()
             }
             VertexRadiance::TYPE => {
                 let radiance = VertexRadiance::decode(&bytes).unwrap().0.value;

@@ -1,6 +1,6 @@
 //! `brush-mesh`, `precompute-transfer` and `shade-vertices`.
 
-use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexRadiance};
+use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexBlend, VertexRadiance};
 
 use crate::fixture::{Case, case, lambert, sky_lighting};
 
@@ -22,6 +22,34 @@ fn table(material: brdf::Material) -> BrdfTable {
 
 fn baked(parameters: &str) -> Case {
     case("precompute-transfer", parameters).input("mesh", pit())
+}
+
+/// The pit with its coordinates at the four corners of a picture and at its centre.
+fn pit_with_coordinates() -> Mesh {
+    let Mesh(pit) = pit();
+    let corners = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75], [0.5, 0.5]];
+    let coordinates = (0..9).map(|vertex| corners[vertex % 5]).collect();
+    let mesh = mesh::Mesh::new(
+        pit.positions().to_vec(),
+        pit.normals().to_vec(),
+        pit.tangents().to_vec(),
+        Some(coordinates),
+        pit.triangles().to_vec(),
+    );
+    Mesh(mesh.unwrap())
+}
+
+/// A picture of 2 x 2 texels that holds 0, 1, 0.2 and 0.6 in red, and 1 less that in green.
+fn picture() -> Vec<u8> {
+    let texels = [0u8, 255, 51, 153].map(|red| [red, 255 - red, 0]);
+    containers::write_png(2, 2, &texels, None).unwrap()
+}
+
+/// The blend of the pit by the picture.
+pub(crate) fn blend(parameters: &str) -> Case {
+    case("vertex-blend", &format!("texture = \"noise.png\"\n{parameters}"))
+        .file("noise.png", picture())
+        .input("mesh", pit_with_coordinates())
 }
 
 /// The pit under a soft sky, with its shadows or without.
@@ -127,4 +155,166 @@ fn brushing_turns_tangents_and_counts_where_it_cannot() {
         let change = (before[0][0] - after[0][0]).abs();
         assert_eq!(change > 0.05, differs, "{before:?} {after:?}");
     }
+}
+
+#[test]
+fn a_surface_varies_between_the_materials_of_its_table() {
+    let blended = blend("").artifact::<VertexBlend>();
+    let values = &blended.0.value;
+    let expected = [0.0, 1.0, 0.2, 0.6, 0.45, 0.0, 1.0, 0.2, 0.6];
+    assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{values:?}");
+    let green = blend("channel = \"green\"").artifact::<VertexBlend>();
+    assert!((green.0.value[2] - 0.8).abs() < 1e-6);
+    // Of three greys the one in the middle is in the middle; a table of one material is the same everywhere.
+    let greys = case("tabulate-brdf", "resolution = 16\ndegree = 2")
+        .keyed_input("materials", &[("material", "a")], Material(lambert(0.0)))
+        .keyed_input("materials", &[("material", "b")], Material(lambert(0.5)))
+        .keyed_input("materials", &[("material", "c")], Material(lambert(1.0)));
+    let ran = greys.run().unwrap();
+    assert!(ran.notes[0].contains("16 x 16 views of 3 materials"), "{:?}", ran.notes);
+    let shade = |table: BrdfTable| {
+        case("shade-vertices", "camera = [-3, 1, 2]")
+            .input("mesh", pit_with_coordinates())
+            .input("table", table)
+            .input("lighting", sky_lighting())
+    };
+    let greys = (*ran.artifact::<BrdfTable>()).clone();
+    let varied = radiance(&shade(greys.clone()).input("blend", (*blended).clone()));
+    let white = radiance(&shade(table(lambert(1.0))));
+    for (vertex, value) in values.iter().enumerate() {
+        let expected = white[vertex][1] * value;
+        assert!((varied[vertex][1] - expected).abs() < 1e-4, "{vertex}: {varied:?} {white:?}");
+    }
+    assert_eq!(shade(greys).failure(), "the table has 3 materials, and nothing says where each is");
+    let other = case("vertex-blend", "texture = \"noise.png\"").file("noise.png", picture());
+    let other = other.input("mesh", pit()).artifact::<VertexBlend>();
+    let failure = shade(table(lambert(1.0))).input("blend", (*other).clone()).failure();
+    assert_eq!(failure, "the blend is of another mesh");
+}
+
+#[test]
+fn one_parameter_of_a_material_varies() {
+    let metal = || Material(brdf::Material::Ward(brdf::Ward::new([0.3, 0.3], [1.0; 3]).unwrap()));
+    let vary = |text: &str, material: Material| {
+        case("tabulate-brdf", &format!("resolution = 8\ndegree = 2\n{text}")).input("material", material)
+    };
+    let found = vary("vary = \"roughness_y\"\nfrom = 0.3\nto = 0.9\ncount = 3", metal());
+    let found = found.artifact::<BrdfTable>();
+    assert_eq!((found.0.count(), found.0.channels()), (3, 1));
+    let rough = brdf::Material::Ward(brdf::Ward::new([0.3, 0.6], [1.0; 3]).unwrap());
+    let middle = vary("", Material(rough)).artifact::<BrdfTable>();
+    let each = middle.0.values().len();
+    assert_eq!(found.0.values()[each..2 * each], *middle.0.values());
+    for (text, material, expected) in [
+        (
+            "vary = \"roughnes_y\"\nfrom = 0.3\nto = 1",
+            metal(),
+            "ward has no number \"roughnes_y\" that could vary",
+        ),
+        ("vary = \"specular\"\nfrom = 0\nto = 1", metal(), "ward has no number \"specular\" that could vary"),
+        ("vary = \"roughness\"\nfrom = 0\nto = 1", metal(), "roughness: 0 is not a number from 0.01 to 1"),
+    ] {
+        assert_eq!(vary(text, material).failure(), expected);
+    }
+    assert_eq!(vary("vary = \"roughness\"", metal()).errors().len(), 2);
+    assert_eq!(
+        vary("from = 1", metal()).errors(),
+        ["from: only a parameter that varies uses it: vary = \"roughness\""]
+    );
+    let both = vary("", metal()).keyed_input("materials", &[], metal());
+    assert_eq!(both.failure(), "both material and materials are connected");
+    assert_eq!(case("tabulate-brdf", "").failure(), "no material is connected");
+}
+
+/// A square with a normal texture on its coordinates, an attribute, and a material whose anisotropy is turned
+/// by 30 degrees; its texture has the direction (0, 1), a quarter more.
+fn anisotropic(extension: &str) -> (String, Vec<u8>) {
+    let mut bytes: Vec<u8> = [0.0f32, -1.0, 1.0, 0.0, -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0]
+        .into_iter()
+        .chain([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0])
+        .chain([0.5, -0.25, 1.0, 2.0])
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    bytes.extend([0, 1, 2, 0, 2, 3]);
+    let text = r#"{
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [
+            { "attributes": { "POSITION": 0, "TEXCOORD_0": 1, "_BLEND": 3 }, "indices": 2, "material": 0 }
+        ] }],
+        "materials": [{ "name": "metal", "extensions": EXTENSIONS }],
+        "textures": [{ "source": 0 }],
+        "images": [{ "uri": "direction.png" }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" },
+            { "bufferView": 0, "byteOffset": 48, "componentType": 5126, "count": 4, "type": "VEC2" },
+            { "bufferView": 0, "byteOffset": 96, "componentType": 5121, "count": 6, "type": "SCALAR" },
+            { "bufferView": 0, "byteOffset": 80, "componentType": 5126, "count": 4, "type": "SCALAR" }
+        ],
+        "bufferViews": [{ "buffer": 0, "byteLength": 102 }],
+        "buffers": [{ "uri": "square.bin", "byteLength": 102 }]
+    }"#;
+    (text.replace("EXTENSIONS", extension), bytes)
+}
+
+fn with_square(case: Case, extension: &str) -> Case {
+    let (text, bytes) = anisotropic(extension);
+    let direction = containers::write_png(1, 1, &[[128, 255, 255]], None).unwrap();
+    case.file("a/square.gltf", text).file("a/square.bin", bytes).file("a/direction.png", direction)
+}
+
+#[test]
+fn anisotropy_of_gltf_turns_the_tangents() {
+    let turned = r#"{ "KHR_materials_anisotropy": { "anisotropyRotation": 0.5235987755982988 } }"#;
+    let textured = r#"{ "KHR_materials_anisotropy": {
+        "anisotropyRotation": 0.5235987755982988, "anisotropyTexture": { "index": 0 } } }"#;
+    let mesh = || with_square(case("import-mesh", ""), turned).source("a/square.gltf").artifact::<Mesh>();
+    for (extension, degrees) in [(turned, 30.0f64), (textured, 120.0)] {
+        let brushed = with_square(case("brush-mesh", "gltf = \"a/square.gltf\"\nturn = 10"), extension);
+        let brushed = brushed.input("mesh", (*mesh()).clone()).artifact::<Mesh>();
+        let expected = case("brush-mesh", &format!("turn = {}", degrees + 10.0));
+        let expected = expected.input("mesh", (*mesh()).clone()).artifact::<Mesh>();
+        for (found, expected) in brushed.0.tangents().iter().zip(expected.0.tangents()) {
+            // 128 of 255 is half a code past 0.
+            assert!((0..4).all(|axis| (found[axis] - expected[axis]).abs() < 5e-3), "{found:?} {expected:?}");
+        }
+    }
+    let none =
+        with_square(case("brush-mesh", "gltf = \"a/square.gltf\""), "{}").input("mesh", (*mesh()).clone());
+    let failure = none.failure();
+    assert!(failure.starts_with("cannot brush by a/square.gltf"), "{failure}");
+    let bare =
+        mesh::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
+    let bare = with_square(case("brush-mesh", "gltf = \"a/square.gltf\""), textured)
+        .input("mesh", Mesh(bare.unwrap()));
+    assert!(bare.failure().starts_with("the mesh has no texture coordinates"), "{}", bare.failure());
+    assert_eq!(
+        case("brush-mesh", "material = 0").errors(),
+        ["material: needs the file that it is in: gltf = \"...\""]
+    );
+}
+
+#[test]
+fn a_blend_comes_from_an_attribute_of_the_file() {
+    let of = |text: &str| with_square(case("vertex-blend", text), "{}");
+    let mesh = with_square(case("import-mesh", ""), "{}").source("a/square.gltf").artifact::<Mesh>();
+    let ran =
+        of("attribute = \"_BLEND\"\ngltf = \"a/square.gltf\"").input("mesh", (*mesh).clone()).run().unwrap();
+    // Flat triangles have three vertices each; what lies outside is clamped.
+    assert_eq!(ran.artifact::<VertexBlend>().0.value, [0.5, 0.0, 1.0, 0.5, 1.0, 1.0]);
+    assert_eq!(ran.warnings, ["2 of 6 vertices are outside of 0 to 1"]);
+    let failure = |text: &str, mesh: Mesh| of(text).input("mesh", mesh).failure();
+    let missing = failure("attribute = \"_NOISE\"\ngltf = \"a/square.gltf\"", (*mesh).clone());
+    assert!(missing.starts_with("cannot read _NOISE of a/square.gltf"), "{missing}");
+    let other = failure("attribute = \"_BLEND\"\ngltf = \"a/square.gltf\"", pit());
+    assert_eq!(other, "a/square.gltf has 6 vertices, and the mesh has 9");
+    let bare =
+        mesh::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
+    let bare = case("vertex-blend", "texture = \"n.png\"")
+        .file("n.png", picture())
+        .input("mesh", Mesh(bare.unwrap()));
+    assert_eq!(bare.failure(), "the mesh has no texture coordinates");
+    assert_eq!(failure("", pit()), "nothing says which material is where");
+    assert_eq!(of("attribute = \"_A\"").errors().len(), 1);
 }

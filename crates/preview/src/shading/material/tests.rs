@@ -2,7 +2,8 @@
 
 use brdf::{
     AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, MODELS,
-    Measured, Microfacet, OrenNayar, Phong, Standard, StandardParameters, TorranceSparrow, Ward,
+    Measured, MeasuredAnisotropic, Microfacet, OrenNayar, Phong, PoulinFournier, Standard,
+    StandardParameters, TorranceSparrow, Ward,
 };
 use glam::DVec3;
 use sphere::Direction;
@@ -63,6 +64,7 @@ pub(crate) fn materials() -> Vec<(Material, f64)> {
         (Material::layers(vec![lambert(), phong(300.0), ggx(0.3, glass)]).unwrap(), 300.0),
         (Material::layers(vec![Material::layers(vec![lambert()]).unwrap(), chalk(), chalk()]).unwrap(), 1.0),
         (chalk(), 1.0),
+        (twill(), 1.0),
     ];
     for part in standard(0.4, 0.3, 0.5).parts() {
         materials.push((Material::Standard(part), 1e4));
@@ -85,6 +87,16 @@ pub(crate) fn materials() -> Vec<(Material, f64)> {
     for ior in [1.0, 1.01, 10.0] {
         materials.push((ggx(0.4, Fresnel::Dielectric(ior)), 40.0));
     }
+    for (x, y) in [(0.1, 0.7), (1.0, 0.3), (0.5, 0.05)] {
+        let sharpness = f64::min(x, y).powi(-4);
+        materials.push((Material::Ggx(Ggx::stretched([x, y], gold, rgb).unwrap()), sharpness));
+    }
+    // Where little of a cylinder is seen, near the horizon, the ends of the arc are as uncertain as those of
+    // a sharp highlight.
+    for (s, distance, height) in [(0.0, 2.0, 1.0), (20.0, 2.0, 1.0), (20.0, 2.7, 0.4), (400.0, 3.0, 1.8)] {
+        let cylinders = PoulinFournier::new(s, [0.3, 0.2, 0.1], rgb, distance, height).unwrap();
+        materials.push((Material::PoulinFournier(cylinders), 1e5));
+    }
     for (n, k) in [(0.01, 0.0), (0.01, 50.0), (50.0, 50.0), (1.0, 0.0)] {
         materials.push((torrance(0.3, Fresnel::Conductor { n: [n; 3], k: [k; 3] }), 11.0));
     }
@@ -105,6 +117,21 @@ fn chalk() -> Material {
         values.push([value as f32, 0.5 * value as f32, 0.1]);
     }
     Material::Measured(Measured::new(shape, values).unwrap().scaled([1.0, 0.8, 0.5]).unwrap())
+}
+
+/// A table that depends on the tangent, without symmetry.
+fn twill() -> Material {
+    let shape = [6, 9, 5, 4];
+    let mut values = Vec::new();
+    for entry in 0..shape.iter().product() {
+        let node = [entry / 180, entry / 20 % 9, entry / 4 % 5, entry % 4];
+        let [h, phi, d, psi] = MeasuredAnisotropic::node(shape, node);
+        let value =
+            0.2 + 0.3 * (-4.0 * h).exp() * (1.0 + 0.5 * (2.0 * phi - 0.3).cos() + 0.2 * psi.sin() * d);
+        values.push([value as f32, 0.5 * value as f32, 0.1]);
+    }
+    let table = MeasuredAnisotropic::new(shape, values).unwrap();
+    Material::MeasuredAnisotropic(table.scaled([1.0, 0.8, 0.5]).unwrap())
 }
 
 /// Directions over the whole sphere for light and over the upper half for views: scattered ones, some near
@@ -172,8 +199,8 @@ fn a_measured_material_of_the_corpus_is_what_its_table_says() {
     };
     let file = "garnet_red.brdf";
     let bytes = std::fs::read(corpus.join("brdf/measured").join(file)).unwrap();
-    let measured = containers::measured::read_with_notes(file, &bytes, None).unwrap().measured;
-    compare(&Material::Measured(measured), 1e6);
+    let measured = containers::measured::read(file, &bytes, None).unwrap();
+    compare(&measured, 1e6);
 }
 
 /// Ngan's fits of Ward's model to 86 measured materials: a matte layer and a highlight each.

@@ -1,0 +1,119 @@
+//! Tables of several materials, between which a surface varies.
+//!
+//! Kautz, Sloan and Snyder (2002), section 3: a table c_i(v, q) of one more dimension, and figure 4. The
+//! materials are evenly spaced in q, from 0 to Q - 1, and what lies between is blended: it reflects the
+//! shares of both, which is not quite what a material with the mean of their parameters reflects.
+
+use sphere::Direction;
+
+use super::{BelowHorizon, BrdfTable};
+
+impl BrdfTable {
+    /// The tables as one, in their order; `None` if there are none, or they differ in degree or size. It is
+    /// grey if all of them are, and mirrors views from below the horizon if all of them do.
+    ///
+    /// # Example: half way between black and white is grey
+    /// ```
+    /// use brdf::{BrdfTable, Lambert, Material, tabulate};
+    /// let table = |albedo: f64| -> Result<BrdfTable, Box<dyn std::error::Error>> {
+    ///     let chalk = Material::Lambert(Lambert::new([albedo; 3])?);
+    ///     Ok(tabulate(&chalk, sh::Degree::ZERO, 2)?.0)
+    /// };
+    /// let both = BrdfTable::joined(&[table(0.0)?, table(1.0)?]).unwrap();
+    /// let mut c = [0.0];
+    /// both.blend_into(0.5, sphere::Direction::Z, &mut c);
+    /// let sky = (4.0 * std::f32::consts::PI).sqrt();
+    /// assert!((c[0] * sky - 0.5).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn joined(tables: &[Self]) -> Option<Self> {
+        let (degree, size) = (tables.first()?.degree(), tables.first()?.size());
+        if tables.iter().any(|table| table.degree() != degree || table.size() != size) {
+            return None;
+        }
+        let channels = tables.iter().map(Self::channels).max()?;
+        let mirrored = tables.iter().all(|table| table.below() == BelowHorizon::Mirrored);
+        let below = if mirrored { BelowHorizon::Mirrored } else { BelowHorizon::Clamped };
+        let mut values = Vec::new();
+        for table in tables {
+            if table.channels() == channels {
+                values.extend_from_slice(table.values());
+            } else {
+                values.extend(table.values().iter().flat_map(|grey| [*grey; 3]));
+            }
+        }
+        Self::new(degree, size, channels, below, values)
+    }
+
+    /// c_i(v) between the materials next to `q`, 0 to Q - 1, into [(F+1)^2, channels]. A `q` outside is the
+    /// nearest end.
+    ///
+    /// # Panics
+    /// As [`BrdfTable::lookup_into`].
+    pub fn blend_into(&self, q: f32, view: Direction, c: &mut [f32]) {
+        let last = self.count() - 1;
+        let q = if q.is_nan() { 0.0 } else { q.clamp(0.0, last as f32) };
+        let (first, share) = (q as usize, q.fract());
+        self.lookup_into(first, view, c);
+        if share > 0.0 {
+            let mut other = vec![0.0; c.len()];
+            self.lookup_into((first + 1).min(last), view, &mut other);
+            c.iter_mut().zip(&other).for_each(|(value, other)| *value += share * (other - *value));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sh::Degree;
+
+    use super::*;
+    use crate::{KajiyaKay, Lambert, Material, Phong, tabulate};
+
+    fn table(material: Material, size: usize) -> BrdfTable {
+        tabulate(&material, Degree::new(1).unwrap(), size).unwrap().0
+    }
+
+    fn lambert(albedo: [f64; 3]) -> Material {
+        Material::Lambert(Lambert::new(albedo).unwrap())
+    }
+
+    #[test]
+    fn tables_stand_in_their_order_and_are_blended_between() {
+        let grey = table(lambert([0.5; 3]), 4);
+        let red = table(lambert([1.0, 0.0, 0.0]), 4);
+        let phong = table(Material::Phong(Phong::new(3.0, [0.2; 3]).unwrap()), 4);
+        let all = BrdfTable::joined(&[grey.clone(), red.clone(), phong.clone()]).unwrap();
+        assert_eq!((all.count(), all.channels(), all.texel()), (3, 3, 12));
+        let view = Direction::from_angles(0.7, 1.1);
+        let at = |q: f32| {
+            let mut c = [0.0; 12];
+            all.blend_into(q, view, &mut c);
+            c
+        };
+        let mut alone = [0.0; 12];
+        red.lookup_into(0, view, &mut alone);
+        assert_eq!(at(1.0), alone);
+        let mut one = [0.0; 4];
+        grey.lookup_into(0, view, &mut one);
+        assert_eq!((at(0.0)[3], at(0.0)[5], at(-7.0)), (one[1], one[1], at(0.0)));
+        phong.lookup_into(0, view, &mut one);
+        for (row, value) in one.iter().enumerate() {
+            for channel in 0..3 {
+                let expected = 0.75 * alone[3 * row + channel] + 0.25 * value;
+                assert!((at(1.25)[3 * row + channel] - expected).abs() < 1e-6);
+            }
+        }
+        assert_eq!((at(9.0), at(f32::NAN)), (at(2.0), at(0.0)));
+    }
+
+    #[test]
+    fn tables_of_other_sizes_do_not_join() {
+        assert_eq!(BrdfTable::joined(&[]), None);
+        assert_eq!(BrdfTable::joined(&[table(lambert([0.5; 3]), 4), table(lambert([0.5; 3]), 5)]), None);
+        let hair = || table(Material::KajiyaKay(KajiyaKay::new(5.0, [0.5; 3]).unwrap()), 4);
+        assert_eq!(BrdfTable::joined(&[hair(), hair()]).unwrap().below(), BelowHorizon::Mirrored);
+        let mixed = BrdfTable::joined(&[hair(), table(lambert([0.5; 3]), 4)]).unwrap();
+        assert_eq!(mixed.below(), BelowHorizon::Clamped);
+    }
+}
