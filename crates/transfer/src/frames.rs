@@ -100,6 +100,11 @@ impl Frames {
         self.axes[vertex][2]
     }
 
+    /// x, y and N of a vertex.
+    pub fn axes(&self, vertex: usize) -> [[f32; 3]; 3] {
+        self.axes[vertex]
+    }
+
     /// A direction of the world in the frame of a vertex.
     pub(crate) fn local(&self, vertex: usize, direction: Vec3) -> Vec3 {
         Vec3::from(self.axes[vertex].map(|axis| Vec3::from(axis).dot(direction)))

@@ -197,6 +197,32 @@ impl FixedLight {
         Self { degree, values }
     }
 
+    /// What arrives of a light past the mesh, (T L)_i: the light turned and shadowed.
+    pub fn with_transfer(transfer: &Transfer, light: &Expansion) -> Self {
+        let columns = transfer.input().min(light.degree());
+        let (degree, light) = (transfer.output(), by_channel(light, columns));
+        let (rows, stored) = (degree.rows(), transfer.input().rows());
+        let mut values = vec![0.0; transfer.len() * 3 * rows];
+        values.par_chunks_exact_mut(3 * rows).enumerate().for_each(|(vertex, values)| {
+            for (row, entries) in transfer.matrix(vertex).chunks_exact(stored).enumerate() {
+                for (channel, light) in light.iter().enumerate() {
+                    values[channel * rows + row] = dot(&entries[..light.len()], light);
+                }
+            }
+        });
+        Self { degree, values }
+    }
+
+    /// The degree of the light in the frames.
+    pub fn degree(&self) -> Degree {
+        self.degree
+    }
+
+    /// The light in the frames: [V, 3, (F+1)^2].
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     /// The radiance of each vertex, RGB, as [`shade`] has it.
     ///
     /// # Panics
@@ -273,6 +299,31 @@ impl FixedView {
             for (lane, vertex) in values.chunks_exact_mut(channels * rows).enumerate() {
                 for (values, turned) in vertex.chunks_exact_mut(rows).zip(&turned) {
                     values.iter_mut().zip(turned).for_each(|(value, lanes)| *value = lanes[lane]);
+                }
+            }
+        });
+        Self { degree, channels, values }
+    }
+
+    /// Looks the table up for every vertex and takes what the mesh hides away from it: sum over i of c_i T_ij.
+    ///
+    /// # Panics
+    /// If the transfer has not as many vertices.
+    pub fn with_transfer(frames: &Frames, table: &BrdfTable, viewer: Viewer, transfer: &Transfer) -> Self {
+        assert_eq!(frames.len(), transfer.len(), "the frames of this transfer");
+        let (degree, channels) = (transfer.input(), table.channels());
+        let (rows, kept) = (degree.rows(), transfer.output().min(table.degree()).rows());
+        let mut values = vec![0.0; frames.len() * channels * rows];
+        values.par_chunks_mut(LANES * channels * rows).enumerate().for_each(|(block, values)| {
+            let mut c = vec![0.0; table.texel()];
+            for (lane, values) in values.chunks_exact_mut(channels * rows).enumerate() {
+                let vertex = block * LANES + lane;
+                look_up(frames, table, viewer, vertex, &mut c);
+                for (row, entries) in transfer.matrix(vertex).chunks_exact(rows).take(kept).enumerate() {
+                    for (channel, values) in values.chunks_exact_mut(rows).enumerate() {
+                        let c = c[row * channels + channel];
+                        values.iter_mut().zip(entries).for_each(|(sum, entry)| *sum += c * entry);
+                    }
                 }
             }
         });
