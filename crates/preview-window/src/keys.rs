@@ -75,9 +75,9 @@ impl Chord {
         held.into_iter().filter(|(held, _)| *held).map(|(_, name)| name).collect::<String>() + key
     }
 
-    /// Whether a press is this chord. Keys are found by their letter, `?` with or without Shift. Digits and the
-    /// two keys after them are found by their place as well, because with Shift, and on French keyboards without
-    /// it, they type another character.
+    /// Whether a press is this chord. Keys are found by their letter, `?` with or without Shift. Digits and
+    /// the two keys after them are found by their place as well, because with Shift, and on French keyboards
+    /// without it, they type another character.
     fn is(self, key: Key, place: Option<Key>, held: Modifiers) -> bool {
         let by_place = MODE_KEYS.contains(&self.key) || self.key == Key::Num0;
         (self.key == key || by_place && place == Some(self.key))

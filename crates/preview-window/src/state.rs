@@ -316,8 +316,8 @@ impl State {
         }
     }
 
-    /// Shows the scene that was built last, with the disks of its light where they were moved. If the light has
-    /// not as many disks now, they stay where they are.
+    /// Shows the scene that was built last, with the disks of its light where they were moved. If the light
+    /// has not as many disks now, they stay where they are.
     fn show_scene(&mut self) {
         let (Some(shown), Some(built)) = (&mut self.shown, &self.built) else { return };
         let moved = self.moved_disks.as_ref().filter(|(of, _)| *of == shown.subject.environment);

@@ -116,7 +116,8 @@ impl<'a> Background<'a> {
         self.shot.camera.ray(self.shot.size, [f64::from(share.x) * size[0], f64::from(share.y) * size[1]])
     }
 
-    /// The disk of the light at a point, unless a mesh is in front of it. A small disk can be picked next to it.
+    /// The disk of the light at a point, unless a mesh is in front of it. A small disk can be picked next to
+    /// it.
     fn disk(&self, at: Pos2) -> Option<usize> {
         let direction = self.direction(at)?;
         let disks = self.scene.light.disks().iter().enumerate();

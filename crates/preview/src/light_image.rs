@@ -13,8 +13,8 @@ const ROWS: usize = 256;
 /// The samples along each side of a texel that the edge of a disk may cross.
 const SAMPLES: usize = 4;
 
-/// The environment of light without one. A series that rings is black where it is negative. `None` if a radiance
-/// is not finite.
+/// The environment of light without one. A series that rings is black where it is negative. `None` if a
+/// radiance is not finite.
 pub(crate) fn image(lighting: &Lighting) -> Option<Environment> {
     let grid = LatLong::with_rows(ROWS);
     let is_dark = lighting.series.coefficients().iter().flatten().all(|value| *value == 0.0);
@@ -29,8 +29,8 @@ pub(crate) fn image(lighting: &Lighting) -> Option<Environment> {
     with_lights(grid, pixels, lighting)
 }
 
-/// An environment with the lights of a lighting, and its series where that is positive. `None` if a radiance is
-/// not finite.
+/// An environment with the lights of a lighting, and its series where that is positive. `None` if a radiance
+/// is not finite.
 pub fn lit(environment: &Environment, lighting: &Lighting) -> Option<Environment> {
     let grid = environment.grid();
     let is_dark = lighting.series.coefficients().iter().flatten().all(|value| *value == 0.0);

@@ -71,7 +71,8 @@ impl Look {
         Self::of(light, None, Some(material), sizes)
     }
 
-    /// The look of a material without maps, which may be unknown: then there are only the modes that need none.
+    /// The look of a material without maps, which may be unknown: then there are only the modes that need
+    /// none.
     pub fn of_light(light: Arc<Light>, material: Option<Material>, sizes: MapSizes) -> Self {
         Self::of(light, None, material, sizes)
     }

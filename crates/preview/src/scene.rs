@@ -51,7 +51,8 @@ impl Scene {
     }
 
     /// The same scene with the disks of its light in other directions, in order; `None` if the light has not
-    /// as many. Its maps were made of the light before: the looks keep their materials and tables, but no map.
+    /// as many. Its maps were made of the light before: the looks keep their materials and tables, but no
+    /// map.
     pub fn with_disks_at(&self, directions: &[Direction]) -> Option<Self> {
         let light = Arc::new(self.light.with_disks_at(directions)?);
         let mut scene = self.clone();

@@ -3,8 +3,8 @@
 //! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
 //! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
 //! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Lighting
-//! that no environment made, such as that of `circular-lights`, is drawn as a picture of its lights. Each mode
-//! names the other inputs that it needs. `mesh` is drawn instead of the built-in shape.
+//! that no environment made, such as that of `circular-lights`, is drawn as a picture of its lights. Each
+//! mode names the other inputs that it needs. `mesh` is drawn instead of the built-in shape.
 //!
 //! ## Modes
 //!

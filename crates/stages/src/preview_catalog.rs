@@ -7,8 +7,8 @@
 //! environment is turned too. Light that no environment made, such as that of `circular-lights`, is its own
 //! environment.
 //!
-//! A `brdf-table` of an entry's material belongs to the entry. Each item of `shade-vertices` makes an entry of
-//! its table and its lighting, unless the material is reflected under that light anyway. A mesh has the
+//! A `brdf-table` of an entry's material belongs to the entry. Each item of `shade-vertices` makes an entry
+//! of its table and its lighting, unless the material is reflected under that light anyway. A mesh has the
 //! `transfer` that was made of it.
 //!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
@@ -261,7 +261,8 @@ fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, U
     found.ok_or_else(|| Unknown { what, name: name.into(), known: names.to_vec() })
 }
 
-/// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not the environment's.
+/// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not
+/// the environment's.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct MaterialKey {
     made: StageIndex,

@@ -305,7 +305,8 @@ impl FixedView {
         Self { degree, channels, values }
     }
 
-    /// Looks the table up for every vertex and takes what the mesh hides away from it: sum over i of c_i T_ij.
+    /// Looks the table up for every vertex and takes what the mesh hides away from it: sum over i of c_i
+    /// T_ij.
     ///
     /// # Panics
     /// If the transfer has not as many vertices.

@@ -4,9 +4,9 @@
 //!
 //! MESH is a glTF file; without it, FlightHelmet of the folder that `SPECULA_CORPUS` names, or else the torus
 //! knot. Every mode is timed with that one mesh, and with sixteen torus knots of sixteen materials, each with
-//! a map and a BRDF table of its own; the camera goes on by two degrees a frame. A frame is all from the scene to sRGB codes
-//! in a texture: its time begins before commands are recorded and ends when the device has done them.
-//! `WGPU_BACKEND` chooses the backend.
+//! a map and a BRDF table of its own; the camera goes on by two degrees a frame. A frame is all from the
+//! scene to sRGB codes in a texture: its time begins before commands are recorded and ends when the device
+//! has done them. `WGPU_BACKEND` chooses the backend.
 //!
 //! Brute force adds as many light samples to each frame as it has time for: the last column has the mean.
 

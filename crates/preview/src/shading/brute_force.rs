@@ -87,8 +87,8 @@ pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, sa
     brute_force_past(prepared, surface, sample_index, samples, |_| true)
 }
 
-/// [`brute_force`] of the light that arrives: `sees` says for a direction, in the light's frame, whether light
-/// from there does.
+/// [`brute_force`] of the light that arrives: `sees` says for a direction, in the light's frame, whether
+/// light from there does.
 pub fn brute_force_past(
     prepared: &Prepared,
     surface: &Surface,

@@ -52,8 +52,8 @@ pub(crate) fn looks() -> &'static [Named] {
     &LOOKS
 }
 
-/// Brushed metal under each environment, of which there are no maps but a table, and hair with a table that is
-/// mirrored at the horizon.
+/// Brushed metal under each environment, of which there are no maps but a table, and hair with a table that
+/// is mirrored at the horizon.
 pub(crate) fn tabulated() -> &'static [Named] {
     static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
         let brushed = Material::Ward(Ward::new([0.2, 0.5], [0.9, 0.7, 0.4]).unwrap());

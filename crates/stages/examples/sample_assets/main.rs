@@ -1,4 +1,5 @@
-//! Makes the sample environments and the sample mesh: `cargo run --release -p stages --example sample_assets`.
+//! Makes the sample environments and the sample mesh: `cargo run --release -p stages --example
+//! sample_assets`.
 //!
 //! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so a truncated series
 //! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights.

@@ -388,7 +388,7 @@ fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, bytes).unwrap();
     };
-    write("metal/steel.toml", b"model = \"ward\"\nroughness_x = 0.2\nroughness_y = 0.5\n");
+    write("metal/steel.toml", b"model = \"ward\"\nroughness = 0.2\nroughness_y = 0.5\n");
     write("shapes/knot.glb", include_bytes!("../../../../assets/meshes/knot.glb"));
     write("lamps.toml", b"[[light]]\ndirection = [0, 1, 0]\nangular_radius = 20\nradiance = 3\n");
     write("pipeline.toml", format!("{SOURCES}{TABULATED}{stages}").as_bytes());

@@ -131,8 +131,8 @@ fn an_object_is_shaded_as_a_mesh_that_was_moved_to_its_place() {
         let scene = Scene { light: Arc::clone(look.light()), objects: vec![object] };
         let expected = Scene::of(Arc::clone(&there), Arc::clone(&look));
         let expected = expected.with_transfer(Some(transfer_of(&there, 3)));
-        // Rays from a mesh and from its mirror image meet the same edges by rounding; transfer has the error of
-        // its few directions, which do not turn with the mesh.
+        // Rays from a mesh and from its mirror image meet the same edges by rounding; transfer has the error
+        // of its few directions, which do not turn with the mesh.
         for (mode, allowed) in [(Mode::Table, 1e-4), (Mode::Transfer, 0.05), (Mode::ShadowedBruteForce, 0.02)]
         {
             let turn = Rotation::from_yaw_pitch_roll(0.3, -0.4, 0.2);
@@ -144,8 +144,8 @@ fn an_object_is_shaded_as_a_mesh_that_was_moved_to_its_place() {
     }
 }
 
-/// A square of side 2 hangs one above the ground, in an object that is placed and turned, under a light that is
-/// turned too: a direction is hidden from a point if its line passes the square.
+/// A square of side 2 hangs one above the ground, in an object that is placed and turned, under a light that
+/// is turned too: a direction is hidden from a point if its line passes the square.
 #[test]
 fn a_square_hides_the_directions_that_pass_it() {
     let square = |side: f32, z: f32| {
