@@ -219,7 +219,7 @@ fn axes(object: &Object) -> (Rotation, bool) {
     let scale = linear.determinant().abs().cbrt();
     let mut axes = linear * scale.recip();
     if mirrored {
-        axes = axes * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));
+        axes *= DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));
     }
     let q = glam::DQuat::from_mat3(&axes);
     // An object without a size is not seen.
