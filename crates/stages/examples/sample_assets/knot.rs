@@ -19,7 +19,7 @@ pub(crate) fn glb() -> Vec<u8> {
             let vertex = |column: u16, row: u16| column % COLUMNS * ROWS + row % ROWS;
             let [a, b] = [vertex(column, row), vertex(column + 1, row)];
             let [c, d] = [vertex(column + 1, row + 1), vertex(column, row + 1)];
-            indices.extend([a, b, c, a, c, d]);
+            indices.extend([a, c, b, a, d, c]);
         }
     }
     let count = positions.len();
