@@ -20,6 +20,11 @@ pub(crate) const ASSETS: &[(&str, &[u8])] = assets![
     "assets/finishes/copper.toml",
     "assets/finishes/lacquer.toml",
     "assets/finishes/silk.toml",
+    "assets/brushed/brass.toml",
+    "assets/brushed/hair.toml",
+    "assets/brushed/steel.toml",
+    "assets/lights/lamps.toml",
+    "assets/meshes/knot.glb",
     "assets/white.toml",
 ];
 

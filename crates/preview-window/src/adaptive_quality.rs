@@ -100,7 +100,7 @@ impl AdaptiveQuality {
     /// Brute force starts over with smoother outlines only if that is fast: light samples smooth it as well.
     pub(crate) fn resting(&self, show: Show, size: [u32; 2], after: Quality) -> Vec<Quality> {
         let smooth = Quality { samples: 2, ..Quality::FULL };
-        let most = if show.modes().any(|mode| mode == Mode::BruteForce) { MOVING } else { RESTING };
+        let most = if show.modes().any(Mode::is_brute_force) { MOVING } else { RESTING };
         let timing = self.timings.get(&modes(show));
         let smooth_fits = timing.is_some_and(|timing| timing.seconds(smooth.sample_count(size)) <= most);
         let mut rest = Vec::new();

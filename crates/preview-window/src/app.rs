@@ -187,9 +187,7 @@ impl App {
         if settings.arrangement != Arrangement::One {
             modes.push(settings.second);
         }
-        if !request.scene.has_maps() {
-            modes.clear();
-        }
+        modes.retain(|mode| request.scene.offers(*mode));
         let RenderRequest { scene_id, scene, shot: Shot { camera, turn, size, .. } } = request;
         let scene = Arc::clone(scene);
         let request =

@@ -257,7 +257,7 @@ fn measure(
         samples: 1,
         camera: request.camera,
         turn: request.turn,
-        show: Show::Difference { of: mode, from: Mode::BruteForce, amplify: 1.0 },
+        show: Show::Difference { of: mode, from: mode.reference(), amplify: 1.0 },
         background: Background::Flat([0.0; 3]),
         exposure: 0.0,
         tone: ToneMap::Plain,
@@ -271,7 +271,7 @@ fn measure(
 /// Why a mode is not compared with brute force.
 fn no_comparison(mode: Mode) -> Option<&'static str> {
     match mode {
-        Mode::BruteForce => Some("it is the reference"),
+        Mode::BruteForce | Mode::ShadowedBruteForce => Some("it is the reference"),
         Mode::Mirror | Mode::Irradiance => Some("it replaces the material"),
         _ => None,
     }

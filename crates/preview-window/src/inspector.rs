@@ -9,13 +9,20 @@ use crate::numbers;
 use crate::scene_statistics::SceneStatistics;
 use crate::state::{Action, ShownScene, State};
 use crate::theme;
-use preview::{Arrangement, Background, Named};
+use preview::{Arrangement, Background, Mode, Named};
+
+/// The most circular lights that are listed.
+const MOST_DISKS: usize = 8;
 
 /// A value that is not known yet.
 const UNKNOWN: &str = "...";
 
 /// A value that is not known before there are maps.
 const NO_MAPS: &str = "no maps yet";
+
+/// The same of the modes that shade vertices.
+const NO_TABLE: &str = "no BRDF table";
+const NO_TRANSFER: &str = "no transfer of this mesh";
 
 pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -26,7 +33,7 @@ pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, ac
         editor(ui, state, actions);
         let statistics = error_meter.statistics(shown.scene_id);
         subject(ui, shown, statistics.as_deref());
-        errors(ui, state, shown.scene.has_maps(), error_meter);
+        errors(ui, state, shown, error_meter);
         energies(ui, statistics.as_deref());
         sizes(ui, shown, statistics.as_deref());
         view(ui, state);
@@ -77,7 +84,7 @@ fn unknown(statistics: &SceneStatistics) -> &'static str {
     if statistics.p.is_some() { "unknown for a map" } else { NO_MAPS }
 }
 
-fn errors(ui: &mut Ui, state: &State, has_maps: bool, error_meter: &ErrorMeter) {
+fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMeter) {
     let settings = &state.settings;
     let mut modes = vec![settings.mode];
     if settings.arrangement != Arrangement::One && settings.second != settings.mode {
@@ -88,7 +95,11 @@ fn errors(ui: &mut Ui, state: &State, has_maps: bool, error_meter: &ErrorMeter) 
         .into_iter()
         .map(|mode| {
             let mode_error = match error_meter.mode_error(mode) {
-                None if !has_maps => NO_MAPS.to_owned(),
+                None if !shown.scene.offers(mode) => match mode {
+                    Mode::Table => NO_TABLE.to_owned(),
+                    Mode::Transfer => NO_TRANSFER.to_owned(),
+                    _ => NO_MAPS.to_owned(),
+                },
                 None => UNKNOWN.to_owned(),
                 Some(ModeError::Rms { relative, light_samples }) => {
                     samples = samples.max(light_samples);
@@ -187,6 +198,17 @@ fn view(ui: &mut Ui, state: &State) {
         Background::Flat(_) => "flat grey, 0.18",
         background => background.name(),
     };
+    if let Some(shown) = &state.shown {
+        let disks = shown.scene.light.disks().iter().take(MOST_DISKS).map(|disk| {
+            let [x, y, z] = disk.direction.vector().to_array();
+            ("direction", format!("[{x:.3}, {y:.3}, {z:.3}]"))
+        });
+        let disks: Vec<(&str, String)> = disks.collect();
+        if !disks.is_empty() {
+            section(ui, "Circular lights", &disks);
+            explain(ui, "as in the file of circular-lights; drag one in the background to move it here");
+        }
+    }
     section(
         ui,
         "View",

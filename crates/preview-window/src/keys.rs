@@ -29,9 +29,10 @@ pub(crate) struct Binding {
 }
 
 /// The pointer's actions, for the help.
-pub(crate) const POINTER: [(&str, &str); 6] = [
+pub(crate) const POINTER: [(&str, &str); 7] = [
     ("left drag", "turn the camera"),
     ("right drag, or with Shift", "turn the light"),
+    ("the same on a circular light", "move it"),
     ("wheel", "zoom"),
     ("drag the divider", "move the split"),
     ("double click", "reset the camera"),
@@ -65,6 +66,8 @@ impl Chord {
             Key::Comma => "comma",
             Key::Period => "period",
             Key::Questionmark => "?",
+            Key::Minus => "-",
+            Key::Equals => "=",
             key => key.name(),
         };
         let command = if cfg!(target_os = "macos") { "Cmd " } else { "Ctrl " };
@@ -72,11 +75,11 @@ impl Chord {
         held.into_iter().filter(|(held, _)| *held).map(|(_, name)| name).collect::<String>() + key
     }
 
-    /// Whether a press is this chord. Keys are found by their letter, `?` with or without Shift. Digits are
-    /// found by their place as well, because with Shift, and on French keyboards without it, they type
-    /// another character.
+    /// Whether a press is this chord. Keys are found by their letter, `?` with or without Shift. Digits and
+    /// the two keys after them are found by their place as well, because with Shift, and on French keyboards
+    /// without it, they type another character.
     fn is(self, key: Key, place: Option<Key>, held: Modifiers) -> bool {
-        let by_place = DIGITS.contains(&self.key) || self.key == Key::Num0;
+        let by_place = MODE_KEYS.contains(&self.key) || self.key == Key::Num0;
         (self.key == key || by_place && place == Some(self.key))
             && self.command == held.command
             && !held.alt
@@ -86,7 +89,9 @@ impl Chord {
 
 /// The action of a key press: by the key's letter, its place if that is known, and the modifiers.
 pub(crate) fn action(key: Key, place: Option<Key>, held: Modifiers) -> Option<&'static Action> {
-    bindings().iter().find(|binding| binding.chord.is(key, place, held)).map(|binding| &binding.action)
+    // On German keyboards `?` is at the place of `-`: what a key types comes before its place.
+    let find = |place| bindings().iter().find(|binding| binding.chord.is(key, place, held));
+    find(None).or_else(|| find(place)).map(|binding| &binding.action)
 }
 
 /// Whether an action repeats while its key is held down.
@@ -113,8 +118,20 @@ pub(crate) fn bindings() -> &'static [Binding] {
     &TABLE
 }
 
-const DIGITS: [Key; Mode::ALL.len()] =
-    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+/// The keys of the modes; `0` between them resets the exposure.
+const MODE_KEYS: [Key; Mode::ALL.len()] = [
+    Key::Num1,
+    Key::Num2,
+    Key::Num3,
+    Key::Num4,
+    Key::Num5,
+    Key::Num6,
+    Key::Num7,
+    Key::Num8,
+    Key::Num9,
+    Key::Minus,
+    Key::Equals,
+];
 
 /// The angle of one press: 5 degrees.
 const TURN: f64 = std::f64::consts::PI / 36.0;
@@ -127,10 +144,10 @@ fn table() -> Vec<Binding> {
     let mut add = |group: &'static str, chord: Chord, name: &str, action: Action| {
         table.push(Binding { chord, group, name: name.to_owned(), action });
     };
-    for (key, mode) in DIGITS.into_iter().zip(Mode::ALL) {
+    for (key, mode) in MODE_KEYS.into_iter().zip(Mode::ALL) {
         add("Mode", C::plain(key), mode.label(), Action::Mode(mode));
     }
-    for (key, mode) in DIGITS.into_iter().zip(Mode::ALL) {
+    for (key, mode) in MODE_KEYS.into_iter().zip(Mode::ALL) {
         add("Second mode", C::shift(key), mode.label(), Action::Second(mode));
     }
     let group = "Comparison";
@@ -206,7 +223,7 @@ mod tests {
         for Binding { chord, name, .. } in bindings() {
             let key = match chord.key {
                 Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => "arrows".into(),
-                key if DIGITS.contains(&key) => "`1` ... `8`".into(),
+                key if MODE_KEYS.contains(&key) => "`1` ... `9`, `-`, `=`".into(),
                 Key::Comma | Key::Period => "`,` `.`".into(),
                 _ => format!("`{}`", Chord::plain(chord.key).name()),
             };
@@ -262,7 +279,7 @@ mod tests {
             Action::Expose(_) => "expose",
             Action::ExposeBy(_) => "expose by",
             Action::Tone(_) | Action::NextTone => "tone",
-            Action::TurnLight(_) => "light",
+            Action::TurnLight(_) | Action::MoveDisk(..) => "light",
             Action::ResetLight => "reset light",
             Action::Orbit(_) => "orbit",
             Action::ZoomBy(_) => "zoom",
@@ -300,6 +317,7 @@ mod tests {
             Action::ExposeBy(1.0),
             Action::Tone(ToneMap::Plain),
             Action::TurnLight(aim),
+            Action::MoveDisk(0, sphere::Direction::Z),
             Action::ResetLight,
             Action::Orbit(aim),
             Action::ZoomBy(2.0),

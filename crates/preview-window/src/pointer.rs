@@ -6,6 +6,7 @@ use eframe::egui::{Event, MouseWheelUnit, PointerButton, Pos2, Rect};
 
 use crate::state::Action;
 use preview::Aim;
+use sphere::Direction;
 
 /// Radians for every point of a drag: the width of a window is about two turns.
 const TURN: f64 = 0.01;
@@ -24,6 +25,8 @@ const DIVIDER_REACH: f32 = 6.0;
 pub(crate) enum DragTarget {
     Camera,
     Light,
+    /// One of the disks of the light.
+    Disk(usize),
     Divider,
 }
 
@@ -43,6 +46,10 @@ pub(crate) struct PictureArea<'a> {
     pub(crate) divider: Option<f32>,
     /// 1 if the viewer is in front of the axis that the light's pitch turns about, -1 if behind it.
     pub(crate) side: f64,
+    /// The direction in the light's frame that the background shows at a point.
+    pub(crate) direction: &'a dyn Fn(Pos2) -> Option<Direction>,
+    /// The disk of the light that is visible at a point.
+    pub(crate) disk: &'a dyn Fn(Pos2) -> Option<usize>,
     /// Whether no panel covers the picture at a point.
     pub(crate) is_uncovered: &'a dyn Fn(Pos2) -> bool,
 }
@@ -81,7 +88,9 @@ impl Pointer {
                     let target = match button {
                         PointerButton::Primary if area.is_divider(*pos) => DragTarget::Divider,
                         PointerButton::Primary if !modifiers.shift => DragTarget::Camera,
-                        PointerButton::Primary | PointerButton::Secondary => DragTarget::Light,
+                        PointerButton::Primary | PointerButton::Secondary => {
+                            (area.disk)(*pos).map_or(DragTarget::Light, DragTarget::Disk)
+                        }
                         _ => continue,
                     };
                     (self.drag, self.side) = (area.contains(*pos).then_some((*button, target)), area.side);
@@ -115,14 +124,14 @@ impl Pointer {
         let by = to - self.at.replace(to).unwrap_or(to);
         let Some((_, target)) = self.drag.filter(|_| by != Default::default()) else { return };
         let turn = Aim { yaw: TURN * f64::from(by.x), pitch: TURN * f64::from(by.y) };
-        actions.push(match target {
+        let divided = (to.x - area.picture.left()) / area.picture.width().max(1.0);
+        actions.extend(match target {
             // The scene follows the pointer, so the camera moves the other way.
-            DragTarget::Camera => Action::Orbit(Aim { yaw: -turn.yaw, ..turn }),
+            DragTarget::Camera => Some(Action::Orbit(Aim { yaw: -turn.yaw, ..turn })),
             // The near side of the light follows it too. The axis of its pitch may point the other way.
-            DragTarget::Light => Action::TurnLight(Aim { pitch: self.side * turn.pitch, ..turn }),
-            DragTarget::Divider => {
-                Action::Divider((to.x - area.picture.left()) / area.picture.width().max(1.0))
-            }
+            DragTarget::Light => Some(Action::TurnLight(Aim { pitch: self.side * turn.pitch, ..turn })),
+            DragTarget::Disk(disk) => (area.direction)(to).map(|at| Action::MoveDisk(disk, at)),
+            DragTarget::Divider => Some(Action::Divider(divided)),
         });
     }
 }
@@ -162,6 +171,9 @@ mod tests {
             picture: Rect::from_min_size(pos2(100.0, 0.0), vec2(100.0, 100.0)),
             divider: Some(0.5),
             side,
+            direction: &|at| Direction::new([1.0, f64::from(at.x), f64::from(at.y)].into()),
+            // Lights are seen in a corner.
+            disk: &|at| (at.x < 104.0 && at.y < 4.0).then_some(1),
             is_uncovered: &|at| at.y < 90.0,
         }
     }
@@ -181,6 +193,14 @@ mod tests {
         assert_eq!(follow(&drag(LEFT)), [orbit(5.0, -2.0), orbit(185.0, 0.0)], "outside the picture as well");
         assert_eq!(follow(&drag(RIGHT)), [light(5.0, -2.0), light(185.0, 0.0)]);
         assert_eq!(follow(&drag(PointerButton::Middle)), []);
+    }
+
+    #[test]
+    fn a_drag_of_the_light_moves_the_disk_on_which_it_starts() {
+        let drag = |by| [button(103.0, 3.0, by, true), moved(150.0, 20.0)];
+        let direction = Direction::new([1.0, 150.0, 20.0].into()).unwrap();
+        assert_eq!(follow(&drag(RIGHT)), [Action::MoveDisk(1, direction)]);
+        assert_eq!(follow(&drag(LEFT)), [orbit(47.0, 17.0)], "the camera is under every light");
     }
 
     #[test]

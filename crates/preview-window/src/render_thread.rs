@@ -203,7 +203,7 @@ impl Worker {
     /// Draws a request until it is stale or finished.
     fn draw_request(&mut self, shared: &Shared, number: u64, request: &RenderRequest) -> Result<(), Stop> {
         let (show, size) = (request.shot.show, request.shot.size);
-        let brute = show.modes().any(|mode| mode == Mode::BruteForce);
+        let brute = show.modes().any(Mode::is_brute_force);
         let last = self.last.clone().filter(|(scene_id, ..)| *scene_id == request.scene_id);
         let (moving, unfinished) = match last {
             Some((_, shot, quality, unfinished)) if shot == request.shot => (quality, unfinished),

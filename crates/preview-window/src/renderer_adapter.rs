@@ -152,7 +152,7 @@ impl RendererAdapter for CpuAdapter {
         shot: &Shot,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<PartialFrame, RenderError> {
-        let (light_samples, picture) = if shot.show.modes().any(|mode| mode == Mode::BruteForce) {
+        let (light_samples, picture) = if shot.show.modes().any(Mode::is_brute_force) {
             self.brute_force(request, shot, stop)?
         } else {
             self.last = None;

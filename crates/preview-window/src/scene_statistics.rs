@@ -4,7 +4,7 @@ use brdf::Centre;
 use sh::{energy_per_degree, image_energy};
 use shrm::accuracy::Accuracy;
 
-use preview::{Look, Scene};
+use preview::{Object, Scene};
 
 /// Statistics of a scene; if it has several looks, of the first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,7 +66,7 @@ impl SceneStatistics {
             lighting: held.iter().map(share).collect(),
             reflected: accuracy.as_ref().map(reflected).unwrap_or_default(),
             plain: accuracy.map(|accuracy| 1.0 - accuracy.at(accuracy.f(), 0).truth),
-            maps: maps(look, p),
+            maps: maps(first, p),
         }
     }
 
@@ -85,7 +85,8 @@ fn reflected(accuracy: &Accuracy) -> Vec<f64> {
     curve.into_iter().map(gained).collect()
 }
 
-fn maps(look: &Look, p: Option<usize>) -> Vec<(String, u64)> {
+fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
+    let look = object.look.as_ref();
     let sizes = look.sizes();
     let texel = 3 * size_of::<f32>() as u64;
     let face = 6 * (sizes.edge as u64).pow(2) * texel;
@@ -100,6 +101,16 @@ fn maps(look: &Look, p: Option<usize>) -> Vec<(String, u64)> {
             (format!("Kautz-McCool, cube {edge}, {} slices", sizes.slices), sizes.slices as u64 * face),
             (format!("prefiltered, cube {edge}"), face),
         ];
+    }
+    if let Some(table) = look.table() {
+        let (degree, views) = (table.degree().get(), table.size());
+        let name = format!("BRDF table, degree {degree}, {views} x {views}");
+        maps.push((name, size_of_val(table.values()) as u64));
+    }
+    if let Some(transfer) = &object.transfer {
+        let (output, input) = (transfer.output().get(), transfer.input().get());
+        let name = format!("transfer, degrees {output} and {input}, {} vertices", transfer.len());
+        maps.push((name, size_of_val(transfer.values()) as u64));
     }
     maps.push(("irradiance, 9 rows".into(), 9 * texel));
     maps.push((format!("environment, {} x {}", grid.width, grid.height), grid.len() as u64 * texel));
@@ -147,7 +158,8 @@ mod tests {
         let lamps = shrm::Lamps { lights: separated.lights, material: white };
         let reflection = shrm::Reflection::convolve(&series, &brdf.coefficients).with_lamps(lamps);
         let light = std::sync::Arc::new(preview::Light::new(sky, None));
-        let look = std::sync::Arc::new(Look::new(light, reflection, None, preview::MapSizes::default()));
+        let look = preview::Look::new(light, reflection, None, preview::MapSizes::default());
+        let look = std::sync::Arc::new(look);
         let statistics =
             SceneStatistics::of(&Scene::of(std::sync::Arc::new(mesh::shape("plane").unwrap()), look));
         assert_eq!(statistics.lamps, 1);

@@ -11,6 +11,7 @@ use preview::{
     Aim, Arrangement, Background, Catalog, FormField, Framing, InitialView, List, MaterialForm, Mode, Named,
     PreviewUpdate, Scene, Subject, SubjectDetails, SubjectRequest, ViewSettings,
 };
+use sphere::Direction;
 
 use crate::material_editor::MaterialEditor;
 
@@ -38,6 +39,9 @@ pub(crate) enum Action {
     Tone(ToneMap),
     NextTone,
     TurnLight(Aim),
+    /// Moves a disk of the light in a direction of the light's frame.
+    MoveDisk(usize, Direction),
+    /// Turns the light back, and moves its disks back.
     ResetLight,
     Orbit(Aim),
     /// Multiplies the magnification.
@@ -130,6 +134,10 @@ pub(crate) struct State {
     /// Whether a screenshot is being drawn.
     pub(crate) taking_screenshot: bool,
     pub(crate) fullscreen: bool,
+    /// The environment whose disks were moved, and where they are now.
+    moved_disks: Option<(String, Vec<Direction>)>,
+    /// The scene in the window as it was built.
+    built: Option<Arc<Scene>>,
     scene_count: u64,
     /// The subject chosen last. If the catalog lacks it, the settings name the nearest subject instead.
     wanted: Subject,
@@ -196,7 +204,13 @@ impl State {
             Action::Tone(tone) => settings.tone = tone,
             Action::NextTone => settings.tone = *stepped(ToneMap::ALL, &settings.tone, 1)?,
             Action::TurnLight(by) => settings.light = turned(settings.light, by),
-            Action::ResetLight => settings.light = ViewSettings::default().light,
+            Action::MoveDisk(disk, direction) => self.move_disk(disk, direction),
+            Action::ResetLight => {
+                settings.light = ViewSettings::default().light;
+                if self.moved_disks.take().is_some() {
+                    self.show_scene();
+                }
+            }
             Action::Orbit(by) => settings.camera = turned(settings.camera, by),
             Action::ZoomBy(factor) => settings.zoom *= factor,
             Action::ResetCamera => {
@@ -264,8 +278,12 @@ impl State {
                     let same = self.shown.as_ref().filter(|shown| shown.subject == subject);
                     let first_scene_id = same.map_or(scene_id, |shown| shown.first_scene_id);
                     let (framing, scene) = (scene.framing(), Arc::new(scene));
+                    self.built = Some(Arc::clone(&scene));
                     self.shown =
                         Some(ShownScene { subject, scene, framing, details, scene_id, first_scene_id });
+                    if self.moved_disks.is_some() {
+                        self.show_scene();
+                    }
                 }
             }
             PreviewUpdate::Material { material, form, edited } => match self.editors.get_mut(&material) {
@@ -285,6 +303,27 @@ impl State {
             PreviewUpdate::Close => return Some(Effect::Close),
         }
         None
+    }
+
+    /// Moves a disk of the light in the window. Nothing but the picture changes.
+    fn move_disk(&mut self, disk: usize, direction: Direction) {
+        let Some(shown) = &self.shown else { return };
+        let mut directions: Vec<_> = shown.scene.light.disks().iter().map(|disk| disk.direction).collect();
+        if let Some(moved) = directions.get_mut(disk) {
+            *moved = direction;
+            self.moved_disks = Some((shown.subject.environment.clone(), directions));
+            self.show_scene();
+        }
+    }
+
+    /// Shows the scene that was built last, with the disks of its light where they were moved. If the light
+    /// has not as many disks now, they stay where they are.
+    fn show_scene(&mut self) {
+        let (Some(shown), Some(built)) = (&mut self.shown, &self.built) else { return };
+        let moved = self.moved_disks.as_ref().filter(|(of, _)| *of == shown.subject.environment);
+        let scene = moved.and_then(|(_, directions)| built.with_disks_at(directions));
+        self.scene_count += 1;
+        (shown.scene, shown.scene_id) = (scene.map_or_else(|| Arc::clone(built), Arc::new), self.scene_count);
     }
 
     /// Shows a message for a while.
@@ -318,8 +357,16 @@ impl State {
     pub(crate) fn why_brute_force(&self) -> Option<&'static str> {
         let scene = &self.shown.as_ref()?.scene;
         let show = self.settings.show();
-        let reason = match self.is_edited(&self.settings.subject.material) {
+        let is_edited = self.is_edited(&self.settings.subject.material);
+        let is_missing = |mode| show.modes().any(|shown| shown == mode) && !scene.offers(mode);
+        let reason = match is_edited {
             true => "brute force until the material is saved and its maps are made",
+            false if is_missing(Mode::Table) => "brute force: there is no BRDF table of this material",
+            false if is_missing(Mode::Transfer) && scene.offers(Mode::Table) => {
+                "brute force: there is no transfer of this mesh"
+            }
+            false if is_missing(Mode::Transfer) => "brute force: there is no BRDF table of this material",
+            false if scene.has_maps() => "brute force: there are no maps of this material under this light",
             false => "brute force until the maps are made",
         };
         (scene.available(show) != show).then_some(reason)

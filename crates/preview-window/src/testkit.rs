@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use brdf::{Choice, Lambert, MODELS, Material, Value, Values, project};
 use envmap::Environment;
-use sh::{Degree, Transform};
+use sh::{Degree, Expansion, Lighting, Transform};
 use shrm::Reflection;
-use sphere::LatLong;
+use sphere::{Direction, LatLong};
 
 use preview::{FormField, FormSection, Light, Look, MapSizes, MaterialForm, Scene};
 
@@ -33,6 +33,19 @@ pub(crate) fn without_maps() -> Scene {
     let material = object.look.material().unwrap().clone();
     let look = Look::without_maps(Arc::clone(&scene.light), material, object.look.sizes());
     Scene::of(Arc::clone(&object.mesh), Arc::new(look))
+}
+
+/// A sphere with a BRDF table under two circular lights: one in front of the camera, one behind it.
+pub(crate) fn lamps() -> Scene {
+    let disk = |x: f64| sh::Light::from_flux(Direction::normalised([x, 0.0, 0.3].into()), 0.1, [1.0; 3]);
+    let degree = Degree::new(2).unwrap();
+    let lighting = Lighting { series: Expansion::zero(degree), lights: vec![disk(1.0), disk(-1.0)] };
+    let white = Material::Lambert(Lambert::new([0.8; 3]).unwrap());
+    let (table, _) = brdf::tabulate(&white, degree, 4).unwrap();
+    let light = Arc::new(Light::of_lighting(lighting).unwrap());
+    let look = Look::without_maps(light, white, MapSizes { edge: 8, slices: 4 });
+    let look = Arc::new(look.with_table(Some(Arc::new(table))));
+    Scene::of(Arc::new(mesh::shape("sphere").unwrap()), look)
 }
 
 /// The parameters of [`phong_form`].

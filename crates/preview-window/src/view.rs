@@ -12,7 +12,8 @@ use crate::pointer::{DragTarget, PictureArea, Pointer};
 use crate::render_thread::RenderedFrame;
 use crate::state::{Action, State};
 use crate::theme;
-use preview::{Arrangement, Mode, Show};
+use preview::{Arrangement, Scene, Shot, Show};
+use sphere::Direction;
 
 /// Between a caption and the edges of its picture.
 const MARGIN: f32 = 10.0;
@@ -53,7 +54,17 @@ pub(crate) fn view(
     let is_set = state.settings.arrangement == Arrangement::Split;
     let (camera, light) = (state.settings.camera, state.settings.light);
     let side = (camera.yaw - light.yaw).cos().signum();
-    let area = PictureArea { picture, divider: split.filter(|_| is_set), side, is_uncovered: &is_uncovered };
+    let background = Background::new(state, rect);
+    let direction = |at| background.as_ref()?.direction(at);
+    let disk = |at| background.as_ref()?.disk(at);
+    let area = PictureArea {
+        picture,
+        divider: split.filter(|_| is_set),
+        side,
+        direction: &direction,
+        disk: &disk,
+        is_uncovered: &is_uncovered,
+    };
     let response = ui.interact(rect, Id::unique("picture"), Sense::click_and_drag());
     if response.is_pointer_button_down_on()
         && let Some(widget) = ui.memory(|memory| memory.focused())
@@ -78,6 +89,47 @@ pub(crate) fn view(
         painter.vline(x, rect.y_range(), Stroke::new(1.0, colour));
     }
 }
+
+/// What the picture shows behind the surfaces.
+struct Background<'a> {
+    scene: &'a Scene,
+    shot: Shot,
+    rect: Rect,
+}
+
+impl<'a> Background<'a> {
+    fn new(state: &'a State, rect: Rect) -> Option<Self> {
+        let shown = state.shown.as_ref()?;
+        let size = [rect.width(), rect.height()].map(|side| side.max(1.0) as u32);
+        let shot = state.settings.shot(&shown.scene.light, shown.framing, size);
+        Some(Self { scene: &shown.scene, shot, rect })
+    }
+
+    /// The direction of a point of the window in the light's frame.
+    fn direction(&self, at: Pos2) -> Option<Direction> {
+        Some(self.shot.turn.inverse().apply(Direction::new(self.ray(at))?))
+    }
+
+    fn ray(&self, at: Pos2) -> sphere::DVec3 {
+        let share = (at - self.rect.min) / self.rect.size();
+        let size = self.shot.size.map(f64::from);
+        self.shot.camera.ray(self.shot.size, [f64::from(share.x) * size[0], f64::from(share.y) * size[1]])
+    }
+
+    /// The disk of the light at a point, unless a mesh is in front of it. A small disk can be picked next to
+    /// it.
+    fn disk(&self, at: Pos2) -> Option<usize> {
+        let direction = self.direction(at)?;
+        let disks = self.scene.light.disks().iter().enumerate();
+        let far = |disk: &sh::Light| disk.direction.dot(direction).clamp(-1.0, 1.0).acos() - disk.radius;
+        let (nearest, disk) = disks.min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)))?;
+        let is_hit = far(disk) <= PICK && !self.scene.is_hit(self.shot.camera.eye(), self.ray(at));
+        is_hit.then_some(nearest)
+    }
+}
+
+/// How far from the edge of a disk it can be picked, in radians.
+const PICK: f64 = 0.02;
 
 /// The place of the divider as a share of the width: that of the picture on the screen, which may be older
 /// than the settings, but while it is dragged that of the pointer.
@@ -110,7 +162,7 @@ fn captions(painter: &Painter, rect: Rect, state: &State, frame: Option<&Rendere
     let is_shown = state.shown.as_ref().is_some_and(|shown| shown.scene_id == frame.scene_id);
     let mut note = state.why_brute_force().filter(|_| is_shown).map(str::to_owned);
     match frame.of.show {
-        Show::One(Mode::BruteForce) if note.is_some() => {
+        Show::One(mode) if mode.is_brute_force() && note.is_some() => {
             let text = note.take().unwrap_or_default();
             line(painter, inside, inside.left_top(), Align2::LEFT_TOP, &text);
         }

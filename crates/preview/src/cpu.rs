@@ -7,6 +7,7 @@ mod band_renderer;
 mod cancellation;
 mod clip;
 mod geometry;
+mod object_cache;
 mod rasteriser;
 mod shader;
 #[cfg(test)]
@@ -16,9 +17,10 @@ use rayon::prelude::*;
 
 use crate::shading::develop::codes;
 use crate::shading::difference::Squares;
-use crate::{Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
+use crate::{Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
 use band_renderer::{BAND, BandRenderer};
 use cancellation::{Cancellation, PeriodicCheck};
+use object_cache::ObjectCache;
 use shader::LookCache;
 
 /// The most pixels of a picture, and the most samples along a side, so that 32 bits can count them.
@@ -27,10 +29,12 @@ const LONGEST_SIDE: u64 = 1 << 20;
 
 /// Draws on the CPU, on the threads of the rayon pool that it is called from.
 ///
-/// The maps of a look are cached in the layout in which they are read, until a scene does not use the look.
+/// The maps of a look are cached in the layout in which they are read, until a scene does not use the look;
+/// so are the vertices of an object that a BRDF table shades, and the tree of triangles that cast shadows.
 #[derive(Debug, Default)]
 pub struct Cpu {
     caches: Vec<LookCache>,
+    objects: ObjectCache,
 }
 
 impl Cpu {
@@ -38,12 +42,17 @@ impl Cpu {
     pub fn new() -> Self {
         Self::default()
     }
+
+    /// How often the vertices of objects were shaded.
+    pub fn vertex_passes(&self) -> VertexPasses {
+        self.objects.passes()
+    }
 }
 
 /// About how many times [`Cpu`] asks whether to stop, for a picture of a shot.
 pub fn cpu_steps(shot: &Shot) -> usize {
     let [width, height] = shot.size.map(|side| side as usize);
-    let light_samples = if shot.show.modes().any(|mode| mode == Mode::BruteForce) {
+    let light_samples = if shot.show.modes().any(Mode::is_brute_force) {
         width * height * (shot.samples * shot.samples * shot.light_samples) as usize
     } else {
         0
@@ -80,7 +89,9 @@ impl Renderer for Cpu {
             return Ok(picture);
         }
         LookCache::update(&mut self.caches, scene);
-        let band_renderer = BandRenderer::new(scene, shot, &self.caches, &cancellation)?;
+        cancellation.check()?;
+        self.objects.update(scene, shot)?;
+        let band_renderer = BandRenderer::new(scene, shot, (&self.caches, &self.objects), &cancellation)?;
         let mut display = vec![[0.0; 3]; pixels];
         let row = width as usize * BAND;
         let bands = picture.radiance.par_chunks_mut(row).zip(display.par_chunks_mut(row)).enumerate();

@@ -5,7 +5,8 @@
 //! buffer of radiance, to which brute force adds. `develop.wgsl` adds the developed background or radiance to
 //! the pixel's sums, and computes the codes after the last sample. These files have bindings and entry
 //! points, and choose what a pixel shows, as the CPU's `BandRenderer` does. All formulas are in `shading/`,
-//! where each shader has its twin.
+//! where each shader has its twin. In the modes that shade vertices, `vertices.wgsl` does so before, and
+//! `raster.wgsl` draws their radiance as the map that the mode reads; for shadows it draws positions.
 //!
 //! The samples of a pixel are drawn one after another, so that memory does not grow with their number. The
 //! shaders load and blend texels themselves, because samplers have weights of eight bits and their own rules
@@ -23,19 +24,21 @@ mod numbers;
 mod readback;
 mod resources;
 mod sample_budget;
+mod shadow_tree;
 #[cfg(test)]
 mod tests;
+mod vertices;
 
 use std::time::{Duration, Instant};
 
 use ::mesh::Mesh;
 use glam::DAffine3;
 
-use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
+use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
 use canvas::Canvas;
 use device::Device;
 pub use device::DeviceStatus;
-use frame_encoder::FrameEncoder;
+use frame_encoder::{FrameEncoder, draws_map};
 use identity_cache::Identity;
 use readback::{Readback, squares};
 use resources::Resources;
@@ -129,6 +132,13 @@ impl Gpu {
         Ok(Self { resources, canvas: None, accumulation: None, sample_budget, rms })
     }
 
+    /// How often the vertices of the scene's objects were shaded.
+    pub fn vertex_passes(&self) -> VertexPasses {
+        let mut passes = VertexPasses::default();
+        self.resources.vertices.values().for_each(|shaded| passes += shaded.passes);
+        passes
+    }
+
     /// Reports the loss of the device, from any thread.
     pub fn status(&self) -> DeviceStatus {
         self.resources.device.status()
@@ -218,10 +228,13 @@ impl Gpu {
                 same = true;
             }
         }
-        let is_brute_force = |mode: Option<Mode>| mode == Some(Mode::BruteForce);
+        let is_brute_force = |mode: Option<Mode>| mode.is_some_and(Mode::is_brute_force);
         for side in 0..2 {
             let count = if is_brute_force(modes[side]) { samples * samples } else { 1 };
             canvas.reserve(device, side, if modes[side].is_some() { count as usize } else { 0 })?;
+        }
+        if shot.show.modes().any(draws_map) {
+            canvas.reserve_drawn_map(device, layouts)?;
         }
         let before = accumulation.light_samples;
         let missing = shot.light_samples.max(1) - before;
@@ -239,7 +252,8 @@ impl Gpu {
                     frame.clear(encoder, side, sample);
                 }
                 let lights = before..accumulation.light_samples;
-                frame.shade(encoder, (side, Mode::BruteForce), sample, 0..shot.size[0], lights)?;
+                let mode = modes[side].unwrap_or(Mode::BruteForce);
+                frame.shade(encoder, (side, mode), sample, 0..shot.size[0], lights)?;
                 Ok(accumulation.light_samples)
             })?;
         }
@@ -272,6 +286,9 @@ impl Gpu {
         for side in 0..2 {
             canvas.reserve(device, side, usize::from(modes[side].is_some()))?;
         }
+        if shot.show.modes().any(draws_map) {
+            canvas.reserve_drawn_map(device, layouts)?;
+        }
         let frame = FrameEncoder::new(scene, shot, &self.resources, &canvas)?;
         let mut encoder = device.encoder();
         frame.update(&mut encoder);
@@ -283,7 +300,8 @@ impl Gpu {
                 while let Some(batch) = batches.next() {
                     for lights in batch {
                         let columns = frame.columns(side);
-                        frame.shade(encoder, (side, Mode::BruteForce), sample, columns, lights)?;
+                        let mode = modes[side].unwrap_or(Mode::BruteForce);
+                        frame.shade(encoder, (side, mode), sample, columns, lights)?;
                     }
                     device.queue.submit([std::mem::replace(encoder, device.encoder()).finish()]);
                     device.wait()?;

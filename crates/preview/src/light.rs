@@ -3,15 +3,18 @@
 use std::sync::{Arc, OnceLock};
 
 use envmap::{Environment, Exposure};
-use sh::{Degree, Expansion, Transform, synthesise_cube};
-use sphere::Cube;
+use sh::{Degree, Expansion, Lighting, Transform, synthesise_cube};
+use sphere::{Cube, Direction};
 
+use crate::light_image::image;
 use crate::shading::light_samples::LightSamples;
 
 /// An environment, and what is computed from it when first needed.
 #[derive(Debug)]
 pub struct Light {
     environment: Environment,
+    /// What the environment is a picture of, if no environment was there before.
+    source: Option<Lighting>,
     exposure: OnceLock<Exposure>,
     lighting: OnceLock<Expansion>,
     reconstruction: OnceLock<(Cube, Vec<[f32; 3]>)>,
@@ -28,11 +31,34 @@ impl Light {
         }
         Self {
             environment,
+            source: None,
             exposure: OnceLock::new(),
             lighting: known,
             reconstruction: OnceLock::new(),
             samples: OnceLock::new(),
         }
+    }
+
+    /// The light of disks and a series without an environment, which is made as a picture of them. `None` if
+    /// a radiance is not finite.
+    pub fn of_lighting(lighting: Lighting) -> Option<Self> {
+        let light = Self::new(image(&lighting)?, Some(lighting.whole()));
+        Some(Self { source: Some(lighting), ..light })
+    }
+
+    /// The disks that it was made of: those that can be moved.
+    pub fn disks(&self) -> &[sh::Light] {
+        self.source.as_ref().map_or(&[], |lighting| &lighting.lights)
+    }
+
+    /// The same light with its disks in other directions, in order; `None` if it has not as many.
+    pub fn with_disks_at(&self, directions: &[Direction]) -> Option<Self> {
+        let mut lighting =
+            self.source.clone().filter(|lighting| lighting.lights.len() == directions.len())?;
+        for (light, direction) in lighting.lights.iter_mut().zip(directions) {
+            light.direction = *direction;
+        }
+        Self::of_lighting(lighting)
     }
 
     /// The environment.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use brdf::{Centre, Material};
+use brdf::{BrdfTable, Centre, Material};
 use shrm::{Cabral, KautzMcCool, Lamps, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
@@ -40,6 +40,7 @@ pub struct Look {
     light: Arc<Light>,
     field: Option<Field>,
     material: Option<Material>,
+    table: Option<Arc<BrdfTable>>,
     sizes: MapSizes,
     local: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
@@ -70,11 +71,18 @@ impl Look {
         Self::of(light, None, Some(material), sizes)
     }
 
+    /// The look of a material without maps, which may be unknown: then there are only the modes that need
+    /// none.
+    pub fn of_light(light: Arc<Light>, material: Option<Material>, sizes: MapSizes) -> Self {
+        Self::of(light, None, material, sizes)
+    }
+
     fn of(light: Arc<Light>, field: Option<Field>, material: Option<Material>, sizes: MapSizes) -> Self {
         Self {
             light,
             field,
             material,
+            table: None,
             sizes,
             local: OnceLock::new(),
             global: OnceLock::new(),
@@ -82,6 +90,12 @@ impl Look {
             kautz_mccool: OnceLock::new(),
             prefiltered: OnceLock::new(),
         }
+    }
+
+    /// The same look with the BRDF table of its material, which the modes that shade vertices need.
+    #[must_use]
+    pub fn with_table(self, table: Option<Arc<BrdfTable>>) -> Self {
+        Self { table, ..self }
     }
 
     /// The light.
@@ -92,6 +106,11 @@ impl Look {
     /// Whether it has maps, or what they are computed from.
     pub fn has_maps(&self) -> bool {
         self.field.is_some()
+    }
+
+    /// The BRDF table of its material, if there is one.
+    pub fn table(&self) -> Option<&Arc<BrdfTable>> {
+        self.table.as_ref()
     }
 
     /// The material, if it is known.

@@ -22,11 +22,18 @@ pub enum Mode {
     Mirror,
     /// The integral over all light, estimated with many samples.
     BruteForce,
+    /// A BRDF table at every vertex, interpolated over triangles (paper 2, equation 1).
+    Table,
+    /// The same with the mesh's transfer matrices: what the mesh hides from itself is dark (paper 2, section
+    /// 5).
+    Transfer,
+    /// The integral over all light that the mesh does not hide from itself, with traced shadows.
+    ShadowedBruteForce,
 }
 
 impl Mode {
     /// Every mode, in the order of lists and keys.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::LocalShrm,
         Self::GlobalShrm,
         Self::Cabral,
@@ -35,6 +42,9 @@ impl Mode {
         Self::Irradiance,
         Self::Mirror,
         Self::BruteForce,
+        Self::Table,
+        Self::Transfer,
+        Self::ShadowedBruteForce,
     ];
 
     /// The name in manifests and on the command line.
@@ -48,6 +58,9 @@ impl Mode {
             Self::Prefiltered => "prefiltered",
             Self::Mirror => "mirror",
             Self::BruteForce => "brute-force",
+            Self::Table => "table",
+            Self::Transfer => "transfer",
+            Self::ShadowedBruteForce => "shadowed-brute-force",
         }
     }
 
@@ -62,15 +75,37 @@ impl Mode {
             Self::Irradiance => "irradiance",
             Self::Mirror => "mirror",
             Self::BruteForce => "brute force",
+            Self::Table => "BRDF table",
+            Self::Transfer => "transfer",
+            Self::ShadowedBruteForce => "shadowed brute force",
         }
     }
 
-    /// Whether it looks up a map of the material under the light. The others need the light alone, or light
-    /// and material.
+    /// Whether it looks up a map of the material under the light. The others need the light alone, light and
+    /// material, or a BRDF table.
     pub fn needs_maps(self) -> bool {
         match self {
             Self::LocalShrm | Self::GlobalShrm | Self::Cabral | Self::KautzMcCool | Self::Prefiltered => true,
-            Self::Irradiance | Self::Mirror | Self::BruteForce => false,
+            Self::Irradiance | Self::Mirror | Self::Table | Self::Transfer => false,
+            Self::BruteForce | Self::ShadowedBruteForce => false,
+        }
+    }
+
+    /// Whether it shades vertices with a BRDF table.
+    pub fn shades_vertices(self) -> bool {
+        matches!(self, Self::Table | Self::Transfer)
+    }
+
+    /// Whether it sums light samples.
+    pub fn is_brute_force(self) -> bool {
+        matches!(self, Self::BruteForce | Self::ShadowedBruteForce)
+    }
+
+    /// What a picture in this mode approximates: brute force, with the shadows that the mode has.
+    pub fn reference(self) -> Self {
+        match self {
+            Self::Transfer | Self::ShadowedBruteForce => Self::ShadowedBruteForce,
+            _ => Self::BruteForce,
         }
     }
 
@@ -127,13 +162,13 @@ impl Show {
         first.into_iter().chain(second.filter(|_| second != first))
     }
 
-    /// What a scene without maps shows: brute force in place of each mode that needs a map. If both sides are
-    /// the same then, there is only one.
-    pub(crate) fn without_maps(self) -> Self {
-        if self.modes().all(|mode| !mode.needs_maps()) {
+    /// The modes that can be drawn in place of these: the reference of each mode that is not offered. If both
+    /// sides are the same then, there is only one.
+    pub(crate) fn among(self, offers: impl Fn(Mode) -> bool) -> Self {
+        if self.modes().all(&offers) {
             return self;
         }
-        let available = |mode: Mode| if mode.needs_maps() { Mode::BruteForce } else { mode };
+        let available = |mode: Mode| if offers(mode) { mode } else { mode.reference() };
         match self {
             Self::One(mode) => Self::One(available(mode)),
             Self::Split { left, right, .. } if available(left) == available(right) => {
@@ -179,22 +214,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_maps_brute_force_replaces_the_modes_that_need_one() {
+    fn the_reference_replaces_a_mode_that_is_not_offered() {
+        let without_maps = |show: Show| show.among(|mode| !mode.needs_maps());
         let brute = Show::One(Mode::BruteForce);
         for mode in Mode::ALL {
-            let kept = [Mode::Irradiance, Mode::Mirror, Mode::BruteForce].contains(&mode);
-            assert_eq!(Show::One(mode).without_maps(), if kept { Show::One(mode) } else { brute });
+            let kept = !mode.needs_maps();
+            assert_eq!(without_maps(Show::One(mode)), if kept { Show::One(mode) } else { brute });
         }
         let split = |left, right| Show::Split { left, right, at: 0.25 };
-        assert_eq!(split(Mode::Mirror, Mode::Cabral).without_maps(), split(Mode::Mirror, Mode::BruteForce));
-        assert_eq!(split(Mode::Cabral, Mode::Prefiltered).without_maps(), brute);
+        assert_eq!(without_maps(split(Mode::Mirror, Mode::Cabral)), split(Mode::Mirror, Mode::BruteForce));
+        assert_eq!(without_maps(split(Mode::Cabral, Mode::Prefiltered)), brute);
         let difference = |of, from| Show::Difference { of, from, amplify: 8.0 };
-        assert_eq!(difference(Mode::LocalShrm, Mode::BruteForce).without_maps(), brute);
+        assert_eq!(without_maps(difference(Mode::LocalShrm, Mode::BruteForce)), brute);
         assert_eq!(
-            difference(Mode::LocalShrm, Mode::Mirror).without_maps(),
+            without_maps(difference(Mode::LocalShrm, Mode::Mirror)),
             difference(Mode::BruteForce, Mode::Mirror)
         );
         let itself = difference(Mode::Mirror, Mode::Mirror);
-        assert_eq!(itself.without_maps(), itself, "nothing was replaced");
+        assert_eq!(without_maps(itself), itself, "nothing was replaced");
+        let shadowed = Show::One(Mode::ShadowedBruteForce);
+        assert_eq!(Show::One(Mode::Transfer).among(|mode| mode != Mode::Transfer), shadowed);
+        assert_eq!(Show::One(Mode::Table).among(|mode| !mode.shades_vertices()), brute);
     }
 }

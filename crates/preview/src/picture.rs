@@ -85,7 +85,7 @@ pub const SAME_LIGHT: Tolerance = Tolerance { codes: 2, outliers: 0.01, relative
 impl Tolerance {
     /// The tolerance for pictures of these modes.
     pub fn of(show: Show) -> Self {
-        let light = show.modes().any(|mode| matches!(mode, Mode::Mirror | Mode::BruteForce));
+        let light = show.modes().any(|mode| mode == Mode::Mirror || mode.is_brute_force());
         if light { SAME_LIGHT } else { SAME_PICTURE }
     }
 }

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
+use sphere::Direction;
+use transfer::Transfer;
 
-use crate::{Framing, Light, Look, Show};
+use crate::{Framing, Light, Look, Mode, Show};
 
 /// A mesh with its place and its look.
 #[derive(Clone, Debug)]
@@ -16,11 +18,14 @@ pub struct Object {
     pub place: DAffine3,
     /// Its material under its light.
     pub look: Arc<Look>,
+    /// The transfer matrices of the mesh, for [`Mode::Transfer`].
+    pub transfer: Option<Arc<Transfer>>,
 }
 
 /// Meshes in front of an environment.
 ///
-/// Light is distant: each object reflects the light of its own look, and no object casts a shadow.
+/// Light is distant: each object reflects the light of its own look. No object casts a shadow on another; on
+/// itself it does in the modes that say so.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The light in the background.
@@ -32,20 +37,72 @@ pub struct Scene {
 impl Scene {
     /// One mesh with one look, in its own coordinates.
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
-        let object = Object { mesh, place: DAffine3::IDENTITY, look };
+        let object = Object { mesh, place: DAffine3::IDENTITY, look, transfer: None };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
     }
 
-    /// Whether every object has its maps.
-    pub fn has_maps(&self) -> bool {
-        self.objects.iter().all(|object| object.look.has_maps())
+    /// The same scene with the transfer matrices of its first object's mesh.
+    #[must_use]
+    pub fn with_transfer(mut self, transfer: Option<Arc<Transfer>>) -> Self {
+        if let Some(object) = self.objects.first_mut() {
+            object.transfer = transfer;
+        }
+        self
     }
 
-    /// The modes in which it can be drawn in place of these. If an object has no maps, brute force replaces
-    /// the modes that need them, on all objects; if both sides of a comparison are the same then, there is
-    /// only one.
+    /// The same scene with the disks of its light in other directions, in order; `None` if the light has not
+    /// as many. Its maps were made of the light before: the looks keep their materials and tables, but no
+    /// map.
+    pub fn with_disks_at(&self, directions: &[Direction]) -> Option<Self> {
+        let light = Arc::new(self.light.with_disks_at(directions)?);
+        let mut scene = self.clone();
+        for object in &mut scene.objects {
+            let look = &object.look;
+            if Arc::ptr_eq(look.light(), &self.light) {
+                let (material, sizes) = (look.material()?.clone(), look.sizes());
+                let moved = Look::without_maps(Arc::clone(&light), material, sizes);
+                object.look = Arc::new(moved.with_table(look.table().cloned()));
+            }
+        }
+        scene.light = light;
+        Some(scene)
+    }
+
+    /// Whether every object has its maps, or a BRDF table.
+    pub fn has_maps(&self) -> bool {
+        self.objects.iter().all(|object| object.look.has_maps() || object.look.table().is_some())
+    }
+
+    /// Whether every object has what a mode needs beside light and material.
+    pub fn offers(&self, mode: Mode) -> bool {
+        self.objects.iter().all(|object| object.offers(mode))
+    }
+
+    /// The modes in which it can be drawn in place of these. If an object lacks what a mode needs, brute
+    /// force replaces the mode on all objects ([`Mode::reference`]); if both sides of a comparison are the
+    /// same then, there is only one.
     pub fn available(&self, show: Show) -> Show {
-        if self.has_maps() { show } else { show.without_maps() }
+        show.among(|mode| self.offers(mode))
+    }
+
+    /// Whether a ray meets a triangle, from either side (Möller and Trumbore, "Fast, Minimum Storage
+    /// Ray/Triangle Intersection", 1997).
+    pub fn is_hit(&self, origin: DVec3, ray: DVec3) -> bool {
+        self.objects.iter().any(|object| {
+            let to_mesh = object.place.inverse();
+            let (origin, ray) = (to_mesh.transform_point3(origin), to_mesh.transform_vector3(ray));
+            let place =
+                |vertex: u32| DVec3::from_array(object.mesh.positions()[vertex as usize].map(f64::from));
+            object.mesh.triangles().iter().any(|corners| {
+                let [a, b, c] = corners.map(place);
+                let (along, across, from) = (b - a, c - a, origin - a);
+                let p = ray.cross(across);
+                let scale = along.dot(p).recip();
+                let (u, q) = (from.dot(p) * scale, from.cross(along));
+                let v = ray.dot(q) * scale;
+                scale.is_finite() && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && across.dot(q) * scale > 0.0
+            })
+        })
     }
 
     /// A ball around all objects, for a camera. For a single mesh it is [`Mesh::bounds`] at its place. If
@@ -62,6 +119,18 @@ impl Scene {
 }
 
 impl Object {
+    /// Whether it has what a mode needs beside light and material.
+    pub fn offers(&self, mode: Mode) -> bool {
+        let is_of_this_mesh = |transfer: &Arc<Transfer>| transfer.len() == self.mesh.positions().len();
+        match mode {
+            Mode::Table => self.look.table().is_some(),
+            Mode::Transfer => {
+                self.look.table().is_some() && self.transfer.as_ref().is_some_and(is_of_this_mesh)
+            }
+            mode => !mode.needs_maps() || self.look.has_maps(),
+        }
+    }
+
     /// The ball around its triangles, in the world; `None` if it has none.
     fn ball(&self) -> Option<(DVec3, f64)> {
         if self.mesh.triangles().is_empty() {
@@ -96,8 +165,12 @@ mod tests {
         );
         let look = Arc::new(Look::new(Arc::clone(&light), reflection, None, MapSizes::default()));
         let mesh = Arc::new(mesh);
-        let object =
-            |place: &DAffine3| Object { mesh: Arc::clone(&mesh), place: *place, look: Arc::clone(&look) };
+        let object = |place: &DAffine3| Object {
+            mesh: Arc::clone(&mesh),
+            place: *place,
+            look: Arc::clone(&look),
+            transfer: None,
+        };
         Scene { light, objects: places.iter().map(object).collect() }
     }
 

@@ -28,6 +28,8 @@ pub mod mirror;
 mod on_device;
 pub mod prefiltered;
 pub mod sequence;
+pub mod shadows;
 pub mod surface;
+pub mod table;
 #[cfg(test)]
 pub(crate) mod testkit;

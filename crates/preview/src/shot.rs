@@ -24,7 +24,7 @@ pub struct Shot {
     pub exposure: f64,
     /// The curve from exposed radiance to display values.
     pub tone: ToneMap,
-    /// The light samples of each sample of a pixel in [`crate::Mode::BruteForce`].
+    /// The light samples of each sample of a pixel in brute force.
     pub light_samples: u32,
 }
 

@@ -2,8 +2,9 @@
 //!
 //! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
 //! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
-//! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Only
-//! `brute-force` needs `material`. `mesh` is drawn instead of the built-in shape.
+//! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Lighting
+//! that no environment made, such as that of `circular-lights`, is drawn as a picture of its lights. Each
+//! mode names the other inputs that it needs. `mesh` is drawn instead of the built-in shape.
 //!
 //! ## Modes
 //!
@@ -19,7 +20,14 @@
 //! | `prefiltered` | one reflection map, the mean over all views |
 //! | `irradiance` | nine coefficients of the light, for a white matte surface |
 //! | `mirror` | the environment, for a perfect mirror |
-//! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel |
+//! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel; needs `material` |
+//! | `table` | a BRDF table at every vertex, interpolated over the triangles; needs `table` (`tabulate-brdf`) |
+//! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
+//! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
+//!
+//! The first five need `reflection`. `table` and `transfer` take the light's coefficients of the degree that
+//! the table or the transfer has, up to 30; their reference is `brute-force` and `shadowed-brute-force`. The
+//! inner side of a surface is black in both.
 //!
 //! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
 //! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of
@@ -79,7 +87,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use containers::{write_apng, write_png};
-use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Context, Digest, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use envmap::ToneMap;
 use preview::{Camera, Light, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
@@ -128,6 +136,12 @@ choice! {
         Mirror,
         /// The sum of all light, by many samples.
         BruteForce,
+        /// A BRDF table at every vertex.
+        Table,
+        /// The same with the shadows of the mesh on itself.
+        Transfer,
+        /// The sum of all light that the mesh does not hide, with traced shadows.
+        ShadowedBruteForce,
     }
 }
 
@@ -276,16 +290,19 @@ impl Kind for Preview {
         shrm::revisions::RESAMPLING,
         shrm::revisions::BAKING,
         envmap::revisions::RESAMPLING,
+        transfer::revisions::SHADING,
     ];
     const TEXT: &'static str = include_str!("preview.rs");
     const SLOW: bool = true;
 
     fn ports() -> Vec<Port> {
         vec![
-            Port::one::<artifacts::Reflection>("reflection").or::<artifacts::Shrm>(),
-            Port::one::<artifacts::Environment>("environment"),
+            Port::one::<artifacts::Reflection>("reflection").or::<artifacts::Shrm>().optional(),
+            Port::one::<artifacts::Environment>("environment").or::<artifacts::Lighting>(),
             Port::one::<artifacts::Material>("material").optional(),
             Port::one::<artifacts::Mesh>("mesh").optional(),
+            Port::one::<artifacts::BrdfTable>("table").optional(),
+            Port::one::<artifacts::Transfer>("transfer").optional(),
         ]
     }
 
@@ -371,11 +388,22 @@ fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
 
 /// The mesh with its look.
 fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failure> {
-    let environment = context.get::<artifacts::Environment>("environment")?;
     let material = context.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
-    if material.is_none() && parameters.columns().contains(&Mode::BruteForce) {
-        return Err(Failure::new("brute-force needs a material, but the port material is not connected")
-            .help("add material = \"...\" to the stage's inputs"));
+    let table = context.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
+    for mode in parameters.columns() {
+        let port = match mode {
+            Mode::BruteForce | Mode::ShadowedBruteForce => "material",
+            Mode::Table => "table",
+            Mode::Transfer if table.is_none() => "table",
+            Mode::Transfer => "transfer",
+            mode if mode.needs_maps() => "reflection",
+            _ => continue,
+        };
+        if context.type_at(port).is_none() {
+            let mode = mode.name();
+            return Err(Failure::new(format!("{mode} needs a {port}, but the port {port} is not connected"))
+                .help(format!("add {port} = \"...\" to the stage's inputs")));
+        }
     }
     let mesh = match context.optional::<artifacts::Mesh>("mesh")? {
         Some(mesh) => mesh.0.clone(),
@@ -384,22 +412,48 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     if mesh.triangles().is_empty() {
         context.warn("the mesh has no triangles: only the background is seen");
     }
-    let light = Arc::new(Light::new(environment.0.clone(), None));
+    let light = Arc::new(light(context)?);
     let sizes = MapSizes { edge: parameters.resolution, slices: parameters.slices };
     let look = match context.type_at("reflection") {
         Some(name) if name == <artifacts::Shrm as engine::Artifact>::TYPE => {
             let map = context.get::<artifacts::Shrm>("reflection")?.0.clone();
             Look::from_map(light, map, material, sizes)
         }
-        _ => {
+        Some(_) => {
             let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
             if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
                 context.warn(difference);
             }
             Look::new(light, reflection, material, sizes)
         }
+        None => Look::of_light(light, material, sizes),
     };
-    Ok(Scene::of(Arc::new(mesh), Arc::new(look)))
+    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
+    Ok(scene.with_transfer(transfer(context)?))
+}
+
+/// The light of the environment, or of lighting without one.
+fn light(context: &Context<'_>) -> Result<Light, Failure> {
+    if context.type_at("environment") == Some(<artifacts::Lighting as engine::Artifact>::TYPE) {
+        let lighting = context.get::<artifacts::Lighting>("environment")?.0.clone();
+        return Light::of_lighting(lighting)
+            .ok_or_else(|| Failure::new("the light has a radiance that is not finite"));
+    }
+    Ok(Light::new(context.get::<artifacts::Environment>("environment")?.0.clone(), None))
+}
+
+/// The transfer of the mesh, if there is one.
+fn transfer(context: &Context<'_>) -> Result<Option<Arc<transfer::Transfer>>, Failure> {
+    let Some(transfer) = context.optional::<artifacts::Transfer>("transfer")? else { return Ok(None) };
+    let mesh = match context.type_at("mesh") {
+        Some(_) => Digest::of(&context.bytes("mesh")?).to_string(),
+        None => String::new(),
+    };
+    if transfer.0.mesh != mesh {
+        return Err(Failure::new("the transfer is of another mesh")
+            .help("connect the mesh that precompute-transfer was given, tangents included"));
+    }
+    Ok(Some(Arc::new(transfer.0.value.clone())))
 }
 
 fn built_in(shape: BuiltInMesh) -> Result<mesh::Mesh, Failure> {

@@ -4,7 +4,12 @@
 //! Entries are found by what the stages make, not by what the stages are called. Each item of a stage that
 //! makes a `reflection` or an `shrm` is an entry. Upstream of the item, the nearest environment is the light
 //! that it reflects, and the nearest material is what reflects it. If the lighting was turned on the way, the
-//! environment is turned too.
+//! environment is turned too. Light that no environment made, such as that of `circular-lights`, is its own
+//! environment.
+//!
+//! A `brdf-table` of an entry's material belongs to the entry. Each item of `shade-vertices` makes an entry
+//! of its table and its lighting, unless the material is reflected under that light anyway. A mesh has the
+//! `transfer` that was made of it.
 //!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
 //! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
@@ -34,15 +39,21 @@ pub struct PreviewCatalog {
     /// By the positions of their names.
     entries: BTreeMap<(usize, usize), CatalogEntry>,
     meshes: Vec<(String, MeshSource)>,
+    /// The transfer of meshes, by the item that makes the mesh.
+    transfers: BTreeMap<ItemIndex, ItemIndex>,
 }
 
 /// A material under a light, by the items that made it.
 #[derive(Clone, Debug)]
 pub struct CatalogEntry {
-    /// The item that makes a `reflection` or an `shrm`.
-    pub reflection: ItemIndex,
-    /// The item that makes the light.
+    /// The item that makes a `reflection` or an `shrm`; `None` if there is only a table.
+    pub reflection: Option<ItemIndex>,
+    /// The item that makes a `brdf-table` of the material.
+    pub table: Option<ItemIndex>,
+    /// The item that makes the light: an environment, or lighting that none was needed for.
     pub environment: ItemIndex,
+    /// Lights without an environment that were added to it, and how the graph turns each.
+    pub added: Vec<(ItemIndex, Rotation)>,
     /// The light's coefficients, before they are cut to the material's degree.
     pub lighting: Option<ItemIndex>,
     /// The item that makes the material.
@@ -55,8 +66,8 @@ pub struct CatalogEntry {
     pub exports: Vec<ItemIndex>,
     /// The items that it was made of, and the item itself, each after those that it needs.
     pub ancestry: Vec<ItemIndex>,
-    /// Those of them that make its maps of the light and the material: what neither of the two needs. The
-    /// reflection is the last.
+    /// Those of them that make its maps and its table of the light and the material: what neither of the two
+    /// needs.
     pub maps: Vec<ItemIndex>,
 }
 
@@ -91,7 +102,8 @@ impl PreviewCatalog {
         let graph = Connections::of(&plan);
         let built = with_dependencies(&plan, built);
         let items = (0..plan.items.len()).filter(|item| built[plan.items[*item].stage]);
-        let found = items.clone().filter_map(|item| graph.entry(&plan, item)).collect();
+        let tables = tables(&plan, items.clone());
+        let found = items.clone().filter_map(|item| graph.entry(&plan, item, &tables)).collect();
         let found = without_steps(&plan, &graph, found);
         let lights = found.iter().map(|entry| entry.environment).collect::<BTreeSet<_>>();
         let lights = lights.into_iter().collect::<Vec<_>>();
@@ -107,8 +119,9 @@ impl PreviewCatalog {
         };
         let positions = found.iter().zip(&keys).map(|(entry, key)| position(entry, key));
         let entries = positions.collect::<Vec<_>>().into_iter().zip(found).collect();
+        let transfers = transfers(&plan, items.clone());
         let meshes = meshes(&plan, items);
-        Self { plan, environments, materials, entries, meshes }
+        Self { plan, environments, materials, entries, meshes, transfers }
     }
 
     /// The plan.
@@ -116,7 +129,7 @@ impl PreviewCatalog {
         &self.plan
     }
 
-    /// Whether there is nothing to show: no stage makes a reflection of an environment.
+    /// Whether there is nothing to show: no stage makes a reflection of an environment, or shades vertices.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -182,13 +195,26 @@ impl PreviewCatalog {
 
     /// The items that make an entry and a mesh, and those that they need.
     pub fn items(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
-        entry.ancestry.iter().copied().chain(self.mesh_item(mesh)).collect()
+        entry.ancestry.iter().copied().chain(self.mesh_items(mesh)).collect()
     }
 
-    /// The items that a scene is read from: the environment, the material, the mesh and the reflection.
+    /// The items that a scene is read from: the environment, the material, the mesh and its transfer, the
+    /// table and the reflection.
     pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
-        let sources = [Some(entry.environment), entry.material, self.mesh_item(mesh)];
-        sources.into_iter().flatten().chain([entry.reflection]).collect()
+        let added = entry.added.iter().map(|(item, _)| *item);
+        let sources = [Some(entry.environment), entry.material].into_iter().flatten().chain(added);
+        let made = [entry.table, entry.reflection].into_iter().flatten();
+        sources.chain(self.mesh_items(mesh)).chain(made).collect()
+    }
+
+    /// The item that makes a mesh, and the one that makes its transfer.
+    fn mesh_items(&self, mesh: &str) -> impl Iterator<Item = ItemIndex> {
+        self.mesh_item(mesh).into_iter().chain(self.transfer_item(mesh))
+    }
+
+    /// The item that makes the transfer of a mesh.
+    pub fn transfer_item(&self, mesh: &str) -> Option<ItemIndex> {
+        self.transfers.get(&self.mesh_item(mesh)?).copied()
     }
 
     /// The file that the material of an entry is read from.
@@ -235,10 +261,11 @@ fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, U
     found.ok_or_else(|| Unknown { what, name: name.into(), known: names.to_vec() })
 }
 
-/// A material as a stage reflects it: the stage, and the part of an item's key that is not the environment's.
+/// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not
+/// the environment's.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct MaterialKey {
-    reflection: StageIndex,
+    made: StageIndex,
     rest: ItemKey,
     /// The stage of the material, if there is one.
     material: Option<StageIndex>,
@@ -246,16 +273,18 @@ struct MaterialKey {
 
 impl MaterialKey {
     fn of(plan: &Plan, entry: &CatalogEntry) -> Self {
-        let (item, environment) = (&plan.items[entry.reflection], &plan.items[entry.environment]);
+        // An entry has one of the two.
+        let made = entry.reflection.or(entry.table).unwrap_or(entry.environment);
+        let (item, environment) = (&plan.items[made], &plan.items[entry.environment]);
         let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
         let material = entry.material.map(|item| plan.items[item].stage);
-        Self { reflection: item.stage, rest, material }
+        Self { made: item.stage, rest, material }
     }
 
     /// Its name, and the stages that distinguish it from others of that name.
     fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
         let name = |stage: StageIndex| plan.stages[stage].name.as_str();
-        let stages = self.material.into_iter().chain([self.reflection]).map(name).collect::<Vec<_>>();
+        let stages = self.material.into_iter().chain([self.made]).map(name).collect::<Vec<_>>();
         let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
         Label { name, stages }
     }
@@ -315,15 +344,50 @@ fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
     &plan.stages[plan.items[item].stage].name
 }
 
-/// Of the stages that reflect one material, those that lead to files; if none does, all.
+/// Of the stages that reflect one material, those that lead to files; if none does, all; and if no stage
+/// reflects it, its table.
 fn without_steps(plan: &Plan, graph: &Connections, found: Vec<CatalogEntry>) -> Vec<CatalogEntry> {
-    let stage = |entry: &CatalogEntry| plan.items[entry.reflection].stage;
-    let materials = found.iter().filter(|entry| graph.leads_to_files[stage(entry)]);
-    let exported = materials.map(|entry| (entry.environment, entry.material)).collect::<BTreeSet<_>>();
-    let is_shown = |entry: &CatalogEntry| {
-        graph.leads_to_files[stage(entry)] || !exported.contains(&(entry.environment, entry.material))
+    let leads_to_files =
+        |entry: &CatalogEntry| entry.reflection.map(|item| graph.leads_to_files[plan.items[item].stage]);
+    let pairs = |leads: fn(bool) -> bool| {
+        let pairs = found.iter().filter(|entry| leads_to_files(entry).is_some_and(leads));
+        pairs.map(|entry| (entry.environment, entry.material)).collect::<BTreeSet<_>>()
     };
-    found.into_iter().filter(is_shown).collect()
+    let (exported, reflected) = (pairs(|leads| leads), pairs(|_| true));
+    let is_shown = |entry: &CatalogEntry| {
+        let pair = (entry.environment, entry.material);
+        match leads_to_files(entry) {
+            Some(leads) => leads || !exported.contains(&pair),
+            None => !reflected.contains(&pair),
+        }
+    };
+    found.iter().filter(|entry| is_shown(entry)).cloned().collect()
+}
+
+/// The first table of each material.
+fn tables(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> BTreeMap<ItemIndex, ItemIndex> {
+    let mut tables = BTreeMap::new();
+    for item in items.filter(|item| artifact(plan, *item) == Some(artifacts::BrdfTable::TYPE)) {
+        let mut origin = Origin::default();
+        origin.follow(plan, item, Rotation::IDENTITY);
+        if let Some(material) = origin.material {
+            tables.entry(material).or_insert(item);
+        }
+    }
+    tables
+}
+
+/// The first transfer of each mesh.
+fn transfers(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> BTreeMap<ItemIndex, ItemIndex> {
+    let mut transfers = BTreeMap::new();
+    for item in items.filter(|item| artifact(plan, *item) == Some(artifacts::Transfer::TYPE)) {
+        let mesh =
+            single_inputs(plan, item).find(|input| artifact(plan, *input) == Some(artifacts::Mesh::TYPE));
+        if let Some(mesh) = mesh {
+            transfers.entry(mesh).or_insert(item);
+        }
+    }
+    transfers
 }
 
 /// Which items are made from which.
@@ -350,16 +414,47 @@ impl Connections {
         Self { consumers, leads_to_files }
     }
 
-    /// The entry of an item that reflects an environment.
-    fn entry(&self, plan: &Plan, item: ItemIndex) -> Option<CatalogEntry> {
-        if ![artifacts::Reflection::TYPE, artifacts::Shrm::TYPE].contains(&artifact(plan, item)?) {
+    /// The entry of an item that reflects a light, or shades vertices under it.
+    fn entry(
+        &self,
+        plan: &Plan,
+        item: ItemIndex,
+        tables: &BTreeMap<ItemIndex, ItemIndex>,
+    ) -> Option<CatalogEntry> {
+        let mut origin = Origin::default();
+        let reflection = match artifact(plan, item)? {
+            artifacts::Reflection::TYPE | artifacts::Shrm::TYPE => {
+                origin.follow(plan, item, Rotation::IDENTITY);
+                Some(item)
+            }
+            artifacts::VertexRadiance::TYPE => {
+                // Any mesh can be shown, so its own are no part of the entry.
+                let is_part = |item: &ItemIndex| {
+                    let parts = [artifacts::BrdfTable::TYPE, artifacts::Lighting::TYPE];
+                    artifact(plan, *item).is_some_and(|made| parts.contains(&made))
+                };
+                single_inputs(plan, item)
+                    .filter(is_part)
+                    .for_each(|part| origin.follow(plan, part, Rotation::IDENTITY));
+                None
+            }
+            _ => return None,
+        };
+        let mut disks = std::mem::take(&mut origin.disks);
+        let (environment, turn) = match origin.environment {
+            Some(environment) => environment,
+            // All disks and their turns are in the lighting that arrives.
+            None => (disks.drain(..).next()?.0, Rotation::IDENTITY),
+        };
+        let table = origin.table.or(origin.material.and_then(|material| tables.get(&material).copied()));
+        if let Some(table) = table {
+            origin.follow(plan, table, Rotation::IDENTITY);
+        }
+        if reflection.is_none() && table.is_none() {
             return None;
         }
-        let mut origin = Origin::default();
-        origin.follow(plan, item, Rotation::IDENTITY);
         let exports = self.exports(plan, item);
         origin.ancestry.sort_unstable();
-        let (environment, turn) = origin.environment?;
         let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
         let mut sources = Origin::default();
         for source in [Some(environment), material].into_iter().flatten() {
@@ -369,8 +464,10 @@ impl Connections {
         let sizes =
             sizes(exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes()));
         Some(CatalogEntry {
-            reflection: item,
+            reflection,
+            table,
             environment,
+            added: disks,
             lighting,
             material,
             turn,
@@ -420,7 +517,10 @@ fn artifact(plan: &Plan, item: ItemIndex) -> Option<&'static str> {
 struct Origin {
     environment: Option<(ItemIndex, Rotation)>,
     lighting: Option<ItemIndex>,
+    /// Lighting that was made of nothing, and its turn.
+    disks: Vec<(ItemIndex, Rotation)>,
     material: Option<ItemIndex>,
+    table: Option<ItemIndex>,
     ancestry: Vec<ItemIndex>,
 }
 
@@ -436,7 +536,11 @@ impl Origin {
                 self.environment = Some((item, turn))
             }
             Some(artifacts::Material::TYPE) if self.material.is_none() => self.material = Some(item),
+            Some(artifacts::BrdfTable::TYPE) => self.table = self.table.or(Some(item)),
             Some(artifacts::Lighting::TYPE) => {
+                if plan.items[item].inputs.iter().all(Vec::is_empty) {
+                    self.disks.push((item, turn));
+                }
                 self.lighting = self.lighting.or(Some(item));
                 let stage = &plan.stages[plan.items[item].stage];
                 turn = turn.after(rotate::turn_of(stage));

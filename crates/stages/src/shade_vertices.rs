@@ -114,7 +114,7 @@ impl Kind for ShadeVertices {
             if blend.0.value.len() != frames.len() {
                 return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
             }
-            frames = frames.with_blend(blend.0.value.clone());
+            frames = frames.with_blend(&blend.0.value);
         }
         let degrees = [table.degree(), light.degree()].map(|degree| degree.get());
         if degrees[0] > degrees[1] {

@@ -7,6 +7,7 @@
 
 mod directions;
 mod frames;
+mod occluder_nodes;
 mod occluders;
 mod rotation;
 mod shading;
@@ -15,6 +16,7 @@ mod triple_products;
 
 pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};
+pub use occluder_nodes::OccluderNode;
 pub use occluders::Occluders;
 pub use shading::{FixedLight, FixedView, shade, shade_with_transfer};
 pub use transfer::{MOST_BYTES, Transfer, TransferError, precompute, precompute_unless};

@@ -12,6 +12,7 @@ use sphere::Direction;
 use crate::frames::single;
 
 /// Triangles that block light from both sides.
+#[derive(Debug)]
 pub struct Occluders {
     tree: CwBvh,
     /// In the order in which the tree's leaves hold them.
@@ -49,6 +50,15 @@ impl Occluders {
     /// Whether there is nothing that could be hit.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
+    }
+
+    /// How far rays start above a vertex, along its normal.
+    pub fn offset(&self) -> f32 {
+        self.offset
+    }
+
+    pub(crate) fn triangles(&self) -> &[Triangle] {
+        &self.triangles
     }
 
     /// Whether a ray from above a vertex hits a triangle.

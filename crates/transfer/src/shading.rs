@@ -156,6 +156,8 @@ impl WithSimd for BothMove<'_> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixedLight {
     degree: Degree,
+    /// The number of vertices.
+    count: usize,
     /// [block of eight vertices][3][(F+1)^2][lane].
     values: Vec<[f32; LANES]>,
 }
@@ -171,7 +173,47 @@ impl FixedLight {
         chunks.for_each(|(values, blocks)| {
             SimdLevel::detect().run(TurnLight { rotation: &rotation, light: &light, blocks, values });
         });
-        Self { degree, values }
+        Self { degree, count: frames.len(), values }
+    }
+
+    /// What arrives of a light past the mesh, (T L)_i: the light turned and shadowed.
+    pub fn with_transfer(transfer: &Transfer, light: &Expansion) -> Self {
+        let (degree, stored) = (transfer.output(), transfer.input().rows());
+        let light = by_row(light, transfer.input().min(light.degree()));
+        let (rows, length) = (degree.rows(), transfer.output().rows() * stored);
+        let mut values = vec![[0.0; LANES]; transfer.len().div_ceil(LANES) * 3 * rows];
+        let blocks = values.par_chunks_exact_mut(3 * rows).zip(transfer.values().par_chunks(LANES * length));
+        blocks.for_each(|(values, matrices)| {
+            for (lane, matrix) in matrices.chunks_exact(length).enumerate() {
+                for (row, entries) in matrix.chunks_exact(stored).enumerate() {
+                    let mut sums = [0.0; 3];
+                    for (entry, rgb) in entries.iter().zip(&light) {
+                        for (sum, value) in sums.iter_mut().zip(rgb) {
+                            *sum += entry * value;
+                        }
+                    }
+                    for (channel, sum) in sums.into_iter().enumerate() {
+                        values[channel * rows + row][lane] = sum;
+                    }
+                }
+            }
+        });
+        Self { degree, count: transfer.len(), values }
+    }
+
+    /// The degree of the light in the frames.
+    pub fn degree(&self) -> Degree {
+        self.degree
+    }
+
+    /// The light in the frames: [V, 3, (F+1)^2].
+    pub fn values(&self) -> Vec<f32> {
+        let length = 3 * self.degree.rows();
+        let vertex = |vertex: usize| {
+            let block = &self.values[vertex / LANES * length..][..length];
+            block.iter().map(move |lanes| lanes[vertex % LANES])
+        };
+        (0..self.count).flat_map(vertex).collect()
     }
 
     /// The radiance of each vertex, RGB, as [`shade`] has it.
@@ -179,8 +221,8 @@ impl FixedLight {
     /// # Panics
     /// If the frames are not as many as those that the light was turned into.
     pub fn shade(&self, frames: &Frames, table: &BrdfTable, viewer: Viewer) -> Vec<[f32; 3]> {
+        assert_eq!(frames.len(), self.count, "the frames of this light");
         let length = 3 * self.degree.rows();
-        assert_eq!(frames.blocks().len() * length, self.values.len(), "the frames of this light");
         let rows = self.degree.min(table.degree()).rows();
         let mut radiance = vec![[0.0; 3]; frames.len()];
         let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS));
@@ -275,6 +317,34 @@ impl FixedView {
         let mut values = vec![[0.0; LANES]; frames.blocks().len() * turned.length()];
         let chunks = values.par_chunks_mut(BLOCKS * turned.length()).zip(frames.blocks().par_chunks(BLOCKS));
         chunks.for_each(|(values, blocks)| SimdLevel::detect().run(TurnTable { turned, blocks, values }));
+        Self { degree, channels, count: frames.len(), values }
+    }
+
+    /// Looks the table up for every vertex and takes what the mesh hides away from it: sum over i of c_i
+    /// T_ij.
+    ///
+    /// # Panics
+    /// If the transfer has not as many vertices.
+    pub fn with_transfer(frames: &Frames, table: &BrdfTable, viewer: Viewer, transfer: &Transfer) -> Self {
+        assert_eq!(frames.len(), transfer.len(), "the frames of this transfer");
+        let (degree, channels, texel) = (transfer.input(), table.channels(), table.texel());
+        let (rows, kept) = (degree.rows(), transfer.output().min(table.degree()).rows());
+        let mut values = vec![[0.0; LANES]; frames.blocks().len() * channels * rows];
+        let matrices = transfer.values().par_chunks(LANES * transfer.output().rows() * rows);
+        let blocks = values.par_chunks_exact_mut(channels * rows).zip(frames.blocks());
+        blocks.zip(matrices).for_each(|((values, block), matrices)| {
+            let mut texels = vec![0.0; LANES * texel];
+            table.lookup_eight(&block.blend, &block.views(viewer), &mut texels);
+            let vertices =
+                texels.chunks_exact(texel).zip(matrices.chunks_exact(transfer.output().rows() * rows));
+            for (lane, (c, matrix)) in vertices.enumerate() {
+                for (c, entries) in c.chunks_exact(channels).zip(matrix.chunks_exact(rows)).take(kept) {
+                    for (c, values) in c.iter().zip(values.chunks_exact_mut(rows)) {
+                        values.iter_mut().zip(entries).for_each(|(sum, entry)| sum[lane] += c * entry);
+                    }
+                }
+            }
+        });
         Self { degree, channels, count: frames.len(), values }
     }
 

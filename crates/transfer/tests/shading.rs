@@ -97,6 +97,26 @@ fn without_an_occluder_transfer_changes_nothing() {
     }
 }
 
+/// What is kept while only the view or only the light moves gives the same, whichever degree is the lowest.
+#[test]
+fn all_three_ways_agree_with_transfer() {
+    let knot = mesh::shape("torus-knot").unwrap();
+    let frames = Frames::of(&knot).unwrap();
+    let directions = Directions::new(128, degree(5)).unwrap();
+    let (transfer, _) =
+        precompute(&frames, &Occluders::of(&knot), &directions, (degree(3), degree(2))).unwrap();
+    let viewer = Viewer::At([2.0, -1.0, 0.5]);
+    for (specular, of_table, of_light) in [([1.0; 3], 3, 2), ([1.0, 0.5, 0.2], 2, 4), ([1.0; 3], 5, 1)] {
+        let (table, light) = (table(specular, of_table), light(degree(of_light)));
+        let both = shade_with_transfer(&frames, &table, viewer, &transfer, &light);
+        let light_kept = FixedLight::with_transfer(&transfer, &light);
+        assert_eq!(light_kept.degree(), degree(3));
+        check_same(&both, &light_kept.shade(&frames, &table, viewer), "light");
+        let view_kept = FixedView::with_transfer(&frames, &table, viewer, &transfer);
+        check_same(&both, &view_kept.shade(&light), "view");
+    }
+}
+
 /// A vertex inside a closed mesh sees nothing of the sky above its horizon.
 #[test]
 fn a_vertex_that_sees_nothing_is_counted() {

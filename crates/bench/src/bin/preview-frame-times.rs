@@ -4,9 +4,9 @@
 //!
 //! MESH is a glTF file; without it, FlightHelmet of the folder that `SPECULA_CORPUS` names, or else the torus
 //! knot. Every mode is timed with that one mesh, and with sixteen torus knots of sixteen materials, each with
-//! a map of its own; the camera goes on by two degrees a frame. A frame is all from the scene to sRGB codes
-//! in a texture: its time begins before commands are recorded and ends when the device has done them.
-//! `WGPU_BACKEND` chooses the backend.
+//! a map and a BRDF table of its own; the camera goes on by two degrees a frame. A frame is all from the
+//! scene to sRGB codes in a texture: its time begins before commands are recorded and ends when the device
+//! has done them. `WGPU_BACKEND` chooses the backend.
 //!
 //! Brute force adds as many light samples to each frame as it has time for: the last column has the mean.
 
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use brdf::{Choice, Material, Microfacet, project};
+use brdf::{Choice, Material, Microfacet, project, tabulate};
 use containers::ReadOptions;
 use envmap::{Environment, Layout, ToneMap};
 use glam::{DAffine3, DVec3};
@@ -23,6 +23,7 @@ use preview::{Background, Camera, Gpu, Light, Look, MapSizes, Mode, Object, Rend
 use sh::{Degree, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::Rotation;
+use transfer::{Directions, Frames, Occluders, Transfer, precompute};
 
 /// What the command line says.
 struct Order {
@@ -91,24 +92,25 @@ fn run(order: &Order) -> Result<(), String> {
         None => ("the torus knot".to_owned(), knot()),
     };
     let triangles = mesh.triangles().len();
-    let one = Scene::of(Arc::new(mesh), look(&light, 0.2, [0.9, 0.8, 0.6])?);
+    let transfer = transfer(&mesh)?;
+    let one = Scene::of(Arc::new(mesh), look(&light, 0.2, [0.9, 0.8, 0.6])?).with_transfer(Some(transfer));
     let sixteen = sixteen(&light)?;
     let [width, height] = order.size;
     println!("{}", gpu.name());
     println!("{width} x {height}, {} frames each, milliseconds", order.frames);
     println!("one mesh: {name}, {triangles} triangles");
     println!();
-    println!("{:>13} {:>9} {:>9}   {:>9} {:>9} {:>14}", "", "one mesh", "", "16 SHRMs", "", "light samples");
-    println!("{:>13} {:>9} {:>9}   {:>9} {:>9} {:>14}", "", "median", "p95", "median", "p95", "a frame");
+    println!("{:>20} {:>9} {:>9}   {:>9} {:>9} {:>14}", "", "one mesh", "", "16 SHRMs", "", "light samples");
+    println!("{:>20} {:>9} {:>9}   {:>9} {:>9} {:>14}", "", "median", "p95", "median", "p95", "a frame");
     for mode in Mode::ALL {
         let alone = times(&mut gpu, &one, mode, order)?;
         let many = times(&mut gpu, &sixteen, mode, order)?;
         let light_samples = match mode {
-            Mode::BruteForce => format!("{:.1} {:.1}", alone.light_samples, many.light_samples),
+            mode if mode.is_brute_force() => format!("{:.1} {:.1}", alone.light_samples, many.light_samples),
             _ => String::new(),
         };
         println!(
-            "{:>13} {:>9.2} {:>9.2}   {:>9.2} {:>9.2} {light_samples:>14}",
+            "{:>20} {:>9.2} {:>9.2}   {:>9.2} {:>9.2} {light_samples:>14}",
             mode.name(),
             alone.percentile(0.5),
             alone.percentile(0.95),
@@ -144,7 +146,7 @@ fn times(gpu: &mut Gpu, scene: &Scene, mode: Mode, order: &Order) -> Result<Time
     let (mut sorted, mut light_samples, mut before) = (Vec::new(), 0.0, 0);
     for frame in 0..warm + order.frames {
         // Brute force gathers light while nothing moves.
-        if mode != Mode::BruteForce {
+        if !mode.is_brute_force() {
             shot.camera.yaw += 2.0_f64.to_radians();
         }
         let (took, drawn) = gpu.timed(scene, &shot).map_err(|error| error.to_string())?;
@@ -165,6 +167,7 @@ fn knot() -> Mesh {
 /// Sixteen knots in rows of four, each with its own material.
 fn sixteen(light: &Arc<Light>) -> Result<Scene, String> {
     let mesh = Arc::new(knot());
+    let transfer = transfer(&mesh)?;
     let mut objects = Vec::new();
     for k in 0..16 {
         let (row, column) = (f64::from(k / 4), f64::from(k % 4));
@@ -173,9 +176,20 @@ fn sixteen(light: &Arc<Light>) -> Result<Scene, String> {
             mesh: Arc::clone(&mesh),
             place: DAffine3::from_translation(DVec3::new(0.0, 2.0 * column - 3.0, 3.0 - 2.0 * row)),
             look: look(light, 0.1 + 0.4 * share, [1.0 - 0.5 * share, 0.8, 0.5 + 0.5 * share])?,
+            transfer: Some(Arc::clone(&transfer)),
         });
     }
     Ok(Scene { light: Arc::clone(light), objects })
+}
+
+/// The transfer of a mesh, of degree 4.
+fn transfer(mesh: &Mesh) -> Result<Arc<Transfer>, String> {
+    let degrees = [4, 8].map(|degree| Degree::new(degree).map_err(|error| error.to_string()));
+    let [degree, exact] = degrees;
+    let (degree, directions) = (degree?, Directions::new(256, exact?).ok_or("too few directions")?);
+    let frames = Frames::of(mesh).map_err(|error| error.to_string())?;
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree));
+    Ok(Arc::new(made.map_err(|error| error.to_string())?.0))
 }
 
 /// A microfacet material of a roughness, with the degrees of the paper's tolerance, on faces of 64 texels.
@@ -185,7 +199,10 @@ fn look(light: &Arc<Light>, sigma: f64, specular: [f64; 3]) -> Result<Arc<Look>,
     let tolerance = Tolerance::new(0.03).map_err(|error| error.to_string())?;
     let projection = project(&material, Choice::Tolerance(tolerance)).map_err(|error| error.to_string())?;
     let reflection = Reflection::convolve(light.lighting(), &projection.coefficients);
-    Ok(Arc::new(Look::new(Arc::clone(light), reflection, Some(material), MapSizes::default())))
+    let degree = Degree::new(4).map_err(|error| error.to_string())?;
+    let (table, _) = tabulate(&material, degree, 64).map_err(|error| error.to_string())?;
+    let look = Look::new(Arc::clone(light), reflection, Some(material), MapSizes::default());
+    Ok(Arc::new(look.with_table(Some(Arc::new(table)))))
 }
 
 /// The sample assets' studio.

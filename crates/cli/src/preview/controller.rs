@@ -11,7 +11,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ::preview::{
-    Catalog, InitialView, List, MaterialForm, Picture, PreviewUpdate, RenderError, Scene, Subject,
+    Catalog, InitialView, List, MaterialForm, Object, Picture, PreviewUpdate, RenderError, Scene, Subject,
     SubjectDetails, SubjectRequest,
 };
 use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
@@ -571,12 +571,13 @@ impl<'a> PreviewController<'a> {
 
 /// Whether two scenes consist of the same values.
 fn is_same(one: &Scene, other: &Scene) -> bool {
-    one.objects.len() == other.objects.len()
-        && one
-            .objects
-            .iter()
-            .zip(&other.objects)
-            .all(|(one, other)| Arc::ptr_eq(&one.mesh, &other.mesh) && Arc::ptr_eq(&one.look, &other.look))
+    let same_object = |(one, other): (&Object, &Object)| {
+        let transfer = |object: &Object| object.transfer.as_ref().map(Arc::as_ptr);
+        Arc::ptr_eq(&one.mesh, &other.mesh)
+            && Arc::ptr_eq(&one.look, &other.look)
+            && transfer(one) == transfer(other)
+    };
+    one.objects.len() == other.objects.len() && one.objects.iter().zip(&other.objects).all(same_object)
 }
 
 #[cfg(test)]

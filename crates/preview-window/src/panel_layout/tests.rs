@@ -437,6 +437,44 @@ fn without_panels_the_picture_fills_the_width() {
     assert_eq!(session.settle().picture[0], 1280);
 }
 
+/// The second light is behind the sphere as seen from the camera, a little above it.
+#[test]
+fn a_circular_light_in_the_background_is_dragged_by_itself() {
+    let mut session = Session::new([1280.0, 800.0]);
+    let (subject, details) = (session.state.settings.subject.clone(), SubjectDetails::default());
+    session.state.apply(PreviewUpdate::Scene { subject, scene: testkit::lamps(), details });
+    session.state.settings.zoom = 0.25;
+    session.settle();
+    let rect = session.picture();
+    let toward = |session: &Session, disk: usize| {
+        let shown = session.state.shown.as_ref().unwrap();
+        let size = [rect.width() as u32, rect.height() as u32];
+        let camera = session.state.settings.camera(shown.framing);
+        let point = camera.eye() + shown.scene.light.disks()[disk].direction.vector() * 1e4;
+        let clip = camera.projection(size) * point.extend(1.0);
+        let at = [clip.x / clip.w, -clip.y / clip.w].map(|at| (at as f32 + 1.0) / 2.0);
+        rect.min + rect.size() * vec2(at[0], at[1])
+    };
+    let drag = |from: Pos2, to: Pos2| {
+        let right = |pos, pressed| Event::PointerButton {
+            pos,
+            button: PointerButton::Secondary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        vec![Event::PointerMoved(from), right(from, true), Event::PointerMoved(to), right(to, false)]
+    };
+    let (from, turn) = (toward(&session, 1), session.state.settings.light);
+    assert!(rect.contains(from), "{from} {rect}");
+    let to = from + vec2(60.0, 30.0);
+    session.frame(drag(from, to));
+    assert!(toward(&session, 1).distance(to) < 1.0, "{} {to}", toward(&session, 1));
+    assert_eq!(session.state.settings.light, turn);
+    session.frame(drag(rect.center(), to));
+    assert_ne!(session.state.settings.light, turn, "on the mesh all light turns");
+    assert!(session.settle().has("Circular lights"));
+}
+
 #[test]
 fn a_drag_on_the_picture_turns_the_camera_and_one_on_a_list_does_not() {
     let drag = |from: Pos2, button| {

@@ -423,6 +423,58 @@ fn the_reason_for_brute_force_says_whether_the_material_must_be_saved_first() {
 }
 
 #[test]
+fn without_a_table_or_a_transfer_the_reason_for_brute_force_is_another() {
+    let mut state = state();
+    let no_table = Some("brute force: there is no BRDF table of this material");
+    for mode in [Mode::Table, Mode::Transfer] {
+        state.update(Action::Mode(mode));
+        assert_eq!(state.why_brute_force(), no_table);
+    }
+    let subject = state.settings.subject.clone();
+    let details = SubjectDetails::default();
+    state.apply(PreviewUpdate::Scene { subject, scene: testkit::lamps(), details });
+    assert_eq!(state.why_brute_force(), Some("brute force: there is no transfer of this mesh"));
+    state.update(Action::Mode(Mode::Table));
+    assert_eq!(state.why_brute_force(), None);
+    state.update(Action::Mode(Mode::Cabral));
+    let no_maps = "brute force: there are no maps of this material under this light";
+    assert_eq!(state.why_brute_force(), Some(no_maps));
+}
+
+/// The disks stay where they were moved when the scene is built again, until the light is reset or another.
+#[test]
+fn a_disk_of_the_light_is_moved_in_the_window_alone() {
+    let mut state = state();
+    let update = |subject: Subject| PreviewUpdate::Scene {
+        subject,
+        scene: testkit::lamps(),
+        details: SubjectDetails::default(),
+    };
+    let here = state.settings.subject.clone();
+    state.apply(update(here.clone()));
+    let directions = |state: &State| {
+        let shown = state.shown.as_ref().unwrap();
+        (shown.scene.light.disks().iter().map(|disk| disk.direction).collect::<Vec<_>>(), shown.scene_id)
+    };
+    let (built, first) = directions(&state);
+    let json = state.to_json();
+    assert_eq!(state.update(Action::MoveDisk(1, Direction::Y)), None);
+    let (moved, second) = directions(&state);
+    assert_eq!((moved.clone(), second > first), (vec![built[0], Direction::Y], true));
+    assert_eq!(state.to_json(), json, "nothing is saved");
+    state.update(Action::MoveDisk(7, Direction::Y));
+    assert_eq!(directions(&state), (moved.clone(), second), "there are two");
+    state.apply(update(here.clone()));
+    assert_eq!(directions(&state).0, moved, "it is built again");
+    state.update(Action::ResetLight);
+    assert_eq!(directions(&state).0, built);
+    state.update(Action::MoveDisk(0, Direction::Y));
+    state.update(Action::Choose(List::Environments, "studio".into()));
+    state.apply(update(Subject { environment: "studio".into(), ..here }));
+    assert_eq!(directions(&state).0, built, "another light");
+}
+
+#[test]
 fn parts_that_the_program_chooses_are_shown_with_the_next_catalog_and_the_others_stay() {
     let mut state = state();
     let choice = SubjectRequest { material: Some("clay".into()), ..SubjectRequest::default() };

@@ -4,11 +4,13 @@ use glam::Vec3;
 
 use super::cancellation::{Cancellation, PeriodicCheck};
 use super::geometry::Geometry;
+use super::object_cache::ObjectCache;
 use super::rasteriser::{Band, Hit};
 use super::shader::{LookCache, Shader};
 use crate::shading::background::background;
 use crate::shading::develop::develop;
 use crate::shading::difference::{Squares, difference};
+use crate::shading::shadows::Shadows;
 use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, ViewTransform};
 
 /// Rows of pixels in a band.
@@ -26,6 +28,8 @@ pub(super) struct BandRenderer<'a> {
     shaders: Vec<Vec<Shader<'a>>>,
     /// The index of each object's look.
     looks: Vec<usize>,
+    /// The shadows of each object on itself, if there are any.
+    shadows: Vec<Option<Shadows>>,
 }
 
 impl<'a> BandRenderer<'a> {
@@ -36,12 +40,12 @@ impl<'a> BandRenderer<'a> {
     pub(super) fn new(
         scene: &'a Scene,
         shot: &'a Shot,
-        caches: &'a [LookCache],
+        (caches, objects): (&'a [LookCache], &'a ObjectCache),
         cancellation: &Cancellation<'_>,
     ) -> Result<Self, RenderError> {
         let transform = ViewTransform::new(shot);
         let mut shaders = Vec::new();
-        for mode in shot.show.modes() {
+        for mode in shot.show.modes().enumerate() {
             let of_mode = caches.iter().map(|cache| {
                 cancellation.check()?;
                 Shader::new(mode, cache, transform.view)
@@ -49,7 +53,7 @@ impl<'a> BandRenderer<'a> {
             shaders.push(of_mode.collect::<Result<_, _>>()?);
         }
         cancellation.check()?;
-        let geometry = Geometry::new(scene, &transform);
+        let geometry = Geometry::new(scene, &transform, &objects.radiance(scene, shot));
         let rows = BAND as i32 * transform.samples as i32;
         let mut bins = vec![Vec::new(); (shot.size[1] as usize).div_ceil(BAND)];
         for (number, triangle) in geometry.triangles.iter().enumerate() {
@@ -62,7 +66,8 @@ impl<'a> BandRenderer<'a> {
             // It runs on all threads, so no band may be the first to need it.
             scene.light.reconstruction();
         }
-        Ok(Self { shot, light: &scene.light, transform, geometry, bins, shaders, looks })
+        let shadows = objects.shadows(scene, shot);
+        Ok(Self { shot, light: &scene.light, transform, geometry, bins, shaders, looks, shadows })
     }
 
     /// Draws the pixels of a band: mean radiance and coverage, and display values. Returns a difference's
@@ -122,7 +127,8 @@ impl<'a> BandRenderer<'a> {
         let shaders = &self.shaders[mode.min(self.shaders.len() - 1)];
         let number = row.wrapping_mul(self.transform.size[0]).wrapping_add(column);
         let light_samples = self.shot.light_samples;
-        shaders[self.looks[seen.object]].radiance(&seen.surface, number, light_samples, check)
+        let shadows = self.shadows[seen.object].as_ref();
+        shaders[self.looks[seen.object]].radiance(seen, number, light_samples, shadows, check)
     }
 
     /// A sample that hits a surface; `by` is its radiance in the first or the second mode.

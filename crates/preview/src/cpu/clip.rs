@@ -11,10 +11,14 @@ use glam::{Vec2, Vec3, Vec4};
 pub(super) struct Corner {
     /// Clip coordinates.
     pub(super) clip: Vec4,
+    /// The position in the mesh's coordinates.
+    pub(super) position: Vec3,
     /// The normal in the light's frame, of any length.
     pub(super) normal: Vec3,
     /// The tangent in the light's frame, of any length.
     pub(super) tangent: Vec3,
+    /// The radiance toward the viewer in the first and the second mode, if they shade vertices.
+    pub(super) radiance: [Vec3; 2],
 }
 
 /// The clipping planes.
@@ -78,9 +82,12 @@ pub(super) const LOST: u8 = 0xff;
 
 /// A point on the edge from the inner corner to the outer one.
 fn between(inner: &Corner, outer: &Corner, share: f32) -> Corner {
+    let between = |inner: Vec3, outer: Vec3| inner + (outer - inner) * share;
     Corner {
         clip: inner.clip + (outer.clip - inner.clip) * share,
-        normal: inner.normal + (outer.normal - inner.normal) * share,
-        tangent: inner.tangent + (outer.tangent - inner.tangent) * share,
+        position: between(inner.position, outer.position),
+        normal: between(inner.normal, outer.normal),
+        tangent: between(inner.tangent, outer.tangent),
+        radiance: [0, 1].map(|mode| between(inner.radiance[mode], outer.radiance[mode])),
     }
 }

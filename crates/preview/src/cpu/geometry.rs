@@ -20,11 +20,19 @@ pub(super) struct Vertex {
     pub(super) depth: f32,
     /// 1 / w.
     pub(super) nearness: f32,
+    /// The position in the mesh's coordinates.
+    pub(super) position: Vec3,
     /// The normal in the light's frame, of any length.
     pub(super) normal: Vec3,
     /// The tangent in the light's frame, of any length.
     pub(super) tangent: Vec3,
+    /// The radiance toward the viewer in the first and the second mode, if they shade vertices.
+    pub(super) radiance: [Vec3; 2],
 }
+
+/// The radiance of each vertex of an object in the first and the second mode; empty if a mode does not shade
+/// vertices.
+pub(super) type VertexRadiance<'a> = [&'a [[f32; 3]]; 2];
 
 /// A triangle that may cover a sample: its corners run clockwise on the screen, whose y points down.
 #[derive(Clone, Debug)]
@@ -47,24 +55,27 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// The geometry of a scene.
-    pub(super) fn new(scene: &Scene, transform: &ViewTransform) -> Self {
+    /// The geometry of a scene, with the radiance of the vertices of each object.
+    pub(super) fn new(scene: &Scene, transform: &ViewTransform, radiance: &[VertexRadiance<'_>]) -> Self {
         let mut geometry = Self::default();
         for (number, object) in scene.objects.iter().enumerate() {
-            geometry.add(number as u32, object, transform);
+            let radiance = radiance.get(number).copied().unwrap_or_default();
+            geometry.add(number as u32, object, transform, radiance);
         }
         geometry
     }
 
-    fn add(&mut self, number: u32, object: &Object, transform: &ViewTransform) {
+    fn add(&mut self, number: u32, object: &Object, transform: &ViewTransform, radiance: VertexRadiance<'_>) {
         let Placed { clip, normal, tangent, mirrored } = transform.place(object);
         let (mesh, planes) = (&object.mesh, Planes::new(transform.size));
         let corner = |vertex: usize| {
             let [x, y, z, _] = mesh.tangents()[vertex];
             Corner {
                 clip: clip * Vec3::from(mesh.positions()[vertex]).extend(1.0),
+                position: mesh.positions()[vertex].into(),
                 normal: normal * Vec3::from(mesh.normals()[vertex]),
                 tangent: tangent * Vec3::new(x, y, z),
+                radiance: radiance.map(|of| of.get(vertex).map_or(Vec3::ZERO, |rgb| Vec3::from(*rgb))),
             }
         };
         let first = self.vertices.len() as u32;
@@ -137,7 +148,9 @@ fn on_screen(corner: &Corner, size: [u32; 2]) -> Vertex {
         at: [step(x * nearness, size[0]), step(-y * nearness, size[1])],
         depth: z * nearness,
         nearness,
+        position: corner.position,
         normal: corner.normal,
         tangent: corner.tangent,
+        radiance: corner.radiance,
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! A clockwise triangle covers a sample to the right of all its edges. A sample on an edge belongs to the
 //! triangle for which that is a top or left edge, so triangles that share an edge cover each sample on it
-//! once. The nearest depth wins; of equal depths, the first drawn. Depth is linear on the screen. Normal and
-//! tangent are linear on the triangle: they are the sum of l_k v_k / w_k divided by the sum of l_k / w_k.
+//! once. The nearest depth wins; of equal depths, the first drawn. Depth is linear on the screen. Position,
+//! normal, tangent and radiance are linear on the triangle: they are the sum of l_k v_k / w_k divided by the
+//! sum of l_k / w_k.
 
 use std::ops::Range;
 
@@ -35,6 +36,12 @@ pub(super) struct Hit {
     pub(super) object: usize,
     /// Its surface there.
     pub(super) surface: Surface,
+    /// The position in the mesh's coordinates. It lies in the plane of the triangle, while the end of the ray
+    /// does so only up to the snapping of corners.
+    pub(super) position: Vec3,
+    /// The radiance of the vertices in the first and the second mode; black on the inner side, which vertices
+    /// do not know.
+    pub(super) radiance: [Vec3; 2],
 }
 
 /// An edge of a triangle.
@@ -144,22 +151,49 @@ impl Band {
             return None;
         }
         let triangle = &geometry.triangles[number as usize];
-        let [normal, tangent] = interpolated(geometry, triangle, column, row);
+        let Interpolated { nearness, position, normal, tangent, radiance } =
+            Interpolated::new(geometry, triangle, column, row);
         let surface = Surface::new(normal, tangent, transform.ray(column, row), triangle.front);
-        Some(Hit { object: triangle.object as usize, surface })
+        let side = if triangle.front { nearness.recip() } else { 0.0 };
+        Some(Hit {
+            object: triangle.object as usize,
+            surface,
+            position: position / nearness,
+            radiance: radiance.map(|sum| sum * side),
+        })
     }
 }
 
-/// Normal and tangent at a sample, up to a common positive factor.
-fn interpolated(geometry: &Geometry, triangle: &Triangle, column: u32, row: u32) -> [Vec3; 2] {
-    let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
-    let at = corners.map(|corner| corner.at);
-    let scale = 1.0 / twice_the_area(at) as f32;
-    let (mut normal, mut tangent) = (Vec3::ZERO, Vec3::ZERO);
-    for (corner, edge) in corners.into_iter().zip(edges(at)) {
-        let share = edge.area(column as i32, row as i32) as f32 * scale * corner.nearness;
-        normal += corner.normal * share;
-        tangent += corner.tangent * share;
+/// What is linear on a triangle, at a sample: sums of l_k v_k / w_k.
+struct Interpolated {
+    /// The sum of l_k / w_k, by which the others are to be divided.
+    nearness: f32,
+    position: Vec3,
+    normal: Vec3,
+    tangent: Vec3,
+    radiance: [Vec3; 2],
+}
+
+impl Interpolated {
+    fn new(geometry: &Geometry, triangle: &Triangle, column: u32, row: u32) -> Self {
+        let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
+        let at = corners.map(|corner| corner.at);
+        let scale = 1.0 / twice_the_area(at) as f32;
+        let mut sum = Self {
+            nearness: 0.0,
+            position: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            tangent: Vec3::ZERO,
+            radiance: [Vec3::ZERO; 2],
+        };
+        for (corner, edge) in corners.into_iter().zip(edges(at)) {
+            let share = edge.area(column as i32, row as i32) as f32 * scale * corner.nearness;
+            sum.nearness += share;
+            sum.position += corner.position * share;
+            sum.normal += corner.normal * share;
+            sum.tangent += corner.tangent * share;
+            (0..2).for_each(|mode| sum.radiance[mode] += corner.radiance[mode] * share);
+        }
+        sum
     }
-    [normal, tangent]
 }

@@ -1,12 +1,14 @@
 //! The modes as shaders of surfaces, and the cache that keeps their maps between pictures.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use brdf::Centre;
 use glam::Vec3;
 
 use super::cancellation::PeriodicCheck;
-use crate::shading::brute_force::{Prepared, brute_force};
+use super::rasteriser::Hit;
+use crate::shading::brute_force::{Prepared, brute_force, brute_force_past};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
@@ -15,7 +17,7 @@ use crate::shading::lamps::{PackedLamps, lamps};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::prefiltered;
-use crate::shading::surface::Surface;
+use crate::shading::shadows::Shadows;
 use crate::{Look, Mode, RenderError, Scene};
 
 /// A look and its maps, in the layout in which the shaders read them.
@@ -55,14 +57,34 @@ impl LookCache {
 /// A mode of a look, which shades surfaces.
 #[derive(Debug)]
 pub(super) enum Shader<'a> {
-    Local { map: &'a LocalShrm, lamps: &'a PackedLamps },
-    Global { map: &'a GlobalShrm, radiance: Vec<[f32; 3]>, lamps: &'a PackedLamps },
-    Cabral { icosahedron: Icosahedron, cube: Cube<'a> },
-    KautzMcCool { count: usize, cube: Cube<'a> },
+    Local {
+        map: &'a LocalShrm,
+        lamps: &'a PackedLamps,
+    },
+    Global {
+        map: &'a GlobalShrm,
+        radiance: Vec<[f32; 3]>,
+        lamps: &'a PackedLamps,
+    },
+    Cabral {
+        icosahedron: Icosahedron,
+        cube: Cube<'a>,
+    },
+    KautzMcCool {
+        count: usize,
+        cube: Cube<'a>,
+    },
     Prefiltered(Cube<'a>),
     Irradiance(Irradiance),
-    Mirror { size: [u32; 2], pixels: &'a [[f32; 3]] },
+    Mirror {
+        size: [u32; 2],
+        pixels: &'a [[f32; 3]],
+    },
+    /// The radiance of the vertices in the first or the second mode.
+    Vertices(usize),
     BruteForce(&'a Prepared),
+    /// Brute force past what the object hides from itself.
+    Shadowed(&'a Prepared),
 }
 
 /// Cube maps about a central direction.
@@ -74,11 +96,17 @@ pub(super) struct Cube<'a> {
 }
 
 impl<'a> Shader<'a> {
-    /// The shader of a mode of a look; `view` is the direction toward a distant viewer.
-    pub(super) fn new(mode: Mode, cache: &'a LookCache, view: Vec3) -> Result<Self, RenderError> {
+    /// The shader of a mode of a look; `view` is the direction toward a distant viewer, and `number` is 0 for
+    /// the first mode of a picture, 1 for the second.
+    pub(super) fn new(
+        (number, mode): (usize, Mode),
+        cache: &'a LookCache,
+        view: Vec3,
+    ) -> Result<Self, RenderError> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
         let lamps = || once(&cache.lamps, || PackedLamps::new(look.reflection()));
+        let brute = || once(&cache.brute, || Prepared::new(look));
         let no_cube = || RenderError::maps("the look's map does not lie on a cube");
         Ok(match mode {
             Mode::LocalShrm => Self::Local {
@@ -106,21 +134,26 @@ impl<'a> Shader<'a> {
                 let size = [grid.width as u32, grid.height as u32];
                 Self::Mirror { size, pixels: environment.pixels() }
             }
-            Mode::BruteForce => Self::BruteForce(once(&cache.brute, || Prepared::new(look))?),
+            Mode::Table | Mode::Transfer => Self::Vertices(number),
+            Mode::BruteForce => Self::BruteForce(brute()?),
+            Mode::ShadowedBruteForce => Self::Shadowed(brute()?),
         })
     }
 
-    /// The radiance toward the viewer at a sample of the picture. `number` identifies the sample.
+    /// The radiance toward the viewer at a sample of the picture. `number` identifies the sample; `shadows`
+    /// are those of the object on itself.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
     pub(super) fn radiance(
         &self,
-        surface: &Surface,
+        hit: &Hit,
         number: u32,
         light_samples: u32,
+        shadows: Option<&Shadows>,
         check: &mut PeriodicCheck<'_>,
     ) -> Result<Vec3, RenderError> {
+        let surface = &hit.surface;
         Ok(match self {
             Self::Local { map, lamps: beside } => lamps(beside, local_shrm(map, surface), surface),
             Self::Global { map, radiance, lamps: beside } => {
@@ -135,18 +168,36 @@ impl<'a> Shader<'a> {
             Self::Prefiltered(cube) => prefiltered(cube.edge, cube.texels, cube.centre, surface),
             Self::Irradiance(light) => irradiance(light, surface),
             Self::Mirror { size, pixels } => mirror(*size, pixels, surface),
+            Self::Vertices(mode) => hit.radiance[*mode],
             Self::BruteForce(prepared) => {
-                let (total, mut done, mut sum) = (light_samples.max(1), 0, Vec3::ZERO);
-                while done < total {
-                    let next = total.min(done.saturating_add(PeriodicCheck::LIGHT_SAMPLES));
-                    check.count(next - done)?;
-                    sum += brute_force(prepared, surface, number, done..next);
-                    done = next;
-                }
-                sum / total as f32
+                let sum = |samples| brute_force(prepared, surface, number, samples);
+                averaged(light_samples, check, sum)?
+            }
+            Self::Shadowed(prepared) => {
+                let Some(shadows) = shadows else { return Ok(Vec3::ZERO) };
+                let point = shadows.at(surface, hit.position);
+                let sees = |direction| point.sees(direction);
+                let sum = |samples| brute_force_past(prepared, surface, number, samples, sees);
+                averaged(light_samples, check, sum)?
             }
         })
     }
+}
+
+/// The mean over all light samples; `sum` adds those of a range.
+fn averaged(
+    light_samples: u32,
+    check: &mut PeriodicCheck<'_>,
+    sum: impl Fn(Range<u32>) -> Vec3,
+) -> Result<Vec3, RenderError> {
+    let (total, mut done, mut whole) = (light_samples.max(1), 0, Vec3::ZERO);
+    while done < total {
+        let next = total.min(done.saturating_add(PeriodicCheck::LIGHT_SAMPLES));
+        check.count(next - done)?;
+        whole += sum(done..next);
+        done = next;
+    }
+    Ok(whole / total as f32)
 }
 
 /// The value of a cell, computed once; an error is not stored.

@@ -4,6 +4,7 @@ mod coverage;
 mod lamps;
 mod pictures;
 mod surfaces;
+mod vertices;
 
 use std::sync::Arc;
 
@@ -71,7 +72,7 @@ fn soup(triangles: &[[[f32; 3]; 3]]) -> Arc<Mesh> {
 }
 
 fn placed(mesh: &Arc<Mesh>, place: DAffine3, look: &Arc<Look>) -> Object {
-    Object { mesh: Arc::clone(mesh), place, look: Arc::clone(look) }
+    Object { mesh: Arc::clone(mesh), place, look: Arc::clone(look), transfer: None }
 }
 
 /// A shot of the unit ball from slightly above, with neutral exposure and tone curve.
@@ -97,7 +98,7 @@ fn render(scene: &Scene, shot: &Shot) -> Picture {
 /// The surface that every sample of a shot hits, row by row.
 fn seen(scene: &Scene, shot: &Shot) -> Vec<Option<Hit>> {
     let transform = ViewTransform::new(shot);
-    let geometry = Geometry::new(scene, &transform);
+    let geometry = Geometry::new(scene, &transform, &[]);
     let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
     let [width, height] = transform.size;
     let band = Band::new(&geometry, &all, transform.size, 0..height);

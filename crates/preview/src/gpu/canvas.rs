@@ -4,6 +4,7 @@ use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor};
 
 use super::device::{Device, GROUP};
 use super::layouts::{DEPTH, Layouts};
+use super::maps::Map;
 use super::memory::{TEXELS, within};
 use crate::RenderError;
 
@@ -15,6 +16,8 @@ pub(super) struct Canvas {
     pub(super) normals: wgpu::TextureView,
     pub(super) tangents: wgpu::TextureView,
     pub(super) depth: wgpu::TextureView,
+    /// What a mode has drawn to read it as its map: the radiance of vertices, or positions in the mesh.
+    pub(super) drawn_map: Option<(Map, wgpu::TextureView)>,
     /// Sums over the samples of pixels: radiance, and the number of samples that hit a surface.
     pub(super) radiances: wgpu::Buffer,
     /// Sums over the samples of pixels: display light.
@@ -69,6 +72,7 @@ impl Canvas {
             normals: side("the picture", TEXELS, TextureUsages::TEXTURE_BINDING)?,
             tangents: side("the picture", TEXELS, TextureUsages::TEXTURE_BINDING)?,
             depth: side("the picture", DEPTH, TextureUsages::empty())?,
+            drawn_map: None,
             radiances: device.buffer("the picture", sums, 16 * pixels)?,
             displays: device.buffer("the picture", sums, 16 * pixels)?,
             squares: device.buffer("the picture", sums, squares)?,
@@ -76,6 +80,18 @@ impl Canvas {
             presented,
             sides: [Vec::new(), Vec::new()],
         })
+    }
+
+    /// Makes sure that it has [`Canvas::drawn_map`].
+    pub(super) fn reserve_drawn_map(
+        &mut self,
+        device: &Device,
+        layouts: &Layouts,
+    ) -> Result<(), RenderError> {
+        if self.drawn_map.is_none() {
+            self.drawn_map = Some(Map::picture(device, layouts, self.size)?);
+        }
+        Ok(())
     }
 
     /// The number of workgroups across and down.

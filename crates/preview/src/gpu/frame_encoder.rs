@@ -176,8 +176,16 @@ impl<'a> FrameEncoder<'a> {
         let mut counts = [1; 2];
         for (side, mode) in self.shot.show.sides().into_iter().enumerate() {
             match mode {
-                Some(Mode::BruteForce) => counts[side] = accumulate(encoder, side)?,
-                Some(mode) => self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?,
+                Some(mode) => {
+                    if draws_map(mode) {
+                        self.raster_map(encoder, sample, mode);
+                    }
+                    if mode.is_brute_force() {
+                        counts[side] = accumulate(encoder, side)?;
+                    } else {
+                        self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?;
+                    }
+                }
                 None => {}
             }
         }
@@ -186,20 +194,36 @@ impl<'a> FrameEncoder<'a> {
 
     /// Draws the meshes into the surface buffer at one sample of each pixel.
     fn raster(&self, encoder: &mut CommandEncoder, sample: usize) {
-        let clear = |view| {
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let targets = [&self.canvas.normals, &self.canvas.tangents].map(cleared);
+        let mut pass = self.raster_pass(encoder, &targets);
+        pass.set_pipeline(&self.resources.pipelines.raster);
+        self.draw_visible(&mut pass, sample, |_, _| true);
+    }
+
+    /// Draws the map of a mode at one sample of each pixel: the radiance of vertices, or positions.
+    fn raster_map(&self, encoder: &mut CommandEncoder, sample: usize, mode: Mode) {
+        let Some((_, target)) = &self.canvas.drawn_map else { return };
+        let mut pass = self.raster_pass(encoder, &[cleared(target)]);
+        if mode == Mode::ShadowedBruteForce {
+            pass.set_pipeline(&self.resources.pipelines.located);
+            return self.draw_visible(&mut pass, sample, |_, _| true);
+        }
+        pass.set_pipeline(&self.resources.pipelines.shaded);
+        self.draw_visible(&mut pass, sample, |pass, object| {
+            let shaded = self.resources.vertices.get(&(object, mode));
+            shaded.map(|shaded| pass.set_vertex_buffer(1, shaded.radiance.slice(..))).is_some()
+        });
+    }
+
+    /// A pass that draws what is nearest.
+    fn raster_pass<'p>(
+        &self,
+        encoder: &'p mut CommandEncoder,
+        targets: &[Option<wgpu::RenderPassColorAttachment<'_>>],
+    ) -> wgpu::RenderPass<'p> {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("raster"),
-            color_attachments: &[clear(&self.canvas.normals), clear(&self.canvas.tangents)],
+            color_attachments: targets,
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.canvas.depth,
                 depth_ops: Some(wgpu::Operations {
@@ -209,11 +233,22 @@ impl<'a> FrameEncoder<'a> {
                 stencil_ops: None,
             }),
             ..wgpu::RenderPassDescriptor::default()
-        });
-        pass.set_pipeline(&self.resources.pipelines.raster);
+        })
+    }
+
+    /// Draws the visible objects for which `bind`, which binds what they need beside their shape, is true.
+    fn draw_visible(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        sample: usize,
+        bind: impl Fn(&mut wgpu::RenderPass<'_>, usize) -> bool,
+    ) {
         for (k, seen) in self.visible.iter().enumerate() {
             let mesh = &self.scene.objects[seen.object].mesh;
             let Some(Some(shape)) = self.resources.meshes.get(mesh) else { continue };
+            if !bind(pass, seen.object) {
+                continue;
+            }
             let offset = self.places.offset(k * self.samples.len() + sample);
             pass.set_bind_group(0, &self.placed, &[offset]);
             pass.set_vertex_buffer(0, shape.vertices.slice(..));
@@ -289,11 +324,18 @@ impl<'a> FrameEncoder<'a> {
                     else {
                         continue;
                     };
-                    pass.set_bind_group(3, samples, &[]);
+                    pass.set_bind_group(3, &samples.bound, &[]);
+                }
+                Mode::ShadowedBruteForce => {
+                    let (shadowed, drawn) = (self.resources.shadowed.get(&object), &self.canvas.drawn_map);
+                    let (Some(shadowed), Some((map, _))) = (shadowed, drawn) else { continue };
+                    pass.set_bind_group(1, &map.bound, &[]);
+                    pass.set_bind_group(3, shadowed, &[]);
                 }
                 _ => {
                     let map = match mode {
                         Mode::Mirror => maps.and_then(|maps| maps.environment.as_ref()),
+                        Mode::Table | Mode::Transfer => self.canvas.drawn_map.as_ref().map(|(map, _)| map),
                         Mode::Irradiance => maps.and_then(|maps| maps.irradiance.as_ref()),
                         _ => self.resources.looks.get(look).and_then(|maps| maps.modes.get(&mode)),
                     };
@@ -390,6 +432,24 @@ impl<'a> FrameEncoder<'a> {
         pass.set_bind_group(0, &self.canvas.presented, &[]);
         pass.draw(0..3, 0..1);
     }
+}
+
+/// Whether a mode reads a map that is drawn for each sample of pixels.
+pub(super) fn draws_map(mode: Mode) -> bool {
+    mode.shades_vertices() || mode == Mode::ShadowedBruteForce
+}
+
+/// A target that a pass begins with zeros.
+fn cleared(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        },
+    })
 }
 
 /// The bind group of all passes over one sample of each pixel.

@@ -14,6 +14,7 @@ use wgpu::{
 use super::memory::TEXELS;
 use super::mesh::Shape;
 use crate::Mode;
+use crate::shading::brute_force::NO_SHADOWS;
 use crate::shading::{lobe_sampling, material};
 
 const FRAME: &str = include_str!("frame.wgsl");
@@ -22,6 +23,8 @@ const RASTER: &str = include_str!("raster.wgsl");
 const SHADE: &str = include_str!("shade.wgsl");
 const UPDATE: &str = include_str!("update.wgsl");
 const DEVELOP_PASS: &str = include_str!("develop.wgsl");
+const VERTICES: &str = include_str!("vertices.wgsl");
+const TABLE: &str = include_str!("../shading/table.wgsl");
 const PRESENT: &str = include_str!("present.wgsl");
 const SURFACE: &str = include_str!("../shading/surface.wgsl");
 const ANGLES: &str = include_str!("../shading/angles.wgsl");
@@ -31,6 +34,10 @@ const HARMONICS: &str = include_str!("../shading/harmonics.wgsl");
 const BACKGROUND: &str = include_str!("../shading/background.wgsl");
 const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
 const DEVELOP: &str = include_str!("../shading/develop.wgsl");
+const SEQUENCE: &str = include_str!("../shading/sequence.wgsl");
+const LIGHT_SAMPLES: &str = include_str!("../shading/light_samples.wgsl");
+const BRUTE_FORCE: &str = include_str!("../shading/brute_force.wgsl");
+const SHADOWS: &str = include_str!("../shading/shadows.wgsl");
 const LAMPS: &str = include_str!("../shading/lamps.wgsl");
 const GLOBAL_SHRM: &str = include_str!("../shading/global_shrm.wgsl");
 
@@ -47,7 +54,9 @@ pub(super) struct Layouts {
     pub(super) update: wgpu::BindGroupLayout,
     pub(super) develop: wgpu::BindGroupLayout,
     pub(super) present: wgpu::BindGroupLayout,
+    pub(super) vertices: wgpu::BindGroupLayout,
     pub(super) light: wgpu::BindGroupLayout,
+    pub(super) shadowed: wgpu::BindGroupLayout,
     pub(super) lamps: wgpu::BindGroupLayout,
 }
 
@@ -59,6 +68,11 @@ pub(super) struct Pipelines {
     pub(super) update: wgpu::ComputePipeline,
     pub(super) develop: wgpu::ComputePipeline,
     pub(super) present: wgpu::RenderPipeline,
+    pub(super) vertices: wgpu::ComputePipeline,
+    /// Draws the radiance of vertices.
+    pub(super) shaded: wgpu::RenderPipeline,
+    /// Draws positions in the mesh.
+    pub(super) located: wgpu::RenderPipeline,
     modes: HashMap<Mode, wgpu::ComputePipeline>,
 }
 
@@ -116,7 +130,27 @@ impl Layouts {
                 "codes",
                 &[entry(0, ShaderStages::FRAGMENT, uniform()), entry(1, ShaderStages::FRAGMENT, read())],
             ),
+            vertices: layout(
+                "the vertices of a mesh",
+                &[
+                    entry(0, compute, uniform()),
+                    entry(1, compute, read()),
+                    entry(2, compute, read()),
+                    entry(3, compute, read()),
+                    entry(4, compute, write()),
+                ],
+            ),
             light: layout("light and material", &[0, 1, 2].map(|binding| entry(binding, compute, read()))),
+            shadowed: layout(
+                "light, material and shadows",
+                &[
+                    entry(0, compute, read()),
+                    entry(1, compute, read()),
+                    entry(2, compute, read()),
+                    entry(4, compute, read()),
+                    entry(5, compute, uniform()),
+                ],
+            ),
             lamps: layout("lamps and material", &[1, 3].map(|binding| entry(binding, compute, read()))),
         }
     }
@@ -125,7 +159,22 @@ impl Layouts {
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
         Self {
-            raster: raster(device, layouts),
+            raster: raster(device, layouts, ["vertex", "fragment"], &[Some(Shape::LAYOUT)], 2),
+            shaded: raster(
+                device,
+                layouts,
+                ["shaded_vertex", "shaded_fragment"],
+                &[Some(Shape::LAYOUT), Some(Shape::RADIANCE)],
+                1,
+            ),
+            located: raster(
+                device,
+                layouts,
+                ["located_vertex", "located_fragment"],
+                &[Some(Shape::LAYOUT)],
+                1,
+            ),
+            vertices: compute(device, "shade_vertices", &[Some(&layouts.vertices)], &vertices_source()),
             update: compute(
                 device,
                 "update",
@@ -153,9 +202,10 @@ impl Pipelines {
     pub(super) fn prepare(&mut self, layouts: &Layouts, mode: Mode) {
         let device = &self.device;
         self.modes.entry(mode).or_insert_with(|| {
-            let Layouts { frame, map, shade, light, lamps, .. } = layouts;
+            let Layouts { frame, map, shade, light, shadowed, lamps, .. } = layouts;
             let groups = match mode {
                 Mode::BruteForce => &[Some(frame), None, Some(shade), Some(light)][..],
+                Mode::ShadowedBruteForce => &[Some(frame), Some(map), Some(shade), Some(shadowed)],
                 mode if mode.adds_lamps() => &[Some(frame), Some(map), Some(shade), Some(lamps)],
                 _ => &[Some(frame), Some(map), Some(shade)],
             };
@@ -172,6 +222,7 @@ pub(super) fn sources() -> Vec<(String, String)> {
         ("update".to_owned(), update_source()),
         ("develop".to_owned(), develop_source()),
         ("present".to_owned(), PRESENT.to_owned()),
+        ("vertices".to_owned(), vertices_source()),
     ];
     sources.extend(Mode::ALL.map(|mode| (mode.name().to_owned(), mode_source(mode))));
     sources
@@ -183,6 +234,10 @@ fn update_source() -> String {
 
 fn develop_source() -> String {
     [FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS].concat()
+}
+
+fn vertices_source() -> String {
+    [TABLE, VERTICES].concat()
 }
 
 /// The complete shader of a mode.
@@ -199,15 +254,16 @@ fn mode_source(mode: Mode) -> String {
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
         Mode::Prefiltered => (&[include_str!("../shading/prefiltered.wgsl")], "prefiltered(surface)"),
         Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),
+        // Interpolated radiance of vertices, and for shadows positions, are drawn as the map of the mode.
+        Mode::Table | Mode::Transfer => (&[], "textureLoad(map, pixel, 0, 0).rgb"),
         Mode::BruteForce => (
-            &[
-                include_str!("../shading/sequence.wgsl"),
-                include_str!("../shading/light_samples.wgsl"),
-                &material,
-                &lobe_sampling,
-                include_str!("../shading/brute_force.wgsl"),
-            ],
+            &[SEQUENCE, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, NO_SHADOWS],
             "before + brute_force(surface, frame_number(pixel), part.first, part.count)",
+        ),
+        Mode::ShadowedBruteForce => (
+            &[SEQUENCE, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, SHADOWS],
+            "before + shadowed_brute_force(surface, textureLoad(map, pixel, 0, 0).xyz, frame_number(pixel), \
+             part.first, part.count)",
         ),
     };
     let one = format!(
@@ -232,16 +288,23 @@ fn compute(
     })
 }
 
-fn raster(device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipeline {
+/// Draws meshes with a depth test into so many colours.
+fn raster(
+    device: &wgpu::Device,
+    layouts: &Layouts,
+    [vertex, fragment]: [&str; 2],
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    colours: usize,
+) -> wgpu::RenderPipeline {
     let module = module(device, "raster", RASTER);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("raster"),
         layout: Some(&pipeline_layout(device, &[Some(&layouts.placed)])),
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some("vertex"),
+            entry_point: Some(vertex),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[Some(Shape::LAYOUT)],
+            buffers,
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
@@ -254,9 +317,9 @@ fn raster(device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipeline {
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some("fragment"),
+            entry_point: Some(fragment),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(TEXELS.into()), Some(TEXELS.into())],
+            targets: &vec![Some(TEXELS.into()); colours],
         }),
         multiview_mask: None,
         cache: None,

@@ -52,12 +52,20 @@ pub(super) struct LookMaps {
     pub(super) modes: HashMap<Mode, Map>,
     /// The highest degree of their harmonics.
     pub(super) degree: usize,
-    /// Light, material and lobes of [`Mode::BruteForce`], which has no map.
-    pub(super) samples: Option<wgpu::BindGroup>,
+    /// Light, material and lobes of brute force, which has no map.
+    pub(super) samples: Option<LightSampling>,
     /// The lamps of the modes that add them, and their material.
     pub(super) lamps: Option<wgpu::BindGroup>,
     /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
     pub(super) update: Option<Update>,
+}
+
+/// What brute force reads of a look.
+#[derive(Debug)]
+pub(super) struct LightSampling {
+    pub(super) bound: wgpu::BindGroup,
+    /// Light, material and lobes: bindings 0, 1 and 2.
+    pub(super) buffers: [wgpu::Buffer; 3],
 }
 
 /// The update of a reflection map from global coefficients.
@@ -147,17 +155,18 @@ impl LookMaps {
             let usage = BufferUsages::STORAGE;
             let material = device.filled("the material", usage, prepared.material().words())?;
             let lobes = device.filled("the material's lobes", usage, &prepared.lobes().words())?;
-            let light = lights.samples(device, &prepared)?;
-            let buffers = [light, &material, &lobes];
+            let light = lights.samples(device, &prepared)?.clone();
+            let buffers = [light, material, lobes];
             let entries = [0, 1, 2].map(|binding| wgpu::BindGroupEntry {
                 binding,
                 resource: buffers[binding as usize].as_entire_binding(),
             });
-            self.samples = Some(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("light and material"),
                 layout: &layouts.light,
                 entries: &entries,
-            }));
+            });
+            self.samples = Some(LightSampling { bound, buffers });
         }
         Ok(())
     }
@@ -233,6 +242,7 @@ impl LookMaps {
                 cubes(device, layouts, "the reflection map", uniforms, 1, |_, texel| texels[texel])?
             }
             Mode::Irradiance | Mode::Mirror | Mode::BruteForce => return Ok(()),
+            Mode::Table | Mode::Transfer | Mode::ShadowedBruteForce => return Ok(()),
         };
         self.modes.insert(mode, map);
         Ok(())
@@ -286,6 +296,18 @@ impl Map {
     pub(super) fn empty(device: &Device, layouts: &Layouts) -> Result<Self, RenderError> {
         let texture = device.texture("no map", TEXELS, USAGE, [1, 1, 1])?;
         Self::new(device, layouts, texture, MapUniforms::default())
+    }
+
+    /// A texture of the size of a picture, for passes that draw into it, and then read it as a map.
+    pub(super) fn picture(
+        device: &Device,
+        layouts: &Layouts,
+        [width, height]: [u32; 2],
+    ) -> Result<(Self, wgpu::TextureView), RenderError> {
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
+        let texture = device.texture("the picture", TEXELS, usage, [width.into(), height.into(), 1])?;
+        let view = texture.create_view(&TextureViewDescriptor::default());
+        Ok((Self::new(device, layouts, texture, MapUniforms::default())?, view))
     }
 
     fn new(

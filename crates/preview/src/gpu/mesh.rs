@@ -38,6 +38,13 @@ impl Shape {
         attributes: &Self::ATTRIBUTES,
     };
 
+    /// The radiance of vertices, in a buffer of its own.
+    pub(super) const RADIANCE: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<[f32; 4]>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![3 => Float32x4],
+    };
+
     /// The buffers of a mesh; `None` if it has no triangles.
     pub(super) fn new(device: &Device, mesh: &Mesh) -> Result<Option<Self>, RenderError> {
         if mesh.triangles().is_empty() {

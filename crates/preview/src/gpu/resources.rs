@@ -1,5 +1,7 @@
 //! The device's resources that do not depend on the picture's size.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::iter::once;
 
 use wgpu::BufferUsages;
@@ -9,7 +11,10 @@ use super::identity_cache::IdentityCache;
 use super::layouts::{Layouts, Pipelines};
 use super::maps::{LightMaps, LookMaps, Map};
 use super::mesh::Shape;
+use super::shadow_tree::{ShadowTree, ShadowUniforms};
+use super::vertices::ShadedVertices;
 use crate::shading::harmonics::Harmonics;
+use crate::vertex_shading::ShadedMesh;
 use crate::{Background, Light, Look, Mode, RenderError, Scene, Shot};
 
 /// The pipelines, and the resources of scenes.
@@ -22,6 +27,12 @@ pub(super) struct Resources {
     pub(super) meshes: IdentityCache<mesh::Mesh, Option<Shape>>,
     pub(super) looks: IdentityCache<Look, LookMaps>,
     pub(super) lights: IdentityCache<Light, LightMaps>,
+    /// What casts the shadows of a mesh.
+    trees: IdentityCache<mesh::Mesh, ShadowTree>,
+    /// Light, material and shadows of each object in the present shot, by its number.
+    pub(super) shadowed: HashMap<usize, wgpu::BindGroup>,
+    /// Vertices that a BRDF table shades, by the number of the object, and the mode.
+    pub(super) vertices: HashMap<(usize, Mode), ShadedVertices>,
     /// The constants of the harmonics, up to a degree.
     pub(super) harmonics: wgpu::Buffer,
     degree: usize,
@@ -45,6 +56,9 @@ impl Resources {
             meshes: IdentityCache::default(),
             looks: IdentityCache::default(),
             lights: IdentityCache::default(),
+            trees: IdentityCache::default(),
+            shadowed: HashMap::new(),
+            vertices: HashMap::new(),
             harmonics,
             degree: DEGREE,
             empty_map,
@@ -55,8 +69,14 @@ impl Resources {
     pub(super) fn prepare(&mut self, scene: &Scene, shot: &Shot) -> Result<(), RenderError> {
         let objects = || scene.objects.iter();
         self.meshes.retain(objects().map(|object| &object.mesh));
+        self.trees.retain(objects().map(|object| &object.mesh));
+        self.shadowed.clear();
         self.looks.retain(objects().map(|object| &object.look));
         self.lights.retain(objects().map(|object| object.look.light()).chain(once(&scene.light)));
+        self.vertices.retain(|(number, mode), shaded| {
+            let mesh = scene.objects.get(*number).and_then(|object| ShadedMesh::new(object, *mode).ok());
+            mesh.is_some_and(|mesh| shaded.is_of(&mesh))
+        });
         let Self { device, layouts, .. } = self;
         let lights = self.lights.get_or_make(&scene.light, || Ok(LightMaps::default()))?;
         match shot.background {
@@ -64,7 +84,7 @@ impl Resources {
             Background::Harmonics => lights.prepare_reconstruction(device, layouts, &scene.light)?,
             Background::Flat(_) => {}
         }
-        for object in objects() {
+        for (number, object) in objects().enumerate() {
             self.meshes.get_or_make(&object.mesh, || Shape::new(device, &object.mesh))?;
             for mode in shot.show.modes() {
                 self.pipelines.prepare(layouts, mode);
@@ -73,9 +93,26 @@ impl Resources {
                 match mode {
                     Mode::Mirror => lights.prepare_environment(device, layouts, light)?,
                     Mode::Irradiance => lights.prepare_irradiance(device, layouts, light)?,
-                    Mode::BruteForce => {
+                    Mode::Table | Mode::Transfer => {
+                        let shaded = match self.vertices.entry((number, mode)) {
+                            Entry::Occupied(entry) => entry.into_mut(),
+                            Entry::Vacant(entry) => {
+                                entry.insert(ShadedVertices::new(device, ShadedMesh::new(object, mode)?)?)
+                            }
+                        };
+                        shaded.update(device, (layouts, &self.pipelines), object, shot)?;
+                    }
+                    Mode::BruteForce | Mode::ShadowedBruteForce => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare_samples(device, layouts, &object.look, lights)?;
+                        if let (Mode::ShadowedBruteForce, Some(samples)) = (mode, &maps.samples) {
+                            let tree = self
+                                .trees
+                                .get_or_make(&object.mesh, || ShadowTree::new(device, &object.mesh))?;
+                            let uniforms = ShadowUniforms::new(tree, object, shot);
+                            let bound = tree.bound(device, layouts, samples, uniforms)?;
+                            self.shadowed.insert(number, bound);
+                        }
                     }
                     _ => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;

@@ -348,3 +348,34 @@ fn every_shader_has_its_twin() {
     }
     assert!(count >= 14, "{count} shaders");
 }
+
+/// The CPU's picture is the oracle, each time by a renderer that has drawn nothing before.
+#[test]
+fn only_what_moved_is_shaded_again() {
+    let Some(mut gpu) = gpu("only_what_moved_is_shaded_again") else { return };
+    let grey = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
+    let (table, _) = brdf::tabulate(&grey, Degree::new(3).unwrap(), 16).unwrap();
+    let look = Look::without_maps(light(), grey, MapSizes { edge: 8, slices: 4 });
+    let mesh = Arc::new(::mesh::shape("torus-knot").unwrap());
+    let scene = Scene::of(mesh, Arc::new(look.with_table(Some(Arc::new(table)))));
+    let mut shot = shot(&scene, Mode::Table);
+    let mut expect = |shot: &Shot, both_new, light_kept, view_kept| {
+        let found = gpu.render(&scene, shot, &|| false).unwrap();
+        let expected = crate::Cpu::new().render(&scene, shot, &|| false).unwrap();
+        let error = found.difference(&expected, 1.0, shot).relative_rms.unwrap();
+        assert!(error < crate::SAME_PICTURE.relative_rms, "{error}");
+        assert_eq!(gpu.vertex_passes(), VertexPasses { both_new, light_kept, view_kept });
+    };
+    expect(&shot, 1, 0, 0);
+    shot.camera.yaw += 0.3;
+    expect(&shot, 1, 1, 0);
+    shot.turn = Rotation::from_yaw_pitch_roll(0.4, 0.1, 0.0);
+    expect(&shot, 1, 1, 1);
+    shot.exposure += 1.0;
+    expect(&shot, 1, 1, 1);
+    shot.camera.yaw += 0.3;
+    expect(&shot, 1, 2, 1);
+    shot.camera.yaw += 0.3;
+    shot.turn = Rotation::IDENTITY;
+    expect(&shot, 2, 2, 1);
+}

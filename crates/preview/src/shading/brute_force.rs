@@ -8,8 +8,8 @@
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample
 //! is larger than with the better kind alone.
 //!
-//! Light is distant, and surfaces cast no shadows, as in the papers. The sum converges to
-//! `shrm::reference::Reference` up to the square of the size of the light's texels: see
+//! Light is distant, and surfaces cast no shadows, unless those of [`super::shadows`] are wanted. The sum
+//! converges to `shrm::reference::Reference` up to the square of the size of the light's texels: see
 //! [`super::light_samples`].
 
 #[cfg(test)]
@@ -84,6 +84,18 @@ impl Prepared {
 /// adjacent ranges add up to the sum over the whole range but for rounding. The result is never NaN or
 /// infinite.
 pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, samples: Range<u32>) -> Vec3 {
+    brute_force_past(prepared, surface, sample_index, samples, |_| true)
+}
+
+/// [`brute_force`] of the light that arrives: `sees` says for a direction, in the light's frame, whether
+/// light from there does.
+pub fn brute_force_past(
+    prepared: &Prepared,
+    surface: &Surface,
+    sample_index: u32,
+    samples: Range<u32>,
+    sees: impl Fn(Vec3) -> bool,
+) -> Vec3 {
     let Prepared { light, material, lobes } = prepared;
     let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
     let to_surface = frame.transpose();
@@ -102,7 +114,7 @@ pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, sa
             (incident, light.at(frame * incident))
         };
         let rho_hat = material.evaluate(incident, view);
-        if rho_hat == Vec3::ZERO {
+        if rho_hat == Vec3::ZERO || !sees(frame * incident) {
             continue;
         }
         let density = share * lit.density + (1.0 - share) * lobes.density(incident, view);
@@ -112,6 +124,10 @@ pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, sa
     }
     sum
 }
+
+/// `brute_force_sees` of brute_force.wgsl without shadows.
+#[cfg(feature = "gpu")]
+pub(crate) const NO_SHADOWS: &str = "fn brute_force_sees(direction: vec3f) -> bool { return true; }\n";
 
 /// Keeps a coordinate below 1 that rounding brought to 1.
 fn below_1(coordinate: f32) -> f32 {

@@ -40,7 +40,10 @@ fn every_mode_under_every_environment_with_every_material() {
     for (names, look) in scenes::looks() {
         for (shape, mesh) in &meshes {
             let scene = Scene::of(Arc::clone(mesh), Arc::clone(look));
-            for mode in Mode::ALL {
+            for mode in Mode::ALL.into_iter().filter(|mode| scene.offers(*mode)) {
+                if mode == Mode::ShadowedBruteForce && names.ends_with("gold") {
+                    continue;
+                }
                 compared.add(
                     mode.name(),
                     &format!("{shape} {names}"),
@@ -53,6 +56,67 @@ fn every_mode_under_every_environment_with_every_material() {
     compared.finish();
 }
 
+#[test]
+fn tables_transfer_and_traced_shadows() {
+    let Some(mut compared) = Compared::new("tables_transfer_and_traced_shadows") else { return };
+    let modes = [Mode::Table, Mode::Transfer, Mode::BruteForce, Mode::ShadowedBruteForce];
+    for shape in ["sphere", "torus-knot", "plane"] {
+        let mesh = Arc::new(mesh::shape(shape).unwrap());
+        let transfer = scenes::transfer(&mesh);
+        for (names, look) in scenes::tabulated() {
+            let scene = Scene::of(Arc::clone(&mesh), Arc::clone(look));
+            let scene = scene.with_transfer(Some(Arc::clone(&transfer)));
+            for mode in modes {
+                assert!(scene.offers(mode));
+                let shot = shot(&scene, Show::One(mode));
+                compared.add(mode.name(), &format!("{shape} {names}"), &scene, &shot);
+            }
+        }
+    }
+    compared.finish();
+}
+
+/// Two brushed knots, one of which is a mirror image, under a turned light, from outside and inside.
+#[test]
+fn every_setting_of_a_shot_by_tables() {
+    let Some(mut compared) = Compared::new("every_setting_of_a_shot_by_tables") else { return };
+    let knot = Arc::new(mesh::shape("torus-knot").unwrap());
+    let transfer = scenes::transfer(&knot);
+    let looks = scenes::tabulated();
+    let object = |scale: [f64; 3], at: [f64; 3], look: usize| Object {
+        mesh: Arc::clone(&knot),
+        place: DAffine3::from_scale_rotation_translation(
+            scale.into(),
+            DQuat::from_rotation_y(0.4),
+            at.into(),
+        ),
+        look: Arc::clone(&looks[look].1),
+        transfer: Some(Arc::clone(&transfer)),
+    };
+    let objects = vec![object([0.8; 3], [0.0, -0.8, 0.0], 0), object([-0.6, 0.6, 0.6], [0.5, 0.6, 0.3], 2)];
+    let scene = Scene { light: Arc::clone(looks[0].1.light()), objects };
+    let turn = Rotation::from_yaw_pitch_roll(0.7, -0.4, 0.2);
+    let plain = Shot { size: [128, 80], turn, ..shot(&scene, Show::One(Mode::Table)) };
+    let split = Show::Split { left: Mode::Table, right: Mode::Transfer, at: 0.5 };
+    let difference = Show::Difference { of: Mode::Transfer, from: Mode::Table, amplify: 4.0 };
+    let shadows = Show::Difference { of: Mode::Transfer, from: Mode::ShadowedBruteForce, amplify: 1.0 };
+    let inside = Camera { framing: preview::Framing { radius: 0.12, ..scene.framing() }, ..plain.camera };
+    let near = Camera { zoom: 4.0, ..plain.camera };
+    let cases = [
+        ("a table", plain.clone()),
+        ("transfer", Shot { show: Show::One(Mode::Transfer), ..plain.clone() }),
+        ("a split", Shot { show: split, ..plain.clone() }),
+        ("a difference in 2 x 2 samples", Shot { show: difference, samples: 2, ..plain.clone() }),
+        ("a difference from shadowed brute force", Shot { show: shadows, ..plain.clone() }),
+        ("near", Shot { camera: near, ..plain.clone() }),
+        ("from inside", Shot { camera: inside, ..plain.clone() }),
+    ];
+    for (name, shot) in cases {
+        compared.add(name, "", &scene, &shot);
+    }
+    compared.finish();
+}
+
 /// Four objects with all materials: one is mirrored, one is occluded, one is cut by the picture's edge.
 fn group() -> Scene {
     let looks = scenes::looks();
@@ -61,8 +125,12 @@ fn group() -> Scene {
     let place = |scale: [f64; 3], turn: f64, at: [f64; 3]| {
         DAffine3::from_scale_rotation_translation(scale.into(), DQuat::from_rotation_y(turn), at.into())
     };
-    let object =
-        |mesh, place, look: usize| Object { mesh: Arc::clone(mesh), place, look: Arc::clone(&looks[look].1) };
+    let object = |mesh, place, look: usize| Object {
+        mesh: Arc::clone(mesh),
+        place,
+        look: Arc::clone(&looks[look].1),
+        transfer: None,
+    };
     let objects = vec![
         object(&knot, place([0.8; 3], 0.3, [0.0, -0.8, 0.0]), 1),
         object(&knot, place([-0.6, 0.6, 0.6], -0.4, [0.5, 0.6, 0.3]), 6),

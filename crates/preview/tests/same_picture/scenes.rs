@@ -3,13 +3,16 @@
 use std::sync::{Arc, LazyLock};
 
 use brdf::{
-    BrdfCoefficients, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, PoulinFournier, project,
+    BrdfCoefficients, BrdfTable, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, PoulinFournier,
+    Ward, project, tabulate,
 };
 use envmap::Environment;
+use mesh::Mesh;
 use preview::{Light, Look, MapSizes};
 use sh::{Degree, Expansion, Lighting, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
+use transfer::{Directions, Frames, Occluders, Transfer, precompute};
 
 /// A look, and the names of its light and material.
 pub(crate) type Named = (String, Arc<Look>);
@@ -47,6 +50,39 @@ pub(crate) fn looks() -> &'static [Named] {
         looks
     });
     &LOOKS
+}
+
+/// Brushed metal under each environment, of which there are no maps but a table, and hair with a table that
+/// is mirrored at the horizon.
+pub(crate) fn tabulated() -> &'static [Named] {
+    static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
+        let brushed = Material::Ward(Ward::new([0.2, 0.5], [0.9, 0.7, 0.4]).unwrap());
+        let hair = Material::KajiyaKay(KajiyaKay::new(24.0, [0.9, 0.6, 0.3]).unwrap());
+        let materials = [("brushed", brushed), ("hair", hair)].map(|(name, material)| {
+            let (table, _) = tabulate(&material, degree(4), 32).unwrap();
+            (name, material, Arc::new(table))
+        });
+        let mut looks = Vec::new();
+        for (light_name, environment) in environments() {
+            let lighting = analysed(&environment);
+            let light = Arc::new(Light::new(environment, Some(lighting)));
+            let look = |(name, material, table): &(&str, Material, Arc<BrdfTable>)| {
+                let look = Look::without_maps(Arc::clone(&light), material.clone(), SIZES);
+                (format!("{light_name} {name}"), Arc::new(look.with_table(Some(Arc::clone(table)))))
+            };
+            looks.extend(materials.iter().map(look));
+        }
+        looks
+    });
+    &LOOKS
+}
+
+/// The transfer matrices of a mesh, with few directions.
+pub(crate) fn transfer(mesh: &Mesh) -> Arc<Transfer> {
+    let directions = Directions::new(128, degree(6)).unwrap();
+    let frames = Frames::of(mesh).unwrap();
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)));
+    Arc::new(made.unwrap().0)
 }
 
 /// A look without its material.

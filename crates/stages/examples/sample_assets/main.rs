@@ -1,9 +1,11 @@
-//! Makes the sample environments: `cargo run --release -p stages --example sample_assets`.
+//! Makes the sample environments and the sample mesh: `cargo run --release -p stages --example
+//! sample_assets`.
 //!
 //! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so a truncated series
-//! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights. The same bytes
-//! are written on every run.
+//! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights.
+//! `assets/meshes/knot.glb` is a knot that casts shadows on itself. The same bytes are written on every run.
 
+mod knot;
 mod noise;
 mod sky;
 mod studio;
@@ -19,27 +21,28 @@ use sphere::LatLong;
 const GRID: LatLong = LatLong::with_rows(256);
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments");
-    std::fs::create_dir_all(&folder)?;
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
     for (name, bytes) in files()? {
         let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().unwrap_or(&folder))?;
         std::fs::write(&path, &bytes)?;
         println!("{} ({} kB)", path.display(), bytes.len() / 1000);
     }
     Ok(())
 }
 
-/// A file's name and content.
+/// A file's path among the assets, and its content.
 type File = (&'static str, Vec<u8>);
 
-/// The sample environments.
+/// The sample environments and the sample mesh.
 pub(crate) fn files() -> Result<Vec<File>, Box<dyn Error>> {
-    let scenes = [("sky.exr", sky::render(GRID)), ("studio.exr", studio::render(GRID))];
+    let scenes =
+        [("environments/sky.exr", sky::render(GRID)), ("environments/studio.exr", studio::render(GRID))];
     let encoded = scenes.into_iter().map(|(name, pixels)| {
         let image = Image::new(GRID.width, GRID.height, pixels).ok_or("the grid has pixels")?;
         let encoded = write_exr(&image, Precision::Half, None)?;
         assert_eq!(encoded.clamped, 0, "{name} is too bright for half floats");
         Ok((name, encoded.bytes))
     });
-    encoded.collect()
+    encoded.chain([Ok(("meshes/knot.glb", knot::glb()))]).collect()
 }

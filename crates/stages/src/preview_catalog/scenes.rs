@@ -3,11 +3,12 @@
 
 use std::sync::Arc;
 
-use brdf::Material;
+use brdf::{BrdfTable, Material};
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
 use preview::{Export, SubjectDetails};
 use preview::{Light, Look, MapSizes, Scene};
+use transfer::Transfer;
 
 use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
 use crate::artifacts;
@@ -18,6 +19,8 @@ const LOOKS: usize = 4;
 const LIGHTS: usize = 4;
 /// How many meshes are kept.
 const MESHES: usize = 4;
+/// How many tables, and how many transfers are kept.
+const TABLES: usize = 2;
 
 /// The looks, lights and meshes that were shown last.
 #[derive(Default)]
@@ -25,6 +28,8 @@ pub struct SceneCache {
     looks: Recent<LookKey, Look>,
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
+    tables: Recent<Digest, BrdfTable>,
+    transfers: Recent<Digest, Transfer>,
     /// The look of the material that was edited last.
     edited: Option<(LightKey, Material, Arc<Look>)>,
 }
@@ -36,10 +41,10 @@ enum MeshKey {
     BuiltIn(&'static str),
 }
 
-/// What a light is made from: environment, lighting, turn.
-type LightKey = (Digest, Option<Digest>, [u64; 9]);
-/// What a look is made from: light, reflection, material, sizes.
-type LookKey = (LightKey, Option<Digest>, Option<Digest>, MapSizes);
+/// What a light is made from: environment, lighting, turn, added lights.
+type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
+/// What a look is made from: light, reflection, material, table, sizes.
+type LookKey = (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, MapSizes);
 
 impl SceneCache {
     /// An entry on a mesh.
@@ -54,7 +59,26 @@ impl SceneCache {
         mesh: &str,
     ) -> Result<Scene, Failure> {
         let look = self.look(catalog.plan(), results, entry)?;
-        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
+        let transfer = self.transfer(catalog, results, mesh);
+        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look).with_transfer(transfer))
+    }
+
+    /// The transfer of a mesh, if it was made of the present one and can be read.
+    fn transfer(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        mesh: &str,
+    ) -> Option<Arc<Transfer>> {
+        let (mesh, item) = (catalog.mesh_item(mesh)?, catalog.transfer_item(mesh)?);
+        let made = results.get(item)?;
+        let of_mesh = results.get(mesh)?.digest().to_string();
+        let found = self.transfers.get(TABLES, made.digest(), || {
+            let transfer = made.get::<artifacts::Transfer>()?;
+            let is_same = transfer.0.mesh == of_mesh;
+            is_same.then(|| transfer.0.value.clone()).ok_or_else(|| Failure::new("it is of another mesh"))
+        });
+        found.ok()
     }
 
     /// An entry on a mesh with another material, whose maps do not exist.
@@ -93,10 +117,11 @@ impl SceneCache {
         results: &ResultsSnapshot,
         entry: &CatalogEntry,
     ) -> Result<Arc<Look>, Failure> {
-        let is_made = is_current(plan, results, entry, entry.reflection);
-        let reflection = results.get(entry.reflection).map(|reflection| reflection.digest());
+        let is_made = entry.reflection.is_some_and(|item| is_current(plan, results, entry, item));
+        let reflection = entry.reflection.and_then(|item| results.get(item));
+        let reflection_digest = reflection.as_ref().map(|reflection| reflection.digest());
         let is_same =
-            |(_, of, _, sizes): &LookKey| of.is_some() && *of == reflection && *sizes == entry.sizes;
+            |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == entry.sizes;
         if !is_made
             && entry.material.is_none()
             && let Some(look) = self.looks.find(is_same)
@@ -109,23 +134,42 @@ impl SceneCache {
         let read = |material: &engine::Handle| -> Result<Material, Failure> {
             Ok(material.get::<artifacts::Material>()?.0.clone())
         };
+        let table = self.table(plan, results, entry);
+        let table_digest = table.as_ref().map(|(digest, _)| *digest);
+        let table = table.map(|(_, table)| table);
         if let (false, Some(material)) = (is_made, &material) {
-            let key = (light_key, None, material_digest, entry.sizes);
-            let make = || Ok(Look::without_maps(light, read(material)?, entry.sizes));
+            let key = (light_key, None, material_digest, table_digest, entry.sizes);
+            let make = || Ok(Look::without_maps(light, read(material)?, entry.sizes).with_table(table));
             return self.looks.get(LOOKS, key, make);
         }
-        let reflection = handle(plan, results, entry.reflection)?;
-        let key = (light_key, Some(reflection.digest()), material_digest, entry.sizes);
+        let item = entry.reflection.ok_or_else(|| Failure::new("nothing reflects this material"))?;
+        let reflection = handle(plan, results, item)?;
+        let key = (light_key, Some(reflection.digest()), material_digest, table_digest, entry.sizes);
         self.looks.get(LOOKS, key, || {
             let material = material.as_deref().map(read).transpose()?;
-            Ok(if artifact(plan, entry.reflection) == Some(artifacts::Shrm::TYPE) {
+            let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
                 let map = reflection.get::<artifacts::Shrm>()?.0.clone();
                 Look::from_map(light, map, material, entry.sizes)
             } else {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
                 Look::new(light, reflection, material, entry.sizes)
-            })
+            };
+            Ok(look.with_table(table))
         })
+    }
+
+    /// The table of an entry, if it was made of the present material and can be read.
+    fn table(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+    ) -> Option<(Digest, Arc<BrdfTable>)> {
+        let item = entry.table.filter(|item| is_current(plan, results, entry, *item))?;
+        let made = results.get(item)?;
+        let digest = made.digest();
+        let read = || Ok(made.get::<artifacts::BrdfTable>()?.0.clone());
+        Some((digest, self.tables.get(TABLES, digest, read).ok()?))
     }
 
     /// The light of an entry, and its key. Coefficients that were not made from the present environment are
@@ -140,12 +184,24 @@ impl SceneCache {
         let lighting = entry.lighting.filter(|item| is_current(plan, results, entry, *item));
         let lighting = lighting.and_then(|item| results.get(item));
         let turn = entry.turn.matrix().to_cols_array().map(f64::to_bits);
-        let key = (environment.digest(), lighting.as_ref().map(|lighting| lighting.digest()), turn);
-        let light = self.lights.get(LIGHTS, key, || {
+        let added = entry.added.iter().map(|(item, turn)| Ok((handle(plan, results, *item)?, *turn)));
+        let added = added.collect::<Result<Vec<_>, Failure>>()?;
+        let digests = added.iter().map(|(added, _)| added.digest()).collect();
+        let key = (environment.digest(), lighting.as_ref().map(|lighting| lighting.digest()), turn, digests);
+        let light = self.lights.get(LIGHTS, key.clone(), || {
+            if artifact(plan, entry.environment) == Some(artifacts::Lighting::TYPE) {
+                let lighting = lighting.as_ref().unwrap_or(&environment).get::<artifacts::Lighting>()?;
+                return Light::of_lighting(lighting.0.clone()).ok_or_else(not_finite);
+            }
             let environment = environment.get::<artifacts::Environment>()?;
             let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
             let environment =
                 if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
+            let mut environment = environment;
+            for (added, turn) in &added {
+                let added = added.get::<artifacts::Lighting>()?.0.rotated(*turn);
+                environment = preview::lit(&environment, &added).ok_or_else(not_finite)?;
+            }
             let lighting = lighting.map(|lighting| lighting.get::<artifacts::Lighting>()).transpose()?;
             Ok(Light::new(environment, lighting.map(|lighting| lighting.0.whole())))
         })?;
@@ -210,6 +266,11 @@ impl PreviewCatalog {
         });
         SubjectDetails { exports: exports.collect(), notes: outdated.chain(messages).collect() }
     }
+}
+
+/// The failure of a light that no picture can show.
+fn not_finite() -> Failure {
+    Failure::new("the light has a radiance that is not finite")
 }
 
 /// What the last build made of an item.

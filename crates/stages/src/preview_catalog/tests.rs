@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use containers::{Precision, write_exr};
 use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
-use preview::{Look, Scene};
+use preview::{Look, Mode, Scene};
 use sphere::{Direction, LatLong};
 
 use super::*;
@@ -82,8 +82,8 @@ fn described(catalog: &PreviewCatalog) -> String {
             let Some(entry) = catalog.entry(environment, material).unwrap() else { continue };
             let stage = |item: &ItemIndex| stage_name(catalog.plan(), *item).to_owned();
             let exports = entry.exports.iter().map(stage).collect::<Vec<_>>().join(", ");
-            let reflection = stage(&entry.reflection);
-            let _ = writeln!(text, "{material} under {environment}: {reflection} -> {exports}");
+            let made = entry.reflection.or(entry.table).unwrap();
+            let _ = writeln!(text, "{material} under {environment}: {} -> {exports}", stage(&made));
         }
     }
     text
@@ -352,4 +352,119 @@ fn an_environment_is_turned_as_its_lighting_is() {
     assert!(radiance(-1.0) > 0.9 && radiance(1.0) < 0.1, "{} {}", radiance(-1.0), radiance(1.0));
     let harmonics = |x: f64| look.light().lighting().evaluate(toward(x))[0];
     assert!(harmonics(-1.0) > 0.8 && harmonics(1.0) < 0.2, "{} {}", harmonics(-1.0), harmonics(1.0));
+}
+
+/// A brushed metal that is tabulated, and a mesh with its transfer.
+const TABULATED: &str = r#"
+[stage.metal]
+kind = "import-material"
+source = "metal/*.toml"
+[stage.table]
+kind = "tabulate-brdf"
+input = "metal"
+degree = 2
+resolution = 8
+[stage.mesh]
+kind = "import-mesh"
+source = "shapes/*.glb"
+[stage.transfer]
+kind = "precompute-transfer"
+input = "mesh"
+degree = 1
+directions = 32
+[stage.lamps]
+kind = "circular-lights"
+source = "lamps.toml"
+[stage.turned]
+kind = "rotate"
+input = "lamps"
+yaw = 90.0
+"#;
+
+fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
+    let (folder, _) = project("");
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    };
+    write("metal/steel.toml", b"model = \"ward\"\nroughness = 0.2\nroughness_y = 0.5\n");
+    write("shapes/knot.glb", include_bytes!("../../../../assets/meshes/knot.glb"));
+    write("lamps.toml", b"[[light]]\ndirection = [0, 1, 0]\nangular_radius = 20\nradiance = 3\n");
+    write("pipeline.toml", format!("{SOURCES}{TABULATED}{stages}").as_bytes());
+    let plan = load(folder.path());
+    (folder, plan)
+}
+
+fn shaded(name: &str, lighting: &str) -> String {
+    format!(
+        "[stage.{name}]\nkind = \"shade-vertices\"\n\
+         inputs = {{ mesh = \"mesh\", table = \"table\", lighting = \"{lighting}\" }}\n"
+    )
+}
+
+#[test]
+fn a_table_is_shown_under_the_lights_under_which_vertices_are_shaded() {
+    let catalog = PreviewCatalog::of(tabulated("").1);
+    assert!(catalog.is_empty(), "no stage combines the table with a light");
+    let stages = shaded("sunlit", "lighting") + &shaded("lamplit", "turned");
+    let catalog = PreviewCatalog::of(tabulated(&stages).1);
+    let expected =
+        "steel under east: table -> \nsteel under north: table -> \nsteel under lamps: table -> \n";
+    assert_eq!(described(&catalog), expected);
+    let entry = catalog.entry("lamps", "steel").unwrap().unwrap();
+    let stages = |mesh: &str| catalog.stages(entry, mesh).into_iter().collect::<Vec<_>>();
+    assert_eq!(stages("plane"), ["lamps", "metal", "table", "turned"]);
+    assert_eq!(stages("knot"), ["lamps", "mesh", "metal", "table", "transfer", "turned"]);
+    let parts = catalog.parts(entry, "knot").into_iter().map(|item| stage_name(catalog.plan(), item));
+    assert_eq!(parts.collect::<Vec<_>>(), ["lamps", "metal", "mesh", "transfer", "table"]);
+}
+
+#[test]
+fn a_table_of_a_reflected_material_belongs_to_its_reflection() {
+    let stages = "[stage.matte]\nkind = \"tabulate-brdf\"\ninput = \"material\"\nresolution = 8\n\
+                  [stage.seen]\nkind = \"shade-vertices\"\n\
+                  inputs = { mesh = \"mesh\", table = \"matte\", lighting = \"lighting\" }\n";
+    let catalog = PreviewCatalog::of(tabulated(&format!("{REFLECTION}{stages}")).1);
+    assert!(
+        described(&catalog).starts_with("gold under east: reflection -> \ntin under east: reflection -> \n")
+    );
+    let entry = catalog.entry("north", "tin").unwrap().unwrap();
+    let table = entry.table.unwrap();
+    assert_eq!(stage_name(catalog.plan(), table), "matte");
+    assert!(entry.ancestry.contains(&table) && entry.maps.contains(&table));
+}
+
+#[test]
+fn a_scene_has_the_table_and_the_transfer_that_were_made_of_its_parts() {
+    let (folder, plan) = tabulated(&shaded("lamplit", "turned"));
+    let catalog = PreviewCatalog::of(plan.clone());
+    let entry = catalog.entry("lamps", "steel").unwrap().unwrap();
+    let results = build(&plan);
+    let mut scenes = SceneCache::default();
+    let scene = scenes.scene(&catalog, &results, entry, "knot").unwrap();
+    assert!(scene.offers(Mode::Table) && scene.offers(Mode::Transfer) && !scene.offers(Mode::LocalShrm));
+    let again = scenes.scene(&catalog, &results, entry, "knot").unwrap();
+    let transfer = |scene: &Scene| scene.objects[0].transfer.clone().unwrap();
+    assert!(Arc::ptr_eq(&scene.objects[0].look, &again.objects[0].look));
+    assert!(Arc::ptr_eq(&transfer(&scene), &transfer(&again)));
+    let plane = scenes.scene(&catalog, &results, entry, "plane").unwrap();
+    assert!(plane.offers(Mode::Table) && !plane.offers(Mode::Transfer));
+
+    // The lamp at +Y was turned to -X. It can be moved, by the picture alone.
+    let toward = |x: f64| Direction::normalised([x, 0.0, 0.0].into());
+    let radiance = |scene: &Scene, x: f64| scene.light.environment().radiance(toward(x))[0];
+    assert!((radiance(&scene, -1.0) - 3.0).abs() < 1e-3 && radiance(&scene, 1.0) == 0.0);
+    let moved = scene.with_disks_at(&[toward(1.0)]).unwrap();
+    assert!((radiance(&moved, 1.0) - 3.0).abs() < 1e-3 && radiance(&moved, -1.0) == 0.0);
+    assert!(moved.offers(Mode::Transfer) && moved.with_disks_at(&[]).is_none());
+    let lit = |scene: &Scene, x: f64| scene.light.lighting().evaluate(toward(x))[0];
+    // To degree 4 a lamp of the flux 1.1 sr is about 25 / (4 pi) of it high, and 5 / (4 pi) opposite.
+    assert!(lit(&scene, -1.0) > 1.5 && lit(&scene, 1.0) < 0.7 && lit(&moved, 1.0) > 1.5);
+
+    // Only the material is rebuilt, not the table.
+    fs::write(folder.path().join("metal/steel.toml"), "model = \"ward\"\nroughness = 0.4\n").unwrap();
+    let results = build_only(&plan, &["metal"]);
+    let edited = scenes.scene(&catalog, &results, entry, "knot").unwrap();
+    assert!(!edited.offers(Mode::Table) && edited.objects[0].look.material().is_some());
 }

@@ -6,7 +6,7 @@ use brdf::Choice;
 use engine::Output;
 use sh::Degree;
 use sphere::{DVec3, Rotation};
-use stages::artifacts::{Environment, Lighting, Material, Mesh, Reflection, Shrm};
+use stages::artifacts::{BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer};
 
 use crate::fixture::{Case, case, environment, sky, sky_lighting};
 use crate::report::microfacet;
@@ -229,6 +229,50 @@ fn brute_force_needs_the_material() {
         let message = "brute-force needs a material, but the port material is not connected";
         assert_eq!(bare(parameters).failure(), message);
     }
+}
+
+/// The table and the transfer of a mesh, drawn by a viewer whose light has degree 2, as the table.
+#[test]
+fn tables_and_transfer_are_drawn_with_their_inputs() {
+    let small = "size = 32\nsamples = 1\nlight-samples = 256";
+    let brushed = brdf::Material::Ward(brdf::Ward::new([0.3, 0.6], [1.0, 0.8, 0.5]).unwrap());
+    let table = case("tabulate-brdf", "degree = 2\nresolution = 16");
+    let table = (*table.input("material", Material(brushed.clone())).artifact::<BrdfTable>()).clone();
+    let knot = || Mesh(mesh::shape("torus-knot").unwrap());
+    let transfer = case("precompute-transfer", "degree = 2\ndirections = 64").input("mesh", knot());
+    let transfer = (*transfer.artifact::<Transfer>()).clone();
+    let with = |parameters: &str| {
+        case("preview", &format!("{small}\n{parameters}"))
+            .input("environment", environment(32, sky))
+            .input("material", Material(brushed.clone()))
+            .input("table", table.clone())
+    };
+    let whole = |parameters: &str| with(parameters).input("mesh", knot()).input("transfer", transfer.clone());
+    let ran = whole("modes = [\"table\", \"transfer\"]\ncompare = \"shadowed-brute-force\"").run().unwrap();
+    let rms = |mode: &str| {
+        let note = ran.notes.iter().find_map(|note| note.strip_prefix(&format!("{mode}: relative RMS ")));
+        note.unwrap().trim_end_matches(" %").parse::<f64>().unwrap()
+    };
+    assert!(rms("transfer") < 0.5 * rms("BRDF table"), "{:?}", ran.notes);
+    let missing = |case: Case, message: &str| assert_eq!(case.failure(), message);
+    missing(
+        with("modes = [\"transfer\"]"),
+        "transfer needs a transfer, but the port transfer is not connected",
+    );
+    missing(with(""), "local-shrm needs a reflection, but the port reflection is not connected");
+    missing(bare("modes = [\"table\"]"), "table needs a table, but the port table is not connected");
+    let other = with("modes = [\"transfer\"]").input("transfer", transfer.clone());
+    missing(other, "the transfer is of another mesh");
+}
+
+/// A sky of degree 2 is the same as an image and as a series.
+#[test]
+fn lighting_is_drawn_as_the_environment_that_it_is() {
+    let of = |case: Case| picture(&case).1;
+    let image =
+        of(case("preview", "size = 32\nmodes = [\"mirror\"]").input("environment", environment(256, sky)));
+    let series = of(case("preview", "size = 32\nmodes = [\"mirror\"]").input("environment", sky_lighting()));
+    assert!(apart(&image, &series) < 1.0, "{}", apart(&image, &series));
 }
 
 #[test]

@@ -116,6 +116,7 @@ fn shaders() -> String {
         include_str!("../light_samples.wgsl"),
         &material::shader(),
         &lobe_sampling::shader(),
+        NO_SHADOWS,
         include_str!("../brute_force.wgsl"),
     ]
     .concat()

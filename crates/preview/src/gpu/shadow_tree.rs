@@ -1,0 +1,80 @@
+//! What casts the shadows of a mesh, on the device.
+
+use mesh::Mesh;
+use transfer::Occluders;
+use wgpu::{BindGroupEntry, BufferUsages};
+
+use super::device::Device;
+use super::layouts::Layouts;
+use super::maps::LightSampling;
+use super::memory::within;
+use crate::shading::shadows::to_mesh;
+use crate::{Object, RenderError, Shot};
+
+/// The tree of a mesh's triangles, as shadows.wgsl reads it.
+#[derive(Debug)]
+pub(super) struct ShadowTree {
+    buffer: wgpu::Buffer,
+    nodes: u32,
+    offset: f32,
+}
+
+/// `ShadowUniforms` of shadows.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct ShadowUniforms {
+    to_mesh: [[f32; 4]; 3],
+    offset: f32,
+    nodes: u32,
+    unused: [u32; 2],
+}
+
+impl ShadowTree {
+    /// The tree of a mesh.
+    pub(super) fn new(device: &Device, mesh: &Mesh) -> Result<Self, RenderError> {
+        let occluders = Occluders::of(mesh);
+        let (nodes, triangles) = occluders.nodes();
+        within("shadows: the triangles of a mesh".to_owned(), triangles.len() as u64, 1 << 24)?;
+        let mut words: Vec<[u32; 4]> = Vec::with_capacity(2 * nodes.len() + 3 * triangles.len());
+        let word = |[x, y, z]: [f32; 3], last: u32| [x.to_bits(), y.to_bits(), z.to_bits(), last];
+        for node in &nodes {
+            words.push(word(node.min, node.skip));
+            words.push(word(node.max, node.first << 8 | node.count));
+        }
+        words.extend(triangles.as_flattened().iter().map(|corner| word(*corner, 0)));
+        let buffer = device.filled("the triangles that cast shadows", BufferUsages::STORAGE, &words)?;
+        Ok(Self { buffer, nodes: nodes.len() as u32, offset: occluders.offset() })
+    }
+
+    /// What shadowed brute force reads of an object.
+    pub(super) fn bound(
+        &self,
+        device: &Device,
+        layouts: &Layouts,
+        samples: &LightSampling,
+        uniforms: ShadowUniforms,
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let uniforms = device.filled("the shadows of an object", BufferUsages::UNIFORM, &[uniforms])?;
+        let [light, material, lobes] = &samples.buffers;
+        let buffers = [(0, light), (1, material), (2, lobes), (4, &self.buffer), (5, &uniforms)];
+        Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("light, material and shadows"),
+            layout: &layouts.shadowed,
+            entries: &buffers
+                .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() }),
+        }))
+    }
+}
+
+impl ShadowUniforms {
+    /// The shadows of an object on itself in a shot.
+    pub(super) fn new(tree: &ShadowTree, object: &Object, shot: &Shot) -> Self {
+        let [x, y, z] = to_mesh(object, shot).as_mat3().to_cols_array_2d();
+        Self {
+            to_mesh: [x, y, z].map(|[a, b, c]| [a, b, c, 0.0]),
+            offset: tree.offset,
+            nodes: tree.nodes,
+            unused: [0; 2],
+        }
+    }
+}

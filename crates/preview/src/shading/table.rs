@@ -1,0 +1,83 @@
+//! A BRDF table at a vertex: B = the sum of c_i(v) L_i (Kautz, Sloan and Snyder 2002, equation 1), with the
+//! table's coefficients toward the view and the light's in the frame of the vertex.
+//!
+//! The CPU shades vertices with the kernels of `transfer`. These functions are the shader's formulas one by
+//! one, which the tests hold against both. The views lie on a parabolic map: x = v_x / (1 + v_z), y alike,
+//! row 0 at +y.
+
+use brdf::{BelowHorizon, BrdfTable};
+use glam::Vec3;
+
+/// `TableUniforms` of table.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
+pub struct TableUniforms {
+    /// N: the map has N x N views.
+    pub size: u32,
+    /// Coefficients of a view.
+    pub rows: u32,
+    /// 1 if the table is grey, else 3.
+    pub channels: u32,
+    /// 1 if a view from below the horizon is looked up at its mirror image, 0 if at the horizon.
+    pub mirrored: u32,
+    /// Coefficients of a channel of the light.
+    pub light_rows: u32,
+}
+
+impl TableUniforms {
+    /// The uniforms of a table under a light of so many coefficients.
+    pub fn new(table: &BrdfTable, light_rows: usize) -> Self {
+        Self {
+            size: table.size() as u32,
+            rows: table.degree().rows() as u32,
+            channels: table.channels() as u32,
+            mirrored: u32::from(table.below() == BelowHorizon::Mirrored),
+            light_rows: light_rows as u32,
+        }
+    }
+}
+
+/// The radiance of a vertex toward a view, a unit vector in its frame, RGB. `values` is the map [N, N, rows,
+/// channels], `light` the vertex' light [3, light_rows].
+pub fn table_radiance(table: TableUniforms, values: &[f32], light: &[f32], view: Vec3) -> Vec3 {
+    let z = if table.mirrored == 1 { view.z.abs() } else { view.z.max(0.0) };
+    let across = if z > 0.0 { 1.0 + z } else { view.truncate().length().max(1e-30) };
+    let (column, row) = (place(table, view.x, across), place(table, -view.y, across));
+    let taps = [
+        (row.first, column.first, (1.0 - column.share) * (1.0 - row.share)),
+        (row.first, column.second, column.share * (1.0 - row.share)),
+        (row.second, column.first, (1.0 - column.share) * row.share),
+        (row.second, column.second, column.share * row.share),
+    ];
+    let [rows, channels, light_rows] =
+        [table.rows, table.channels, table.light_rows].map(|count| count as usize);
+    let mut radiance = Vec3::ZERO;
+    for i in 0..rows.min(light_rows) {
+        for channel in 0..3 {
+            let value = |row: u32, column: u32| {
+                let texel = (row * table.size + column) as usize;
+                values[(texel * rows + i) * channels + channel.min(channels - 1)]
+            };
+            let c: f32 = taps.iter().map(|&(row, column, weight)| weight * value(row, column)).sum();
+            radiance[channel] += c * light[channel * light_rows + i];
+        }
+    }
+    radiance
+}
+
+/// The place of a coordinate between two texels: the first, the second, and the share of the second.
+struct Place {
+    first: u32,
+    second: u32,
+    share: f32,
+}
+
+fn place(table: TableUniforms, along: f32, across: f32) -> Place {
+    let at = (0.5 * (along / across + 1.0) * table.size as f32 - 0.5).clamp(0.0, (table.size - 1) as f32);
+    let first = at as u32;
+    Place { first, second: (first + 1).min(table.size - 1), share: at - first as f32 }
+}
+
+#[cfg(test)]
+mod tests;

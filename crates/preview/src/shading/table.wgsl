@@ -1,0 +1,70 @@
+// A BRDF table at a vertex: B = sum of c_i(v) L_i (paper 2, equation 1). The twin of table.rs, which says how
+// the views lie on the map.
+//
+// It needs the buffers table_values, [N, N, rows, channels], and table_light, [vertices, 3, rows of the light].
+
+struct TableUniforms {
+    // N: the map has N x N views.
+    size: u32,
+    // Coefficients of a view.
+    rows: u32,
+    // 1 if the table is grey, else 3.
+    channels: u32,
+    // 1 if a view from below the horizon is looked up at its mirror image, 0 if at the horizon.
+    mirrored: u32,
+    // Coefficients of a channel of the light.
+    light_rows: u32,
+}
+
+// The place of a coordinate between two texels: the first, the second, and the share of the second.
+struct TablePlace {
+    first: u32,
+    second: u32,
+    share: f32,
+}
+
+fn table_place(table: TableUniforms, along: f32, across: f32) -> TablePlace {
+    let last = f32(table.size - 1u);
+    let at = clamp(0.5 * (along / across + 1.0) * f32(table.size) - 0.5, 0.0, last);
+    let first = u32(at);
+    return TablePlace(first, min(first + 1u, table.size - 1u), at - f32(first));
+}
+
+// The radiance of a vertex toward a view, a unit vector in its frame.
+fn table_radiance(table: TableUniforms, vertex: u32, view: vec3f) -> vec3f {
+    let z = select(max(view.z, 0.0), abs(view.z), table.mirrored == 1u);
+    let across = select(max(length(view.xy), 1e-30), 1.0 + z, z > 0.0);
+    let column = table_place(table, view.x, across);
+    let row = table_place(table, -view.y, across);
+    let texels = array<u32, 4>(
+        row.first * table.size + column.first,
+        row.first * table.size + column.second,
+        row.second * table.size + column.first,
+        row.second * table.size + column.second,
+    );
+    let weights = array<f32, 4>(
+        (1.0 - column.share) * (1.0 - row.share),
+        column.share * (1.0 - row.share),
+        (1.0 - column.share) * row.share,
+        column.share * row.share,
+    );
+    let light = vertex * 3u * table.light_rows;
+    var radiance = vec3f(0.0);
+    for (var i = 0u; i < min(table.rows, table.light_rows); i++) {
+        var c = vec3f(0.0);
+        for (var tap = 0u; tap < 4u; tap++) {
+            let at = (texels[tap] * table.rows + i) * table.channels;
+            if table.channels == 1u {
+                c += weights[tap] * table_values[at];
+            } else {
+                c += weights[tap] * vec3f(table_values[at], table_values[at + 1u], table_values[at + 2u]);
+            }
+        }
+        radiance += c * vec3f(
+            table_light[light + i],
+            table_light[light + table.light_rows + i],
+            table_light[light + 2u * table.light_rows + i],
+        );
+    }
+    return radiance;
+}
