@@ -26,7 +26,7 @@
 use brdf::BelowHorizon;
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, parameters};
-use transfer::{Frames, Viewer, shade, shade_with_transfer};
+use transfer::{Frames, Viewer, shade};
 
 use crate::artifacts;
 use crate::share::share;
@@ -49,7 +49,7 @@ impl Kind for ShadeVertices {
     type Parameters = Parameters;
 
     const NAME: &'static str = "shade-vertices";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[transfer::revisions::SHADING];
     const TEXT: &'static str = include_str!("shade_vertices.rs");
 
@@ -100,7 +100,8 @@ impl Kind for ShadeVertices {
                     context
                         .note("light from below the horizon, which this material reflects, is not shadowed");
                 }
-                shade_with_transfer(&frames, table, viewer, &transfer.0.value, &light)
+                let found = transfer.0.value.shade(&frames, table, viewer, &light);
+                found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))?
             }
             None => shade(&frames, table, viewer, &light),
         };

@@ -15,6 +15,8 @@ pub(crate) const LANES: usize = 8;
 pub struct Frames {
     /// Where each vertex is.
     positions: Vec<[f32; 3]>,
+    /// The way from each vertex into the surface: in its plane, toward the centres of its triangles.
+    inward: Vec<[f32; 3]>,
     /// x, y and N of each vertex.
     axes: Vec<[[f32; 3]; 3]>,
     /// The angles of each eight vertices; the last are repeated to fill them.
@@ -53,7 +55,8 @@ impl Frames {
             }
             Ok(orthonormal(normal, tangent))
         });
-        Ok(Self::new(mesh.positions().to_vec(), &frames.collect::<Result<Vec<_>, _>>()?))
+        let frames: Vec<DMat3> = frames.collect::<Result<_, _>>()?;
+        Ok(Self { inward: inward(mesh, &frames), ..Self::new(mesh.positions().to_vec(), &frames) })
     }
 
     /// Frames as matrices whose columns are x, y and N.
@@ -77,7 +80,8 @@ impl Frames {
         let axes = |matrix: &DMat3| {
             [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.as_vec3().to_array())
         };
-        Self { positions, axes: to_world.iter().map(axes).collect(), angles: angles.collect() }
+        let inward = vec![[0.0; 3]; positions.len()];
+        Self { positions, inward, axes: to_world.iter().map(axes).collect(), angles: angles.collect() }
     }
 
     /// The number of vertices.
@@ -95,6 +99,11 @@ impl Frames {
         &self.positions
     }
 
+    /// The way from a vertex into the surface, of the length of its triangles at its edge and shorter inside.
+    pub(crate) fn inward(&self, vertex: usize) -> [f32; 3] {
+        self.inward[vertex]
+    }
+
     /// The normal of a vertex.
     pub fn normal(&self, vertex: usize) -> [f32; 3] {
         self.axes[vertex][2]
@@ -108,6 +117,24 @@ impl Frames {
     pub(crate) fn angles(&self) -> &[Angles] {
         &self.angles
     }
+}
+
+/// For each vertex the mean way to the centres of its triangles, without its part along the normal.
+fn inward(mesh: &Mesh, frames: &[DMat3]) -> Vec<[f32; 3]> {
+    let mut ways = vec![(DVec3::ZERO, 0.0); frames.len()];
+    for corners in mesh.triangles() {
+        let places = corners.map(|vertex| double(mesh.positions()[vertex as usize]));
+        let centre = (places[0] + places[1] + places[2]) / 3.0;
+        for (vertex, place) in corners.iter().zip(places) {
+            let (way, count) = &mut ways[*vertex as usize];
+            (*way, *count) = (*way + centre - place, *count + 1.0);
+        }
+    }
+    let mean = |((way, count), frame): (&(DVec3, f64), &DMat3)| {
+        let way = *way / count.max(1.0);
+        (way - frame.z_axis * way.dot(frame.z_axis)).as_vec3().to_array()
+    };
+    ways.iter().zip(frames).map(mean).collect()
 }
 
 fn double(v: [f32; 3]) -> DVec3 {

@@ -1,0 +1,159 @@
+//! Transfer matrices of 16-bit numbers: half the memory, which is what limits shading with them.
+//!
+//! A half has 11 bits: entries, which are at most about 1, are rounded by 2.4e-4 of themselves.
+
+use brdf::BrdfTable;
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+use sh::f64x4::SimdLevel;
+use sh::{Degree, Expansion};
+
+use crate::directions::Directions;
+use crate::frames::Frames;
+use crate::occluders::Occluders;
+use crate::shading::Viewer;
+use crate::transfer::{Transfer, TransferError, bake};
+use crate::view::{by_channel, dot, look_up};
+
+/// A transfer matrix for each vertex, [V, (O+1)^2, (F+1)^2].
+#[derive(Clone, Debug, PartialEq)]
+pub struct HalfTransfer {
+    output: Degree,
+    input: Degree,
+    values: Vec<f16>,
+}
+
+/// The vertices that a thread takes at a time.
+const CHUNK: usize = 512;
+
+impl HalfTransfer {
+    /// Matrices from their values; `None` if the length is not a multiple of (O+1)^2 (F+1)^2.
+    pub fn new(output: Degree, input: Degree, values: Vec<f16>) -> Option<Self> {
+        values.len().is_multiple_of(output.rows() * input.rows()).then_some(Self { output, input, values })
+    }
+
+    /// Bakes shadows, without the matrices of all vertices in memory; also the number of vertices that see nothing.
+    ///
+    /// # Errors
+    /// As [`crate::precompute_unless`].
+    pub fn precompute(
+        frames: &Frames,
+        occluders: &Occluders,
+        directions: &Directions,
+        (output, input): (Degree, Degree),
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(Self, usize), TransferError> {
+        let length = output.rows() * input.rows();
+        let scene = (frames, occluders, directions);
+        let round = |matrix: &[f32], values: &mut [f16]| values.convert_from_f32_slice(matrix);
+        let (values, blind) = bake(scene, (output, input), (length, f16::ZERO), stop, &round)?;
+        Ok((Self { output, input, values }, blind))
+    }
+
+    /// Rounds matrices.
+    pub fn of(transfer: &Transfer) -> Self {
+        let mut values = vec![f16::ZERO; transfer.values().len()];
+        values.convert_from_f32_slice(transfer.values());
+        Self { output: transfer.output(), input: transfer.input(), values }
+    }
+
+    /// O, the degree of the light that arrives.
+    pub fn output(&self) -> Degree {
+        self.output
+    }
+
+    /// F, the degree of the light of the world.
+    pub fn input(&self) -> Degree {
+        self.input
+    }
+
+    /// The number of vertices.
+    pub fn len(&self) -> usize {
+        self.values.len() / (self.output.rows() * self.input.rows())
+    }
+
+    /// Whether there is no vertex.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// All matrices: [V, (O+1)^2, (F+1)^2].
+    pub fn values(&self) -> &[f16] {
+        &self.values
+    }
+
+    /// The matrices as 32-bit numbers.
+    pub fn matrices(&self) -> Option<Transfer> {
+        Transfer::new(self.output, self.input, self.values.to_f32_vec())
+    }
+
+    /// The radiance of each vertex, as [`crate::shade_with_transfer`] has it.
+    ///
+    /// # Panics
+    /// If the transfer has not as many vertices as there are frames.
+    pub fn shade(
+        &self,
+        frames: &Frames,
+        table: &BrdfTable,
+        viewer: Viewer,
+        light: &Expansion,
+    ) -> Vec<[f32; 3]> {
+        assert_eq!(frames.len(), self.len(), "the frames of this transfer");
+        let light = by_channel(light, self.input.min(light.degree()));
+        let mut radiance = vec![[0.0; 3]; frames.len()];
+        radiance.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, radiance)| {
+            let first = chunk * CHUNK;
+            SimdLevel::detect().run(Halves {
+                frames,
+                table,
+                viewer,
+                transfer: self,
+                light: &light,
+                first,
+                radiance,
+            });
+        });
+        radiance
+    }
+}
+
+struct Halves<'a> {
+    frames: &'a Frames,
+    table: &'a BrdfTable,
+    viewer: Viewer,
+    transfer: &'a HalfTransfer,
+    light: &'a [Vec<f32>; 3],
+    first: usize,
+    radiance: &'a mut [[f32; 3]],
+}
+
+impl WithSimd for Halves<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (table, channels) = (self.table, self.table.channels());
+        let rows = self.transfer.output.min(table.degree()).rows();
+        let (columns, kept) = (self.transfer.input.rows(), self.light[0].len());
+        let length = self.transfer.output.rows() * columns;
+        let mut c = vec![0.0; table.texel()];
+        let (mut matrix, mut seen) = (vec![0.0; rows * columns], vec![0.0; kept]);
+        for (offset, rgb) in self.radiance.iter_mut().enumerate() {
+            let vertex = self.first + offset;
+            look_up(self.frames, table, self.viewer, vertex, &mut c);
+            self.transfer.values[vertex * length..][..rows * columns].convert_to_f32_slice(&mut matrix);
+            for channel in 0..3 {
+                if channel < channels {
+                    seen.fill(0.0);
+                    for (row, entries) in matrix.chunks_exact(columns).enumerate() {
+                        let c = c[row * channels + channel];
+                        seen.iter_mut().zip(&entries[..kept]).for_each(|(sum, entry)| *sum += c * entry);
+                    }
+                }
+                rgb[channel] = dot(&seen, &self.light[channel]);
+            }
+        }
+    }
+}
