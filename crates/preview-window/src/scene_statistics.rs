@@ -108,9 +108,10 @@ fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
         maps.push((name, size_of_val(table.values()) as u64));
     }
     if let Some(transfer) = &object.transfer {
-        let (output, input) = (transfer.output().get(), transfer.input().get());
-        let name = format!("transfer, degrees {output} and {input}, {} vertices", transfer.len());
-        maps.push((name, size_of_val(transfer.values()) as u64));
+        let first = &transfer[0];
+        let (output, input) = (first.output().get(), first.input().get());
+        let name = format!("transfer, degrees {output} and {input}, {} vertices", first.len());
+        maps.push((name, transfer.iter().map(|transfer| size_of_val(transfer.values()) as u64).sum()));
     }
     maps.push(("irradiance, 9 rows".into(), 9 * texel));
     maps.push((format!("environment, {} x {}", grid.width, grid.height), grid.len() as u64 * texel));

@@ -18,8 +18,9 @@ pub struct Object {
     pub place: DAffine3,
     /// Its material under its light.
     pub look: Arc<Look>,
-    /// The transfer matrices of the mesh, for [`Mode::Transfer`].
-    pub transfer: Option<Arc<Transfer>>,
+    /// The transfer matrices of the mesh, for [`Mode::Transfer`]: for all channels, or for each of red, green
+    /// and blue.
+    pub transfer: Option<Arc<Vec<Transfer>>>,
 }
 
 /// Meshes in front of an environment.
@@ -43,7 +44,7 @@ impl Scene {
 
     /// The same scene with the transfer matrices of its first object's mesh.
     #[must_use]
-    pub fn with_transfer(mut self, transfer: Option<Arc<Transfer>>) -> Self {
+    pub fn with_transfer(mut self, transfer: Option<Arc<Vec<Transfer>>>) -> Self {
         if let Some(object) = self.objects.first_mut() {
             object.transfer = transfer;
         }
@@ -121,7 +122,9 @@ impl Scene {
 impl Object {
     /// Whether it has what a mode needs beside light and material.
     pub fn offers(&self, mode: Mode) -> bool {
-        let is_of_this_mesh = |transfer: &Arc<Transfer>| transfer.len() == self.mesh.positions().len();
+        let is_of_this_mesh = |transfer: &Arc<Vec<Transfer>>| {
+            transfer.iter().all(|transfer| transfer.len() == self.mesh.positions().len())
+        };
         match mode {
             Mode::Table => self.look.table().is_some(),
             Mode::Transfer => {

@@ -50,7 +50,7 @@ pub(crate) struct ShadedMesh {
     mesh: Arc<Mesh>,
     pub(crate) table: Arc<BrdfTable>,
     /// For [`Mode::Transfer`].
-    transfer: Option<Arc<Transfer>>,
+    transfer: Option<Arc<Vec<Transfer>>>,
 }
 
 impl ShadedMesh {
@@ -71,7 +71,7 @@ impl ShadedMesh {
 
     /// Whether both consist of the same values.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let same = |one: &Option<Arc<Transfer>>, other: &Option<Arc<Transfer>>| match (one, other) {
+        let same = |one: &Option<Arc<Vec<Transfer>>>, other: &Option<Arc<Vec<Transfer>>>| match (one, other) {
             (Some(one), Some(other)) => Arc::ptr_eq(one, other),
             (one, other) => one.is_none() && other.is_none(),
         };
@@ -92,7 +92,7 @@ impl ShadedMesh {
     /// the table or the transfer takes.
     pub(crate) fn view(&self, object: &Object, shot: &Shot) -> VertexView {
         let light = object.look.light().lighting();
-        let taken = self.transfer.as_ref().map_or(self.table.degree(), |transfer| transfer.input());
+        let taken = self.transfer.as_ref().map_or(self.table.degree(), |transfer| transfer[0].input());
         let (axes, mirrored) = axes(object);
         let light = rotate(&light.to_degree(taken.min(light.degree())), axes.inverse().after(shot.turn));
         VertexView {
@@ -119,8 +119,9 @@ impl ShadedMesh {
 
     fn shade(&self, frames: &Frames, view: &VertexView) -> Vec<[f32; 3]> {
         let viewer = Viewer::At(view.viewer);
-        match &self.transfer {
-            Some(transfer) => shade_with_transfer(frames, &self.table, viewer, transfer, &view.light),
+        match self.transfer.as_ref().map(|transfer| transfer.as_slice()) {
+            Some([transfer]) => shade_with_transfer(frames, &self.table, viewer, transfer, &view.light),
+            Some(_) => self.fixed_light(frames, &view.light).shade(frames, &self.table, viewer),
             None => shade(frames, &self.table, viewer, &view.light),
         }
     }

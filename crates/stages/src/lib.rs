@@ -5,6 +5,7 @@
 //! [`artifacts`].
 
 pub mod artifacts;
+mod blended_frames;
 mod brush_mesh;
 mod choices;
 mod circular_lights;

@@ -428,8 +428,8 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         }
         None => Look::of_light(light, material, sizes),
     };
-    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
-    Ok(scene.with_transfer(transfer(context)?))
+    let transfer = transfer(context, &mesh)?;
+    Ok(Scene::of(Arc::new(mesh), Arc::new(look.with_table(table))).with_transfer(transfer))
 }
 
 /// The light of the environment, or of lighting without one.
@@ -443,17 +443,24 @@ fn light(context: &Context<'_>) -> Result<Light, Failure> {
 }
 
 /// The transfer of the mesh, if there is one.
-fn transfer(context: &Context<'_>) -> Result<Option<Arc<transfer::Transfer>>, Failure> {
+fn transfer(
+    context: &Context<'_>,
+    mesh: &mesh::Mesh,
+) -> Result<Option<Arc<Vec<transfer::Transfer>>>, Failure> {
     let Some(transfer) = context.optional::<artifacts::Transfer>("transfer")? else { return Ok(None) };
-    let mesh = match context.type_at("mesh") {
+    let digest = match context.type_at("mesh") {
         Some(_) => Digest::of(&context.bytes("mesh")?).to_string(),
         None => String::new(),
     };
-    if transfer.0.mesh != mesh {
+    if transfer.0.mesh != digest {
         return Err(Failure::new("the transfer is of another mesh")
             .help("connect the mesh that precompute-transfer was given, tangents included"));
     }
-    Ok(Some(Arc::new(transfer.0.value.clone())))
+    let matrices = transfer.0.value.matrices(&transfer::Frames::of(mesh)?).ok_or_else(|| {
+        Failure::new("the preview shows matrices, and this transfer is matte")
+            .help("bake it in another form for the preview: form = \"matrices\"")
+    })?;
+    Ok(Some(matrices.into()))
 }
 
 fn built_in(shape: BuiltInMesh) -> Result<mesh::Mesh, Failure> {

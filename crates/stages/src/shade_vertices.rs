@@ -29,9 +29,10 @@
 use brdf::BelowHorizon;
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, parameters};
-use transfer::{Frames, Viewer, shade, shade_with_transfer};
+use transfer::{Viewer, shade};
 
 use crate::artifacts;
+use crate::blended_frames::blended_frames;
 use crate::share::share;
 use crate::vector::Vector;
 
@@ -52,7 +53,7 @@ impl Kind for ShadeVertices {
     type Parameters = Parameters;
 
     const NAME: &'static str = "shade-vertices";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[transfer::revisions::SHADING];
     const TEXT: &'static str = include_str!("shade_vertices.rs");
 
@@ -89,33 +90,11 @@ impl Kind for ShadeVertices {
             return Err(Failure::new("the transfer is of another mesh")
                 .help("connect the mesh that precompute-transfer was given, tangents included"));
         }
-        let blend = context.optional::<artifacts::VertexBlend>("blend")?;
-        match (&blend, table.count()) {
-            (Some(blend), _) if blend.0.mesh != digest => {
-                return Err(Failure::new("the blend is of another mesh")
-                    .help("connect the mesh that vertex-blend was given, tangents included"));
-            }
-            (Some(_), 1) => context.warn("the table has one material: the blend changes nothing"),
-            (None, 2..) => {
-                return Err(Failure::new(format!(
-                    "the table has {} materials, and nothing says where each is",
-                    table.count()
-                ))
-                .help("connect a blend: a stage of the kind vertex-blend"));
-            }
-            _ => {}
-        }
         let viewer = match (parameters.camera, parameters.view) {
             (Some(Vector(place)), _) => Viewer::At(place),
             (None, view) => Viewer::Distant(view.unwrap_or(Vector([1.0, 0.0, 0.0])).direction()),
         };
-        let (mut frames, light) = (Frames::of(&mesh.0)?, lighting.whole());
-        if let Some(blend) = &blend {
-            if blend.0.value.len() != frames.len() {
-                return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
-            }
-            frames = frames.with_blend(&blend.0.value);
-        }
+        let (frames, light) = (blended_frames(context, &mesh.0, table)?, lighting.whole());
         let degrees = [table.degree(), light.degree()].map(|degree| degree.get());
         if degrees[0] > degrees[1] {
             context.note(format!("the light ends at degree {}, the table at {}", degrees[1], degrees[0]));
@@ -126,7 +105,8 @@ impl Kind for ShadeVertices {
                     context
                         .note("light from below the horizon, which this material reflects, is not shadowed");
                 }
-                shade_with_transfer(&frames, table, viewer, &transfer.0.value, &light)
+                let found = transfer.0.value.shade(&frames, table, viewer, &light);
+                found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))?
             }
             None => shade(&frames, table, viewer, &light),
         };

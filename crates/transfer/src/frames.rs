@@ -24,6 +24,8 @@ pub enum Viewer {
 pub struct Frames {
     /// Where each vertex is.
     positions: Vec<[f32; 3]>,
+    /// The way from each vertex into the surface: in its plane, toward the centres of its triangles.
+    inward: Vec<[f32; 3]>,
     /// Each eight vertices; the last one is repeated to fill them.
     blocks: Vec<Block>,
 }
@@ -72,7 +74,8 @@ impl Frames {
             }
             Ok(orthonormal(normal, tangent))
         });
-        Ok(Self::new(mesh.positions().to_vec(), &frames.collect::<Result<Vec<_>, _>>()?))
+        let frames: Vec<DMat3> = frames.collect::<Result<_, _>>()?;
+        Ok(Self { inward: inward(mesh, &frames), ..Self::new(mesh.positions().to_vec(), &frames) })
     }
 
     /// Frames as matrices whose columns are x, y and N.
@@ -105,7 +108,8 @@ impl Frames {
             block
         });
         let blocks = blocks.collect();
-        Self { positions, blocks }
+        let inward = vec![[0.0; 3]; positions.len()];
+        Self { positions, inward, blocks }
     }
 
     /// The same frames for a table of several materials: where each vertex is between the first, 0, and the
@@ -140,6 +144,11 @@ impl Frames {
     /// Where each vertex is.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
+    }
+
+    /// The way from a vertex into the surface, of the length of its triangles at its edge and shorter inside.
+    pub(crate) fn inward(&self, vertex: usize) -> [f32; 3] {
+        self.inward[vertex]
     }
 
     /// The normal of a vertex.
@@ -201,6 +210,24 @@ impl Block {
         }
         views
     }
+}
+
+/// For each vertex the mean way to the centres of its triangles, without its part along the normal.
+fn inward(mesh: &Mesh, frames: &[DMat3]) -> Vec<[f32; 3]> {
+    let mut ways = vec![(DVec3::ZERO, 0.0); frames.len()];
+    for corners in mesh.triangles() {
+        let places = corners.map(|vertex| double(mesh.positions()[vertex as usize]));
+        let centre = (places[0] + places[1] + places[2]) / 3.0;
+        for (vertex, place) in corners.iter().zip(places) {
+            let (way, count) = &mut ways[*vertex as usize];
+            (*way, *count) = (*way + centre - place, *count + 1.0);
+        }
+    }
+    let mean = |((way, count), frame): (&(DVec3, f64), &DMat3)| {
+        let way = *way / count.max(1.0);
+        (way - frame.z_axis * way.dot(frame.z_axis)).as_vec3().to_array()
+    };
+    ways.iter().zip(frames).map(mean).collect()
 }
 
 fn double(v: [f32; 3]) -> DVec3 {

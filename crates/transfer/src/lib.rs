@@ -5,24 +5,38 @@
 //! coordinates of a direction d in it. With the light's coefficients L_i turned into that frame and the
 //! table's c_i at the view in that frame, its radiance is the sum of L_i c_i (equation 1).
 
+mod clusters;
 mod directions;
 mod frames;
+mod half_transfer;
+mod interreflection;
+mod matte;
 mod occluder_nodes;
 mod occluders;
 mod rotation;
 mod shading;
+mod stored;
 mod transfer;
 mod triple_products;
+mod vectors;
+mod visibility;
 
+pub use clusters::ClusteredTransfer;
 pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};
+pub use half_transfer::HalfTransfer;
+pub use interreflection::{interreflect, interreflect_matte, reflection_bytes};
+pub use matte::{MatteTransfer, NotMatte};
 pub use occluder_nodes::OccluderNode;
 pub use occluders::Occluders;
 pub use shading::{FixedLight, FixedView, shade, shade_with_transfer};
+pub use stored::{Form, StoredTransfer};
 pub use transfer::{MOST_BYTES, Transfer, TransferError, precompute, precompute_unless};
+pub use visibility::Visibility;
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
+    pub use crate::interreflection::REVISION as INTERREFLECTION;
     pub use crate::shading::REVISION as SHADING;
     pub use crate::transfer::REVISION as TRANSFER;
 }

@@ -1,10 +1,6 @@
 //! The triangles that block light as a list of boxes that a shader can walk without a stack.
 
-use std::time::Duration;
-
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
+use glam::Vec3;
 
 use crate::occluders::Occluders;
 
@@ -24,6 +20,10 @@ pub struct OccluderNode {
     pub count: u32,
 }
 
+/// By how much boxes grow on each side, as a share of the radius of all triangles: they are rounded apart
+/// from what is in them.
+const ROUNDED: f32 = 1e-6;
+
 impl Occluders {
     /// All boxes, and the corners of the triangles in the order in which the boxes hold them.
     pub fn nodes(&self) -> (Vec<OccluderNode>, Vec<[[f32; 3]; 3]>) {
@@ -31,8 +31,9 @@ impl Occluders {
         if self.is_empty() {
             return (nodes, triangles);
         }
-        let params = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
-        let tree: Bvh2 = build_bvh2_from_tris(self.triangles(), params, &mut Duration::default());
+        let corners: Vec<[[f32; 3]; 3]> =
+            self.corners().map(|corners| corners.map(|corner| self.unscaled(corner).to_array())).collect();
+        let tree = self.tree();
         // What is still to visit: a node of the tree, or the end of one in the list.
         let mut open = vec![Visit::Node(0)];
         while let Some(visit) = open.pop() {
@@ -49,17 +50,13 @@ impl Occluders {
             let first = triangles.len() as u32;
             open.push(Visit::End(nodes.len()));
             if node.is_leaf() {
-                let own = &tree.primitive_indices[node.first_index as usize..][..node.prim_count as usize];
-                triangles.extend(own.iter().map(|index| {
-                    let triangle = &self.triangles()[*index as usize];
-                    [triangle.v0, triangle.v1, triangle.v2].map(|corner| corner.to_array())
-                }));
+                triangles.extend(&corners[node.first_index as usize..][..node.prim_count as usize]);
             } else {
                 open.extend([node.first_index + 1, node.first_index].map(Visit::Node));
             }
             nodes.push(OccluderNode {
-                min: node.aabb.min.to_array(),
-                max: node.aabb.max.to_array(),
+                min: self.unscaled(Vec3::from(node.aabb.min) - ROUNDED).to_array(),
+                max: self.unscaled(Vec3::from(node.aabb.max) + ROUNDED).to_array(),
                 skip: 0,
                 first,
                 count: triangles.len() as u32 - first,

@@ -10,6 +10,8 @@
 //! Everything is computed for eight vertices at a time, a lane each, so that no sum runs across a vector.
 
 use brdf::BrdfTable;
+use half::f16;
+use half::slice::HalfFloatSliceExt;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
@@ -18,6 +20,7 @@ use sh::{Degree, Expansion};
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::rotation::{FrameRotation, Lanes};
 use crate::transfer::Transfer;
+use crate::vectors::{by_channel, by_row, dot};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -56,15 +59,10 @@ pub fn shade(frames: &Frames, table: &BrdfTable, viewer: Viewer, light: &Expansi
     radiance
 }
 
-/// The coefficients of a light in f32, RGB in each row.
-fn by_row(light: &Expansion, degree: Degree) -> Vec<[f32; 3]> {
-    light.coefficients()[..degree.rows()].iter().map(|rgb| rgb.map(|value| value as f32)).collect()
-}
-
 /// Eight looked-up texels, [lane][row, channel], as [channel][row][lane], cut to the rows that there is room
 /// for.
 #[inline(always)]
-fn by_lane(texels: &[f32], channels: usize, c: &mut Lanes) {
+pub(crate) fn by_lane(texels: &[f32], channels: usize, c: &mut Lanes) {
     let (texel, rows) = (texels.len() / LANES, c.len() / channels);
     let lanes: [&[f32]; LANES] = std::array::from_fn(|lane| &texels[lane * texel..][..texel]);
     for (channel, c) in c.chunks_exact_mut(rows).enumerate() {
@@ -176,29 +174,29 @@ impl FixedLight {
         Self { degree, count: frames.len(), values }
     }
 
-    /// What arrives of a light past the mesh, (T L)_i: the light turned and shadowed.
-    pub fn with_transfer(transfer: &Transfer, light: &Expansion) -> Self {
-        let (degree, stored) = (transfer.output(), transfer.input().rows());
-        let light = by_row(light, transfer.input().min(light.degree()));
-        let (rows, length) = (degree.rows(), transfer.output().rows() * stored);
-        let mut values = vec![[0.0; LANES]; transfer.len().div_ceil(LANES) * 3 * rows];
-        let blocks = values.par_chunks_exact_mut(3 * rows).zip(transfer.values().par_chunks(LANES * length));
-        blocks.for_each(|(values, matrices)| {
-            for (lane, matrix) in matrices.chunks_exact(length).enumerate() {
-                for (row, entries) in matrix.chunks_exact(stored).enumerate() {
-                    let mut sums = [0.0; 3];
-                    for (entry, rgb) in entries.iter().zip(&light) {
-                        for (sum, value) in sums.iter_mut().zip(rgb) {
-                            *sum += entry * value;
-                        }
-                    }
-                    for (channel, sum) in sums.into_iter().enumerate() {
-                        values[channel * rows + row][lane] = sum;
+    /// What arrives of a light past the mesh, (T L)_i: the light turned and shadowed. The transfer is one for
+    /// all channels, or one for each of red, green and blue.
+    ///
+    /// # Panics
+    /// If there is no transfer.
+    pub fn with_transfer(transfer: &[Transfer], light: &Expansion) -> Self {
+        let first = &transfer[0];
+        let (degree, stored) = (first.output(), first.input().rows());
+        let light = by_channel(light, first.input().min(light.degree()));
+        let (rows, length) = (degree.rows(), degree.rows() * stored);
+        let mut values = vec![[0.0; LANES]; first.len().div_ceil(LANES) * 3 * rows];
+        for (channel, light) in light.iter().enumerate() {
+            let matrices = transfer[channel.min(transfer.len() - 1)].values().par_chunks(LANES * length);
+            values.par_chunks_exact_mut(3 * rows).zip(matrices).for_each(|(values, matrices)| {
+                let values = &mut values[channel * rows..][..rows];
+                for (lane, matrix) in matrices.chunks_exact(length).enumerate() {
+                    for (value, entries) in values.iter_mut().zip(matrix.chunks_exact(stored)) {
+                        value[lane] = dot(&entries[..light.len()], light);
                     }
                 }
-            }
-        });
-        Self { degree, count: transfer.len(), values }
+            });
+        }
+        Self { degree, count: first.len(), values }
     }
 
     /// The degree of the light in the frames.
@@ -321,25 +319,27 @@ impl FixedView {
     }
 
     /// Looks the table up for every vertex and takes what the mesh hides away from it: sum over i of c_i
-    /// T_ij.
+    /// T_ij. The transfer is one for all channels, or one for each of red, green and blue.
     ///
     /// # Panics
-    /// If the transfer has not as many vertices.
-    pub fn with_transfer(frames: &Frames, table: &BrdfTable, viewer: Viewer, transfer: &Transfer) -> Self {
-        assert_eq!(frames.len(), transfer.len(), "the frames of this transfer");
-        let (degree, channels, texel) = (transfer.input(), table.channels(), table.texel());
-        let (rows, kept) = (degree.rows(), transfer.output().min(table.degree()).rows());
+    /// If there is no transfer, or it has not as many vertices.
+    pub fn with_transfer(frames: &Frames, table: &BrdfTable, viewer: Viewer, transfer: &[Transfer]) -> Self {
+        let first = &transfer[0];
+        assert_eq!(frames.len(), first.len(), "the frames of this transfer");
+        let (degree, texel) = (first.input(), table.texel());
+        let (rows, kept) = (degree.rows(), first.output().min(table.degree()).rows());
+        let channels = table.channels().max(transfer.len());
         let mut values = vec![[0.0; LANES]; frames.blocks().len() * channels * rows];
-        let matrices = transfer.values().par_chunks(LANES * transfer.output().rows() * rows);
-        let blocks = values.par_chunks_exact_mut(channels * rows).zip(frames.blocks());
-        blocks.zip(matrices).for_each(|((values, block), matrices)| {
+        let blocks = values.par_chunks_exact_mut(channels * rows).zip(frames.blocks()).enumerate();
+        blocks.for_each(|(index, (values, block))| {
             let mut texels = vec![0.0; LANES * texel];
             table.lookup_eight(&block.blend, &block.views(viewer), &mut texels);
-            let vertices =
-                texels.chunks_exact(texel).zip(matrices.chunks_exact(transfer.output().rows() * rows));
-            for (lane, (c, matrix)) in vertices.enumerate() {
-                for (c, entries) in c.chunks_exact(channels).zip(matrix.chunks_exact(rows)).take(kept) {
-                    for (c, values) in c.iter().zip(values.chunks_exact_mut(rows)) {
+            for (channel, values) in values.chunks_exact_mut(rows).enumerate() {
+                let transfer = &transfer[channel.min(transfer.len() - 1)];
+                let vertices = (index * LANES..frames.len()).zip(texels.chunks_exact(texel));
+                for (lane, (vertex, c)) in vertices.enumerate() {
+                    let c = c[channel.min(table.channels() - 1)..].iter().step_by(table.channels());
+                    for (c, entries) in c.zip(transfer.matrix(vertex).chunks_exact(rows)).take(kept) {
                         values.iter_mut().zip(entries).for_each(|(sum, entry)| sum[lane] += c * entry);
                     }
                 }
@@ -414,21 +414,67 @@ pub fn shade_with_transfer(
     transfer: &Transfer,
     light: &Expansion,
 ) -> Vec<[f32; 3]> {
-    assert_eq!(frames.len(), transfer.len(), "the frames of this transfer");
-    let columns = transfer.input().rows();
-    let mut padded = by_row(light, transfer.input().min(light.degree()));
+    let degrees = (transfer.output(), transfer.input());
+    shade_with_matrices(frames, table, viewer, degrees, Entries::Single(transfer.values()), light)
+}
+
+/// The entries of the matrices of all vertices.
+#[derive(Clone, Copy)]
+pub(crate) enum Entries<'a> {
+    /// 32-bit numbers.
+    Single(&'a [f32]),
+    /// 16-bit numbers.
+    Half(&'a [f16]),
+}
+
+impl<'a> Entries<'a> {
+    fn len(self) -> usize {
+        match self {
+            Self::Single(values) => values.len(),
+            Self::Half(values) => values.len(),
+        }
+    }
+
+    /// Some of them, `length` from `first` on; `room` has as many numbers.
+    #[inline(always)]
+    fn of(self, first: usize, length: usize, room: &'a mut [f32]) -> &'a [f32] {
+        match self {
+            Self::Single(values) => &values[first..][..length],
+            Self::Half(values) => {
+                values[first..][..length].convert_to_f32_slice(room);
+                room
+            }
+        }
+    }
+}
+
+/// [`shade_with_transfer`], for matrices in either precision.
+pub(crate) fn shade_with_matrices(
+    frames: &Frames,
+    table: &BrdfTable,
+    viewer: Viewer,
+    (output, input): (Degree, Degree),
+    entries: Entries<'_>,
+    light: &Expansion,
+) -> Vec<[f32; 3]> {
+    let columns = input.rows();
+    let length = output.rows() * columns;
+    assert_eq!(frames.len() * length, entries.len(), "the frames of this transfer");
+    let mut padded = by_row(light, input.min(light.degree()));
     padded.resize(columns, [0.0; 3]);
-    let light = Vectors::new(&padded);
+    let (light, rows) = (&Vectors::new(&padded), output.min(table.degree()).rows());
     let mut radiance = vec![[0.0; 3]; frames.len()];
-    let matrices = transfer.values().par_chunks(CHUNK * transfer.output().rows() * columns);
-    let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS)).zip(matrices);
-    chunks.for_each(|((radiance, blocks), matrices)| {
+    let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS)).enumerate();
+    chunks.for_each(|(chunk, (radiance, blocks))| {
+        let first = chunk * CHUNK;
         SimdLevel::detect().run(Transferred {
             table,
             viewer,
-            output: transfer.output(),
-            matrices,
-            light: &light,
+            rows,
+            length,
+            first,
+            entries,
+            light,
             blocks,
             radiance,
         });
@@ -436,19 +482,22 @@ pub fn shade_with_transfer(
     radiance
 }
 
-/// A light of which eight rows are taken at a time; the last eight rows go back over what the ones before
-/// them have, where it is zero here.
+/// The eights of columns that are summed at once: as many as registers hold.
+const EIGHTS: usize = 4;
+
+/// A light of which eight rows are taken at a time; the last eight go back over what those before them have,
+/// where it is zero here.
 struct Vectors {
     /// The number of rows.
     rows: usize,
     /// The first row of each eight, and their values, RGB.
-    eights: Vec<(usize, [[f32; LANES]; 3])>,
+    groups: Vec<[(usize, [[f32; LANES]; 3]); EIGHTS]>,
 }
 
 impl Vectors {
     fn new(light: &[[f32; 3]]) -> Self {
         let rows = light.len();
-        let eights = (0..rows).step_by(LANES).map(|new| {
+        let eight = |new: usize| {
             let first = new.min(rows.saturating_sub(LANES));
             let of = |channel: usize| {
                 std::array::from_fn(|k| {
@@ -457,16 +506,23 @@ impl Vectors {
                 })
             };
             (first, [0, 1, 2].map(of))
-        });
-        Self { rows, eights: eights.collect() }
+        };
+        let groups = (0..rows).step_by(EIGHTS * LANES);
+        let groups = groups.map(|first| std::array::from_fn(|k| eight(first + k * LANES)));
+        Self { rows, groups: groups.collect() }
     }
 }
 
 struct Transferred<'a> {
     table: &'a BrdfTable,
     viewer: Viewer,
-    output: Degree,
-    matrices: &'a [f32],
+    /// The rows that the matrices and the table both have.
+    rows: usize,
+    /// The entries of a matrix.
+    length: usize,
+    /// The first vertex.
+    first: usize,
+    entries: Entries<'a>,
     light: &'a Vectors,
     blocks: &'a [Block],
     radiance: &'a mut [[f32; 3]],
@@ -475,27 +531,31 @@ struct Transferred<'a> {
 impl WithSimd for Transferred<'_> {
     type Output = ();
 
-    /// c T first, which is one product of matrix and vector for a grey table, then its dots with the light.
+    /// c T first, which is one product of vector and matrix for a grey table, then its dots with the light.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let (channels, texel, columns) = (self.table.channels(), self.table.texel(), self.light.rows);
-        let rows = self.output.min(self.table.degree()).rows();
+        let kept = self.rows * columns;
         let mut texels = vec![0.0; LANES * texel];
-        let mut matrices = self.matrices.chunks_exact(self.output.rows() * columns);
+        let mut room = vec![0.0; kept];
+        let mut first = self.first * self.length;
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
             self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
-            let vertices = texels.chunks_exact(texel).zip(radiance);
-            for ((c, rgb), matrix) in vertices.zip(&mut matrices) {
+            for (c, rgb) in texels.chunks_exact(texel).zip(radiance) {
+                let matrix = self.entries.of(first, kept, &mut room);
+                first += self.length;
                 let mut sums = [[0.0f32; LANES]; 3];
-                for (first, light) in &self.light.eights {
-                    let mut seen = [0.0f32; LANES];
+                for group in &self.light.groups {
+                    let starts = group.map(|(first, _)| first);
+                    let mut seen = [[0.0f32; LANES]; EIGHTS];
                     for (channel, sum) in sums.iter_mut().enumerate() {
                         if channel < channels {
-                            seen =
-                                product(&c[channel..], channels, &matrix[..rows * columns], columns, *first);
+                            seen = product(&c[channel..], channels, matrix, columns, starts);
                         }
-                        for lane in 0..LANES {
-                            sum[lane] += seen[lane] * light[channel][lane];
+                        for (seen, (_, light)) in seen.iter().zip(group) {
+                            for lane in 0..LANES {
+                                sum[lane] += seen[lane] * light[channel][lane];
+                            }
                         }
                     }
                 }
@@ -505,19 +565,28 @@ impl WithSimd for Transferred<'_> {
     }
 }
 
-/// Eight columns of c T, from `first` on; those past the last are zero.
+/// Some columns of c T, eight from each of the starts on; those past the last are zero.
 #[inline(always)]
-fn product(c: &[f32], stride: usize, matrix: &[f32], columns: usize, first: usize) -> [f32; LANES] {
-    let mut sums = [0.0f32; LANES];
-    for (entries, c) in matrix.chunks_exact(columns).zip(c.iter().step_by(stride)) {
-        let entries = &entries[first..];
-        if let Some(entries) = entries.first_chunk::<LANES>() {
-            for lane in 0..LANES {
-                sums[lane] += c * entries[lane];
-            }
-        } else {
-            for (sum, entry) in sums.iter_mut().zip(entries) {
+fn product(
+    c: &[f32],
+    stride: usize,
+    matrix: &[f32],
+    columns: usize,
+    starts: [usize; EIGHTS],
+) -> [[f32; LANES]; EIGHTS] {
+    let mut sums = [[0.0f32; LANES]; EIGHTS];
+    for (row, entries) in matrix.chunks_exact(columns).enumerate() {
+        let c = c[row * stride];
+        if columns < LANES {
+            for (sum, entry) in sums[0].iter_mut().zip(entries) {
                 *sum += c * entry;
+            }
+            continue;
+        }
+        for (sum, start) in sums.iter_mut().zip(starts) {
+            let entries = &entries[start..start + LANES];
+            for lane in 0..LANES {
+                sum[lane] += c * entries[lane];
             }
         }
     }

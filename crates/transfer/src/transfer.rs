@@ -17,14 +17,14 @@ use rayon::prelude::*;
 use sh::Degree;
 
 use crate::directions::Directions;
-use crate::frames::{Frames, LANES};
-use crate::occluders::Occluders;
+use crate::frames::{Angles, Frames, LANES};
+use crate::occluders::{Blocked, Occluders, Towards};
 use crate::rotation::FrameRotation;
 use crate::triple_products::TripleProducts;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// A transfer matrix for each vertex.
 ///
@@ -40,14 +40,10 @@ pub struct Transfer {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TransferError {
     /// The matrices would take too much memory.
-    #[error("{vertices} matrices of {rows} x {columns} are {bytes} bytes, more than {MOST_BYTES}")]
+    #[error("the transfer of {vertices} vertices takes {bytes} bytes, more than {MOST_BYTES}")]
     TooLarge {
         /// V.
         vertices: usize,
-        /// (O+1)^2.
-        rows: usize,
-        /// (F+1)^2.
-        columns: usize,
         /// Their size.
         bytes: usize,
     },
@@ -64,7 +60,7 @@ pub enum TransferError {
     Stopped,
 }
 
-/// The most bytes of all matrices: 4 GB.
+/// The most bytes of a transfer, and of what is in memory while light is reflected: 4 GB.
 pub const MOST_BYTES: usize = 4_000_000_000;
 
 impl Transfer {
@@ -133,10 +129,25 @@ pub fn precompute_unless(
     (output, input): (Degree, Degree),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<(Transfer, usize), TransferError> {
+    let length = output.rows() * input.rows();
+    let copy = |matrix: &[f32], values: &mut [f32]| values.copy_from_slice(matrix);
+    let (values, blind) = bake((frames, occluders, directions), (output, input), (length, 0.0), stop, &copy)?;
+    Ok((Transfer { output, input, values }, blind))
+}
+
+/// Hands each vertex' matrix to `write`, with `length` numbers of its own to fill; also the number of
+/// vertices that see nothing.
+pub(crate) fn bake<T: Copy + Send>(
+    (frames, occluders, directions): (&Frames, &Occluders, &Directions),
+    (output, input): (Degree, Degree),
+    (length, zero): (usize, T),
+    stop: &(dyn Fn() -> bool + Sync),
+    write: &(dyn Fn(&[f32], &mut [T]) + Sync),
+) -> Result<(Vec<T>, usize), TransferError> {
     let (rows, columns) = (output.rows(), input.rows());
-    let bytes = frames.len().saturating_mul(rows * columns * size_of::<f32>());
+    let bytes = frames.len().saturating_mul(length * size_of::<T>());
     if bytes > MOST_BYTES {
-        return Err(TransferError::TooLarge { vertices: frames.len(), rows, columns, bytes });
+        return Err(TransferError::TooLarge { vertices: frames.len(), bytes });
     }
     let (found, expected) = (directions.degree().get(), output.get() + input.get());
     if found < expected {
@@ -144,49 +155,93 @@ pub fn precompute_unless(
     }
     let products = TripleProducts::new(output, input);
     let rotation = FrameRotation::new(output);
-    let kept = Degree::new(expected).map_or(directions.degree().rows(), |degree| degree.rows());
-    let mut values = vec![0.0; frames.len() * rows * columns];
-    let blocks = values.par_chunks_mut(LANES * rows * columns).enumerate();
+    let shadows = Shadows::new(frames, occluders, directions, expected);
+    let mut values = vec![zero; frames.len() * length];
+    let blocks = values.par_chunks_mut(LANES * length).enumerate();
     let blind = blocks.map(|(block, values)| {
         if stop() {
             return Err(TransferError::Stopped);
         }
-        let first = block * LANES;
-        let mut blind = 0;
-        let mut worlds = vec![vec![0.0; rows * columns]; values.len() / (rows * columns)];
-        for (lane, world) in worlds.iter_mut().enumerate() {
-            let (position, normal) = (frames.positions()[first + lane], frames.normal(first + lane));
-            let mut hidden = vec![0.0; kept];
-            let mut open = directions.directions().len();
-            for index in occluders.blocked(position, normal, directions.directions()) {
-                hidden.iter_mut().zip(directions.weighted(index)).for_each(|(sum, y)| *sum += y);
-                open -= 1;
-            }
-            let up = glam::DVec3::from_array(normal.map(f64::from));
-            let below = directions.directions().iter().filter(|direction| direction.vector().dot(up) <= 0.0);
-            blind += usize::from(open == below.count());
+        let (hidden, blind) = shadows.block(block);
+        let world = |hidden: &Vec<f64>| {
+            let mut world = vec![0.0; rows * columns];
             (0..rows.min(columns)).for_each(|k| world[k * columns + k] = 1.0);
             for &(entry, k, integral) in &products.terms {
                 world[entry as usize] -= integral * hidden[k as usize];
             }
-        }
-        let angles = &frames.blocks()[block].angles;
-        let (mut lanes, mut work) = (vec![[0.0; LANES]; rows], vec![[0.0; LANES]; rows]);
-        for column in 0..columns {
-            for (row, lanes) in lanes.iter_mut().enumerate() {
-                for (lane, world) in worlds.iter().enumerate() {
-                    lanes[lane] = world[row * columns + column] as f32;
-                }
-            }
-            rotation.to_local(angles, &mut lanes, &mut work);
-            for (lane, matrix) in values.chunks_exact_mut(rows * columns).enumerate() {
-                for (row, lanes) in lanes.iter().enumerate() {
-                    matrix[row * columns + column] = lanes[lane];
-                }
-            }
-        }
+            world
+        };
+        let worlds: Vec<Vec<f64>> = hidden.iter().map(world).collect();
+        let mut matrices = vec![0.0; worlds.len() * rows * columns];
+        turn_rows((&rotation, rows), &frames.blocks()[block].angles, &worlds, &mut matrices);
+        let vertices = values.chunks_exact_mut(length).zip(matrices.chunks_exact(rows * columns));
+        vertices.for_each(|(values, matrix)| write(matrix, values));
         Ok(blind)
     });
     let blind = blind.collect::<Result<Vec<usize>, TransferError>>()?.into_iter().sum();
-    Ok((Transfer { output, input, values }, blind))
+    Ok((values, blind))
+}
+
+/// What the vertices of a mesh do not see.
+pub(crate) struct Shadows<'a> {
+    frames: &'a Frames,
+    occluders: &'a Occluders,
+    directions: &'a Directions,
+    rays: Vec<Towards>,
+    rows: usize,
+}
+
+impl<'a> Shadows<'a> {
+    /// Of coefficients up to a degree, at most that of the directions.
+    pub(crate) fn new(
+        frames: &'a Frames,
+        occluders: &'a Occluders,
+        directions: &'a Directions,
+        degree: usize,
+    ) -> Self {
+        let rows = Degree::new(degree).map_or(directions.degree().rows(), |degree| degree.rows());
+        let rays = directions.directions().iter().map(|direction| Towards::new(*direction)).collect();
+        Self { frames, occluders, directions, rays, rows }
+    }
+
+    /// The coefficients of 1 - V of each of a block of eight vertices, in the world, and the number of those
+    /// that see nothing above their horizon.
+    pub(crate) fn block(&self, block: usize) -> (Vec<Vec<f64>>, usize) {
+        let Self { frames, occluders, directions, rays, .. } = self;
+        let first = block * LANES;
+        let count = LANES.min(frames.len() - first);
+        let mut hidden = vec![vec![0.0; self.rows]; count];
+        let mut blocked = [0; LANES];
+        let found = |lane: usize, index: usize| {
+            hidden[lane].iter_mut().zip(directions.weighted(index)).for_each(|(sum, y)| *sum += y);
+            blocked[lane] += 1;
+        };
+        let cast = Blocked { occluders, frames, rays, first, count, found }.run();
+        let blind = (0..count).filter(|lane| blocked[*lane] == cast[*lane]).count();
+        (hidden, blind)
+    }
+}
+
+/// Turns the rows of the matrices of eight vertices from the world into their frames.
+pub(crate) fn turn_rows(
+    (rotation, rows): (&FrameRotation, usize),
+    angles: &Angles,
+    worlds: &[Vec<f64>],
+    values: &mut [f32],
+) {
+    let columns = worlds[0].len() / rows;
+    let (mut lanes, mut work) = (vec![[0.0; LANES]; rows], vec![[0.0; LANES]; rows]);
+    for column in 0..columns {
+        for (row, lanes) in lanes.iter_mut().enumerate() {
+            for (lane, world) in worlds.iter().enumerate() {
+                lanes[lane] = world[row * columns + column] as f32;
+            }
+        }
+        rotation.to_local(angles, &mut lanes, &mut work);
+        for (lane, matrix) in values.chunks_exact_mut(rows * columns).enumerate() {
+            for (row, lanes) in lanes.iter().enumerate() {
+                matrix[row * columns + column] = lanes[lane];
+            }
+        }
+    }
 }

@@ -109,10 +109,10 @@ fn all_three_ways_agree_with_transfer() {
     for (specular, of_table, of_light) in [([1.0; 3], 3, 2), ([1.0, 0.5, 0.2], 2, 4), ([1.0; 3], 5, 1)] {
         let (table, light) = (table(specular, of_table), light(degree(of_light)));
         let both = shade_with_transfer(&frames, &table, viewer, &transfer, &light);
-        let light_kept = FixedLight::with_transfer(&transfer, &light);
+        let light_kept = FixedLight::with_transfer(std::slice::from_ref(&transfer), &light);
         assert_eq!(light_kept.degree(), degree(3));
         check_same(&both, &light_kept.shade(&frames, &table, viewer), "light");
-        let view_kept = FixedView::with_transfer(&frames, &table, viewer, &transfer);
+        let view_kept = FixedView::with_transfer(&frames, &table, viewer, std::slice::from_ref(&transfer));
         check_same(&both, &view_kept.shade(&light), "view");
     }
 }

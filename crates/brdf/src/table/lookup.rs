@@ -29,23 +29,38 @@ impl BrdfTable {
     #[inline(always)]
     pub fn lookup_eight(&self, blend: &[f32; LANES], [x, y, z]: &[[f32; LANES]; 3], c: &mut [f32]) {
         assert_eq!(c.len(), LANES * self.texel(), "eight texels");
-        let last = self.count() - 1;
         for (lane, c) in c.chunks_exact_mut(self.texel()).enumerate() {
-            let (corners, weights) = self.corners(x[lane], y[lane], z[lane]);
-            // The cast takes NaN for 0.
-            let q = (blend[lane] * last as f32).clamp(0.0, last as f32);
-            let first = q as usize;
-            interpolate(self.map(first), corners, weights, c);
-            let share = q - first as f32;
-            if share > 0.0 {
-                let other = self.map(first + 1);
-                for (k, c) in c.iter_mut().enumerate() {
-                    let mut value = 0.0;
-                    for (corner, weight) in corners.iter().zip(weights) {
-                        value += weight * other[corner + k];
-                    }
-                    *c += share * (value - *c);
+            self.blend(blend[lane], [x[lane], y[lane], z[lane]], c);
+        }
+    }
+
+    /// c_i(v) between the materials next to `blend`, from the first, 0, to the last, 1.
+    ///
+    /// # Panics
+    /// If `c` does not have [`BrdfTable::texel`] elements.
+    #[inline(always)]
+    pub fn blend_into(&self, blend: f32, view: Direction, c: &mut [f32]) {
+        assert_eq!(c.len(), self.texel(), "a texel");
+        self.blend(blend, view.vector().as_vec3().to_array(), c);
+    }
+
+    #[inline(always)]
+    fn blend(&self, blend: f32, [x, y, z]: [f32; 3], c: &mut [f32]) {
+        let last = self.count() - 1;
+        let (corners, weights) = self.corners(x, y, z);
+        // The cast takes NaN for 0.
+        let q = (blend * last as f32).clamp(0.0, last as f32);
+        let first = q as usize;
+        interpolate(self.map(first), corners, weights, c);
+        let share = q - first as f32;
+        if share > 0.0 {
+            let other = self.map(first + 1);
+            for (k, c) in c.iter_mut().enumerate() {
+                let mut value = 0.0;
+                for (corner, weight) in corners.iter().zip(weights) {
+                    value += weight * other[corner + k];
                 }
+                *c += share * (value - *c);
             }
         }
     }

@@ -4,8 +4,6 @@
 //! materials are evenly spaced in q, from 0 to Q - 1, and what lies between is blended: it reflects the
 //! shares of both, which is not quite what a material with the mean of their parameters reflects.
 
-use sphere::Direction;
-
 use super::{BelowHorizon, BrdfTable};
 
 impl BrdfTable {
@@ -44,28 +42,12 @@ impl BrdfTable {
         }
         Self::new(degree, size, channels, below, values)
     }
-
-    /// c_i(v) between the materials next to `q`, 0 to Q - 1, into [(F+1)^2, channels]. A `q` outside is the
-    /// nearest end.
-    ///
-    /// # Panics
-    /// As [`BrdfTable::lookup_into`].
-    pub fn blend_into(&self, q: f32, view: Direction, c: &mut [f32]) {
-        let last = self.count() - 1;
-        let q = if q.is_nan() { 0.0 } else { q.clamp(0.0, last as f32) };
-        let (first, share) = (q as usize, q.fract());
-        self.lookup_into(first, view, c);
-        if share > 0.0 {
-            let mut other = vec![0.0; c.len()];
-            self.lookup_into((first + 1).min(last), view, &mut other);
-            c.iter_mut().zip(&other).for_each(|(value, other)| *value += share * (other - *value));
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use sh::Degree;
+    use sphere::Direction;
 
     use super::*;
     use crate::{KajiyaKay, Lambert, Material, Phong, tabulate};
@@ -88,7 +70,7 @@ mod tests {
         let view = Direction::from_angles(0.7, 1.1);
         let at = |q: f32| {
             let mut c = [0.0; 12];
-            all.blend_into(q, view, &mut c);
+            all.blend_into(0.5 * q, view, &mut c);
             c
         };
         let mut alone = [0.0; 12];

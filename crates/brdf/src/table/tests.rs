@@ -172,9 +172,10 @@ fn a_view_from_below_is_clamped_to_the_rim_or_mirrored() {
     let (table, _) = tabulate(&brushed(), degree, 32).unwrap();
     assert_eq!(table.below(), BelowHorizon::Clamped);
     let rim = look(&table, DVec3::new(0.6, -0.8, 0.0));
-    assert_eq!(look(&table, DVec3::new(0.6, -0.8, -0.7)), rim);
-    let above = look(&table, DVec3::new(0.6, -0.8, 1e-9));
-    assert!(above.iter().zip(&rim).all(|(a, b)| (a - b).abs() < 1e-6));
+    for z in [-0.7, 1e-9] {
+        let near = look(&table, DVec3::new(0.6, -0.8, z));
+        assert!(near.iter().zip(&rim).all(|(a, b)| (a - b).abs() < 1e-6), "{z}");
+    }
     assert!(look(&table, DVec3::NEG_Z).iter().all(|value| value.is_finite()));
     let hair = Material::KajiyaKay(crate::KajiyaKay::new(5.0, [0.5; 3]).unwrap());
     let (table, _) = tabulate(&hair, degree, 32).unwrap();

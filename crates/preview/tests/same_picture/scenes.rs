@@ -78,11 +78,11 @@ pub(crate) fn tabulated() -> &'static [Named] {
 }
 
 /// The transfer matrices of a mesh, with few directions.
-pub(crate) fn transfer(mesh: &Mesh) -> Arc<Transfer> {
+pub(crate) fn transfer(mesh: &Mesh) -> Arc<Vec<Transfer>> {
     let directions = Directions::new(128, degree(6)).unwrap();
     let frames = Frames::of(mesh).unwrap();
     let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)));
-    Arc::new(made.unwrap().0)
+    Arc::new(vec![made.unwrap().0])
 }
 
 /// A look without its material.

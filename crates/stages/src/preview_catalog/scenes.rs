@@ -8,7 +8,7 @@ use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
 use preview::{Export, SubjectDetails};
 use preview::{Light, Look, MapSizes, Scene};
-use transfer::Transfer;
+use transfer::{Frames, Transfer};
 
 use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
 use crate::artifacts;
@@ -29,7 +29,7 @@ pub struct SceneCache {
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
     tables: Recent<Digest, BrdfTable>,
-    transfers: Recent<Digest, Transfer>,
+    transfers: Recent<Digest, Vec<Transfer>>,
     /// The look of the material that was edited last.
     edited: Option<(LightKey, Material, Arc<Look>)>,
 }
@@ -63,20 +63,22 @@ impl SceneCache {
         Ok(Scene::of(self.mesh(catalog, results, mesh)?, look).with_transfer(transfer))
     }
 
-    /// The transfer of a mesh, if it was made of the present one and can be read.
+    /// The transfer of a mesh, if it was made of the present one, can be read and stands for matrices.
     fn transfer(
         &mut self,
         catalog: &PreviewCatalog,
         results: &ResultsSnapshot,
         mesh: &str,
-    ) -> Option<Arc<Transfer>> {
+    ) -> Option<Arc<Vec<Transfer>>> {
+        let shape = self.mesh(catalog, results, mesh).ok()?;
         let (mesh, item) = (catalog.mesh_item(mesh)?, catalog.transfer_item(mesh)?);
         let made = results.get(item)?;
         let of_mesh = results.get(mesh)?.digest().to_string();
         let found = self.transfers.get(TABLES, made.digest(), || {
             let transfer = made.get::<artifacts::Transfer>()?;
             let is_same = transfer.0.mesh == of_mesh;
-            is_same.then(|| transfer.0.value.clone()).ok_or_else(|| Failure::new("it is of another mesh"))
+            let matrices = is_same.then(|| transfer.0.value.matrices(&Frames::of(&shape).ok()?)).flatten();
+            matrices.ok_or_else(|| Failure::new("it is of another mesh, or matte"))
         });
         found.ok()
     }

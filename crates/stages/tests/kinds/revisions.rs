@@ -38,11 +38,11 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("exec", 1, [384.00000000, 383.99999908, 383.99999908, 0.14044671, 0.67112033]),
     ("brush-mesh", 1, [126.00000000, 89.87190910, 131.87190910, -3.10480748, -3.44804098]),
     ("vertex-blend", 1, [9.00000000, 4.05000007, 4.05000007, 0.02259533, 0.44091425]),
-    ("precompute-transfer", 1, [729.00000000, 22.97207666, 91.92258217, -1.26649390, -3.94419082]),
+    ("precompute-transfer", 3, [729.00000000, 10.31949687, 96.61823315, -0.66349167, -2.79177568]),
     ("circular-lights", 1, [48.00000000, 18.36154651, 29.12322030, 1.94446095, 1.11122145]),
     ("sum-lighting", 1, [75.00000000, 38.92282258, 74.62133954, 2.12965142, 1.78515938]),
     ("tabulate-brdf", 1, [432.00000000, 18.23065146, 56.81875229, -0.29086107, 0.09455148]),
-    ("shade-vertices", 1, [27.00000000, 22.02613294, 22.02613294, -1.17203172, -0.14371601]),
+    ("shade-vertices", 2, [27.00000000, 18.70218948, 18.70218948, 0.00651603, -0.37619101]),
     ("export-brdf-table", 1, [432.00000000, 18.23072815, 41.22508240, -0.82318352, 0.51969589]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
@@ -122,9 +122,9 @@ fn fixture(kind: &str) -> Case {
         "brush-mesh" => {
             case("brush-mesh", "vector = [1, 2, 3]\nturn = 20").input("mesh", crate::vertices::pit())
         }
-        "precompute-transfer" => {
-            case("precompute-transfer", "degree = 2\ndirections = 256").input("mesh", crate::vertices::pit())
-        }
+        "precompute-transfer" => case("precompute-transfer", "degree = 2\ndirections = 256\nbounces = 2")
+            .input("mesh", crate::vertices::pit())
+            .input("material", Material(lambert(0.8))),
         "shade-vertices" => crate::vertices::shaded(true),
         "vertex-blend" => crate::vertices::blend(""),
         "tabulate-brdf" => case("tabulate-brdf", "resolution = 4\ndegree = 2")
@@ -156,7 +156,8 @@ fn numbers(case: &Case) -> Vec<f64> {
             }
             Transfer::TYPE => {
                 let transfer = Transfer::decode(&bytes).unwrap().0.value;
-                transfer.values().iter().map(|&value| value.into()).collect()
+                let transfer::Form::Matrices(matrices) = transfer.form() else { panic!("not matrices") };
+                matrices.values().iter().map(|&value| value.into()).collect()
             }
             VertexBlend::TYPE => {
                 VertexBlend::decode(&bytes).unwrap().0.value.iter().map(|&value| value.into()).collect()

@@ -72,7 +72,7 @@ fn radiance(case: &Case) -> Vec<[f32; 3]> {
 fn a_wall_shadows_the_floor_before_it() {
     let ran = baked("directions = 512").run().unwrap();
     let transfer = ran.artifact::<Transfer>();
-    assert_eq!((transfer.0.value.len(), transfer.0.value.output().get()), (9, 4));
+    assert_eq!((transfer.0.value.len(), transfer.0.value.form().output().unwrap().get()), (9, 4));
     assert_eq!(ran.notes, ["9 vertices with 25 x 25 entries: 22.5 kB"]);
     assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
     let (open, shadowed) = (radiance(&shaded(false)), radiance(&shaded(true)));
@@ -96,7 +96,8 @@ fn a_matte_floor_has_the_irradiance_of_the_sky() {
 #[test]
 fn degrees_and_rays_are_checked_before_the_first_one() {
     let wide = baked("degree = 2\noutput-degree = 4\ndirections = 256").artifact::<Transfer>();
-    assert_eq!((wide.0.value.output().get(), wide.0.value.input().get()), (4, 2));
+    let form = wide.0.value.form();
+    assert_eq!((form.output().unwrap().get(), form.input().get()), (4, 2));
     assert_eq!(
         baked("degree = 8\ndirections = 500").errors(),
         ["directions: degrees O and F need 578 or more"]
@@ -295,6 +296,49 @@ fn anisotropy_of_gltf_turns_the_tangents() {
     );
 }
 
+/// What the pit looks like with a transfer that was baked with these parameters.
+fn shaded_with(parameters: &str, material: brdf::Material) -> (Vec<[f32; 3]>, Vec<String>) {
+    let bake = baked(&format!("directions = 1024\n{parameters}"));
+    let bake =
+        if parameters.contains("bounces") { bake.input("material", Material(lambert(0.8))) } else { bake };
+    let ran = bake.run().unwrap();
+    let shade = case("shade-vertices", "camera = [-3, 1, 2]")
+        .input("mesh", pit())
+        .input("table", table(material))
+        .input("lighting", sky_lighting())
+        .input("transfer", (*ran.artifact::<Transfer>()).clone());
+    (radiance(&shade), ran.notes)
+}
+
+#[test]
+fn every_form_shades_as_matrices_do() {
+    let expected = shaded_with("", lambert(0.8)).0;
+    let forms = [
+        ("half", "9 vertices with 25 x 25 entries: 11.2 kB", 1e-3),
+        ("visibility", "9 vertices with 25 x 25 entries: 2.9 kB", 1e-5),
+        ("clusters", "9 vertices with 25 x 25 entries: ", 1e-5),
+        ("matte", "9 vertices with 25 x 25 entries: ", 2e-2),
+    ];
+    for (form, note, limit) in forms {
+        let (found, notes) = shaded_with(&format!("form = \"{form}\""), lambert(0.8));
+        let error = crate::fixture::difference(&found, &expected);
+        assert!(error < limit, "{form}: {error}");
+        assert!(notes.last().unwrap().starts_with(note), "{notes:?}");
+    }
+    let (_, notes) = shaded_with("form = \"clusters\"\nclusters = 1\ncomponents = 1", lambert(0.8));
+    assert!(notes[0].starts_with("the clusters are within ") && notes[0].ends_with(" % RMS of the matrices"));
+    let bake = baked("form = \"matte\"").artifact::<Transfer>();
+    let shiny = case("shade-vertices", "")
+        .input("mesh", pit())
+        .input("table", table(crate::fixture::phong(8.0)))
+        .input("lighting", sky_lighting())
+        .input("transfer", (*bake).clone());
+    assert_eq!(
+        shiny.failure(),
+        "the table is not that of `lambert`, and a matte transfer is of no other material"
+    );
+}
+
 #[test]
 fn a_blend_comes_from_an_attribute_of_the_file() {
     let of = |text: &str| with_square(case("vertex-blend", text), "{}");
@@ -317,4 +361,52 @@ fn a_blend_comes_from_an_attribute_of_the_file() {
     assert_eq!(bare.failure(), "the mesh has no texture coordinates");
     assert_eq!(failure("", pit()), "nothing says which material is where");
     assert_eq!(of("attribute = \"_A\"").errors().len(), 1);
+}
+
+#[test]
+fn a_wall_lights_the_floor_before_it() {
+    let shadows = shaded_with("", lambert(0.8)).0;
+    let one = shaded_with("bounces = 1", lambert(0.8)).0;
+    let two = shaded_with("bounces = 2", lambert(0.8)).0;
+    // A wall as bright as the sky would give back all that it hides; this one reflects less.
+    assert!(one[4][1] > shadows[4][1] * 1.1 && two[4][1] > one[4][1], "{shadows:?} {one:?} {two:?}");
+    assert!(two[4][1] < radiance(&shaded(false))[4][1]);
+    let half = shaded_with("bounces = 1\nform = \"half\"", lambert(0.8)).0;
+    assert!(crate::fixture::difference(&half, &one) < 2e-3);
+    // A red wall: the floor before it gets more red, and blue as with shadows alone.
+    let red = brdf::Material::Lambert(brdf::Lambert::new([0.8, 0.4, 0.0]).unwrap());
+    let bake = |table_of: bool| {
+        let case = baked("directions = 1024\nbounces = 1");
+        let case = if table_of {
+            case.input("material", table(red.clone()))
+        } else {
+            case.input("material", Material(red.clone()))
+        };
+        case.artifact::<Transfer>()
+    };
+    assert_eq!(bake(false).0.value.channels().len(), 3);
+    let shade = || {
+        let case = case("shade-vertices", "camera = [-3, 1, 2]").input("mesh", pit());
+        case.input("table", table(lambert(0.8))).input("lighting", sky_lighting())
+    };
+    let [by_material, by_table] =
+        [false, true].map(|of| radiance(&shade().input("transfer", (*bake(of)).clone())));
+    assert!(crate::fixture::difference(&by_material, &by_table) < 1e-5);
+    assert!((by_material[4][0] - one[4][0]).abs() < 1e-5, "red is reflected by 0.8");
+    assert!((by_material[4][2] - shadows[4][2]).abs() < 1e-6, "blue is not");
+    assert!(by_material[4][1] > shadows[4][1] && by_material[4][1] < one[4][1]);
+}
+
+#[test]
+fn interreflection_needs_a_material() {
+    assert_eq!(
+        baked("bounces = 1").failure(),
+        "`bounces` needs the material of the mesh, and none is connected"
+    );
+    let unused = baked("").input("material", Material(lambert(0.8))).run().unwrap();
+    assert_eq!(unused.notes[0], "`bounces` is 0: the material is not used");
+    assert_eq!(
+        baked("form = \"visibility\"\nbounces = 1").errors(),
+        ["bounces: form = \"visibility\" holds shadows alone"]
+    );
 }

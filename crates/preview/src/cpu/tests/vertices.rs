@@ -20,11 +20,11 @@ fn tabulated(light: &Arc<Light>, material: Material, l: usize) -> Arc<Look> {
     Arc::new(Look::without_maps(Arc::clone(light), material, sizes).with_table(Some(Arc::new(table))))
 }
 
-fn transfer_of(mesh: &Mesh, l: usize) -> Arc<Transfer> {
+fn transfer_of(mesh: &Mesh, l: usize) -> Arc<Vec<Transfer>> {
     let degree = Degree::new(l).unwrap();
     let directions = Directions::new(256, Degree::new(2 * l).unwrap()).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    Arc::new(precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree)).unwrap().0)
+    Arc::new(vec![precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree)).unwrap().0])
 }
 
 fn knot() -> Arc<Mesh> {

@@ -1,0 +1,42 @@
+//! The frames of a mesh whose material varies over it.
+
+use brdf::BrdfTable;
+use engine::{Context, Digest, Failure};
+use mesh::Mesh;
+use transfer::Frames;
+
+use crate::artifacts;
+
+/// The frames of the mesh at the port `mesh`, with what the optional port `blend` says about the materials of
+/// a table.
+///
+/// # Errors
+/// If the blend is of another mesh, or missing where the table has several materials; also if a normal and a
+/// tangent are not orthonormal.
+pub(crate) fn blended_frames(
+    context: &Context<'_>,
+    mesh: &Mesh,
+    table: &BrdfTable,
+) -> Result<Frames, Failure> {
+    let frames = Frames::of(mesh)?;
+    let Some(blend) = context.optional::<artifacts::VertexBlend>("blend")? else {
+        return match table.count() {
+            1 => Ok(frames),
+            count => {
+                let what = format!("the table has {count} materials, and nothing says where each is");
+                Err(Failure::new(what).help("connect a blend: a stage of the kind vertex-blend"))
+            }
+        };
+    };
+    if blend.0.mesh != Digest::of(&context.bytes("mesh")?).to_string() {
+        return Err(Failure::new("the blend is of another mesh")
+            .help("connect the mesh that vertex-blend was given, tangents included"));
+    }
+    if blend.0.value.len() != frames.len() {
+        return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
+    }
+    if table.count() == 1 {
+        context.warn("the table has one material: the blend changes nothing");
+    }
+    Ok(frames.with_blend(&blend.0.value))
+}

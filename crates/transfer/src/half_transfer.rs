@@ -1,0 +1,99 @@
+//! Transfer matrices of 16-bit numbers: half the memory, which is what limits shading with them.
+//!
+//! A half has 11 bits: entries, which are at most about 1, are rounded by 2.4e-4 of themselves.
+
+use brdf::BrdfTable;
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use sh::{Degree, Expansion};
+
+use crate::directions::Directions;
+use crate::frames::{Frames, Viewer};
+use crate::occluders::Occluders;
+use crate::shading::{Entries, shade_with_matrices};
+use crate::transfer::{Transfer, TransferError, bake};
+
+/// A transfer matrix for each vertex, [V, (O+1)^2, (F+1)^2].
+#[derive(Clone, Debug, PartialEq)]
+pub struct HalfTransfer {
+    output: Degree,
+    input: Degree,
+    values: Vec<f16>,
+}
+
+impl HalfTransfer {
+    /// Matrices from their values; `None` if the length is not a multiple of (O+1)^2 (F+1)^2.
+    pub fn new(output: Degree, input: Degree, values: Vec<f16>) -> Option<Self> {
+        values.len().is_multiple_of(output.rows() * input.rows()).then_some(Self { output, input, values })
+    }
+
+    /// Bakes shadows, without the matrices of all vertices in memory; also the number of vertices that see nothing.
+    ///
+    /// # Errors
+    /// As [`crate::precompute_unless`].
+    pub fn precompute(
+        frames: &Frames,
+        occluders: &Occluders,
+        directions: &Directions,
+        (output, input): (Degree, Degree),
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(Self, usize), TransferError> {
+        let length = output.rows() * input.rows();
+        let scene = (frames, occluders, directions);
+        let round = |matrix: &[f32], values: &mut [f16]| values.convert_from_f32_slice(matrix);
+        let (values, blind) = bake(scene, (output, input), (length, f16::ZERO), stop, &round)?;
+        Ok((Self { output, input, values }, blind))
+    }
+
+    /// Rounds matrices.
+    pub fn of(transfer: &Transfer) -> Self {
+        let mut values = vec![f16::ZERO; transfer.values().len()];
+        values.convert_from_f32_slice(transfer.values());
+        Self { output: transfer.output(), input: transfer.input(), values }
+    }
+
+    /// O, the degree of the light that arrives.
+    pub fn output(&self) -> Degree {
+        self.output
+    }
+
+    /// F, the degree of the light of the world.
+    pub fn input(&self) -> Degree {
+        self.input
+    }
+
+    /// The number of vertices.
+    pub fn len(&self) -> usize {
+        self.values.len() / (self.output.rows() * self.input.rows())
+    }
+
+    /// Whether there is no vertex.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// All matrices: [V, (O+1)^2, (F+1)^2].
+    pub fn values(&self) -> &[f16] {
+        &self.values
+    }
+
+    /// The matrices as 32-bit numbers.
+    pub fn matrices(&self) -> Option<Transfer> {
+        Transfer::new(self.output, self.input, self.values.to_f32_vec())
+    }
+
+    /// The radiance of each vertex, as [`crate::shade_with_transfer`] has it.
+    ///
+    /// # Panics
+    /// If the transfer has not as many vertices as there are frames.
+    pub fn shade(
+        &self,
+        frames: &Frames,
+        table: &BrdfTable,
+        viewer: Viewer,
+        light: &Expansion,
+    ) -> Vec<[f32; 3]> {
+        let entries = Entries::Half(&self.values);
+        shade_with_matrices(frames, table, viewer, (self.output, self.input), entries, light)
+    }
+}

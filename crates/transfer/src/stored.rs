@@ -1,0 +1,202 @@
+//! A transfer in one of the forms in which it is stored and shaded with.
+//!
+//! | form | a vertex takes (O = F = 4) | holds |
+//! | --- | --- | --- |
+//! | [`Transfer`] | 2,500 bytes | any material, shadows and interreflection |
+//! | [`HalfTransfer`] | 1,250 | the same, rounded to 11 bits |
+//! | [`Visibility`] | 324 | any material, shadows alone, exactly |
+//! | [`ClusteredTransfer`] | 4 (n + 1) for n components | any material, with an error that is measured |
+//! | [`MatteTransfer`] | 100 | matte materials |
+//!
+//! Interreflection of a coloured material has a transfer for each of red, green and blue.
+
+use brdf::BrdfTable;
+use sh::{Degree, Expansion};
+
+use crate::clusters::ClusteredTransfer;
+use crate::frames::{Frames, Viewer};
+use crate::half_transfer::HalfTransfer;
+use crate::matte::{MatteTransfer, NotMatte};
+use crate::shading::shade_with_transfer;
+use crate::transfer::Transfer;
+use crate::visibility::Visibility;
+
+/// A transfer in one form.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Form {
+    /// Matrices of 32-bit numbers.
+    Matrices(Transfer),
+    /// Matrices of 16-bit numbers.
+    Half(HalfTransfer),
+    /// The coefficients of the visibility.
+    Visibility(Visibility),
+    /// Clustered principal components.
+    Clusters(ClusteredTransfer),
+    /// The response of a white matte surface.
+    Matte(MatteTransfer),
+}
+
+impl Form {
+    /// The number of vertices.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Matrices(transfer) => transfer.len(),
+            Self::Half(transfer) => transfer.len(),
+            Self::Visibility(visibility) => visibility.len(),
+            Self::Clusters(clusters) => clusters.len(),
+            Self::Matte(matte) => matte.len(),
+        }
+    }
+
+    /// Whether there is no vertex.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// F, the degree of the light of the world.
+    pub fn input(&self) -> Degree {
+        match self {
+            Self::Matrices(transfer) => transfer.input(),
+            Self::Half(transfer) => transfer.input(),
+            Self::Visibility(visibility) => visibility.input(),
+            Self::Clusters(clusters) => clusters.input(),
+            Self::Matte(matte) => matte.input(),
+        }
+    }
+
+    /// O, the degree of the light that arrives; none for a matte transfer.
+    pub fn output(&self) -> Option<Degree> {
+        match self {
+            Self::Matrices(transfer) => Some(transfer.output()),
+            Self::Half(transfer) => Some(transfer.output()),
+            Self::Visibility(visibility) => Some(visibility.output()),
+            Self::Clusters(clusters) => Some(clusters.output()),
+            Self::Matte(_) => None,
+        }
+    }
+
+    /// The radiance of each vertex.
+    ///
+    /// # Errors
+    /// If the transfer is matte and the table is not.
+    ///
+    /// # Panics
+    /// If there are not as many vertices as frames.
+    pub fn shade(
+        &self,
+        frames: &Frames,
+        table: &BrdfTable,
+        viewer: Viewer,
+        light: &Expansion,
+    ) -> Result<Vec<[f32; 3]>, NotMatte> {
+        Ok(match self {
+            Self::Matrices(transfer) => shade_with_transfer(frames, table, viewer, transfer, light),
+            Self::Half(transfer) => transfer.shade(frames, table, viewer, light),
+            Self::Visibility(visibility) => visibility.shade(frames, table, viewer, light),
+            Self::Clusters(clusters) => clusters.shade(frames, table, viewer, light),
+            Self::Matte(matte) => matte.shade(frames, table, light)?,
+        })
+    }
+
+    /// The bytes of its numbers.
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Matrices(transfer) => size_of_val(transfer.values()),
+            Self::Half(transfer) => size_of_val(transfer.values()),
+            Self::Visibility(visibility) => size_of_val(visibility.values()),
+            Self::Clusters(clusters) => {
+                size_of_val(clusters.bases())
+                    + size_of_val(clusters.clusters())
+                    + size_of_val(clusters.weights())
+            }
+            Self::Matte(matte) => size_of_val(matte.values()),
+        }
+    }
+
+    fn matrices(&self, frames: &Frames) -> Option<Transfer> {
+        match self {
+            Self::Matrices(transfer) => Some(transfer.clone()),
+            Self::Half(transfer) => transfer.matrices(),
+            Self::Visibility(visibility) => visibility.matrices(frames),
+            Self::Clusters(clusters) => clusters.matrices(),
+            Self::Matte(_) => None,
+        }
+    }
+}
+
+/// One transfer for all channels, or one for each of red, green and blue.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredTransfer {
+    channels: Vec<Form>,
+}
+
+impl From<Transfer> for StoredTransfer {
+    fn from(transfer: Transfer) -> Self {
+        Self { channels: vec![Form::Matrices(transfer)] }
+    }
+}
+
+impl StoredTransfer {
+    /// One or three transfers of the same form, degrees and number of vertices; `None` otherwise.
+    pub fn new(channels: Vec<Form>) -> Option<Self> {
+        let first = channels.first()?;
+        let same = channels.iter().all(|form| {
+            std::mem::discriminant(form) == std::mem::discriminant(first)
+                && (form.len(), form.input(), form.output()) == (first.len(), first.input(), first.output())
+        });
+        (same && matches!(channels.len(), 1 | 3)).then_some(Self { channels })
+    }
+
+    /// One for all channels, or one for each of red, green and blue.
+    pub fn channels(&self) -> &[Form] {
+        &self.channels
+    }
+
+    /// The first channel; all have its form and sizes.
+    pub fn form(&self) -> &Form {
+        &self.channels[0]
+    }
+
+    /// The number of vertices.
+    pub fn len(&self) -> usize {
+        self.form().len()
+    }
+
+    /// Whether there is no vertex.
+    pub fn is_empty(&self) -> bool {
+        self.form().is_empty()
+    }
+
+    /// The bytes of its numbers.
+    pub fn bytes(&self) -> usize {
+        self.channels.iter().map(Form::bytes).sum()
+    }
+
+    /// The matrices that it stands for, one for all channels or one for each; `None` for a matte transfer, or
+    /// if the frames are not as many as the vertices.
+    pub fn matrices(&self, frames: &Frames) -> Option<Vec<Transfer>> {
+        self.channels.iter().map(|form| form.matrices(frames)).collect()
+    }
+
+    /// The radiance of each vertex, with what the mesh hides and, if that was baked, reflects.
+    ///
+    /// # Errors
+    /// If the transfer is matte and the table is not.
+    ///
+    /// # Panics
+    /// If there are not as many vertices as frames.
+    pub fn shade(
+        &self,
+        frames: &Frames,
+        table: &BrdfTable,
+        viewer: Viewer,
+        light: &Expansion,
+    ) -> Result<Vec<[f32; 3]>, NotMatte> {
+        let mut radiance = self.form().shade(frames, table, viewer, light)?;
+        for (channel, form) in self.channels.iter().enumerate().skip(1) {
+            let own = form.shade(frames, table, viewer, light)?;
+            radiance.iter_mut().zip(own).for_each(|(rgb, own)| rgb[channel] = own[channel]);
+        }
+        Ok(radiance)
+    }
+}
