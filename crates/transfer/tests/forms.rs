@@ -124,11 +124,11 @@ fn a_matte_vector_is_what_a_matte_table_makes_of_the_matrix() {
     let expected = shade_with_transfer(&frames, &table, VIEWER, &matrices, &light());
     let (matte, _) =
         MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), &|| false).unwrap();
-    let error = rms(matte.shade(&table, &light()).unwrap().as_flattened(), expected.as_flattened());
+    let error = rms(matte.shade(&frames, &table, &light()).unwrap().as_flattened(), expected.as_flattened());
     assert!(error < 0.02, "{error}");
-    assert!(matte.shade(&metal([0.5; 3]), &light()).is_err());
+    assert!(matte.shade(&frames, &metal([0.5; 3]), &light()).is_err());
     let of = MatteTransfer::of(&matrices);
-    let error = rms(of.shade(&table, &light()).unwrap().as_flattened(), expected.as_flattened());
+    let error = rms(of.shade(&frames, &table, &light()).unwrap().as_flattened(), expected.as_flattened());
     assert!(error < 1e-5, "{error}");
 }
 
