@@ -14,7 +14,7 @@ use sh::{Degree, Expansion};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::transfer::Transfer;
-use crate::vectors::{by_channel, dot};
+use crate::vectors::{EIGHTS, by_channel, dot, product, total};
 
 /// Clustered matrices of V vertices.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +39,8 @@ const POWER_ROUNDS: usize = 6;
 const CANDIDATES: usize = 4;
 /// The blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
+/// The columns that [`product`] sums at once.
+const GROUP: usize = EIGHTS * LANES;
 
 impl ClusteredTransfer {
     /// Clusters from their parts; `None` if the lengths do not fit or a vertex has no cluster.
@@ -167,13 +169,15 @@ impl ClusteredTransfer {
         light: &Expansion,
     ) -> Vec<[f32; 3]> {
         assert_eq!(frames.len(), self.len(), "the frames of these clusters");
-        let rows = self.output.rows();
+        let rows = self.output.min(table.degree()).rows();
+        let padded = rows.next_multiple_of(GROUP);
         let light = by_channel(light, self.input.min(light.degree()));
-        let mut lit = vec![0.0; self.bases.len() / self.input.rows() * 3];
-        let matrices = self.bases.par_chunks_exact(rows * self.input.rows());
-        lit.par_chunks_exact_mut(3 * rows).zip(matrices).for_each(|(lit, matrix)| {
-            for (lit, light) in lit.chunks_exact_mut(rows).zip(&light) {
-                for (value, row) in lit.iter_mut().zip(matrix.chunks_exact(self.input.rows())) {
+        let (whole, columns) = (self.output.rows(), self.input.rows());
+        let mut lit = vec![0.0; self.bases.len() / (whole * columns) * 3 * padded];
+        let matrices = self.bases.par_chunks_exact(whole * columns);
+        lit.par_chunks_exact_mut(3 * padded).zip(matrices).for_each(|(lit, matrix)| {
+            for (lit, light) in lit.chunks_exact_mut(padded).zip(&light) {
+                for (value, row) in lit.iter_mut().zip(matrix.chunks_exact(columns).take(rows)) {
                     *value = dot(&row[..light.len()], light);
                 }
             }
@@ -183,7 +187,7 @@ impl ClusteredTransfer {
         chunks.enumerate().for_each(|(chunk, (radiance, blocks))| {
             let first = chunk * BLOCKS * LANES;
             let (transfer, lit) = (self, lit.as_slice());
-            SimdLevel::detect().run(Shade { table, viewer, transfer, lit, first, blocks, radiance });
+            SimdLevel::detect().run(Shade { table, viewer, transfer, padded, lit, first, blocks, radiance });
         });
         radiance
     }
@@ -193,7 +197,9 @@ struct Shade<'a> {
     table: &'a BrdfTable,
     viewer: Viewer,
     transfer: &'a ClusteredTransfer,
-    /// [K, n + 1, 3, (O+1)^2].
+    /// The rows of a channel of `lit`, a multiple of [`GROUP`]; the last ones are zero.
+    padded: usize,
+    /// The bases, applied to the light: [K, n + 1, 3, padded].
     lit: &'a [f32],
     /// The first vertex.
     first: usize,
@@ -206,36 +212,38 @@ impl WithSimd for Shade<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (channels, n) = (self.table.channels(), self.transfer.components);
-        let rows = self.transfer.output.rows();
-        let kept = self.transfer.output.min(self.table.degree()).rows();
-        let (length, texel) = (3 * rows, self.table.texel());
+        let (channels, texel, n) = (self.table.channels(), self.table.texel(), self.transfer.components);
+        let kept = (texel / channels).min(self.padded);
+        let (row, mut vertex) = (3 * self.padded, self.first);
         let mut texels = vec![0.0; LANES * texel];
-        let (mut split, mut arrives) = (vec![0.0; kept], vec![0.0; length]);
-        let mut vertex = self.first;
+        let mut c = vec![0.0; channels * self.padded];
+        let mut shares = vec![1.0; n + 1];
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
             self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
-            for (c, rgb) in texels.chunks_exact(texel).zip(radiance) {
-                let cluster = self.transfer.clusters[vertex] as usize;
-                let lit = &self.lit[cluster * (n + 1) * length..][..(n + 1) * length];
-                let weights = &self.transfer.weights[vertex * n..][..n];
-                arrives.copy_from_slice(&lit[..length]);
-                for (component, weight) in lit[length..].chunks_exact(length).zip(weights) {
-                    for (sum, value) in arrives.iter_mut().zip(component) {
-                        *sum += weight * value;
+            for (found, rgb) in texels.chunks_exact(texel).zip(radiance) {
+                for (channel, c) in c.chunks_exact_mut(self.padded).enumerate() {
+                    for (row, c) in c[..kept].iter_mut().enumerate() {
+                        *c = found[row * channels + channel];
                     }
                 }
-                for (channel, value) in rgb.iter_mut().enumerate() {
-                    let arrives = &arrives[channel * rows..][..kept];
-                    *value = if channels == 1 {
-                        dot(&c[..kept], arrives)
-                    } else {
-                        for (to, from) in split.iter_mut().zip(c[channel..].iter().step_by(3)) {
-                            *to = *from;
+                let cluster = self.transfer.clusters[vertex] as usize;
+                shares[1..].copy_from_slice(&self.transfer.weights[vertex * n..][..n]);
+                let lit = &self.lit[cluster * (n + 1) * row..][..(n + 1) * row];
+                let mut sums = [[0.0f32; LANES]; 3];
+                for (channel, sum) in sums.iter_mut().enumerate() {
+                    let c = &c[channel.min(channels - 1) * self.padded..][..self.padded];
+                    for (group, c) in c.as_chunks::<GROUP>().0.iter().enumerate() {
+                        let first = channel * self.padded + group * GROUP;
+                        let starts = std::array::from_fn(|eight| first + eight * LANES);
+                        let arrives = product(&shares, 1, lit, row, starts);
+                        for eight in 0..EIGHTS {
+                            for lane in 0..LANES {
+                                sum[lane] += arrives[eight][lane] * c[eight * LANES + lane];
+                            }
                         }
-                        dot(&split, arrives)
-                    };
+                    }
                 }
+                *rgb = sums.map(total);
                 vertex += 1;
             }
         }
