@@ -23,10 +23,10 @@
 //!
 //! That radiance is by the material of the place that is hit, in its own frames, and blended between the
 //! corners of the triangle; back faces are black. The material is then part of the result: a new one needs a
-//! new bake. `material` takes a table of `tabulate-brdf` too, also one of several materials, with a `blend` of
-//! `vertex-blend` that says which is where. If it has colours, red, green and blue have a
-//! transfer each. Matte rooms are right to 1 percent; glossy corners to 7 percent of the radiance at O = 4,
-//! and 1 percent at O = 6. Where all is matte, bounces cost little.
+//! new bake. `material` takes a table of `tabulate-brdf` too, also one of several materials, with a `blend`
+//! of `vertex-blend` that says which is where. If it has colours, red, green and blue have a transfer each.
+//! Matte rooms are right to 1 percent; glossy corners to 7 percent of the radiance at O = 4, and 1 percent
+//! at O = 6. Where all is matte, bounces cost little.
 //!
 //! ## Degrees
 //!

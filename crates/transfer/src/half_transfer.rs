@@ -28,7 +28,8 @@ impl HalfTransfer {
         values.len().is_multiple_of(output.rows() * input.rows()).then_some(Self { output, input, values })
     }
 
-    /// Bakes shadows, without the matrices of all vertices in memory; also the number of vertices that see nothing.
+    /// Bakes shadows, without the matrices of all vertices in memory; also the number of vertices that see
+    /// nothing.
     ///
     /// # Errors
     /// As [`crate::precompute_unless`].
