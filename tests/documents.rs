@@ -71,6 +71,7 @@ fn links_in_documents_lead_somewhere() {
         "docs/manifest.md",
         "docs/plugins.md",
         "docs/preview.md",
+        "docs/relighting.md",
         "docs/watch.md",
         "examples/custom-kind/README.md",
     ];

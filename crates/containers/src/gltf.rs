@@ -1,4 +1,4 @@
-//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials.
+//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials; a mesh as a `.glb`.
 //!
 //! Read after the Khronos Group's *glTF 2.0 Specification* (ISO/IEC 12113:2022). Files have +Y up and look
 //! along +Z; what is given is in Specula's frame, (x, y, z) = (z_file, x_file, y_file), so that the front of
@@ -34,6 +34,7 @@ mod materials;
 mod meshopt;
 mod skins;
 mod texels;
+mod write;
 
 use accessors::Accessors;
 pub use anisotropy::{Anisotropy, read_gltf_anisotropy};
@@ -43,6 +44,8 @@ use document::{Document, NAMED};
 use frame::{affine, in_our_frame, vector};
 pub use materials::{GltfMaterial, MaterialChoice, gltf_materials, read_gltf_material};
 use skins::Pose;
+pub use write::{GlbText, VertexAttribute, write_glb};
+pub(crate) use write::{is_glb, read_recipe};
 
 /// The most triangles that are read of a file, and a third of the most vertices, each instance counted.
 pub const MAX_TRIANGLES: usize = 1 << 22;

@@ -5,7 +5,7 @@
 //! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`], [`write_exr_layers_unless`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
-//! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`] |
+//! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
@@ -53,8 +53,8 @@ pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{
-    Anisotropy, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, gltf_materials, read_gltf,
-    read_gltf_anisotropy, read_gltf_attribute, read_gltf_material,
+    Anisotropy, GlbText, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, VertexAttribute,
+    gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_material, write_glb,
 };
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba};
 pub use limits::MAX_PIXELS;

@@ -9,6 +9,7 @@
 //! | JSON | the member `specula` of the top object |
 //! | HTML | the `meta` element `specula` |
 //! | KTX2 | the key/value entry `specula` |
+//! | binary glTF | the member `specula` of `asset.extras` |
 //! | DDS | no place: a JSON file beside it, [`texture_sidecar`] |
 
 use std::collections::BTreeMap;

@@ -17,6 +17,7 @@ mod exec;
 mod export_brdf_table;
 mod export_cabral;
 mod export_environment;
+mod export_gltf;
 mod export_kautz_mccool;
 mod export_reflection_map;
 mod export_sh;
@@ -91,6 +92,7 @@ pub fn kinds() -> engine::Kinds {
         .with(export_kautz_mccool::ExportKautzMcCool)
         .with(export_view_maps::ExportViewMaps)
         .with(export_brdf_table::ExportBrdfTable)
+        .with(export_gltf::ExportGltf)
         .with(import_reflection_maps::ImportReflectionMaps)
         .with(reference::ReferenceMap)
         .with(contact_sheet::ContactSheet)

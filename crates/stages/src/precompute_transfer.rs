@@ -49,6 +49,9 @@
 //! | `clusters` | 4 (components + 1) = 40, and the bases of the clusters | everything, with an error that the build notes |
 //! | `matte` | 4 (F+1)^2 = 100 | `lambert` alone: the response of a white matte surface, for which O does not matter |
 //!
+//! `export-gltf` writes the vectors of `matte` into a glTF file for engines, and docs/relighting.md has the
+//! shader that lights it.
+//!
 //! `clusters` is clustered principal components (Sloan, Hall, Hart and Snyder 2003). A transfer of more than
 //! 4 GB is refused before the first ray; interreflection has that of two bounces in memory, for each channel.
 //! A smaller form, lower degrees or fewer vertices help.

@@ -433,7 +433,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
 }
 
 /// The light of the environment, or of lighting without one.
-fn light(context: &Context<'_>) -> Result<Light, Failure> {
+pub(crate) fn light(context: &Context<'_>) -> Result<Light, Failure> {
     if context.type_at("environment") == Some(<artifacts::Lighting as engine::Artifact>::TYPE) {
         let lighting = context.get::<artifacts::Lighting>("environment")?.0.clone();
         return Light::of_lighting(lighting)

@@ -5,6 +5,7 @@
 //! coordinates of a direction d in it. With the light's coefficients L_i turned into that frame and the
 //! table's c_i at the view in that frame, its radiance is the sum of L_i c_i (equation 1).
 
+mod arriving;
 mod clusters;
 mod directions;
 mod frames;
@@ -21,6 +22,7 @@ mod triple_products;
 mod vectors;
 mod visibility;
 
+pub use arriving::arriving;
 pub use clusters::ClusteredTransfer;
 pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};

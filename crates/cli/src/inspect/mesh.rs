@@ -28,6 +28,9 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             facts.push(("notes", json!(model.notes)));
         }
         facts.push(("bytes", bytes.len().into()));
+        if let Some(recipe) = containers::read_recipe(bytes) {
+            facts.push(("recipe", serde_json::from_str(&recipe).unwrap_or_else(|_| recipe.into())));
+        }
         Ok(facts)
     })
 }

@@ -212,7 +212,7 @@ fn describe(path: &str, flaw: Flaw) -> String {
 }
 
 /// The JSON and the binary chunk of a `.glb` (section 4.4).
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
+pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
     let word = |at: usize| {
         let word = bytes.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_le_bytes);
         word.ok_or_else(|| {

@@ -15,6 +15,7 @@ mod damage;
 mod files;
 mod materials;
 mod skins;
+mod written;
 
 /// The message for an index that does not exist.
 const NOTHING: &str = "there is nothing of this index";

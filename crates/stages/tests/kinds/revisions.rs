@@ -30,7 +30,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("reference", 2, [96.00000000, 27.72637939, 27.72637939, -0.08342432, 0.10358787]),
     ("contact-sheet", 7, [6935040.00000000, 635996.18655214, 635996.18655214, -69.25513828, 20.67270009]),
     ("report", 12, [52.00000000, 133227.65341408, 133227.65341408, -33443.19036981, 52826.42216269]),
-    ("preview", 6, [688224.00000000, 57603.85889743, 57603.85889743, -14.02120553, 2.79698679]),
+    ("preview", 7, [688224.00000000, 57603.85889743, 57603.85889743, -14.02120553, 2.79698679]),
     ("export-cabral", 5, [1575.00000000, 754.51357624, 849.29541752, -43.59984273, -0.82769094]),
     ("export-kautz-mccool", 5, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
     ("export-view-maps", 6, [1497.00000000, 538.41252613, 556.84686045, 3.10003559, 3.98891928]),
@@ -42,8 +42,9 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("circular-lights", 1, [48.00000000, 18.36154651, 29.12322030, 1.94446095, 1.11122145]),
     ("sum-lighting", 1, [75.00000000, 38.92282258, 74.62133954, 2.12965142, 1.78515938]),
     ("tabulate-brdf", 1, [432.00000000, 18.23065146, 56.81875229, -0.29086107, 0.09455148]),
-    ("shade-vertices", 2, [27.00000000, 18.70218948, 18.70218948, 0.00651603, -0.37619101]),
+    ("shade-vertices", 3, [27.00000000, 18.70218974, 18.70218974, 0.00651645, -0.37619101]),
     ("export-brdf-table", 1, [432.00000000, 18.23072815, 41.22508240, -0.82318352, 0.51969589]),
+    ("export-gltf", 2, [432.00000000, 131.98281871, 181.48188449, -7.27724177, -3.82092186]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
@@ -135,6 +136,7 @@ fn fixture(kind: &str) -> Case {
                 .artifact::<BrdfTable>();
             case("export-brdf-table", "format = \"ktx2\"").input("table", (*table).clone())
         }
+        "export-gltf" => crate::export_gltf::knot(),
         other => panic!("give {other} a fixture here"),
     }
 }
@@ -198,6 +200,9 @@ fn file_numbers(file: &[u8]) -> Vec<f64> {
         // A page shows the figures of the JSON file; this counts its pictures and plots.
         let page = String::from_utf8_lossy(file);
         return ["<img", "<polyline", "<tr>"].map(|element| page.matches(element).count() as f64).into();
+    }
+    if file.starts_with(b"glTF") {
+        return crate::export_gltf::Read::of(file).numbers();
     }
     if containers::is_texture(file) {
         let texture = containers::read_texture(file).unwrap().texture;

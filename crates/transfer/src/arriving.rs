@@ -1,0 +1,42 @@
+//! What arrives at each vertex past the mesh, in the world's frame.
+//!
+//! T L is in the frames of the vertices, as tables of views need it. Turned back by R_p^-1 it is a light
+//! like any other, one for each vertex.
+
+use rayon::prelude::*;
+use sh::Expansion;
+
+use crate::frames::{Frames, LANES};
+use crate::rotation::FrameRotation;
+use crate::shading::FixedLight;
+use crate::transfer::Transfer;
+
+/// The light at each vertex in the world's frame, R_p^-1 (T L): [V, (O+1)^2, 3], row l*l + l + m. The
+/// transfer is one for all channels, or one for each of red, green and blue.
+///
+/// An open vertex has the light itself, up to the lower of O and F.
+///
+/// # Panics
+/// If there is no transfer, or it has not as many vertices as there are frames.
+pub fn arriving(frames: &Frames, transfer: &[Transfer], light: &Expansion) -> Vec<f32> {
+    let local = FixedLight::with_transfer(transfer, light);
+    let (degree, rows) = (local.degree(), local.degree().rows());
+    let mut values = local.values();
+    assert_eq!(values.len(), frames.len() * 3 * rows, "the frames of this transfer");
+    let rotation = FrameRotation::new(degree);
+    values.par_chunks_mut(LANES * 3 * rows).zip(frames.blocks()).for_each(|(vertices, block)| {
+        let (mut c, mut work) = (vec![[0.0; LANES]; rows], vec![[0.0; LANES]; rows]);
+        let mut world = vec![0.0; vertices.len()];
+        for channel in 0..3 {
+            for (lane, vertex) in vertices.chunks_exact(3 * rows).enumerate() {
+                c.iter_mut().zip(&vertex[channel * rows..]).for_each(|(lanes, value)| lanes[lane] = *value);
+            }
+            rotation.to_world(&block.angles, &mut c, &mut work);
+            for (lane, vertex) in world.chunks_exact_mut(3 * rows).enumerate() {
+                c.iter().enumerate().for_each(|(row, lanes)| vertex[3 * row + channel] = lanes[lane]);
+            }
+        }
+        vertices.copy_from_slice(&world);
+    });
+    values
+}
