@@ -15,6 +15,7 @@
 //! Views lower than 0.25 degrees above the horizon are taken at that height.
 
 mod azimuths;
+mod captured;
 mod hemisphere;
 mod lookup;
 mod several;
@@ -33,6 +34,7 @@ use crate::{Centre, Material};
 use hemisphere::{Half, Hemisphere, NotFinite, turn};
 use zonal::{add_zonal, is_zonal};
 
+pub use captured::captured_unless;
 pub use hemisphere::ViewCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
