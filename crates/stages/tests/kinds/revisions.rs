@@ -9,8 +9,8 @@
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
 use stages::artifacts::{
-    Brdf, BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexBlend,
-    VertexRadiance,
+    Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Reflection, Shrm, Transfer,
+    VertexBlend, VertexRadiance,
 };
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
@@ -30,7 +30,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("reference", 2, [96.00000000, 27.72637939, 27.72637939, -0.08342432, 0.10358787]),
     ("contact-sheet", 7, [6935040.00000000, 635996.18655214, 635996.18655214, -69.25513828, 20.67270009]),
     ("report", 12, [52.00000000, 133227.65341408, 133227.65341408, -33443.19036981, 52826.42216269]),
-    ("preview", 6, [688224.00000000, 57603.85889743, 57603.85889743, -14.02120553, 2.79698679]),
+    ("preview", 7, [688224.00000000, 57603.85889743, 57603.85889743, -14.02120553, 2.79698679]),
     ("export-cabral", 5, [1575.00000000, 754.51357624, 849.29541752, -43.59984273, -0.82769094]),
     ("export-kautz-mccool", 5, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
     ("export-view-maps", 6, [1497.00000000, 538.41252613, 556.84686045, 3.10003559, 3.98891928]),
@@ -41,8 +41,9 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("precompute-transfer", 3, [729.00000000, 10.31949687, 96.61823315, -0.66349167, -2.79177568]),
     ("circular-lights", 1, [48.00000000, 18.36154651, 29.12322030, 1.94446095, 1.11122145]),
     ("sum-lighting", 1, [75.00000000, 38.92282258, 74.62133954, 2.12965142, 1.78515938]),
+    ("light-field", 1, [156.00000000, 43.03889242, 45.03889242, 5.12625653, -1.31238622]),
     ("tabulate-brdf", 1, [432.00000000, 18.23065146, 56.81875229, -0.29086107, 0.09455148]),
-    ("shade-vertices", 2, [27.00000000, 18.70218948, 18.70218948, 0.00651603, -0.37619101]),
+    ("shade-vertices", 3, [27.00000000, 18.70218974, 18.70218974, 0.00651645, -0.37619101]),
     ("export-brdf-table", 1, [432.00000000, 18.23072815, 41.22508240, -0.82318352, 0.51969589]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
@@ -119,6 +120,7 @@ fn fixture(kind: &str) -> Case {
             let lamps = crate::circular_lights::studio("lights = \"series\"").artifact::<Lighting>();
             case("sum-lighting", "").input("lighting", sky_lighting()).input("added", (*lamps).clone())
         }
+        "light-field" => crate::light_field::near("points = { open = [-1, 0, 0], wall = [1, 0, 0.5] }"),
         "brush-mesh" => {
             case("brush-mesh", "vector = [1, 2, 3]\nturn = 20").input("mesh", crate::vertices::pit())
         }
@@ -149,6 +151,11 @@ fn numbers(case: &Case) -> Vec<f64> {
                 environment.pixels().as_flattened().iter().map(|&value| value.into()).collect()
             }
             Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.series.coefficients()),
+            LightField::TYPE => {
+                let field = LightField::decode(&bytes).unwrap().0;
+                let lights = field.lights().iter().flat_map(|light| colours(light.coefficients()));
+                field.points().as_flattened().iter().copied().chain(lights).collect()
+            }
             Brdf::TYPE => colours(Brdf::decode(&bytes).unwrap().0.coefficients.rho()),
             Reflection::TYPE => {
                 let reflection = Reflection::decode(&bytes).unwrap().0;
