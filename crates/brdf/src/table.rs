@@ -169,6 +169,23 @@ pub enum BelowHorizon {
     Mirrored,
 }
 
+impl BelowHorizon {
+    /// What the table of a material shows.
+    pub fn of(material: &Material) -> Self {
+        if material.centre() == Centre::Tangent { Self::Mirrored } else { Self::Clamped }
+    }
+
+    /// The view that a table holds for a view, in the frame of the surface: at least 0.25 degrees above the
+    /// horizon.
+    pub fn view(self, view: Direction) -> Direction {
+        let DVec3 { x, y, z } = view.vector();
+        let z = if self == Self::Mirrored { z.abs() } else { z.max(0.0) };
+        let across = x.hypot(y);
+        let theta = across.atan2(z).min(LOWEST);
+        Direction::from_angles(theta, if across > 0.0 { y.atan2(x) } else { 0.0 })
+    }
+}
+
 impl BrdfTable {
     /// A table of its values, shape [Q, `size`, `size`, (F+1)^2, `channels`]; `None` if there is none of a
     /// dimension, `channels` is neither 1 nor 3, or the length does not fit.
@@ -310,9 +327,7 @@ pub fn tabulate_unless(
             numbers.iter_mut().zip(rgb).for_each(|(number, value)| *number = *value as f32);
         }
     });
-    let below =
-        if material.centre() == Centre::Tangent { BelowHorizon::Mirrored } else { BelowHorizon::Clamped };
-    Ok((BrdfTable { degree, size, channels, below, values }, error))
+    Ok((BrdfTable { degree, size, channels, below: BelowHorizon::of(material), values }, error))
 }
 
 /// The coefficients after a change of the sign of x, and of y.

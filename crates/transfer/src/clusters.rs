@@ -59,10 +59,16 @@ impl ClusteredTransfer {
     }
 
     /// Clusters matrices, and measures the error: the root of the mean square of what is lost, relative to
-    /// that of the matrices. Uses all threads; the result does not depend on their number.
-    pub fn of(transfer: &Transfer, clusters: usize, components: usize) -> (Self, f64) {
+    /// that of the matrices. Uses all threads; the result does not depend on their number. It is `None` if
+    /// `stop` says so, which is asked for every matrix and for every cluster, on every thread.
+    pub fn of(
+        transfer: &Transfer,
+        clusters: usize,
+        components: usize,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<(Self, f64)> {
         let length = transfer.output().rows() * transfer.input().rows();
-        let points = Points { length, values: transfer.values(), components };
+        let points = Points { length, values: transfer.values(), components, stop };
         let count = clusters.clamp(1, transfer.len().max(1));
         let mut means: Vec<f32> = (0..count)
             .flat_map(|k| points.point(k * transfer.len() / count).unwrap_or(&[]).iter().copied())
@@ -70,30 +76,30 @@ impl ClusteredTransfer {
         means.resize(count * length, 0.0);
         let mut own: Vec<u32> = Vec::new();
         for _ in 0..MEAN_ROUNDS {
-            own = points.par().map(|point| points.nearest(point, &means)[0]).collect();
+            own = points.each(|point, _| points.nearest(point, &means)[0])?;
             means = points.means(&own, &means);
         }
-        let mut bases = points.bases(&own, &means);
+        let mut bases = points.bases(&own, &means)?;
         for _ in 0..BASIS_ROUNDS {
-            let best = |point: &[f32]| {
+            let best = |point: &[f32], _| {
                 let near = points.nearest(point, &means);
                 let error = |cluster: &u32| points.represent(point, &bases, *cluster).1;
                 let errors: Vec<f32> = near.iter().map(error).collect();
                 let least = (0..near.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b]));
                 near[least.unwrap_or(0)]
             };
-            own = points.par().map(best).collect();
+            own = points.each(best)?;
             means = points.means(&own, &means);
-            bases = points.bases(&own, &means);
+            bases = points.bases(&own, &means)?;
         }
-        let found = points.par().zip(&own).map(|(point, cluster)| points.represent(point, &bases, *cluster));
-        let found: Vec<(Vec<f32>, f32)> = found.collect();
+        let found: Vec<(Vec<f32>, f32)> =
+            points.each(|point, index| points.represent(point, &bases, own[index]))?;
         let lost: f64 = found.iter().map(|(_, error)| f64::from(error.max(0.0))).sum();
         let size: f64 = transfer.values().iter().map(|value| f64::from(*value).powi(2)).sum();
         let weights = found.into_iter().flat_map(|(weights, _)| weights).collect();
         let (output, input) = (transfer.output(), transfer.input());
         let value = Self { output, input, components, bases, clusters: own, weights };
-        (value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 })
+        Some((value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 }))
     }
 
     /// O, the degree of the light that arrives.
@@ -255,11 +261,14 @@ struct Points<'a> {
     length: usize,
     values: &'a [f32],
     components: usize,
+    stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Points<'_> {
-    fn par(&self) -> rayon::slice::ChunksExact<'_, f32> {
-        self.values.par_chunks_exact(self.length)
+    /// Something of each point and its index, unless it is stopped.
+    fn each<T: Send>(&self, of: impl Fn(&[f32], usize) -> T + Sync) -> Option<Vec<T>> {
+        let points = self.values.par_chunks_exact(self.length).enumerate();
+        points.map(|(index, point)| (!(self.stop)()).then(|| of(point, index))).collect()
     }
 
     fn point(&self, index: usize) -> Option<&[f32]> {
@@ -298,7 +307,7 @@ impl Points<'_> {
     }
 
     /// The mean and the principal components of each cluster, by subspace iteration.
-    fn bases(&self, own: &[u32], means: &[f32]) -> Vec<f32> {
+    fn bases(&self, own: &[u32], means: &[f32]) -> Option<Vec<f32>> {
         let count = means.len() / self.length;
         let mut members = vec![Vec::new(); count];
         for (index, cluster) in own.iter().enumerate() {
@@ -314,6 +323,9 @@ impl Points<'_> {
             let mut axes: Vec<Vec<f32>> = (0..self.components).filter_map(start).collect();
             orthonormalise(&mut axes);
             for _ in 0..POWER_ROUNDS {
+                if (self.stop)() {
+                    return None;
+                }
                 let mut next = vec![vec![0.0; self.length]; axes.len()];
                 for index in members {
                     let point = centred(*index);
@@ -327,10 +339,11 @@ impl Points<'_> {
             }
             let mut basis = [mean.to_vec(), axes.concat()].concat();
             basis.resize((self.components + 1) * self.length, 0.0);
-            basis
+            Some(basis)
         };
         let clusters = members.par_iter().zip(means.par_chunks_exact(self.length));
-        clusters.flat_map_iter(basis).collect()
+        let found: Vec<Vec<f32>> = clusters.map(basis).collect::<Option<_>>()?;
+        Some(found.concat())
     }
 
     /// The weights of a point in a cluster's basis, and the square of what that loses.
