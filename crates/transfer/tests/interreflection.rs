@@ -228,7 +228,7 @@ fn a_matte_bowl_lights_itself() {
     let number = |case: &Value, name: &str| case[name].as_f64().unwrap();
     let (mesh, vertex) = bowl(number(case, "opening"));
     let albedo = number(case, "albedo");
-    let scene = Scene::new(&[mesh.clone()], &[lambert(albedo)], 4, 8192);
+    let scene = Scene::new(std::slice::from_ref(&mesh), &[lambert(albedo)], 4, 8192);
     let [direct, one, all] = [0, 1, 9].map(|bounces| scene.matte(bounces));
     for point in case["points"].as_array().unwrap() {
         let (polar, azimuth) = (number(point, "polar"), number(point, "azimuth"));

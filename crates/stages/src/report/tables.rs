@@ -117,6 +117,9 @@ fn cut(light: &Expansion, degree: usize, window: Window) -> Expansion {
     window.apply(&light.to_degree(degree))
 }
 
+/// The pixels of a picture, sRGB.
+type Pixels = Vec<[u8; 3]>;
+
 /// Shades a sphere under an environment with every cut, and by brute force; the pictures are those of
 /// [`SHOWN`], and that by brute force.
 fn pair(
@@ -124,7 +127,7 @@ fn pair(
     (material, tabulated): (&Material, &Tabulated),
     settings: &Settings,
     steps: &Steps<'_>,
-) -> Result<(TablePair, Vec<Vec<[u8; 3]>>), Failure> {
+) -> Result<(TablePair, Vec<Pixels>), Failure> {
     let sphere = Sphere::new(settings.sphere);
     let axes = sphere.brushed();
     let steps = steps.part(1, axes.len().div_ceil(BAND));

@@ -200,7 +200,8 @@ fn a_square_hides_the_directions_that_pass_it() {
     let surface = Surface::new(up, up.any_orthogonal_vector(), -up, true);
     let at = shadows.at(&surface, point.as_vec3());
     for k in 0..2000 {
-        let direction = Direction::from_angles(3.1416 * (f64::from(k) * 0.618).fract(), f64::from(k));
+        let direction =
+            Direction::from_angles(std::f64::consts::PI * (f64::from(k) * 0.618).fract(), f64::from(k));
         let local = turn.inverse() * (to_world * direction.vector());
         let there = point + local / local.z;
         if local.z.abs() < 1e-3 || (there.x.abs().max(there.y.abs()) - 1.0).abs() < 0.01 {
