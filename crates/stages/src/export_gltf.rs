@@ -27,8 +27,8 @@
 //!
 //! ## Light at the vertices
 //!
-//! `lighting` is written for each vertex in the frame of the mesh, not in that of the vertex, so that a shader
-//! can evaluate it with a normal or a reflection vector:
+//! `lighting` is written for each vertex in the frame of the mesh, not in that of the vertex, so that a
+//! shader can evaluate it with a normal or a reflection vector:
 //!
 //! - with a transfer of matrices (any form but `matte`): what arrives at the vertex past the mesh, T L turned
 //!   back to the mesh's frame;

@@ -104,11 +104,22 @@ impl Read {
         (0..9).map(|vertex| parts.iter().flat_map(|part| part[vertex]).collect()).collect()
     }
 
+    /// Red, green and blue, and a fourth number 0 if there is one.
+    fn colours(&self, name: &str) -> Vec<[f32; 3]> {
+        let (accessor, _) = self.accessor(&self.attributes()[name]);
+        if accessor["type"] == "VEC3" {
+            return self.attribute(name);
+        }
+        let vectors: Vec<[f32; 4]> = self.attribute(name);
+        assert!(vectors.iter().all(|vector| vector[3] == 0.0), "{name}");
+        vectors.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect()
+    }
+
     /// The light at each vertex, of a degree.
     fn light(&self, degree: usize) -> Vec<Expansion> {
         let degree = Degree::new(degree).unwrap();
         let name = |row: usize| format!("_SH_DEGREE_{}_COEF_{}", row.isqrt(), row - row.isqrt().pow(2));
-        let rows: Vec<Vec<[f32; 3]>> = (0..degree.rows()).map(|row| self.attribute(&name(row))).collect();
+        let rows: Vec<Vec<[f32; 3]>> = (0..degree.rows()).map(|row| self.colours(&name(row))).collect();
         let vertex =
             |vertex: usize| rows.iter().map(|row: &Vec<[f32; 3]>| row[vertex].map(f64::from)).collect();
         (0..9).map(|index| Expansion::from_coefficients(degree, vertex(index)).unwrap()).collect()
@@ -172,10 +183,7 @@ fn only_colours_are_clamped() {
 #[test]
 fn attributes_of_our_own_have_one_width() {
     let (read, _) = read(&knot().input("lighting", sky_lighting()));
-    let widened: Vec<[f32; 4]> = read.attribute("_RADIANCE");
-    let found: Vec<[f32; 3]> = widened.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    assert_eq!(found, radiance().0.value);
-    assert!(widened.iter().all(|vector| vector[3] == 0.0));
+    assert_eq!(read.colours("_RADIANCE"), radiance().0.value);
     for name in read.attributes().keys().filter(|name| name.starts_with('_')) {
         assert_eq!(read.attribute::<4>(name).len(), 9, "{name}");
     }
