@@ -73,6 +73,7 @@ fn links_in_documents_lead_somewhere() {
         "docs/preview.md",
         "docs/relighting.md",
         "docs/watch.md",
+        "examples/brushed/README.md",
         "examples/custom-kind/README.md",
     ];
     for document in documents {

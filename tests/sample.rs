@@ -48,6 +48,46 @@ fn a_dry_run_distinguishes_an_input_that_is_gone_from_one_that_would_run(project
     }
 }
 
+/// The manifests of `examples/brushed` with smaller pictures, and with measured surfaces if there are any.
+#[test]
+fn the_brushed_examples_build() {
+    let project = Project::new("schema = 1\n");
+    let example = "examples/brushed";
+    support::copy_folder(&support::root().join(example), &project.path(example));
+    for folder in ["out", ".specula", "measured/out", "measured/.specula", "measured/brdf"] {
+        let _ = fs::remove_dir_all(project.path(example).join(folder));
+    }
+    let smaller = |name: &str| {
+        let path = format!("{example}/{name}");
+        let manifest = fs::read_to_string(project.path(&path)).unwrap();
+        let small = [
+            ("size = 240", "size = 24"),
+            ("resolution = 32", "resolution = 8"),
+            ("directions = 512", "directions = 128"),
+            ("sphere = 64", "sphere = 32"),
+        ];
+        let manifest = small.iter().fold(manifest, |manifest, (large, small)| manifest.replace(large, small));
+        assert!(manifest.contains("size = 24\n") && manifest.contains("resolution = 8"), "{manifest}");
+        project.write(&path, &manifest);
+    };
+    smaller("pipeline.toml");
+    project.ok(&["-C", example, "build"]);
+    let outputs = support::files_below(&project.path("examples/brushed/out"));
+    for name in ["degrees.html", "environments/sky.png", "shadows/head-brushed.png", "varying/exponent.png"] {
+        assert!(outputs.contains_key(name), "no {name} in {:?}", outputs.keys());
+    }
+    let Some(corpus) = test_data::folder("the_brushed_examples_build", "SPECULA_CORPUS") else { return };
+    let measured = project.path("examples/brushed/measured/brdf");
+    fs::create_dir_all(&measured).unwrap();
+    for name in ["garnet_red.brdf", "krylon_blue.brdf"] {
+        fs::copy(corpus.join("brdf/measured").join(name), measured.join(name)).unwrap();
+    }
+    smaller("measured/pipeline.toml");
+    project.ok(&["-C", "examples/brushed/measured", "build"]);
+    let outputs = support::files_below(&project.path("examples/brushed/measured/out"));
+    assert!(outputs.contains_key("lamps/head-garnet_red.png"), "{:?}", outputs.keys());
+}
+
 #[test]
 fn one_thread_two_threads_and_an_empty_cache_give_the_same_bytes() {
     let project = Project::sample();

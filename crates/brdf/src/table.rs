@@ -15,6 +15,7 @@
 //! Views lower than 0.25 degrees above the horizon are taken at that height.
 
 mod azimuths;
+mod captured;
 mod hemisphere;
 mod lookup;
 mod several;
@@ -33,6 +34,7 @@ use crate::{Centre, Material};
 use hemisphere::{Half, Hemisphere, NotFinite, turn};
 use zonal::{add_zonal, is_zonal};
 
+pub use captured::captured_unless;
 pub use hemisphere::ViewCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -165,6 +167,23 @@ pub enum BelowHorizon {
     Clamped,
     /// What the mirror image of the view above the horizon sees: right for fibres, which have no horizon.
     Mirrored,
+}
+
+impl BelowHorizon {
+    /// What the table of a material shows.
+    pub fn of(material: &Material) -> Self {
+        if material.centre() == Centre::Tangent { Self::Mirrored } else { Self::Clamped }
+    }
+
+    /// The view that a table holds for a view, in the frame of the surface: at least 0.25 degrees above the
+    /// horizon.
+    pub fn view(self, view: Direction) -> Direction {
+        let DVec3 { x, y, z } = view.vector();
+        let z = if self == Self::Mirrored { z.abs() } else { z.max(0.0) };
+        let across = x.hypot(y);
+        let theta = across.atan2(z).min(LOWEST);
+        Direction::from_angles(theta, if across > 0.0 { y.atan2(x) } else { 0.0 })
+    }
 }
 
 impl BrdfTable {
@@ -308,9 +327,7 @@ pub fn tabulate_unless(
             numbers.iter_mut().zip(rgb).for_each(|(number, value)| *number = *value as f32);
         }
     });
-    let below =
-        if material.centre() == Centre::Tangent { BelowHorizon::Mirrored } else { BelowHorizon::Clamped };
-    Ok((BrdfTable { degree, size, channels, below, values }, error))
+    Ok((BrdfTable { degree, size, channels, below: BelowHorizon::of(material), values }, error))
 }
 
 /// The coefficients after a change of the sign of x, and of y.

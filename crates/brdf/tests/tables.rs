@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, tabulate};
+use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, captured_unless, tabulate};
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 use sh::{Degree, Expansion, Window, rotate};
@@ -223,21 +223,7 @@ fn degrees_hold_the_energy_that_they_should() {
             let c = views.coefficients(direction).unwrap().c;
             check_shares(&captured(&c, views.energy(direction).unwrap()[0]), &view["captured"], "a view");
         }
-        // Gauss in the cosine and equal steps in the azimuth, over all views within 75 degrees.
-        let (nodes, weights) = sh::quadrature::gauss_legendre(16);
-        let (mut sums, mut energy) = (vec![0.0; 15], 0.0);
-        for (theta, weight) in nodes.iter().zip(&weights) {
-            let least = 75f64.to_radians().cos();
-            let z = least + (1.0 - least) * 0.5 * (1.0 + theta.cos());
-            for step in 0..8 {
-                let azimuth = std::f64::consts::TAU * (f64::from(step) + 0.5) / 32.0;
-                let view = Direction::from_angles(z.acos(), azimuth);
-                let c = views.coefficients(view).unwrap().c;
-                captured(&c, 1.0).iter().zip(&mut sums).for_each(|(value, sum)| *sum += weight * value);
-                energy += weight * views.energy(view).unwrap()[0];
-            }
-        }
-        let shares: Vec<f64> = sums.iter().map(|sum| sum / energy).collect();
+        let shares = captured_unless(&material, degree(14), &|| false).unwrap();
         check_shares(&shares, &case["captured_over_views"], "over views");
     }
 }

@@ -220,6 +220,14 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.extend(range("coefficients of radiance", lighting.series.coefficients().iter().copied()));
             facts.extend(lights(&lighting.lights));
         }
+        "light-field" => {
+            let field = tensors::decode_light_field(bytes)?;
+            let rows = field.lights().iter().flat_map(|light| light.coefficients());
+            facts.push(("points", field.points().len().into()));
+            facts.push(("degree", field.degree().get().into()));
+            facts.push(("frame", SH_FRAME.into()));
+            facts.extend(range("coefficients of radiance", rows.copied()));
+        }
         "brdf" => {
             let tensors::Brdf { coefficients: brdf, parts, .. } = tensors::decode_brdf(bytes)?;
             facts.push(("degrees", degrees(&brdf).into()));

@@ -3,6 +3,7 @@
 //! | kind | tensors | metadata |
 //! | --- | --- | --- |
 //! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m; `lights` if there are some beside the series | |
+//! | `light-field` | `points` [P, 3] and the light at each, `sh` [P, (F+1)^2, 3], f64 | |
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
 //! | `reflection` | `sh` and `rho`, of one degree F; those of its parts; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
@@ -40,12 +41,14 @@ use sphere::LatLong;
 
 mod brdf_table;
 mod file;
+mod light_field;
 mod material;
 mod mesh;
 mod reflection_map;
 mod transfer;
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
+pub use light_field::{decode_light_field, encode_light_field};
 pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};

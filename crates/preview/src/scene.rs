@@ -21,6 +21,9 @@ pub struct Object {
     /// The transfer matrices of the mesh, for [`Mode::Transfer`]: for all channels, or for each of red, green
     /// and blue.
     pub transfer: Option<Arc<Vec<Transfer>>>,
+    /// Where each vertex is between the first material of its look's table, 0, and the last, 1. Without it, or
+    /// if it is of another mesh, only the first is seen.
+    pub blend: Option<Arc<Vec<f32>>>,
 }
 
 /// Meshes in front of an environment.
@@ -38,7 +41,7 @@ pub struct Scene {
 impl Scene {
     /// One mesh with one look, in its own coordinates.
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
-        let object = Object { mesh, place: DAffine3::IDENTITY, look, transfer: None };
+        let object = Object { mesh, place: DAffine3::IDENTITY, look, transfer: None, blend: None };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
     }
 
@@ -47,6 +50,16 @@ impl Scene {
     pub fn with_transfer(mut self, transfer: Option<Arc<Vec<Transfer>>>) -> Self {
         if let Some(object) = self.objects.first_mut() {
             object.transfer = transfer;
+        }
+        self
+    }
+
+    /// The same scene with the place of each vertex of its first object's mesh between the materials of the
+    /// table.
+    #[must_use]
+    pub fn with_blend(mut self, blend: Option<Arc<Vec<f32>>>) -> Self {
+        if let Some(object) = self.objects.first_mut() {
+            object.blend = blend;
         }
         self
     }
@@ -173,6 +186,7 @@ mod tests {
             place: *place,
             look: Arc::clone(&look),
             transfer: None,
+            blend: None,
         };
         Scene { light, objects: places.iter().map(object).collect() }
     }

@@ -51,6 +51,8 @@ pub(crate) struct ShadedMesh {
     pub(crate) table: Arc<BrdfTable>,
     /// For [`Mode::Transfer`].
     transfer: Option<Arc<Vec<Transfer>>>,
+    /// For a table of several materials.
+    blend: Option<Arc<Vec<f32>>>,
 }
 
 impl ShadedMesh {
@@ -66,18 +68,22 @@ impl ShadedMesh {
             Mode::Transfer => return Err(missing("the transfer of the mesh")),
             _ => None,
         };
-        Ok(Self { mesh: Arc::clone(&object.mesh), table: Arc::clone(table), transfer })
+        let blend = object.blend.clone().filter(|blend| blend.len() == object.mesh.positions().len());
+        Ok(Self { mesh: Arc::clone(&object.mesh), table: Arc::clone(table), transfer, blend })
     }
 
     /// Whether both consist of the same values.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let same = |one: &Option<Arc<Vec<Transfer>>>, other: &Option<Arc<Vec<Transfer>>>| match (one, other) {
-            (Some(one), Some(other)) => Arc::ptr_eq(one, other),
-            (one, other) => one.is_none() && other.is_none(),
-        };
+        fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
+            match (one, other) {
+                (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+                (one, other) => one.is_none() && other.is_none(),
+            }
+        }
         Arc::ptr_eq(&self.mesh, &other.mesh)
             && Arc::ptr_eq(&self.table, &other.table)
             && same(&self.transfer, &other.transfer)
+            && same(&self.blend, &other.blend)
     }
 
     /// The frames of its vertices.
@@ -85,7 +91,11 @@ impl ShadedMesh {
     /// # Errors
     /// If a normal and a tangent are not orthonormal.
     pub(crate) fn frames(&self) -> Result<Frames, RenderError> {
-        Frames::of(&self.mesh).map_err(|error| RenderError::maps(error.to_string()))
+        let frames = Frames::of(&self.mesh).map_err(|error| RenderError::maps(error.to_string()))?;
+        Ok(match &self.blend {
+            Some(blend) => frames.with_blend(blend),
+            None => frames,
+        })
     }
 
     /// Light and viewer of a shot in the coordinates of an object with this mesh. The light is cut to what

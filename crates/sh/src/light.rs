@@ -51,6 +51,27 @@ impl Light {
         Expansion::disk(self.direction, self.radius, self.flux(), degree)
     }
 
+    /// Directions over the disk, each in the middle of an equal share of its solid angle: points of a spiral
+    /// whose turns are the golden angle. One is its centre.
+    ///
+    /// # Example: all of them see the disk
+    /// ```
+    /// let lamp = sh::Light { direction: sphere::Direction::X, radius: 0.2, irradiance: [1.0; 3] };
+    /// assert!(lamp.directions(100).all(|direction| direction.dot(lamp.direction) > 0.2f64.cos()));
+    /// ```
+    pub fn directions(&self, count: usize) -> impl Iterator<Item = Direction> {
+        let (centre, reach) = (self.direction.vector(), (self.radius / 2.0).sin());
+        let (u, v) = centre.any_orthonormal_pair();
+        let golden = PI * (3.0 - 5f64.sqrt());
+        (0..count).map(move |index| {
+            // The solid angle within theta is 4 pi sin^2(theta / 2).
+            let share = if count == 1 { 0.0 } else { (index as f64 + 0.5) / count as f64 };
+            let theta = 2.0 * (reach * share.sqrt()).asin();
+            let ((sine, cosine), (y, x)) = (theta.sin_cos(), (golden * index as f64).sin_cos());
+            Direction::normalised(centre * cosine + (u * x + v * y) * sine)
+        })
+    }
+
     /// The irradiance of a surface with this normal, whose horizon hides the light's part below it.
     ///
     /// By Lambert's formula, half the integral of N . (r x dr) along the boundary of what is visible: with
@@ -252,6 +273,27 @@ mod tests {
             let light = Light::from_flux(direction, radius, flux(radius));
             let error = light.irradiance_on(Direction::Z)[0] - number(case, "irradiance");
             assert!(error.abs() < 1e-8, "{radius} {elevation}: {error:e}");
+        }
+    }
+
+    /// The mean of a harmonic over the directions is its integral over the disk, which is a closed form.
+    #[test]
+    fn directions_over_a_disk_integrate_it() {
+        let degree = Degree::new(3).unwrap();
+        let basis = crate::Basis::new(degree);
+        for (radius, count, limit) in
+            [(0.0, 3, 1e-12), (1.2, 4000, 2e-3), (0.3, 1, 0.15), (PI / 2.0, 16, 0.1)]
+        {
+            let light = Light::from_flux(Direction::from_angles(0.7, -1.0), radius, [1.0; 3]);
+            let (mut sums, mut row) = (vec![0.0; degree.rows()], vec![0.0; degree.rows()]);
+            for direction in light.directions(count) {
+                basis.evaluate_into(direction, &mut row);
+                sums.iter_mut().zip(&row).for_each(|(sum, y)| *sum += y / count as f64);
+            }
+            let series = light.series(degree);
+            for (sum, expected) in sums.iter().zip(series.coefficients()) {
+                assert!((sum - expected[0]).abs() < limit, "{radius}: {sum} {expected:?}");
+            }
         }
     }
 

@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
 //! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
+//! | `light-field` | [`transfer::LightField`] | safetensors: `points` [P, 3], `sh` [P, (F+1)^2, 3] f64 |
 //! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
 //! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64, and that of its parts; the material as above |
 //! | `brdf-table` | [`brdf::BrdfTable`] | safetensors: `c` [Q, N, N, (F+1)^2, channels] f32 |
@@ -48,6 +49,22 @@ impl Artifact for Lighting {
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(Self(tensors::decode_lighting(bytes)?))
+    }
+}
+
+/// Light at points, between which it is blended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightField(pub transfer::LightField);
+
+impl Artifact for LightField {
+    const TYPE: &'static str = "light-field";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_light_field(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_light_field(bytes)?))
     }
 }
 

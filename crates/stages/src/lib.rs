@@ -27,6 +27,7 @@ mod import_environment;
 mod import_material;
 mod import_mesh;
 mod import_reflection_maps;
+mod light_field;
 mod light_mismatch;
 mod map_index;
 mod map_input;
@@ -80,6 +81,7 @@ pub fn kinds() -> engine::Kinds {
         .with(circular_lights::CircularLights)
         .with(rotate::Rotate)
         .with(sum_lighting::SumLighting)
+        .with(light_field::LightField)
         .with(project_brdf::ProjectBrdf)
         .with(tabulate_brdf::TabulateBrdf)
         .with(shade_vertices::ShadeVertices)

@@ -23,10 +23,10 @@
 //!
 //! That radiance is by the material of the place that is hit, in its own frames, and blended between the
 //! corners of the triangle; back faces are black. The material is then part of the result: a new one needs a
-//! new bake. `material` takes a table of `tabulate-brdf` too, also one of several materials, with a `blend` of
-//! `vertex-blend` that says which is where. If it has colours, red, green and blue have a
-//! transfer each. Matte rooms are right to 1 percent; glossy corners to 7 percent of the radiance at O = 4,
-//! and 1 percent at O = 6. Where all is matte, bounces cost little.
+//! new bake. `material` takes a table of `tabulate-brdf` too, also one of several materials, with a `blend`
+//! of `vertex-blend` that says which is where. If it has colours, red, green and blue have a transfer each.
+//! Matte rooms are right to 1 percent; glossy corners to 7 percent of the radiance at O = 4, and 1 percent
+//! at O = 6. Where all is matte, bounces cost little.
 //!
 //! ## Degrees
 //!
@@ -142,17 +142,19 @@ impl Parameters {
     }
 
     /// The form of one channel, from matrices.
-    fn form(&self, matrices: Transfer, context: &Context<'_>) -> Form {
-        match self.form {
+    fn form(&self, matrices: Transfer, context: &Context<'_>) -> Result<Form, TransferError> {
+        Ok(match self.form {
             FormName::Half => Form::Half(HalfTransfer::of(&matrices)),
             FormName::Matte => Form::Matte(MatteTransfer::of(&matrices)),
             FormName::Clusters => {
-                let (clusters, error) = ClusteredTransfer::of(&matrices, self.clusters, self.components);
+                let stop = || context.check_cancelled().is_err();
+                let found = ClusteredTransfer::of(&matrices, self.clusters, self.components, &stop);
+                let (clusters, error) = found.ok_or(TransferError::Stopped)?;
                 context.note(format!("the clusters are within {:.2} % RMS of the matrices", 100.0 * error));
                 Form::Clusters(clusters)
             }
             FormName::Matrices | FormName::Visibility => Form::Matrices(matrices),
-        }
+        })
     }
 }
 
@@ -303,7 +305,7 @@ impl Scene<'_> {
             }
             FormName::Matrices | FormName::Clusters => {
                 let (matrices, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
-                (parameters.form(matrices, context), blind)
+                (parameters.form(matrices, context)?, blind)
             }
         };
         Ok((vec![form], blind))
@@ -331,6 +333,7 @@ impl Scene<'_> {
         }
         let (shadows, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
         let found = interreflect(frames, occluders, directions, &shadows, table, bounces, stop)?;
-        Ok((found.into_iter().map(|matrices| parameters.form(matrices, context)).collect(), blind))
+        let forms = found.into_iter().map(|matrices| parameters.form(matrices, context));
+        Ok((forms.collect::<Result<_, _>>()?, blind))
     }
 }

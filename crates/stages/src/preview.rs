@@ -25,7 +25,8 @@
 //! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
 //!
-//! The first five need `reflection`. `table` and `transfer` take the light's coefficients of the degree that
+//! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
+//! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's coefficients of the degree that
 //! the table or the transfer has, up to 30; their reference is `brute-force` and `shadowed-brute-force`. The
 //! inner side of a surface is black in both.
 //!
@@ -93,6 +94,7 @@ use preview::{Camera, Light, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
 
 use crate::artifacts;
+use crate::blended_frames::blend;
 use crate::choices::{STOPS, ToneMapName};
 use crate::contact_sheet::described;
 use crate::light_mismatch;
@@ -303,6 +305,7 @@ impl Kind for Preview {
             Port::one::<artifacts::Mesh>("mesh").optional(),
             Port::one::<artifacts::BrdfTable>("table").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
+            Port::one::<artifacts::VertexBlend>("blend").optional(),
         ]
     }
 
@@ -429,7 +432,12 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         None => Look::of_light(light, material, sizes),
     };
     let transfer = transfer(context, &mesh)?;
-    Ok(Scene::of(Arc::new(mesh), Arc::new(look.with_table(table))).with_transfer(transfer))
+    let blend = match &table {
+        Some(table) => blend(context, &mesh, table)?.map(Arc::new),
+        None => None,
+    };
+    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
+    Ok(scene.with_transfer(transfer).with_blend(blend))
 }
 
 /// The light of the environment, or of lighting without one.

@@ -9,7 +9,7 @@
 //!
 //! A `brdf-table` of an entry's material belongs to the entry. Each item of `shade-vertices` makes an entry
 //! of its table and its lighting, unless the material is reflected under that light anyway. A mesh has the
-//! `transfer` that was made of it.
+//! `transfer` that was made of it, and the `vertex-blend`.
 //!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
 //! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
@@ -41,6 +41,8 @@ pub struct PreviewCatalog {
     meshes: Vec<(String, MeshSource)>,
     /// The transfer of meshes, by the item that makes the mesh.
     transfers: BTreeMap<ItemIndex, ItemIndex>,
+    /// Where tables of several materials are which on meshes, likewise.
+    blends: BTreeMap<ItemIndex, ItemIndex>,
 }
 
 /// A material under a light, by the items that made it.
@@ -119,9 +121,10 @@ impl PreviewCatalog {
         };
         let positions = found.iter().zip(&keys).map(|(entry, key)| position(entry, key));
         let entries = positions.collect::<Vec<_>>().into_iter().zip(found).collect();
-        let transfers = transfers(&plan, items.clone());
+        let transfers = of_meshes(&plan, items.clone(), artifacts::Transfer::TYPE);
+        let blends = of_meshes(&plan, items.clone(), artifacts::VertexBlend::TYPE);
         let meshes = meshes(&plan, items);
-        Self { plan, environments, materials, entries, meshes, transfers }
+        Self { plan, environments, materials, entries, meshes, transfers, blends }
     }
 
     /// The plan.
@@ -198,8 +201,8 @@ impl PreviewCatalog {
         entry.ancestry.iter().copied().chain(self.mesh_items(mesh)).collect()
     }
 
-    /// The items that a scene is read from: the environment, the material, the mesh and its transfer, the
-    /// table and the reflection.
+    /// The items that a scene is read from: the environment, the material, the mesh with its transfer and its
+    /// blend, the table and the reflection.
     pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
         let added = entry.added.iter().map(|(item, _)| *item);
         let sources = [Some(entry.environment), entry.material].into_iter().flatten().chain(added);
@@ -207,9 +210,14 @@ impl PreviewCatalog {
         sources.chain(self.mesh_items(mesh)).chain(made).collect()
     }
 
-    /// The item that makes a mesh, and the one that makes its transfer.
+    /// The item that makes a mesh, and those that make its transfer and its blend.
     fn mesh_items(&self, mesh: &str) -> impl Iterator<Item = ItemIndex> {
-        self.mesh_item(mesh).into_iter().chain(self.transfer_item(mesh))
+        self.mesh_item(mesh).into_iter().chain(self.transfer_item(mesh)).chain(self.blend_item(mesh))
+    }
+
+    /// The item that says which material of a table is where on a mesh.
+    pub fn blend_item(&self, mesh: &str) -> Option<ItemIndex> {
+        self.blends.get(&self.mesh_item(mesh)?).copied()
     }
 
     /// The item that makes the transfer of a mesh.
@@ -377,17 +385,21 @@ fn tables(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> BTreeMap<ItemI
     tables
 }
 
-/// The first transfer of each mesh.
-fn transfers(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> BTreeMap<ItemIndex, ItemIndex> {
-    let mut transfers = BTreeMap::new();
-    for item in items.filter(|item| artifact(plan, *item) == Some(artifacts::Transfer::TYPE)) {
+/// The first artifact of a type that is made of each mesh.
+fn of_meshes(
+    plan: &Plan,
+    items: impl Iterator<Item = ItemIndex>,
+    made: &'static str,
+) -> BTreeMap<ItemIndex, ItemIndex> {
+    let mut found = BTreeMap::new();
+    for item in items.filter(|item| artifact(plan, *item) == Some(made)) {
         let mesh =
             single_inputs(plan, item).find(|input| artifact(plan, *input) == Some(artifacts::Mesh::TYPE));
         if let Some(mesh) = mesh {
-            transfers.entry(mesh).or_insert(item);
+            found.entry(mesh).or_insert(item);
         }
     }
-    transfers
+    found
 }
 
 /// Which items are made from which.

@@ -41,6 +41,22 @@
 //! A material with a matte base under a highlight also has a plain map of each part, the way engines look
 //! them up: see Parts in `project-brdf`.
 //!
+//! ## BRDF tables
+//!
+//! `sections = ["tables"]` writes another part of the page, on tables of `tabulate-brdf` (`["maps", "tables"]`
+//! writes both): which degree a material needs under each environment. A row for each material shows a sphere
+//! whose light and table have 9, 25, 49 and 225 coefficients (degrees 2, 4, 6 and 14), 225 under a Hanning
+//! window, and brute force, as figure 6 of Kautz, Sloan and Snyder (2002). Above them is the light at that
+//! degree. The sphere is brushed along +Z, projected into the surface; no maps are involved, so `reflection` is
+//! not used, and an anisotropic material keeps its direction.
+//!
+//! Below the spheres is the relative RMS error, that of all degrees is in the JSON file. Advised is the least
+//! degree whose error is at most `table-error`; where there is none, the light is too sharp for a table: its
+//! suns and lamps ring. A second table has the share of the material's energy, of rho_hat over all views within
+//! 75 degrees of the normal, that the degrees up to each hold. It needs no light, and says how the series of the
+//! material itself ends. A material takes some seconds; one of `poulin-fournier`, or one that was measured
+//! with its direction, some minutes.
+//!
 //! ## What is compared
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
@@ -70,22 +86,35 @@ mod picture;
 mod readers;
 mod sphere;
 mod study;
+mod tables;
+mod tables_section;
 
 use std::borrow::Cow;
 use std::ops::Bound;
 use std::sync::Arc;
 
 use brdf::{Centre, Choice};
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, parameters};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, choice, parameters};
 use serde_json::value::RawValue;
 use sh::Tolerance;
 use shrm::Reflection;
 
 use crate::choices::SHARE;
 use crate::degree_pair::DegreePair;
+use crate::sheet::percent;
 use crate::{artifacts, light_mismatch};
 use figures::{Limits, MaterialFigures, PairFigures, Report, Settings};
 use study::{Lit, Studied};
+
+choice! {
+    /// A part of the report.
+    pub(crate) enum Section {
+        /// Which export of reflection maps to use.
+        Maps = "maps",
+        /// Which degree of BRDF tables to use.
+        Tables = "tables",
+    }
+}
 
 parameters! {
     /// Parameters of `report`.
@@ -109,6 +138,11 @@ parameters! {
         /// The factor by which the second row of differences is amplified.
         #[range(1.0..=100.0)]
         amplify: f64 = 8.0,
+        /// What the report is about: the exports of maps, BRDF tables, or both.
+        sections: Vec<Section> = vec![Section::Maps],
+        /// The relative RMS error of a sphere up to which the degree of a BRDF table is good.
+        #[range(ACCEPT)]
+        table_error: f64 = 0.02,
     }
 }
 
@@ -133,12 +167,14 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 8;
+    const REVISION: u32 = 9;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
         brdf::revisions::MODELS,
         brdf::revisions::PROJECTION,
+        brdf::revisions::TABLE,
+        transfer::revisions::SHADING,
         shrm::revisions::SYNTHESIS,
         shrm::revisions::DEGREES,
         shrm::revisions::BAKING,
@@ -163,10 +199,14 @@ impl Kind for ReportKind {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        match (parameters.tolerance, parameters.degree) {
-            (Some(_), Some(_)) => vec![("tolerance", "degree already sets the degrees".into())],
-            _ => Vec::new(),
+        let mut errors = Vec::new();
+        if parameters.tolerance.is_some() && parameters.degree.is_some() {
+            errors.push(("tolerance", "degree already sets the degrees".into()));
         }
+        if parameters.sections.is_empty() {
+            errors.push(("sections", "the list is empty; name \"maps\", \"tables\" or both".into()));
+        }
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -183,7 +223,10 @@ impl Kind for ReportKind {
             resolution: parameters.resolution,
             sphere: parameters.sphere,
             amplify: parameters.amplify,
+            table_error: parameters.table_error,
         };
+        let [maps, tables] =
+            [Section::Maps, Section::Tables].map(|section| parameters.sections.contains(&section));
         let lit = environments.iter().map(|(key, environment)| {
             let exposure = environment.0.exposure().stops;
             let name = name(key, "environment");
@@ -192,9 +235,10 @@ impl Kind for ReportKind {
         let lit: Vec<_> = lit.collect();
 
         // One pair after another: each uses all threads.
-        let steps = Steps::new(context, materials.len() * lit.len());
+        let count = materials.len() * lit.len();
+        let steps = Steps::new(context, count * (usize::from(maps) + usize::from(tables)));
         let (mut pairs, mut pictures, mut figures): (Vec<PairFigures>, Vec<_>, Vec<_>) = Default::default();
-        for (key, material) in &materials {
+        for (key, material) in materials.iter().filter(|_| maps) {
             let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
             let first = pairs.len();
             for (environment_key, lit) in &lit {
@@ -218,20 +262,40 @@ impl Kind for ReportKind {
                 name: studied.name,
             });
         }
+        let (tables, table_pictures) = match tables {
+            true => {
+                let lit: Vec<&Lit<'_>> = lit.iter().map(|(_, lit)| lit).collect();
+                let named = materials.iter().map(|(key, material)| (name(key, "material"), &material.0));
+                tables::study(&lit, &named.collect::<Vec<_>>(), &settings, &steps)?
+            }
+            false => Default::default(),
+        };
         context.check_cancelled()?;
         let specula = RawValue::from_string(context.recipe().to_owned())?;
-        let report = Report { schema: 4, specula, settings, materials: figures, pairs };
+        let report = Report { schema: 4, specula, settings, materials: figures, pairs, tables };
         note(&report, context);
         let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
-        let page = page::page(&title, &report, &pictures, context.recipe())?;
+        let page = page::page(&title, &report, (&pictures, &table_pictures), context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
         json.push(b'\n');
         Ok(Output::Files(vec![json, page.into_bytes()]))
     }
 }
 
-/// Notes how many pairs have a good export.
+/// Notes how many pairs have a good export, and the degrees of tables.
 fn note(report: &Report, context: &Context<'_>) {
+    for table in &report.tables {
+        let error = percent(report.settings.table_error);
+        context.note(match table.advised {
+            Some(degree) => format!("{}: a table of degree {degree} is within {error} RMS", table.material),
+            None => {
+                format!("{}: no table up to degree {} is within {error} RMS", table.material, tables::MOST)
+            }
+        });
+    }
+    if report.pairs.is_empty() {
+        return;
+    }
     let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
     let Limits { p95, p99 } = report.settings.limits;
     context.note(format!(

@@ -34,3 +34,26 @@ impl Parameter for Vector {
         json!({ "type": "array", "items": f64::schema(), "minItems": 3, "maxItems": 3 })
     }
 }
+
+/// A place [x, y, z] in Specula's frame, in the unit of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place(pub(crate) [f64; 3]);
+
+impl Parameter for Place {
+    fn expected() -> String {
+        "[x, y, z]".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let place = <[f64; 3]>::try_from(Vec::<f64>::parse(value)?).ok();
+        place.map(Self).ok_or_else(|| unexpected(value, &Self::expected()))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.0.iter().map(Parameter::canonical).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "array", "items": f64::schema(), "minItems": 3, "maxItems": 3 })
+    }
+}

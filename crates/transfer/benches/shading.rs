@@ -6,11 +6,12 @@
 use brdf::{AshikhminShirley, Material, tabulate};
 use criterion::{Criterion, criterion_group, criterion_main};
 use mesh::Mesh;
+use rayon::prelude::*;
 use sh::{Degree, Expansion};
 use sphere::Direction;
 use transfer::{
-    Directions, FixedLight, FixedView, Frames, Occluders, Transfer, Viewer, precompute, shade,
-    shade_with_transfer,
+    ClusteredTransfer, Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, Viewer,
+    Visibility, precompute, shade, shade_with_transfer,
 };
 
 /// The vertices of the paper's teapot.
@@ -50,6 +51,30 @@ fn shading(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("transfer");
     group.bench_function("f32", |bencher| {
         bencher.iter(|| shade_with_transfer(&frames, &table, viewer, &transfer, &light));
+    });
+    let half = HalfTransfer::of(&transfer);
+    group.bench_function("f16", |bencher| bencher.iter(|| half.shade(&frames, &table, viewer, &light)));
+    let visible: Vec<f32> = (0..81).map(|k| if k == 0 { 3.0 } else { 0.01 }).collect();
+    let visibility = Visibility::new(degree, degree, visible.repeat(VERTICES)).unwrap();
+    group.bench_function("visibility", |bencher| {
+        bencher.iter(|| visibility.shade(&frames, &table, viewer, &light));
+    });
+    // 128 clusters of nine components, in runs as neighbouring vertices have them.
+    let bases = (0..128 * 10 * 625).map(|k| 1.0 / (1.0 + k as f32)).collect();
+    let clusters = (0..VERTICES).map(|vertex| (vertex / 64 % 128) as u32).collect();
+    let clusters = ClusteredTransfer::new((degree, degree), 9, bases, clusters, vec![0.1; 9 * VERTICES]);
+    let clusters = clusters.unwrap();
+    group.bench_function("clusters", |bencher| {
+        bencher.iter(|| clusters.shade(&frames, &table, viewer, &light));
+    });
+    // What memory allows: the matrices are read, and no more.
+    group.bench_function("memory", |bencher| {
+        bencher.iter(|| {
+            let parts = transfer.values().par_chunks(1 << 16);
+            parts
+                .map(|part| part.iter().fold(0u32, |bits, value| bits ^ value.to_bits()))
+                .reduce(|| 0, |a, b| a ^ b)
+        });
     });
     group.finish();
 }

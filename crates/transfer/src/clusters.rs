@@ -14,7 +14,7 @@ use sh::{Degree, Expansion};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::transfer::Transfer;
-use crate::vectors::{by_channel, dot};
+use crate::vectors::{EIGHTS, by_channel, dot, product, total};
 
 /// Clustered matrices of V vertices.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +39,8 @@ const POWER_ROUNDS: usize = 6;
 const CANDIDATES: usize = 4;
 /// The blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
+/// The columns that [`product`] sums at once.
+const GROUP: usize = EIGHTS * LANES;
 
 impl ClusteredTransfer {
     /// Clusters from their parts; `None` if the lengths do not fit or a vertex has no cluster.
@@ -57,10 +59,16 @@ impl ClusteredTransfer {
     }
 
     /// Clusters matrices, and measures the error: the root of the mean square of what is lost, relative to
-    /// that of the matrices. Uses all threads; the result does not depend on their number.
-    pub fn of(transfer: &Transfer, clusters: usize, components: usize) -> (Self, f64) {
+    /// that of the matrices. Uses all threads; the result does not depend on their number. It is `None` if
+    /// `stop` says so, which is asked for every matrix and for every cluster, on every thread.
+    pub fn of(
+        transfer: &Transfer,
+        clusters: usize,
+        components: usize,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<(Self, f64)> {
         let length = transfer.output().rows() * transfer.input().rows();
-        let points = Points { length, values: transfer.values(), components };
+        let points = Points { length, values: transfer.values(), components, stop };
         let count = clusters.clamp(1, transfer.len().max(1));
         let mut means: Vec<f32> = (0..count)
             .flat_map(|k| points.point(k * transfer.len() / count).unwrap_or(&[]).iter().copied())
@@ -68,30 +76,30 @@ impl ClusteredTransfer {
         means.resize(count * length, 0.0);
         let mut own: Vec<u32> = Vec::new();
         for _ in 0..MEAN_ROUNDS {
-            own = points.par().map(|point| points.nearest(point, &means)[0]).collect();
+            own = points.each(|point, _| points.nearest(point, &means)[0])?;
             means = points.means(&own, &means);
         }
-        let mut bases = points.bases(&own, &means);
+        let mut bases = points.bases(&own, &means)?;
         for _ in 0..BASIS_ROUNDS {
-            let best = |point: &[f32]| {
+            let best = |point: &[f32], _| {
                 let near = points.nearest(point, &means);
                 let error = |cluster: &u32| points.represent(point, &bases, *cluster).1;
                 let errors: Vec<f32> = near.iter().map(error).collect();
                 let least = (0..near.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b]));
                 near[least.unwrap_or(0)]
             };
-            own = points.par().map(best).collect();
+            own = points.each(best)?;
             means = points.means(&own, &means);
-            bases = points.bases(&own, &means);
+            bases = points.bases(&own, &means)?;
         }
-        let found = points.par().zip(&own).map(|(point, cluster)| points.represent(point, &bases, *cluster));
-        let found: Vec<(Vec<f32>, f32)> = found.collect();
+        let found: Vec<(Vec<f32>, f32)> =
+            points.each(|point, index| points.represent(point, &bases, own[index]))?;
         let lost: f64 = found.iter().map(|(_, error)| f64::from(error.max(0.0))).sum();
         let size: f64 = transfer.values().iter().map(|value| f64::from(*value).powi(2)).sum();
         let weights = found.into_iter().flat_map(|(weights, _)| weights).collect();
         let (output, input) = (transfer.output(), transfer.input());
         let value = Self { output, input, components, bases, clusters: own, weights };
-        (value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 })
+        Some((value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 }))
     }
 
     /// O, the degree of the light that arrives.
@@ -167,13 +175,15 @@ impl ClusteredTransfer {
         light: &Expansion,
     ) -> Vec<[f32; 3]> {
         assert_eq!(frames.len(), self.len(), "the frames of these clusters");
-        let rows = self.output.rows();
+        let rows = self.output.min(table.degree()).rows();
+        let padded = rows.next_multiple_of(GROUP);
         let light = by_channel(light, self.input.min(light.degree()));
-        let mut lit = vec![0.0; self.bases.len() / self.input.rows() * 3];
-        let matrices = self.bases.par_chunks_exact(rows * self.input.rows());
-        lit.par_chunks_exact_mut(3 * rows).zip(matrices).for_each(|(lit, matrix)| {
-            for (lit, light) in lit.chunks_exact_mut(rows).zip(&light) {
-                for (value, row) in lit.iter_mut().zip(matrix.chunks_exact(self.input.rows())) {
+        let (whole, columns) = (self.output.rows(), self.input.rows());
+        let mut lit = vec![0.0; self.bases.len() / (whole * columns) * 3 * padded];
+        let matrices = self.bases.par_chunks_exact(whole * columns);
+        lit.par_chunks_exact_mut(3 * padded).zip(matrices).for_each(|(lit, matrix)| {
+            for (lit, light) in lit.chunks_exact_mut(padded).zip(&light) {
+                for (value, row) in lit.iter_mut().zip(matrix.chunks_exact(columns).take(rows)) {
                     *value = dot(&row[..light.len()], light);
                 }
             }
@@ -183,7 +193,7 @@ impl ClusteredTransfer {
         chunks.enumerate().for_each(|(chunk, (radiance, blocks))| {
             let first = chunk * BLOCKS * LANES;
             let (transfer, lit) = (self, lit.as_slice());
-            SimdLevel::detect().run(Shade { table, viewer, transfer, lit, first, blocks, radiance });
+            SimdLevel::detect().run(Shade { table, viewer, transfer, padded, lit, first, blocks, radiance });
         });
         radiance
     }
@@ -193,7 +203,9 @@ struct Shade<'a> {
     table: &'a BrdfTable,
     viewer: Viewer,
     transfer: &'a ClusteredTransfer,
-    /// [K, n + 1, 3, (O+1)^2].
+    /// The rows of a channel of `lit`, a multiple of [`GROUP`]; the last ones are zero.
+    padded: usize,
+    /// The bases, applied to the light: [K, n + 1, 3, padded].
     lit: &'a [f32],
     /// The first vertex.
     first: usize,
@@ -206,36 +218,38 @@ impl WithSimd for Shade<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (channels, n) = (self.table.channels(), self.transfer.components);
-        let rows = self.transfer.output.rows();
-        let kept = self.transfer.output.min(self.table.degree()).rows();
-        let (length, texel) = (3 * rows, self.table.texel());
+        let (channels, texel, n) = (self.table.channels(), self.table.texel(), self.transfer.components);
+        let kept = (texel / channels).min(self.padded);
+        let (row, mut vertex) = (3 * self.padded, self.first);
         let mut texels = vec![0.0; LANES * texel];
-        let (mut split, mut arrives) = (vec![0.0; kept], vec![0.0; length]);
-        let mut vertex = self.first;
+        let mut c = vec![0.0; channels * self.padded];
+        let mut shares = vec![1.0; n + 1];
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
             self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
-            for (c, rgb) in texels.chunks_exact(texel).zip(radiance) {
-                let cluster = self.transfer.clusters[vertex] as usize;
-                let lit = &self.lit[cluster * (n + 1) * length..][..(n + 1) * length];
-                let weights = &self.transfer.weights[vertex * n..][..n];
-                arrives.copy_from_slice(&lit[..length]);
-                for (component, weight) in lit[length..].chunks_exact(length).zip(weights) {
-                    for (sum, value) in arrives.iter_mut().zip(component) {
-                        *sum += weight * value;
+            for (found, rgb) in texels.chunks_exact(texel).zip(radiance) {
+                for (channel, c) in c.chunks_exact_mut(self.padded).enumerate() {
+                    for (row, c) in c[..kept].iter_mut().enumerate() {
+                        *c = found[row * channels + channel];
                     }
                 }
-                for (channel, value) in rgb.iter_mut().enumerate() {
-                    let arrives = &arrives[channel * rows..][..kept];
-                    *value = if channels == 1 {
-                        dot(&c[..kept], arrives)
-                    } else {
-                        for (to, from) in split.iter_mut().zip(c[channel..].iter().step_by(3)) {
-                            *to = *from;
+                let cluster = self.transfer.clusters[vertex] as usize;
+                shares[1..].copy_from_slice(&self.transfer.weights[vertex * n..][..n]);
+                let lit = &self.lit[cluster * (n + 1) * row..][..(n + 1) * row];
+                let mut sums = [[0.0f32; LANES]; 3];
+                for (channel, sum) in sums.iter_mut().enumerate() {
+                    let c = &c[channel.min(channels - 1) * self.padded..][..self.padded];
+                    for (group, c) in c.as_chunks::<GROUP>().0.iter().enumerate() {
+                        let first = channel * self.padded + group * GROUP;
+                        let starts = std::array::from_fn(|eight| first + eight * LANES);
+                        let arrives = product(&shares, 1, lit, row, starts);
+                        for eight in 0..EIGHTS {
+                            for lane in 0..LANES {
+                                sum[lane] += arrives[eight][lane] * c[eight * LANES + lane];
+                            }
                         }
-                        dot(&split, arrives)
-                    };
+                    }
                 }
+                *rgb = sums.map(total);
                 vertex += 1;
             }
         }
@@ -247,11 +261,14 @@ struct Points<'a> {
     length: usize,
     values: &'a [f32],
     components: usize,
+    stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Points<'_> {
-    fn par(&self) -> rayon::slice::ChunksExact<'_, f32> {
-        self.values.par_chunks_exact(self.length)
+    /// Something of each point and its index, unless it is stopped.
+    fn each<T: Send>(&self, of: impl Fn(&[f32], usize) -> T + Sync) -> Option<Vec<T>> {
+        let points = self.values.par_chunks_exact(self.length).enumerate();
+        points.map(|(index, point)| (!(self.stop)()).then(|| of(point, index))).collect()
     }
 
     fn point(&self, index: usize) -> Option<&[f32]> {
@@ -290,7 +307,7 @@ impl Points<'_> {
     }
 
     /// The mean and the principal components of each cluster, by subspace iteration.
-    fn bases(&self, own: &[u32], means: &[f32]) -> Vec<f32> {
+    fn bases(&self, own: &[u32], means: &[f32]) -> Option<Vec<f32>> {
         let count = means.len() / self.length;
         let mut members = vec![Vec::new(); count];
         for (index, cluster) in own.iter().enumerate() {
@@ -306,6 +323,9 @@ impl Points<'_> {
             let mut axes: Vec<Vec<f32>> = (0..self.components).filter_map(start).collect();
             orthonormalise(&mut axes);
             for _ in 0..POWER_ROUNDS {
+                if (self.stop)() {
+                    return None;
+                }
                 let mut next = vec![vec![0.0; self.length]; axes.len()];
                 for index in members {
                     let point = centred(*index);
@@ -319,10 +339,11 @@ impl Points<'_> {
             }
             let mut basis = [mean.to_vec(), axes.concat()].concat();
             basis.resize((self.components + 1) * self.length, 0.0);
-            basis
+            Some(basis)
         };
         let clusters = members.par_iter().zip(means.par_chunks_exact(self.length));
-        clusters.flat_map_iter(basis).collect()
+        let found: Vec<Vec<f32>> = clusters.map(basis).collect::<Option<_>>()?;
+        Some(found.concat())
     }
 
     /// The weights of a point in a cluster's basis, and the square of what that loses.

@@ -78,6 +78,11 @@ impl Frames {
         Ok(Self { inward: inward(mesh, &frames), ..Self::new(mesh.positions().to_vec(), &frames) })
     }
 
+    /// The frames of points without a mesh, at the origin: matrices whose columns are x, y = N x x, and N.
+    pub fn from_axes(axes: &[DMat3]) -> Self {
+        Self::new(vec![[0.0; 3]; axes.len()], axes)
+    }
+
     /// Frames as matrices whose columns are x, y and N.
     pub(crate) fn new(positions: Vec<[f32; 3]>, to_world: &[DMat3]) -> Self {
         let blocks = to_world.chunks(LANES).enumerate().map(|(index, frames)| {

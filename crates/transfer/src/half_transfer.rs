@@ -1,6 +1,7 @@
 //! Transfer matrices of 16-bit numbers: half the memory, which is what limits shading with them.
 //!
-//! A half has 11 bits: entries, which are at most about 1, are rounded by 2.4e-4 of themselves.
+//! A half has 11 bits: entries, which are at most about 1, are rounded by 2.4e-4 of themselves. Those below
+//! 6.1e-5, the least that has all bits, become zero: processors are slow with numbers below it.
 
 use brdf::BrdfTable;
 use half::f16;
@@ -10,7 +11,7 @@ use sh::{Degree, Expansion};
 use crate::directions::Directions;
 use crate::frames::{Frames, Viewer};
 use crate::occluders::Occluders;
-use crate::shading::{Entries, shade_with_matrices};
+use crate::shading::shade_with_matrices;
 use crate::transfer::{Transfer, TransferError, bake};
 
 /// A transfer matrix for each vertex, [V, (O+1)^2, (F+1)^2].
@@ -27,7 +28,8 @@ impl HalfTransfer {
         values.len().is_multiple_of(output.rows() * input.rows()).then_some(Self { output, input, values })
     }
 
-    /// Bakes shadows, without the matrices of all vertices in memory; also the number of vertices that see nothing.
+    /// Bakes shadows, without the matrices of all vertices in memory; also the number of vertices that see
+    /// nothing.
     ///
     /// # Errors
     /// As [`crate::precompute_unless`].
@@ -40,7 +42,6 @@ impl HalfTransfer {
     ) -> Result<(Self, usize), TransferError> {
         let length = output.rows() * input.rows();
         let scene = (frames, occluders, directions);
-        let round = |matrix: &[f32], values: &mut [f16]| values.convert_from_f32_slice(matrix);
         let (values, blind) = bake(scene, (output, input), (length, f16::ZERO), stop, &round)?;
         Ok((Self { output, input, values }, blind))
     }
@@ -48,7 +49,7 @@ impl HalfTransfer {
     /// Rounds matrices.
     pub fn of(transfer: &Transfer) -> Self {
         let mut values = vec![f16::ZERO; transfer.values().len()];
-        values.convert_from_f32_slice(transfer.values());
+        round(transfer.values(), &mut values);
         Self { output: transfer.output(), input: transfer.input(), values }
     }
 
@@ -93,7 +94,12 @@ impl HalfTransfer {
         viewer: Viewer,
         light: &Expansion,
     ) -> Vec<[f32; 3]> {
-        let entries = Entries::Half(&self.values);
-        shade_with_matrices(frames, table, viewer, (self.output, self.input), entries, light)
+        shade_with_matrices(frames, table, viewer, (self.output, self.input), &self.values, light)
     }
+}
+
+fn round(matrix: &[f32], values: &mut [f16]) {
+    values.convert_from_f32_slice(matrix);
+    let subnormal = values.iter_mut().filter(|value| !value.is_normal());
+    subnormal.for_each(|value| *value = f16::ZERO);
 }

@@ -2,10 +2,10 @@
 //!
 //! > T_ij += integral over blocked s of Y_i(R_p s) B_j(x_s, -s) ds
 //!
-//! where x_s is what the vertex sees along s, and B_j its radiance toward the vertex under Y_j: the sum of c_i
-//! T_ij at the corners of the triangle that was hit, each with the c_i of its own material and in its own
-//! frame, blended over the triangle. So the matrix of a bounce is made from those of the bounce before, and
-//! that of the first from shadows alone. Back faces are black. The materials are part of the result.
+//! where x_s is what the vertex sees along s, and B_j its radiance toward the vertex under Y_j: the sum of
+//! c_i T_ij at the corners of the triangle that was hit, each with the c_i of its own material and in its
+//! own frame, blended over the triangle. So the matrix of a bounce is made from those of the bounce before,
+//! and that of the first from shadows alone. Back faces are black. The materials are part of the result.
 //!
 //! Where all materials are matte, one vector a vertex is enough for all bounces but the last, and the cosine
 //! needs no degree.
@@ -35,12 +35,13 @@ pub fn reflection_bytes(vertices: usize, (output, input): (Degree, Degree), chan
     one.saturating_mul(1 + 2 * channels)
 }
 
-/// The transfer with `bounces` reflections of the mesh's light by itself, whose materials `table` has: one for
-/// a grey table, else one for each of red, green and blue. `shadows` is what [`crate::precompute`] made of the same arguments.
+/// The transfer with `bounces` reflections of the mesh's light by itself, whose materials `table` has: one
+/// for a grey table, else one for each of red, green and blue. `shadows` is what [`crate::precompute`] made
+/// of the same arguments.
 ///
 /// Next to brute force, matte corners, screens and bowls are right to 1 percent; glossy corners to what the
-/// degree O cuts, 7 percent at 4 and 1 percent at 6 (`tests/interreflection.rs`). Uses all threads; the result does not depend on their
-/// number. `stop` is asked for every eight vertices, on every thread.
+/// degree O cuts, 7 percent at 4 and 1 percent at 6 (`tests/interreflection.rs`). Uses all threads; the
+/// result does not depend on their number. `stop` is asked for every eight vertices, on every thread.
 ///
 /// # Errors
 /// If the matrices of two bounces are larger than [`MOST_BYTES`], or it was stopped.

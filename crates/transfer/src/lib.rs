@@ -11,6 +11,8 @@ mod directions;
 mod frames;
 mod half_transfer;
 mod interreflection;
+mod light_field;
+mod lights;
 mod matte;
 mod occluder_nodes;
 mod occluders;
@@ -28,6 +30,8 @@ pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};
 pub use half_transfer::HalfTransfer;
 pub use interreflection::{interreflect, interreflect_matte, reflection_bytes};
+pub use light_field::{LightField, LightFieldError};
+pub use lights::shade_lights;
 pub use matte::{MatteTransfer, NotMatte};
 pub use occluder_nodes::OccluderNode;
 pub use occluders::Occluders;
@@ -39,6 +43,7 @@ pub use visibility::Visibility;
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::interreflection::REVISION as INTERREFLECTION;
+    pub use crate::lights::REVISION as LIGHTS;
     pub use crate::shading::REVISION as SHADING;
     pub use crate::transfer::REVISION as TRANSFER;
 }

@@ -1,8 +1,8 @@
 //! What rays may hit: the triangles of a mesh in a hierarchy of boxes (obvhs).
 //!
-//! Rays are cast for eight vertices at a time and in one direction, which is nearly all that is to be known of
-//! a triangle: its three products with the direction serve all eight, and boxes are compared with all of them
-//! at once. Neighbouring vertices see nearly the same boxes.
+//! Rays are cast for eight vertices at a time and in one direction, which is nearly all that is to be known
+//! of a triangle: its three products with the direction serve all eight, and boxes are compared with all of
+//! them at once. Neighbouring vertices see nearly the same boxes.
 
 use glam::{DVec3, Vec3};
 use mesh::Mesh;

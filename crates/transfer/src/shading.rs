@@ -10,8 +10,6 @@
 //! Everything is computed for eight vertices at a time, a lane each, so that no sum runs across a vector.
 
 use brdf::BrdfTable;
-use half::f16;
-use half::slice::HalfFloatSliceExt;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
@@ -20,7 +18,7 @@ use sh::{Degree, Expansion};
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::rotation::{FrameRotation, Lanes};
 use crate::transfer::Transfer;
-use crate::vectors::{by_channel, by_row, dot};
+use crate::vectors::{EIGHTS, Entry, by_channel, by_row, dot, product, total};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -415,46 +413,16 @@ pub fn shade_with_transfer(
     light: &Expansion,
 ) -> Vec<[f32; 3]> {
     let degrees = (transfer.output(), transfer.input());
-    shade_with_matrices(frames, table, viewer, degrees, Entries::Single(transfer.values()), light)
-}
-
-/// The entries of the matrices of all vertices.
-#[derive(Clone, Copy)]
-pub(crate) enum Entries<'a> {
-    /// 32-bit numbers.
-    Single(&'a [f32]),
-    /// 16-bit numbers.
-    Half(&'a [f16]),
-}
-
-impl<'a> Entries<'a> {
-    fn len(self) -> usize {
-        match self {
-            Self::Single(values) => values.len(),
-            Self::Half(values) => values.len(),
-        }
-    }
-
-    /// Some of them, `length` from `first` on; `room` has as many numbers.
-    #[inline(always)]
-    fn of(self, first: usize, length: usize, room: &'a mut [f32]) -> &'a [f32] {
-        match self {
-            Self::Single(values) => &values[first..][..length],
-            Self::Half(values) => {
-                values[first..][..length].convert_to_f32_slice(room);
-                room
-            }
-        }
-    }
+    shade_with_matrices(frames, table, viewer, degrees, transfer.values(), light)
 }
 
 /// [`shade_with_transfer`], for matrices in either precision.
-pub(crate) fn shade_with_matrices(
+pub(crate) fn shade_with_matrices<E: Entry>(
     frames: &Frames,
     table: &BrdfTable,
     viewer: Viewer,
     (output, input): (Degree, Degree),
-    entries: Entries<'_>,
+    entries: &[E],
     light: &Expansion,
 ) -> Vec<[f32; 3]> {
     let columns = input.rows();
@@ -466,13 +434,12 @@ pub(crate) fn shade_with_matrices(
     let mut radiance = vec![[0.0; 3]; frames.len()];
     let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS)).enumerate();
     chunks.for_each(|(chunk, (radiance, blocks))| {
-        let first = chunk * CHUNK;
+        let entries = &entries[chunk * CHUNK * length..];
         SimdLevel::detect().run(Transferred {
             table,
             viewer,
             rows,
             length,
-            first,
             entries,
             light,
             blocks,
@@ -481,9 +448,6 @@ pub(crate) fn shade_with_matrices(
     });
     radiance
 }
-
-/// The eights of columns that are summed at once: as many as registers hold.
-const EIGHTS: usize = 4;
 
 /// A light of which eight rows are taken at a time; the last eight go back over what those before them have,
 /// where it is zero here.
@@ -513,37 +477,34 @@ impl Vectors {
     }
 }
 
-struct Transferred<'a> {
+struct Transferred<'a, E> {
     table: &'a BrdfTable,
     viewer: Viewer,
     /// The rows that the matrices and the table both have.
     rows: usize,
     /// The entries of a matrix.
     length: usize,
-    /// The first vertex.
-    first: usize,
-    entries: Entries<'a>,
+    /// The matrices, from that of the first vertex on.
+    entries: &'a [E],
     light: &'a Vectors,
     blocks: &'a [Block],
     radiance: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for Transferred<'_> {
+impl<E: Entry> WithSimd for Transferred<'_, E> {
     type Output = ();
 
     /// c T first, which is one product of vector and matrix for a grey table, then its dots with the light.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let (channels, texel, columns) = (self.table.channels(), self.table.texel(), self.light.rows);
-        let kept = self.rows * columns;
         let mut texels = vec![0.0; LANES * texel];
-        let mut room = vec![0.0; kept];
-        let mut first = self.first * self.length;
+        let mut matrices = self.entries.chunks_exact(self.length);
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
             self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
-            for (c, rgb) in texels.chunks_exact(texel).zip(radiance) {
-                let matrix = self.entries.of(first, kept, &mut room);
-                first += self.length;
+            let vertices = texels.chunks_exact(texel).zip(radiance);
+            for ((c, rgb), matrix) in vertices.zip(&mut matrices) {
+                let matrix = &matrix[..self.rows * columns];
                 let mut sums = [[0.0f32; LANES]; 3];
                 for group in &self.light.groups {
                     let starts = group.map(|(first, _)| first);
@@ -559,36 +520,8 @@ impl WithSimd for Transferred<'_> {
                         }
                     }
                 }
-                *rgb = sums.map(|[a, b, c, d, e, f, g, h]| ((a + e) + (b + f)) + ((c + g) + (d + h)));
+                *rgb = sums.map(total);
             }
         }
     }
-}
-
-/// Some columns of c T, eight from each of the starts on; those past the last are zero.
-#[inline(always)]
-fn product(
-    c: &[f32],
-    stride: usize,
-    matrix: &[f32],
-    columns: usize,
-    starts: [usize; EIGHTS],
-) -> [[f32; LANES]; EIGHTS] {
-    let mut sums = [[0.0f32; LANES]; EIGHTS];
-    for (row, entries) in matrix.chunks_exact(columns).enumerate() {
-        let c = c[row * stride];
-        if columns < LANES {
-            for (sum, entry) in sums[0].iter_mut().zip(entries) {
-                *sum += c * entry;
-            }
-            continue;
-        }
-        for (sum, start) in sums.iter_mut().zip(starts) {
-            let entries = &entries[start..start + LANES];
-            for lane in 0..LANES {
-                sum[lane] += c * entries[lane];
-            }
-        }
-    }
-    sums
 }

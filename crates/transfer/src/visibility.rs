@@ -171,10 +171,19 @@ impl Visibility {
     }
 }
 
+/// The products of a row i and a column j.
+struct Pair {
+    i: u16,
+    j: u16,
+    /// Whether those of (j, i) are the same.
+    mirrored: bool,
+    /// The end of its terms.
+    end: u32,
+}
+
 /// The products, grouped by (i, j) with i <= j where both (i, j) and (j, i) are wanted.
 struct Products {
-    /// i, j, whether (j, i) is the same sum, and the end of its terms.
-    pairs: Vec<(u16, u16, bool, u32)>,
+    pairs: Vec<Pair>,
     /// k and the integral.
     terms: Vec<(u16, f32)>,
 }
@@ -183,7 +192,7 @@ impl Products {
     fn new(output: Degree, input: Degree) -> Self {
         let products = TripleProducts::new(output, input);
         let (columns, both) = (input.rows(), output.min(input).rows());
-        let (mut pairs, mut terms): (Vec<(u16, u16, bool, u32)>, Vec<(u16, f32)>) = (Vec::new(), Vec::new());
+        let (mut pairs, mut terms) = (Vec::<Pair>::new(), Vec::new());
         for &(entry, k, integral) in &products.terms {
             let (i, j) = (entry as usize / columns, entry as usize % columns);
             let mirrored = i != j && i < both && j < both;
@@ -193,8 +202,8 @@ impl Products {
             terms.push((k as u16, integral as f32));
             let end = terms.len() as u32;
             match pairs.last_mut() {
-                Some(last) if (last.0, last.1) == (i as u16, j as u16) => last.3 = end,
-                _ => pairs.push((i as u16, j as u16, mirrored, end)),
+                Some(last) if (last.i, last.j) == (i as u16, j as u16) => last.end = end,
+                _ => pairs.push(Pair { i: i as u16, j: j as u16, mirrored, end }),
             }
         }
         Self { pairs, terms }
@@ -265,7 +274,7 @@ impl Products {
     fn apply(&self, c: &[[f32; LANES]; ROOM], v: &[[f32; LANES]; ROOM], seen: &mut [[f32; LANES]; ROOM]) {
         let mut terms = self.terms.as_slice();
         let mut begin = 0;
-        for &(i, j, mirrored, end) in &self.pairs {
+        for &Pair { i, j, mirrored, end } in &self.pairs {
             let (own, rest) = terms.split_at((end - begin) as usize);
             (terms, begin) = (rest, end);
             let mut sums = [0.0f32; LANES];

@@ -45,6 +45,10 @@ fn rms(found: &[f32], expected: &[f32]) -> f64 {
     (difference / expected.iter().map(|value| square(*value)).sum::<f64>()).sqrt()
 }
 
+fn clustered(matrices: &Transfer, clusters: usize, components: usize) -> (ClusteredTransfer, f64) {
+    ClusteredTransfer::of(matrices, clusters, components, &|| false).unwrap()
+}
+
 const VIEWER: Viewer = Viewer::At([3.0, 1.0, 0.5]);
 
 fn metal(specular: [f64; 3]) -> brdf::BrdfTable {
@@ -92,7 +96,7 @@ fn clusters_state_what_they_lose() {
     let (matrices, _) = precompute(&frames, &occluders, &directions, (degree(4), degree(4))).unwrap();
     let mut before = f64::INFINITY;
     for (clusters, components) in [(1, 0), (1, 4), (8, 4), (8, 9), (32, 9)] {
-        let (found, error) = ClusteredTransfer::of(&matrices, clusters, components);
+        let (found, error) = clustered(&matrices, clusters, components);
         let measured = rms(found.matrices().unwrap().values(), matrices.values());
         eprintln!("{clusters} clusters of {components} components: {:.2} %", 100.0 * error);
         assert!((measured - error).abs() < 1e-4 && error < before, "{measured} {error} {before}");
@@ -105,10 +109,10 @@ fn clusters_state_what_they_lose() {
     // Most of it is the noise of so few rays, which clusters cannot hold.
     assert!(before < 0.2, "{before}");
     // As many clusters as vertices lose nothing; none are needed for none.
-    let (exact, error) = ClusteredTransfer::of(&matrices, 1 << 20, 1);
+    let (exact, error) = clustered(&matrices, 1 << 20, 1);
     assert!(error < 1e-6 && exact.len() == frames.len(), "{error}");
     let empty = Transfer::new(degree(1), degree(1), Vec::new()).unwrap();
-    let (none, error) = ClusteredTransfer::of(&empty, 4, 2);
+    let (none, error) = clustered(&empty, 4, 2);
     assert!(none.is_empty() && error == 0.0 && none.matrices() == Some(empty));
 }
 

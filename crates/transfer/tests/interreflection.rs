@@ -260,10 +260,10 @@ fn a_glossy_corner_lights_itself() {
     for (output, limit) in [(4, 0.07), (6, 0.02), (8, 0.01)] {
         let scene = Scene::new(&parts, &[ward("floor"), ward("wall")], output, 2048);
         let transfer = scene.bounced(1);
+        let floor = tabulate(&ward("floor"), degree(output), 128).unwrap().0;
         let (mut found, mut expected) = (Vec::new(), Vec::new());
         for row in case["rows"].as_array().unwrap() {
             let viewer = Viewer::Distant(Direction::normalised(numbers(&row["view"]).into()));
-            let floor = tabulate(&ward("floor"), degree(output), 128).unwrap().0;
             let seen = shade_with_transfer(&scene.frames, &floor, viewer, &transfer, &light);
             found.extend(seen[vertex(16.0)].map(f64::from));
             let parts = ["direct", "bounced"].map(|name| numbers::<3>(&row["degree_4"][name]));

@@ -177,19 +177,20 @@ fn sixteen(light: &Arc<Light>) -> Result<Scene, String> {
             place: DAffine3::from_translation(DVec3::new(0.0, 2.0 * column - 3.0, 3.0 - 2.0 * row)),
             look: look(light, 0.1 + 0.4 * share, [1.0 - 0.5 * share, 0.8, 0.5 + 0.5 * share])?,
             transfer: Some(Arc::clone(&transfer)),
+            blend: None,
         });
     }
     Ok(Scene { light: Arc::clone(light), objects })
 }
 
 /// The transfer of a mesh, of degree 4.
-fn transfer(mesh: &Mesh) -> Result<Arc<Transfer>, String> {
+fn transfer(mesh: &Mesh) -> Result<Arc<Vec<Transfer>>, String> {
     let degrees = [4, 8].map(|degree| Degree::new(degree).map_err(|error| error.to_string()));
     let [degree, exact] = degrees;
     let (degree, directions) = (degree?, Directions::new(256, exact?).ok_or("too few directions")?);
     let frames = Frames::of(mesh).map_err(|error| error.to_string())?;
     let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree));
-    Ok(Arc::new(made.map_err(|error| error.to_string())?.0))
+    Ok(Arc::new(vec![made.map_err(|error| error.to_string())?.0]))
 }
 
 /// A microfacet material of a roughness, with the degrees of the paper's tolerance, on faces of 64 texels.

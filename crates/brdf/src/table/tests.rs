@@ -238,3 +238,15 @@ fn a_table_has_the_length_of_its_shape() {
     let corner = BrdfTable::view(4, 0, 0);
     assert_eq!((corner.theta(), corner.phi()), (FRAC_PI_2, 0.75 * PI), "row 0 is at +y");
 }
+
+/// The view that is taken for one near or below the horizon is the one that the map's rim was made of.
+#[test]
+fn a_view_from_below_is_looked_up_above_the_horizon() {
+    let near = |a: Direction, b: Direction| (a.vector() - b.vector()).length() < 1e-12;
+    let (up, down) = (Direction::from_angles(0.7, -2.0), Direction::from_angles(PI - 0.7, -2.0));
+    let rim = Direction::from_angles(LOWEST, -2.0);
+    for (below, of_down) in [(BelowHorizon::Clamped, rim), (BelowHorizon::Mirrored, up)] {
+        assert!(near(below.view(up), up) && near(below.view(down), of_down));
+        assert!(near(below.view(Direction::Z), Direction::Z));
+    }
+}

@@ -112,6 +112,12 @@ mod tests {
             file.data.push(1);
             file.tensor("triangles", "U32", &[1, 3]);
         };
+        let nan = Mesh::new(vec![[0.0; 3]], vec![[1.0, 0.0, 0.0]], vec![[0.0; 4]], None, vec![]).unwrap();
+        let mut bytes = encode_mesh(&nan, None);
+        let last = bytes.len() - 4;
+        bytes[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+        let message = decode_mesh(&bytes).unwrap_err().to_string();
+        assert_eq!(message, "the tangents of vertex 0 hold a number that is not finite");
         let message = error_of(|_| {});
         assert!(
             message.starts_with("expected a tensor `tangents` [V, 4] F32, found the tensors: "),

@@ -309,6 +309,11 @@ mod tests {
             for length in 0..bytes.len() {
                 assert!(decode_transfer(&bytes[..length]).is_err(), "cut at {length}");
             }
+            // All bits set are NaN, and a cluster that is not there.
+            let mut bytes = bytes;
+            let last = bytes.len() - 4;
+            bytes[last..].fill(0xff);
+            assert!(decode_transfer(&bytes).is_err(), "NaN");
         }
         for value in [vec![], vec![[1.0, -2.0, 0.5]; 4]] {
             let radiance = OfMesh { value, mesh: "cd".into() };

@@ -72,7 +72,7 @@ fn soup(triangles: &[[[f32; 3]; 3]]) -> Arc<Mesh> {
 }
 
 fn placed(mesh: &Arc<Mesh>, place: DAffine3, look: &Arc<Look>) -> Object {
-    Object { mesh: Arc::clone(mesh), place, look: Arc::clone(look), transfer: None }
+    Object { mesh: Arc::clone(mesh), place, look: Arc::clone(look), transfer: None, blend: None }
 }
 
 /// A shot of the unit ball from slightly above, with neutral exposure and tone curve.

@@ -21,7 +21,7 @@ struct VertexUniforms {
     viewer: [f32; 3],
     count: u32,
     table: TableUniforms,
-    unused: [u32; 3],
+    unused: [u32; 2],
 }
 
 /// The invocations of a workgroup of `shade_vertices`.
@@ -51,7 +51,9 @@ impl ShadedVertices {
         let placed: Vec<[[f32; 4]; 4]> = (0..frames.len())
             .map(|vertex| {
                 let [x, y, n] = frames.axes(vertex);
-                [frames.positions()[vertex], x, y, n].map(|[a, b, c]| [a, b, c, 0.0])
+                let mut placed = [frames.positions()[vertex], x, y, n].map(|[a, b, c]| [a, b, c, 0.0]);
+                placed[0][3] = frames.blend(vertex);
+                placed
             })
             .collect();
         let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::COPY_DST;
@@ -123,7 +125,7 @@ impl ShadedVertices {
             viewer: view.viewer.map(|coordinate| coordinate as f32),
             count,
             table: TableUniforms::new(&self.of.table, *rows),
-            unused: [0; 3],
+            unused: [0; 2],
         };
         let uniforms = device.filled("the vertices of a mesh", BufferUsages::UNIFORM, &[uniforms])?;
         let buffers = [&uniforms, &self.placed, &self.table, light, &self.radiance];

@@ -11,8 +11,8 @@ struct ShadowUniforms {
     nodes: u32,
 }
 
-// Two for each node: the least coordinates of its box, and the next node outside it; the greatest, and the first
-// of its triangles times 256 plus their number. Then three for each triangle: its corners.
+// Two for each node: the least coordinates of its box, and the next node outside it; the greatest, and the
+// first of its triangles times 256 plus their number. Then three for each triangle: its corners.
 @group(3) @binding(4) var<storage, read> shadow_tree: array<vec4u>;
 @group(3) @binding(5) var<uniform> shadows: ShadowUniforms;
 

@@ -23,6 +23,8 @@ pub struct TableUniforms {
     pub mirrored: u32,
     /// Coefficients of a channel of the light.
     pub light_rows: u32,
+    /// Q: the materials of the table.
+    pub count: u32,
 }
 
 impl TableUniforms {
@@ -34,13 +36,15 @@ impl TableUniforms {
             channels: table.channels() as u32,
             mirrored: u32::from(table.below() == BelowHorizon::Mirrored),
             light_rows: light_rows as u32,
+            count: table.count() as u32,
         }
     }
 }
 
-/// The radiance of a vertex toward a view, a unit vector in its frame, RGB. `values` is the map [N, N, rows,
-/// channels], `light` the vertex' light [3, light_rows].
-pub fn table_radiance(table: TableUniforms, values: &[f32], light: &[f32], view: Vec3) -> Vec3 {
+/// The radiance of a vertex toward a view, a unit vector in its frame, RGB. `values` are the maps [Q, N, N,
+/// rows, channels], `light` the vertex' light [3, light_rows]; `blend` is where the vertex is between the first
+/// material, 0, and the last, 1.
+pub fn table_radiance(table: TableUniforms, values: &[f32], light: &[f32], view: Vec3, blend: f32) -> Vec3 {
     let z = if table.mirrored == 1 { view.z.abs() } else { view.z.max(0.0) };
     let across = if z > 0.0 { 1.0 + z } else { view.truncate().length().max(1e-30) };
     let (column, row) = (place(table, view.x, across), place(table, -view.y, across));
@@ -52,14 +56,23 @@ pub fn table_radiance(table: TableUniforms, values: &[f32], light: &[f32], view:
     ];
     let [rows, channels, light_rows] =
         [table.rows, table.channels, table.light_rows].map(|count| count as usize);
+    let last = (table.count - 1) as f32;
+    let q = (blend * last).clamp(0.0, last);
+    let (first, share) = (q as u32, q.fract());
     let mut radiance = Vec3::ZERO;
     for i in 0..rows.min(light_rows) {
         for channel in 0..3 {
-            let value = |row: u32, column: u32| {
-                let texel = (row * table.size + column) as usize;
+            let value = |material: u32, row: u32, column: u32| {
+                let texel = ((material * table.size + row) * table.size + column) as usize;
                 values[(texel * rows + i) * channels + channel.min(channels - 1)]
             };
-            let c: f32 = taps.iter().map(|&(row, column, weight)| weight * value(row, column)).sum();
+            let of = |material: u32| -> f32 {
+                taps.iter().map(|&(row, column, weight)| weight * value(material, row, column)).sum()
+            };
+            let mut c = of(first);
+            if share > 0.0 {
+                c += share * (of(first + 1) - c);
+            }
             radiance[channel] += c * light[channel * light_rows + i];
         }
     }

@@ -83,6 +83,9 @@ fn every_setting_of_a_shot_by_tables() {
     let knot = Arc::new(mesh::shape("torus-knot").unwrap());
     let transfer = scenes::transfer(&knot);
     let looks = scenes::tabulated();
+    let several = looks.len() - 1;
+    let blend: Vec<f32> = (0..knot.positions().len()).map(|vertex| (vertex % 128) as f32 / 127.0).collect();
+    let blend = Arc::new(blend);
     let object = |scale: [f64; 3], at: [f64; 3], look: usize| Object {
         mesh: Arc::clone(&knot),
         place: DAffine3::from_scale_rotation_translation(
@@ -92,8 +95,10 @@ fn every_setting_of_a_shot_by_tables() {
         ),
         look: Arc::clone(&looks[look].1),
         transfer: Some(Arc::clone(&transfer)),
+        blend: Some(Arc::clone(&blend)),
     };
-    let objects = vec![object([0.8; 3], [0.0, -0.8, 0.0], 0), object([-0.6, 0.6, 0.6], [0.5, 0.6, 0.3], 2)];
+    let objects =
+        vec![object([0.8; 3], [0.0, -0.8, 0.0], 0), object([-0.6, 0.6, 0.6], [0.5, 0.6, 0.3], several)];
     let scene = Scene { light: Arc::clone(looks[0].1.light()), objects };
     let turn = Rotation::from_yaw_pitch_roll(0.7, -0.4, 0.2);
     let plain = Shot { size: [128, 80], turn, ..shot(&scene, Show::One(Mode::Table)) };
@@ -130,6 +135,7 @@ fn group() -> Scene {
         place,
         look: Arc::clone(&looks[look].1),
         transfer: None,
+        blend: None,
     };
     let objects = vec![
         object(&knot, place([0.8; 3], 0.3, [0.0, -0.8, 0.0]), 1),

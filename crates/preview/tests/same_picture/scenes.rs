@@ -72,6 +72,12 @@ pub(crate) fn tabulated() -> &'static [Named] {
             };
             looks.extend(materials.iter().map(look));
         }
+        // The last one blends both materials.
+        let tables = materials.each_ref().map(|(_, _, table)| table.as_ref().clone());
+        let light = Arc::clone(looks[0].1.light());
+        let both = Look::without_maps(light, materials[0].1.clone(), SIZES);
+        let table = BrdfTable::joined(&tables).unwrap();
+        looks.push(("both".to_owned(), Arc::new(both.with_table(Some(Arc::new(table))))));
         looks
     });
     &LOOKS

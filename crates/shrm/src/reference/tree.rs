@@ -150,9 +150,34 @@ impl LightTree {
     ) -> [f64; 3] {
         let to_local = frame(central).matrix().transpose();
         let outgoing = Direction::normalised(to_local * view.vector());
-        let from_local = material.centre().surface_frame(outgoing);
-        let to_surface = from_local * to_local;
-        let outgoing = Direction::normalised(from_local * outgoing.vector());
+        let to_surface = material.centre().surface_frame(outgoing) * to_local;
+        self.sum(material, to_surface, (central, view), share, dark)
+    }
+
+    /// The same for a surface that may be brushed: `frame` has its tangent, N x tangent, and its normal N as
+    /// columns, in the world.
+    pub fn surface_radiance(
+        &self,
+        material: &Material,
+        frame: DMat3,
+        view: Direction,
+        share: f64,
+        dark: f64,
+    ) -> [f64; 3] {
+        let [tangent, normal] = [frame.x_axis, frame.z_axis].map(Direction::normalised);
+        let central = material.centre().central(normal, tangent, view);
+        self.sum(material, frame.transpose(), (central, view), share, dark)
+    }
+
+    fn sum(
+        &self,
+        material: &Material,
+        to_surface: DMat3,
+        (central, view): (Direction, Direction),
+        share: f64,
+        dark: f64,
+    ) -> [f64; 3] {
+        let outgoing = Direction::normalised(to_surface * view.vector());
         let mut sum = Sum {
             tree: self,
             material,
@@ -383,6 +408,37 @@ mod tests {
         for material in materials() {
             assert!(errors(&tree, &environment, &material, 0.0, 0.0)[99] < 1e-5, "{material:?}");
         }
+    }
+
+    /// The oracle adds every texel.
+    #[test]
+    fn a_brushed_surface_has_the_sum_in_its_own_frame() {
+        let environment = environment(48);
+        let (tree, grid) = (LightTree::new(&environment), environment.grid());
+        let brushed = Material::Ward(brdf::Ward::new([0.15, 0.5], [1.0, 0.7, 0.3]).unwrap());
+        let view = Direction::normalised(DVec3::new(0.3, -0.8, 0.6));
+        let mut errors = Vec::new();
+        for index in 0..60 {
+            let normal = Direction::normalised(spread(index, 60).vector() + view.vector()).vector();
+            let tangent = (DVec3::Z - normal * normal.z).normalize();
+            let frame = DMat3::from_cols(tangent, normal.cross(tangent), normal);
+            let local = |direction: DVec3| Direction::normalised(frame.transpose() * direction);
+            let mut wanted = [0.0; 3];
+            for (texel, radiance) in environment.pixels().iter().enumerate() {
+                let (row, column) = (texel / grid.width, texel % grid.width);
+                let incident = local(grid.direction(row, column).vector());
+                let rho_hat = brushed.rho_hat(incident, local(view.vector()));
+                for channel in 0..3 {
+                    wanted[channel] +=
+                        f64::from(radiance[channel]) * rho_hat[channel] * grid.solid_angle(row);
+                }
+            }
+            let found = tree.surface_radiance(&brushed, frame, view, 0.005, 0.01);
+            let difference: f64 = (0..3).map(|channel| (found[channel] - wanted[channel]).abs()).sum();
+            errors.push(difference / (wanted.iter().sum::<f64>() + 0.03));
+        }
+        errors.sort_by(f64::total_cmp);
+        assert!(errors[30] < 0.00625 && errors[57] < 0.02, "{} {}", errors[30], errors[57]);
     }
 
     #[test]

@@ -3,12 +3,17 @@
 //!
 //! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so a truncated series
 //! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights.
-//! `assets/meshes/knot.glb` is a knot that casts shadows on itself. The same bytes are written on every run.
+//! `assets/meshes/knot.glb` is a knot that casts shadows on itself. `examples/brushed` has a head and a teapot.
+//! The same bytes are written on every run.
 
+mod glb;
+mod head;
 mod knot;
 mod noise;
 mod sky;
+mod solid;
 mod studio;
+mod teapot;
 
 use std::error::Error;
 use std::path::Path;
@@ -34,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A file's path among the assets, and its content.
 type File = (&'static str, Vec<u8>);
 
-/// The sample environments and the sample mesh.
+/// The sample environments, and the meshes.
 pub(crate) fn files() -> Result<Vec<File>, Box<dyn Error>> {
     let scenes =
         [("environments/sky.exr", sky::render(GRID)), ("environments/studio.exr", studio::render(GRID))];
@@ -44,5 +49,10 @@ pub(crate) fn files() -> Result<Vec<File>, Box<dyn Error>> {
         assert_eq!(encoded.clamped, 0, "{name} is too bright for half floats");
         Ok((name, encoded.bytes))
     });
-    encoded.chain([Ok(("meshes/knot.glb", knot::glb()))]).collect()
+    let meshes = [
+        ("meshes/knot.glb", knot::glb_of_knot()),
+        ("../examples/brushed/meshes/head.glb", head::glb_of_head()),
+        ("../examples/brushed/meshes/teapot.glb", teapot::glb_of_teapot()),
+    ];
+    encoded.chain(meshes.map(Ok)).collect()
 }

@@ -19,7 +19,7 @@ const LOOKS: usize = 4;
 const LIGHTS: usize = 4;
 /// How many meshes are kept.
 const MESHES: usize = 4;
-/// How many tables, and how many transfers are kept.
+/// How many tables, transfers and blends are kept.
 const TABLES: usize = 2;
 
 /// The looks, lights and meshes that were shown last.
@@ -30,6 +30,7 @@ pub struct SceneCache {
     meshes: Recent<MeshKey, Mesh>,
     tables: Recent<Digest, BrdfTable>,
     transfers: Recent<Digest, Vec<Transfer>>,
+    blends: Recent<Digest, Vec<f32>>,
     /// The look of the material that was edited last.
     edited: Option<(LightKey, Material, Arc<Look>)>,
 }
@@ -60,7 +61,28 @@ impl SceneCache {
     ) -> Result<Scene, Failure> {
         let look = self.look(catalog.plan(), results, entry)?;
         let transfer = self.transfer(catalog, results, mesh);
-        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look).with_transfer(transfer))
+        let blend = self.blend(catalog, results, mesh);
+        let scene = Scene::of(self.mesh(catalog, results, mesh)?, look);
+        Ok(scene.with_transfer(transfer).with_blend(blend))
+    }
+
+    /// Where each vertex of a mesh is between the materials of a table, if it was made of the present mesh and
+    /// can be read.
+    fn blend(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        mesh: &str,
+    ) -> Option<Arc<Vec<f32>>> {
+        let (mesh, item) = (catalog.mesh_item(mesh)?, catalog.blend_item(mesh)?);
+        let made = results.get(item)?;
+        let of_mesh = results.get(mesh)?.digest().to_string();
+        let found = self.blends.get(TABLES, made.digest(), || {
+            let blend = made.get::<artifacts::VertexBlend>()?;
+            let is_same = blend.0.mesh == of_mesh;
+            is_same.then(|| blend.0.value.clone()).ok_or_else(|| Failure::new("it is of another mesh"))
+        });
+        found.ok()
     }
 
     /// The transfer of a mesh, if it was made of the present one, can be read and stands for matrices.

@@ -390,6 +390,7 @@ fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
     };
     write("metal/steel.toml", b"model = \"ward\"\nroughness = 0.2\nroughness_y = 0.5\n");
     write("shapes/knot.glb", include_bytes!("../../../../assets/meshes/knot.glb"));
+    write("pot.glb", include_bytes!("../../../../examples/brushed/meshes/teapot.glb"));
     write("lamps.toml", b"[[light]]\ndirection = [0, 1, 0]\nangular_radius = 20\nradiance = 3\n");
     write("pipeline.toml", format!("{SOURCES}{TABULATED}{stages}").as_bytes());
     let plan = load(folder.path());
@@ -467,4 +468,28 @@ fn a_scene_has_the_table_and_the_transfer_that_were_made_of_its_parts() {
     let results = build_only(&plan, &["metal"]);
     let edited = scenes.scene(&catalog, &results, entry, "knot").unwrap();
     assert!(!edited.offers(Mode::Table) && edited.objects[0].look.material().is_some());
+}
+
+#[test]
+fn a_mesh_has_the_blend_that_was_made_of_it() {
+    let stages = "[stage.pot]\nkind = \"import-mesh\"\nsource = \"pot.glb\"\n\
+                  [stage.noise]\nkind = \"vertex-blend\"\ninput = \"pot\"\ngltf = \"pot.glb\"\n\
+                  attribute = \"_BLEND\"\n\
+                  [stage.varying]\nkind = \"tabulate-brdf\"\ninput = \"metal\"\nvary = \"roughness\"\n\
+                  from = 0.2\nto = 0.8\ncount = 2\ndegree = 2\nresolution = 8\n\
+                  [stage.seen]\nkind = \"shade-vertices\"\n\
+                  inputs = { mesh = \"pot\", table = \"varying\", lighting = \"lamps\", blend = \"noise\" }\n";
+    let (_folder, plan) = tabulated(stages);
+    let catalog = PreviewCatalog::of(plan.clone());
+    let entry = catalog.entry("lamps", "steel").unwrap().unwrap();
+    let parts = catalog.parts(entry, "pot").into_iter().map(|item| stage_name(catalog.plan(), item));
+    assert!(parts.collect::<Vec<_>>().contains(&"noise"));
+    let results = build_only(&plan, &["seen"]);
+    let mut scenes = SceneCache::default();
+    let scene = scenes.scene(&catalog, &results, entry, "pot").unwrap();
+    let object = &scene.objects[0];
+    let blend = object.blend.as_ref().unwrap();
+    assert_eq!(blend.len(), object.mesh.positions().len());
+    assert!(blend.contains(&0.0) && blend.contains(&1.0), "the noise goes from end to end");
+    assert!(scenes.scene(&catalog, &results, entry, "plane").unwrap().objects[0].blend.is_none());
 }

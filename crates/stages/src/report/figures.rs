@@ -13,6 +13,8 @@ pub(crate) struct Report {
     pub(crate) settings: Settings,
     pub(crate) materials: Vec<MaterialFigures>,
     pub(crate) pairs: Vec<PairFigures>,
+    /// With `sections = ["tables"]`: what degrees of BRDF tables lose. Empty otherwise.
+    pub(crate) tables: Vec<TableFigures>,
 }
 
 /// How it was measured.
@@ -25,6 +27,8 @@ pub(crate) struct Settings {
     pub(crate) sphere: usize,
     /// The factor by which the second row of differences is amplified.
     pub(crate) amplify: f64,
+    /// The relative RMS error up to which the degree of a table is good.
+    pub(crate) table_error: f64,
 }
 
 /// A figure is known if its standard error is at most this share of it.
@@ -110,6 +114,39 @@ pub(crate) struct PairFigures {
     /// What else was measured, because no export is good or given degrees show.
     pub(crate) tried: Vec<Trial>,
     pub(crate) advice: Advice,
+}
+
+/// A material as a BRDF table.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TableFigures {
+    pub(crate) material: String,
+    /// The share of the energy of rho_hat that the degrees 0 to l hold, for l = 0, 1, ...
+    pub(crate) captured: Vec<f64>,
+    /// The degree that is good under every environment; none if no degree is.
+    pub(crate) advised: Option<usize>,
+    pub(crate) pairs: Vec<TablePair>,
+}
+
+/// A sphere of a material, shaded with a table under an environment.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TablePair {
+    pub(crate) environment: String,
+    /// The least degree with an error of at most [`Settings::table_error`]; none if no degree has.
+    pub(crate) advised: Option<usize>,
+    /// Every degree, and the highest with a window.
+    pub(crate) cuts: Vec<Cut>,
+}
+
+/// Light and table cut at a degree.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Cut {
+    pub(crate) degree: usize,
+    /// The number of coefficients, (degree + 1)^2.
+    pub(crate) rows: usize,
+    /// Whether a Hanning window smoothed the light.
+    pub(crate) windowed: bool,
+    #[serde(flatten)]
+    pub(crate) errors: Errors,
 }
 
 /// A form in which a renderer receives reflected light.

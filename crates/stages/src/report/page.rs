@@ -11,6 +11,8 @@ use crate::quantity::size;
 use crate::report::advice::word;
 use crate::report::figures::{Advice, Export, Limits, Method, PairFigures, Report};
 use crate::report::picture::{data_uri, difference};
+use crate::report::tables::TablePictures;
+use crate::report::tables_section;
 use crate::sheet::percent;
 
 /// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.
@@ -21,11 +23,11 @@ pub(crate) struct Pictures {
     pub(crate) exports: Vec<[Vec<[u8; 3]>; 2]>,
 }
 
-/// The HTML of a report; `pictures` in the order of its pairs.
+/// The HTML of a report; the pictures of maps in the order of its pairs.
 pub(crate) fn page(
     title: &str,
     report: &Report,
-    pictures: &[Pictures],
+    (pictures, table_pictures): (&[Pictures], &TablePictures),
     recipe: &str,
 ) -> Result<String, Failure> {
     let mut page = Page(String::new());
@@ -38,7 +40,24 @@ pub(crate) fn page(
         recipe = recipe_element(recipe),
         style = include_str!("style.css")
     ));
-    summary(&mut page, title, report);
+    if !report.pairs.is_empty() {
+        maps(&mut page, title, report, pictures)?;
+    } else {
+        page.put(format_args!("<h1>{}</h1>\n", escape(title)));
+    }
+    if !report.tables.is_empty() {
+        page.line(&tables_section::section(report, table_pictures)?);
+    }
+    if !report.pairs.is_empty() {
+        terms(&mut page);
+    }
+    page.line("</body></html>");
+    Ok(page.0)
+}
+
+/// The section on the exports of maps.
+fn maps(page: &mut Page, title: &str, report: &Report, pictures: &[Pictures]) -> Result<(), Failure> {
+    summary(page, title, report);
     page.line("<h2 id=\"pairs\">Each material under each environment</h2>");
     page.put(format_args!(
         "<p>Every sphere is seen from far away along +X, so it shows the highlight from every angle. The ground truth \
@@ -47,12 +66,10 @@ pub(crate) fn page(
         report.settings.amplify
     ));
     for (index, (pair, pictures)) in report.pairs.iter().zip(pictures).enumerate() {
-        card(&mut page, report, index, pair, pictures)?;
+        card(page, report, index, pair, pictures)?;
     }
-    sizes(&mut page, report);
-    terms(&mut page);
-    page.line("</body></html>");
-    Ok(page.0)
+    sizes(page, report);
+    Ok(())
 }
 
 /// Markup under construction.

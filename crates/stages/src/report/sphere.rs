@@ -6,7 +6,7 @@
 //! a map.
 
 use brdf::Centre;
-use sphere::{DVec3, Direction};
+use sphere::{DMat3, DVec3, Direction};
 
 use crate::report::figures::Errors;
 
@@ -142,6 +142,17 @@ impl Sphere {
             |normal: Direction| Direction::new(DVec3::Z.cross(normal.vector())).unwrap_or(Direction::Y);
         let central = |pixel: &Pixel| centre.central(pixel.normal, tangent(pixel.normal), Self::view());
         self.pixels.iter().map(central).collect()
+    }
+
+    /// The frame of the surface at each pixel, brushed along +Z: the projection of +Z into the surface, N x that,
+    /// and the normal N as columns, in the order of [`Sphere::central`].
+    pub(crate) fn brushed(&self) -> Vec<DMat3> {
+        let frame = |pixel: &Pixel| {
+            let normal = pixel.normal.vector();
+            let tangent = (DVec3::Z - normal * normal.z).try_normalize().unwrap_or(DVec3::Y);
+            DMat3::from_cols(tangent, normal.cross(tangent), normal)
+        };
+        self.pixels.iter().map(frame).collect()
     }
 
     /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of

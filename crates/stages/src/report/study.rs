@@ -38,17 +38,17 @@ const FITTED: usize = 1 << 18;
 const BAND: usize = 512;
 
 /// The error of the ground truth: about 0.01 stops.
-const TRUTH: f64 = 0.005;
+pub(crate) const TRUTH: f64 = 0.005;
 
 /// An environment, and what is made from it once.
 pub(crate) struct Lit<'a> {
     pub(crate) name: String,
     pub(crate) environment: &'a Environment,
     /// Stops.
-    exposure: f64,
-    tree: LightTree,
+    pub(crate) exposure: f64,
+    pub(crate) tree: LightTree,
     /// The radiance below which black is black.
-    dark: f64,
+    pub(crate) dark: f64,
     full: OnceCell<Lighting>,
 }
 

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use engine::{
-    Artifact, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, LEFT_OUT, Output,
-    Product, Read, Table,
+    Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, LEFT_OUT,
+    Output, Product, Read, Table,
 };
 use sh::{Degree, Transform};
 use sphere::{DVec3, LatLong};
@@ -62,6 +62,7 @@ pub(crate) struct Case {
     files: Memory,
     source: Option<PathBuf>,
     scratch: Option<PathBuf>,
+    cancel: Cancel,
 }
 
 /// The output and the messages of a run.
@@ -83,6 +84,7 @@ pub(crate) fn case(kind: &'static str, parameters: &str) -> Case {
         files: Memory::default(),
         source: None,
         scratch: None,
+        cancel: Cancel::default(),
     }
 }
 
@@ -118,6 +120,12 @@ impl Case {
     /// Sets the folder for scratch folders.
     pub(crate) fn scratch(mut self, folder: PathBuf) -> Self {
         self.scratch = Some(folder);
+        self
+    }
+
+    /// Lets it be cancelled.
+    pub(crate) fn cancelled_by(mut self, cancel: &Cancel) -> Self {
+        self.cancel = cancel.clone();
         self
     }
 
@@ -170,6 +178,7 @@ impl Case {
     fn run_whole(&self) -> Result<Ran, Failure> {
         let configured = self.configure().unwrap();
         let mut context = Context::new(&self.files)
+            .with_cancel(self.cancel.clone())
             .with_folder(absolute(""))
             .with_recipe(format!("{{\"kind\":\"{}\"}}", self.kind));
         if stages::kinds().get(self.kind).unwrap().shows_keys() {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, missing_docs)] // a test may panic
 
+mod bad_input;
 mod brdf_table;
 mod brute_force;
 mod circular_lights;
@@ -18,6 +19,8 @@ mod fixture;
 mod import_environment;
 mod import_material;
 mod import_mesh;
+mod lamps_at_vertices;
+mod light_field;
 mod list;
 mod parts;
 mod pipeline;

@@ -6,7 +6,9 @@ use brdf::Choice;
 use engine::Output;
 use sh::Degree;
 use sphere::{DVec3, Rotation};
-use stages::artifacts::{BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer};
+use stages::artifacts::{
+    BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexBlend,
+};
 
 use crate::fixture::{Case, case, environment, sky, sky_lighting};
 use crate::report::microfacet;
@@ -263,6 +265,39 @@ fn tables_and_transfer_are_drawn_with_their_inputs() {
     missing(bare("modes = [\"table\"]"), "table needs a table, but the port table is not connected");
     let other = with("modes = [\"transfer\"]").input("transfer", transfer.clone());
     missing(other, "the transfer is of another mesh");
+}
+
+/// The picture of a table of two materials is that of one of them where the blend says so.
+#[test]
+fn a_blend_says_which_material_of_a_table_is_drawn() {
+    let metal =
+        |roughness: f64| Material(brdf::Material::Ward(brdf::Ward::new([roughness; 2], [1.0; 3]).unwrap()));
+    let table = || case("tabulate-brdf", "degree = 2\nresolution = 16");
+    let one = (*table().input("material", metal(0.6)).artifact::<BrdfTable>()).clone();
+    let both = table().keyed_input("materials", &[("metal", "a")], metal(0.2)).keyed_input(
+        "materials",
+        &[("metal", "b")],
+        metal(0.6),
+    );
+    let both = (*both.artifact::<BrdfTable>()).clone();
+    let knot = || Mesh(mesh::shape("torus-knot").unwrap());
+    let digest = engine::Digest::of(&engine::Artifact::encode(&knot()).unwrap()).to_string();
+    let count = knot().0.positions().len();
+    let blend = |value: Vec<f32>, mesh: String| VertexBlend(containers::tensors::OfMesh { value, mesh });
+    let with = |table: BrdfTable| {
+        case("preview", "size = 32\nsamples = 1\nmodes = [\"table\"]")
+            .input("environment", environment(32, sky))
+            .input("mesh", knot())
+            .input("table", table)
+    };
+    let expected = picture(&with(one));
+    let blended = |share: f32| with(both.clone()).input("blend", blend(vec![share; count], digest.clone()));
+    assert_eq!(picture(&blended(1.0)), expected);
+    assert!(apart(&picture(&blended(0.0)).1, &expected.1) > 1.0);
+    let missing = "the table has 2 materials, and nothing says where each is";
+    assert_eq!(with(both.clone()).failure(), missing);
+    let other = with(both.clone()).input("blend", blend(vec![1.0; count], String::new()));
+    assert_eq!(other.failure(), "the blend is of another mesh");
 }
 
 /// A sky of degree 2 is the same as an image and as a series.

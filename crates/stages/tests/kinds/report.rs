@@ -379,3 +379,91 @@ fn impossible_parameters_are_errors() {
         assert_eq!(case("report", parameters).errors(), [expected]);
     }
 }
+
+fn ashikhmin_shirley(exponents: [f64; 2]) -> brdf::Material {
+    let model = brdf::AshikhminShirley::new(exponents, [0.0; 3], [1.0; 3]).unwrap();
+    brdf::Material::AshikhminShirley(model)
+}
+
+/// The errors of `prt-energy.json`, by brute force over other pixels. Its sphere is seen along +X, that of a
+/// report along -X: the light is turned by half a turn about +Z, along which both are brushed.
+#[test]
+fn spheres_of_a_table_are_as_far_off_as_the_degrees_make_them() {
+    const TEST: &str = "spheres_of_a_table_are_as_far_off_as_the_degrees_make_them";
+    let Some(reference) = test_data::reference(TEST, "prt-energy.json") else { return };
+    let light = test_data::reference(TEST, "lighting.json").unwrap();
+    let rgb = |value: &Value| [0, 1, 2].map(|channel| value[channel].as_f64().unwrap());
+    let constant = rgb(&light["constant"]);
+    let lobes: Vec<(DVec3, f64, [f64; 3])> = light["lobes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|lobe| {
+            let axis = DVec3::from_array(rgb(&lobe["direction"])).normalize();
+            (axis, lobe["sharpness"].as_f64().unwrap(), rgb(&lobe["amplitude"]))
+        })
+        .collect();
+    let turned = environment(128, |w| {
+        let w = DVec3::new(-w.x, -w.y, w.z);
+        let mut sum = constant;
+        for (axis, sharpness, amplitude) in &lobes {
+            let value = (sharpness * (axis.dot(w) - 1.0)).exp();
+            (0..3).for_each(|channel| sum[channel] += amplitude[channel] * value);
+        }
+        sum
+    });
+    let case = case("report", "sphere = 48\nsections = [\"tables\"]\ntable-error = 0.03");
+    let mut case = case.keyed_input("environment", &[("environment", "lobes")], turned);
+    let cases = reference["cases"].as_array().unwrap();
+    let cases = [&cases[0], &cases[2]];
+    for of in &cases {
+        let exponents = ["exponent_x", "exponent_y"].map(|name| of["parameters"][name].as_f64().unwrap());
+        assert_eq!(of["model"], "ashikhmin-shirley");
+        case = with_material(case, &format!("as-{:03}", exponents[0]), ashikhmin_shirley(exponents));
+    }
+    let (json, page) = report(&case);
+    check_page(&page);
+    assert!(
+        page.contains("n = 225") && page.contains("degree 14, windowed") && !page.contains("Kautz-McCool")
+    );
+    let tables = json["tables"].as_array().unwrap();
+    assert_eq!((tables.len(), json["pairs"].as_array().unwrap().len()), (2, 0));
+    for (table, of) in tables.iter().zip(cases) {
+        for (l, share) in table["captured"].as_array().unwrap().iter().enumerate() {
+            let expected = of["captured_over_views"][l].as_f64().unwrap();
+            assert!((share.as_f64().unwrap() - expected).abs() < 1e-3, "l = {l}: {share} {expected}");
+        }
+        let pair = &table["pairs"][0];
+        let cuts = pair["cuts"].as_array().unwrap();
+        assert_eq!((cuts.len(), &cuts[15]["windowed"], &cuts[4]["rows"]), (16, &true.into(), &25.into()));
+        let rms = |cut: usize| cuts[cut]["rms"].as_f64().unwrap();
+        // Other pixels, and a table of 48^2 views; brute force is right to about 0.3 percent.
+        for (cut, name) in [(2, "degree_2"), (4, "degree_4"), (15, "degree_14_hanning")] {
+            let expected = of["sphere_rms"][name].as_f64().unwrap();
+            assert!((rms(cut) / expected - 1.0).abs() < 0.05, "{name}: {} {expected}", rms(cut));
+        }
+        assert!(rms(14) < 0.005, "{}", rms(14));
+        let least = (0..=14).find(|degree| rms(*degree) <= 0.03).unwrap();
+        assert_eq!(
+            (pair["advised"].as_u64(), table["advised"].as_u64()),
+            (Some(least as u64), Some(least as u64))
+        );
+    }
+    assert!(tables[0]["advised"].as_u64() < tables[1]["advised"].as_u64(), "sharper needs more");
+}
+
+/// A sun is not in reach of degree 14, and the report says so beside the maps.
+#[test]
+fn under_a_sun_no_degree_of_a_table_is_good() {
+    let parameters = "sphere = 32\nresolution = 12\nsections = [\"maps\", \"tables\"]";
+    let case = with_material(with_sun(case("report", parameters)), "satin", microfacet(0.4));
+    let (json, page) = report(&case);
+    check_page(&page);
+    assert!(page.contains("SHRM") && page.contains("id=\"tables\""));
+    let table = &json["tables"][0];
+    assert_eq!((&table["advised"], &table["pairs"][0]["advised"]), (&Value::Null, &Value::Null));
+    assert_eq!(json["pairs"].as_array().unwrap().len(), 1);
+    let notes = case.run().unwrap().notes;
+    let expected = "satin: no table up to degree 14 is within 2.0 % RMS";
+    assert!(notes.iter().any(|note| note == expected), "{notes:?}");
+}

@@ -9,8 +9,8 @@
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
 use stages::artifacts::{
-    Brdf, BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexBlend,
-    VertexRadiance,
+    Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Reflection, Shrm, Transfer,
+    VertexBlend, VertexRadiance,
 };
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
@@ -41,6 +41,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("precompute-transfer", 3, [729.00000000, 10.31949687, 96.61823315, -0.66349167, -2.79177568]),
     ("circular-lights", 1, [48.00000000, 18.36154651, 29.12322030, 1.94446095, 1.11122145]),
     ("sum-lighting", 1, [75.00000000, 38.92282258, 74.62133954, 2.12965142, 1.78515938]),
+    ("light-field", 1, [156.00000000, 43.03889242, 45.03889242, 5.12625653, -1.31238622]),
     ("tabulate-brdf", 1, [432.00000000, 18.23065146, 56.81875229, -0.29086107, 0.09455148]),
     ("shade-vertices", 3, [27.00000000, 18.70218974, 18.70218974, 0.00651645, -0.37619101]),
     ("export-brdf-table", 1, [432.00000000, 18.23072815, 41.22508240, -0.82318352, 0.51969589]),
@@ -120,6 +121,7 @@ fn fixture(kind: &str) -> Case {
             let lamps = crate::circular_lights::studio("lights = \"series\"").artifact::<Lighting>();
             case("sum-lighting", "").input("lighting", sky_lighting()).input("added", (*lamps).clone())
         }
+        "light-field" => crate::light_field::near("points = { open = [-1, 0, 0], wall = [1, 0, 0.5] }"),
         "brush-mesh" => {
             case("brush-mesh", "vector = [1, 2, 3]\nturn = 20").input("mesh", crate::vertices::pit())
         }
@@ -151,6 +153,11 @@ fn numbers(case: &Case) -> Vec<f64> {
                 environment.pixels().as_flattened().iter().map(|&value| value.into()).collect()
             }
             Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.series.coefficients()),
+            LightField::TYPE => {
+                let field = LightField::decode(&bytes).unwrap().0;
+                let lights = field.lights().iter().flat_map(|light| colours(light.coefficients()));
+                field.points().as_flattened().iter().copied().chain(lights).collect()
+            }
             Brdf::TYPE => colours(Brdf::decode(&bytes).unwrap().0.coefficients.rho()),
             Reflection::TYPE => {
                 let reflection = Reflection::decode(&bytes).unwrap().0;

@@ -1,6 +1,6 @@
 //! Pictures by BRDF tables and transfer, and traced shadows.
 
-use brdf::{Ward, tabulate};
+use brdf::{BrdfTable, Ward, tabulate};
 use sphere::Direction;
 use transfer::{Directions, Frames, Occluders, Transfer, precompute};
 
@@ -58,6 +58,39 @@ fn transfer_has_the_shadows_of_shadowed_brute_force() {
     let with = rms(&scene, &shot, [Mode::Transfer, Mode::ShadowedBruteForce]);
     let without = rms(&scene, &shot, [Mode::Table, Mode::ShadowedBruteForce]);
     assert!(with < 0.05 && without > 3.0 * with, "{with} {without}");
+}
+
+/// Where the blend is 0 or 1 everywhere, a table of two materials is that of the one; half of both lies between.
+#[test]
+fn a_blend_says_which_material_of_a_table_is_seen() {
+    let mesh = knot();
+    let (dark, bright) = (lambert(0.1), brushed());
+    let sky = light(16, uneven);
+    let tables = [&dark, &bright].map(|material| tabulate(material, Degree::new(2).unwrap(), 16).unwrap().0);
+    let look = |table: BrdfTable| {
+        let bare = Look::without_maps(Arc::clone(&sky), dark.clone(), MapSizes { edge: 8, slices: 4 });
+        Scene::of(Arc::clone(&mesh), Arc::new(bare.with_table(Some(Arc::new(table)))))
+    };
+    let both = BrdfTable::joined(&tables).unwrap();
+    let blended = |blend: f32| {
+        let blend = Arc::new(vec![blend; mesh.positions().len()]);
+        look(both.clone()).with_blend(Some(blend)).with_transfer(Some(transfer_of(&mesh, 2)))
+    };
+    let [first, second] = tables.map(|table| look(table).with_transfer(Some(transfer_of(&mesh, 2))));
+    for mode in [Mode::Table, Mode::Transfer] {
+        let shot = shot([24, 24], Show::One(mode));
+        let [none, half, all] = [0.0, 0.5, 1.0].map(|blend| render(&blended(blend), &shot).radiance);
+        assert_eq!(none, render(&first, &shot).radiance, "{mode:?}");
+        assert_eq!(all, render(&second, &shot).radiance, "{mode:?}");
+        let apart = |[none, half, all]: [f32; 3]| (half - 0.5 * (none + all)).abs() / (1.0 + all.abs());
+        let pixels = none.as_flattened().iter().zip(half.as_flattened()).zip(all.as_flattened());
+        let worst = pixels.map(|((none, half), all)| apart([*none, *half, *all])).fold(0.0, f32::max);
+        assert!(worst < 1e-5 && none != all, "{mode:?}: {worst}");
+    }
+    // A blend of another mesh shows the first material.
+    let other = look(both.clone()).with_blend(Some(Arc::new(vec![1.0])));
+    let shot = shot([24, 24], Show::One(Mode::Table));
+    assert_eq!(render(&other, &shot).radiance, render(&first, &shot).radiance);
 }
 
 /// The oracle is a renderer that has drawn nothing before.

@@ -1,0 +1,59 @@
+//! Binary glTF of one mesh.
+
+/// The vertices and triangles of a mesh, in the file's frame (+Y up).
+pub(crate) struct Shape {
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) normals: Vec<[f32; 3]>,
+    /// A number for each vertex, with its name, `_BLEND` for instance.
+    pub(crate) attribute: Option<(&'static str, Vec<f32>)>,
+    /// Corners of triangles, three each.
+    pub(crate) indices: Vec<u16>,
+}
+
+/// The file of a shape.
+pub(crate) fn glb(shape: &Shape) -> Vec<u8> {
+    let Shape { positions, normals, attribute, indices } = shape;
+    let count = positions.len();
+    let extreme = |pick: fn(f32, f32) -> f32, start: f32| {
+        let fold = |axis: usize| positions.iter().fold(start, |most, at| pick(most, at[axis]));
+        [fold(0), fold(1), fold(2)]
+    };
+    let (least, most) = (extreme(f32::min, f32::INFINITY), extreme(f32::max, f32::NEG_INFINITY));
+    let mut bytes: Vec<u8> = Vec::new();
+    let floats = positions.iter().chain(normals).flatten().flat_map(|value| value.to_le_bytes());
+    bytes.extend(floats);
+    bytes.extend(indices.iter().flat_map(|index: &u16| index.to_le_bytes()));
+    let (vertices, corners) = (12 * count, indices.len());
+    let mut extra = [String::new(), String::new(), String::new()];
+    if let Some((name, values)) = attribute {
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        let offset = bytes.len();
+        bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        extra = [
+            format!(r#","{name}":3"#),
+            format!(r#",{{"buffer":0,"byteOffset":{offset},"byteLength":{},"target":34962}}"#, 4 * count),
+            format!(r#",{{"bufferView":3,"componentType":5126,"count":{count},"type":"SCALAR"}}"#),
+        ];
+    }
+    let [named, view, accessor] = extra;
+    let end = bytes.len();
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1{named}}},"indices":2}}]}}],"buffers":[{{"byteLength":{end}}}],"bufferViews":[{{"buffer":0,"byteLength":{vertices},"target":34962}},{{"buffer":0,"byteOffset":{vertices},"byteLength":{vertices},"target":34962}},{{"buffer":0,"byteOffset":{},"byteLength":{},"target":34963}}{view}],"accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3","min":{least:?},"max":{most:?}}},{{"bufferView":1,"componentType":5126,"count":{count},"type":"VEC3"}},{{"bufferView":2,"componentType":5123,"count":{corners},"type":"SCALAR"}}{accessor}]}}"#,
+        2 * vertices,
+        2 * corners,
+    );
+    container(&json, &bytes)
+}
+
+/// A binary glTF of a document and its buffer.
+fn container(json: &str, bytes: &[u8]) -> Vec<u8> {
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut bytes = bytes.to_vec();
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    let chunk =
+        |kind: &[u8; 4], data: &[u8]| [&(data.len() as u32).to_le_bytes()[..], &kind[..], data].concat();
+    let chunks = [chunk(b"JSON", &json), chunk(b"BIN\0", &bytes)].concat();
+    let length = 12 + chunks.len() as u32;
+    [b"glTF".to_vec(), 2_u32.to_le_bytes().to_vec(), length.to_le_bytes().to_vec(), chunks].concat()
+}
