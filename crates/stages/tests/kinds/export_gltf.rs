@@ -3,7 +3,7 @@
 use serde_json::Value;
 use sh::{Basis, Degree, Expansion};
 use sphere::{DVec3, Direction};
-use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexRadiance};
+use stages::artifacts::{BrdfTable, LightField, Lighting, Material, Mesh, Transfer, VertexRadiance};
 
 use crate::fixture::{Case, case, difference, environment, lambert, sky, sky_lighting};
 use crate::vertices::{pit, shaded};
@@ -291,6 +291,37 @@ fn light_at_the_vertices_is_what_arrives_past_the_mesh() {
     for vertex in found.light(2) {
         let error = difference(vertex.coefficients(), light.0.series.coefficients());
         assert!(error < 1e-5, "{error}");
+    }
+}
+
+#[test]
+fn a_light_field_gives_each_vertex_the_light_of_its_place() {
+    let points = "points = { open = [-1, 0, 0], wall = [1, 0, 0] }";
+    let field = crate::light_field::near(points).artifact::<LightField>();
+    let of = |transfer: Option<Transfer>| {
+        let case = export("").input("lighting", (*field).clone());
+        let case = match transfer {
+            Some(transfer) => case.input("transfer", transfer),
+            None => case,
+        };
+        read(&case).0.light(4)
+    };
+    let (open, past) = (of(None), of(Some(baked(""))));
+    // Skies of radiance 1 and 3; weights are inverse squares of the distances, 1.5 and 0.5 for vertex 4.
+    let middle = (4.0 * std::f64::consts::PI).sqrt() * (1.0 / 2.25 + 3.0 / 0.25) / (1.0 / 2.25 + 1.0 / 0.25);
+    assert!((open[4].coefficients()[0][1] - middle).abs() < 1e-5, "{:?}", open[4].coefficients()[0]);
+    // A constant sky past the mesh is what the mesh lets through of a sky of radiance 1, times its radiance.
+    let white = {
+        let mut series = Expansion::zero(Degree::new(4).unwrap());
+        series.coefficients_mut()[0] = [(4.0 * std::f64::consts::PI).sqrt(); 3];
+        export("").input("lighting", Lighting(series.into())).input("transfer", baked(""))
+    };
+    for (vertex, (white, past)) in read(&white).0.light(4).iter().zip(&past).enumerate() {
+        let radiance = open[vertex].coefficients()[0][1] / (4.0 * std::f64::consts::PI).sqrt();
+        let scaled: Vec<[f64; 3]> =
+            white.coefficients().iter().map(|rgb| rgb.map(|value| radiance * value)).collect();
+        let error = difference(past.coefficients(), &scaled);
+        assert!(error < 1e-5, "{vertex}: {error}");
     }
 }
 
