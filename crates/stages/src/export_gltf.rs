@@ -35,8 +35,8 @@
 //! - with a `matte` transfer, or none: the light itself, without the shadows of the mesh, which the vectors
 //!   t_j hold.
 //!
-//! A `light-field` gives each vertex the light of its place. Suns and lamps are part of the coefficients. `degree` cuts them, as every series is cut: near a lamp they
-//! ring below zero.
+//! A `light-field` gives each vertex the light of its place. Suns and lamps are part of the coefficients.
+//! `degree` cuts them, as every series is cut: near a lamp they ring below zero.
 //!
 //! ## Coefficients
 //!
