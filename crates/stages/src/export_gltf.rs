@@ -27,16 +27,16 @@
 //!
 //! ## Light at the vertices
 //!
-//! `lighting` is written for each vertex in the frame of the mesh, not in that of the vertex, so that a shader
-//! can evaluate it with a normal or a reflection vector:
+//! `lighting` is written for each vertex in the frame of the mesh, not in that of the vertex, so that a
+//! shader can evaluate it with a normal or a reflection vector:
 //!
 //! - with a transfer of matrices (any form but `matte`): what arrives at the vertex past the mesh, T L turned
 //!   back to the mesh's frame;
 //! - with a `matte` transfer, or none: the light itself, without the shadows of the mesh, which the vectors
 //!   t_j hold.
 //!
-//! Suns and lamps are part of the coefficients. `degree` cuts them, as every series is cut: near a lamp they
-//! ring below zero.
+//! A `light-field` gives each vertex the light of its place. Suns and lamps are part of the coefficients.
+//! `degree` cuts them, as every series is cut: near a lamp they ring below zero.
 //!
 //! ## Coefficients
 //!
@@ -67,10 +67,10 @@
 //! ```
 
 use containers::{GlbText, VertexAttribute, write_glb};
-use engine::{Context, Digest, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, parameters};
 use mesh::Mesh;
 use sh::{Degree, Expansion};
-use transfer::{Form, Frames, StoredTransfer, arriving};
+use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
 
 use crate::artifacts;
 use crate::choices::STOPS;
@@ -111,7 +111,7 @@ impl Kind for ExportGltf {
             Port::one::<artifacts::Mesh>("mesh"),
             Port::one::<artifacts::VertexRadiance>("radiance").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
-            Port::one::<artifacts::Lighting>("lighting").optional(),
+            Port::one::<artifacts::Lighting>("lighting").or::<artifacts::LightField>().optional(),
             Port::one::<artifacts::Environment>("environment").or::<artifacts::Lighting>().optional(),
         ]
     }
@@ -148,18 +148,18 @@ impl Kind for ExportGltf {
             None => None,
         };
         let vectors = transfer.and_then(vectors);
-        let lighting = context.optional::<artifacts::Lighting>("lighting")?;
-        if transfer.is_some() && vectors.is_none() && lighting.is_none() {
+        let light = vertex_light(context)?;
+        if transfer.is_some() && vectors.is_none() && light.is_none() {
             return Err(Failure::new("the transfer is not matte, and matrices are not written").help(
                 "bake it with form = \"matte\", or connect `lighting`: what arrives past the mesh is written",
             ));
         }
-        if transfer.is_some() || lighting.is_some() {
+        if transfer.is_some() || light.is_some() {
             extras.push(("basis", BASIS));
         }
-        if let Some(lighting) = &lighting {
+        if let Some(light) = &light {
             let matrices = transfer.filter(|_| vectors.is_none());
-            attributes.extend(light_at_vertices(mesh, matrices, &lighting.0.whole(), parameters.degree)?);
+            attributes.extend(light_at_vertices(mesh, matrices, light, parameters.degree)?);
         }
         attributes.extend(vectors.into_iter().flatten());
         widen(&mut attributes);
@@ -241,27 +241,54 @@ fn vectors(transfer: &StoredTransfer) -> Option<Vec<VertexAttribute>> {
     Some(attributes)
 }
 
+/// The light of the mesh's surroundings.
+enum Light {
+    /// The same everywhere.
+    Distant(Expansion),
+    /// Another at each place.
+    Near(LightField),
+}
+
+/// What is connected as `lighting`.
+fn vertex_light(context: &Context<'_>) -> Result<Option<Light>, Failure> {
+    if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
+        let field = context.get::<artifacts::LightField>("lighting")?;
+        return Ok(Some(Light::Near(field.0.clone())));
+    }
+    let lighting = context.optional::<artifacts::Lighting>("lighting")?;
+    Ok(lighting.map(|lighting| Light::Distant(lighting.0.whole())))
+}
+
 /// The light at each vertex up to a degree, an attribute for each coefficient: past the mesh if there are
 /// matrices.
 fn light_at_vertices(
     mesh: &Mesh,
     matrices: Option<&StoredTransfer>,
-    light: &Expansion,
+    light: &Light,
     most: usize,
 ) -> Result<Vec<VertexAttribute>, Failure> {
-    let vertices = mesh.positions().len();
+    let (vertices, most) = (mesh.positions().len(), Degree::new(most)?);
+    let numbers = |light: &Expansion| -> Vec<f32> {
+        let light = light.to_degree(light.degree().min(most));
+        light.coefficients().as_flattened().iter().map(|value| *value as f32).collect()
+    };
     let values = match matrices {
         Some(transfer) => {
             let frames = Frames::of(mesh)?;
             let matrices = transfer.matrices(&frames);
             let matrices = matrices.ok_or_else(|| Failure::new("the transfer is of another mesh"))?;
-            arriving(&frames, &matrices, light)
+            match light {
+                Light::Distant(light) => arriving(&frames, &matrices, light),
+                Light::Near(field) => field.arriving(&frames, &matrices),
+            }
         }
-        None => {
-            let light = light.to_degree(light.degree().min(Degree::new(most)?));
-            let rows: Vec<f32> = light.coefficients().as_flattened().iter().map(|c| *c as f32).collect();
-            rows.repeat(vertices)
-        }
+        None => match light {
+            Light::Distant(light) => numbers(light).repeat(vertices),
+            Light::Near(field) => {
+                let at = |place: &[f32; 3]| numbers(&field.at(place.map(f64::from)));
+                mesh.positions().iter().flat_map(at).collect()
+            }
+        },
     };
     let rows = values.len() / (3 * vertices);
     let row = |row: usize| {
@@ -273,5 +300,5 @@ fn light_at_vertices(
             values: values.copied().collect(),
         }
     };
-    Ok((0..rows.min((most + 1) * (most + 1))).map(row).collect())
+    Ok((0..rows.min(most.rows())).map(row).collect())
 }

@@ -5,8 +5,8 @@
 //! stem of its file, as in `path = "{environment}"`. Places are in the mesh's unit, +Z up. Every lighting
 //! needs a point, and every point a lighting.
 //!
-//! `shade-vertices` takes the result as its `lighting`. Between the points x_k light is blended by the
-//! squares of the inverse distances (Shepard 1968),
+//! `shade-vertices` and `export-gltf` take the result as their `lighting`. Between the points x_k light is
+//! blended by the squares of the inverse distances (Shepard 1968),
 //!
 //! > L(p) = sum over k of w_k L_k, w_k = |p - x_k|^-2 / sum over j of |p - x_j|^-2
 //!

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use sh::Expansion;
 
 use crate::frames::{Frames, LANES};
+use crate::light_field::LightField;
 use crate::rotation::FrameRotation;
 use crate::shading::FixedLight;
 use crate::transfer::Transfer;
@@ -39,4 +40,29 @@ pub fn arriving(frames: &Frames, transfer: &[Transfer], light: &Expansion) -> Ve
         vertices.copy_from_slice(&world);
     });
     values
+}
+
+impl LightField {
+    /// What arrives past the mesh of the light at each vertex, as [`arriving`] has it.
+    ///
+    /// # Panics
+    /// As [`arriving`].
+    pub fn arriving(&self, frames: &Frames, transfer: &[Transfer]) -> Vec<f32> {
+        let mut sum = Vec::new();
+        for (point, light) in self.lights().iter().enumerate() {
+            let mut own = arriving(frames, transfer, light);
+            let length = own.len() / frames.len().max(1);
+            let of_vertex = own.par_chunks_exact_mut(length.max(1)).zip(frames.positions());
+            of_vertex.for_each(|(values, place)| {
+                let weight = self.weights(place.map(f64::from)).nth(point).unwrap_or(0.0) as f32;
+                values.iter_mut().for_each(|value| *value *= weight);
+            });
+            if sum.is_empty() {
+                sum = own;
+            } else {
+                sum.iter_mut().zip(own).for_each(|(sum, own): (&mut f32, f32)| *sum += own);
+            }
+        }
+        sum
+    }
 }

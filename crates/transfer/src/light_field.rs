@@ -108,12 +108,16 @@ impl LightField {
         &self.lights
     }
 
+    /// w_k, the weight of each point at a place.
+    pub fn weights(&self, place: [f64; 3]) -> impl Iterator<Item = f64> {
+        let nearest = self.nearest(place);
+        self.points.iter().map(move |point| nearest.weight(square(*point, place)))
+    }
+
     /// The light at a place.
     pub fn at(&self, place: [f64; 3]) -> Expansion {
-        let nearest = self.nearest(place);
         let mut sum = Expansion::zero(self.degree);
-        for (point, light) in self.points.iter().zip(&self.lights) {
-            let weight = nearest.weight(square(*point, place));
+        for (weight, light) in self.weights(place).zip(&self.lights) {
             for (sum, row) in sum.coefficients_mut().iter_mut().zip(light.coefficients()) {
                 (0..3).for_each(|channel| sum[channel] += weight * row[channel]);
             }

@@ -39,12 +39,12 @@ fn numbers_of_vertices_come_back() {
     let knot = knot();
     let vertices = knot.positions().len();
     let values: Vec<f32> = (0..vertices).map(|vertex| vertex as f32 * 0.5 - 3.0).collect();
-    let pairs: Vec<f32> = values.iter().flat_map(|value| [*value, 7.0]).collect();
-    let attributes = [attribute("_HEAT", 1, values.clone()), attribute("_PAIR", 2, pairs)];
+    let fours: Vec<f32> = values.iter().flat_map(|value| [*value, 7.0, 8.0, 9.0]).collect();
+    let attributes = [attribute("_HEAT", 1, values.clone()), attribute("_FOUR", 4, fours)];
     let recipe = r#"{"kind":"made-up","parameters":{"z":0.1,"a":1e-7}}"#;
     let text = GlbText { recipe: Some(recipe), ..GlbText::default() };
     let file = write_glb(&knot, &attributes, text).unwrap();
-    for name in ["_HEAT", "_PAIR"] {
+    for name in ["_HEAT", "_FOUR"] {
         let found = read_gltf_attribute::<containers::Error>(&file, name, &mut |_| unreachable!());
         assert_eq!(found.unwrap(), values, "{name}");
     }

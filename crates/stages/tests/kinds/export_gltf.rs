@@ -3,7 +3,7 @@
 use serde_json::Value;
 use sh::{Basis, Degree, Expansion};
 use sphere::{DVec3, Direction};
-use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexRadiance};
+use stages::artifacts::{BrdfTable, LightField, Lighting, Material, Mesh, Transfer, VertexRadiance};
 
 use crate::fixture::{Case, case, difference, environment, lambert, sky, sky_lighting};
 use crate::vertices::{pit, shaded};
@@ -104,11 +104,22 @@ impl Read {
         (0..9).map(|vertex| parts.iter().flat_map(|part| part[vertex]).collect()).collect()
     }
 
+    /// Red, green and blue, and a fourth number 0 if there is one.
+    fn colours(&self, name: &str) -> Vec<[f32; 3]> {
+        let (accessor, _) = self.accessor(&self.attributes()[name]);
+        if accessor["type"] == "VEC3" {
+            return self.attribute(name);
+        }
+        let vectors: Vec<[f32; 4]> = self.attribute(name);
+        assert!(vectors.iter().all(|vector| vector[3] == 0.0), "{name}");
+        vectors.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect()
+    }
+
     /// The light at each vertex, of a degree.
     fn light(&self, degree: usize) -> Vec<Expansion> {
         let degree = Degree::new(degree).unwrap();
         let name = |row: usize| format!("_SH_DEGREE_{}_COEF_{}", row.isqrt(), row - row.isqrt().pow(2));
-        let rows: Vec<Vec<[f32; 3]>> = (0..degree.rows()).map(|row| self.attribute(&name(row))).collect();
+        let rows: Vec<Vec<[f32; 3]>> = (0..degree.rows()).map(|row| self.colours(&name(row))).collect();
         let vertex =
             |vertex: usize| rows.iter().map(|row: &Vec<[f32; 3]>| row[vertex].map(f64::from)).collect();
         (0..9).map(|index| Expansion::from_coefficients(degree, vertex(index)).unwrap()).collect()
@@ -172,10 +183,7 @@ fn only_colours_are_clamped() {
 #[test]
 fn attributes_of_our_own_have_one_width() {
     let (read, _) = read(&knot().input("lighting", sky_lighting()));
-    let widened: Vec<[f32; 4]> = read.attribute("_RADIANCE");
-    let found: Vec<[f32; 3]> = widened.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    assert_eq!(found, radiance().0.value);
-    assert!(widened.iter().all(|vector| vector[3] == 0.0));
+    assert_eq!(read.colours("_RADIANCE"), radiance().0.value);
     for name in read.attributes().keys().filter(|name| name.starts_with('_')) {
         assert_eq!(read.attribute::<4>(name).len(), 9, "{name}");
     }
@@ -283,6 +291,37 @@ fn light_at_the_vertices_is_what_arrives_past_the_mesh() {
     for vertex in found.light(2) {
         let error = difference(vertex.coefficients(), light.0.series.coefficients());
         assert!(error < 1e-5, "{error}");
+    }
+}
+
+#[test]
+fn a_light_field_gives_each_vertex_the_light_of_its_place() {
+    let points = "points = { open = [-1, 0, 0], wall = [1, 0, 0] }";
+    let field = crate::light_field::near(points).artifact::<LightField>();
+    let of = |transfer: Option<Transfer>| {
+        let case = export("").input("lighting", (*field).clone());
+        let case = match transfer {
+            Some(transfer) => case.input("transfer", transfer),
+            None => case,
+        };
+        read(&case).0.light(4)
+    };
+    let (open, past) = (of(None), of(Some(baked(""))));
+    // Skies of radiance 1 and 3; weights are inverse squares of the distances, 1.5 and 0.5 for vertex 4.
+    let middle = (4.0 * std::f64::consts::PI).sqrt() * (1.0 / 2.25 + 3.0 / 0.25) / (1.0 / 2.25 + 1.0 / 0.25);
+    assert!((open[4].coefficients()[0][1] - middle).abs() < 1e-5, "{:?}", open[4].coefficients()[0]);
+    // A constant sky past the mesh is what the mesh lets through of a sky of radiance 1, times its radiance.
+    let white = {
+        let mut series = Expansion::zero(Degree::new(4).unwrap());
+        series.coefficients_mut()[0] = [(4.0 * std::f64::consts::PI).sqrt(); 3];
+        export("").input("lighting", Lighting(series.into())).input("transfer", baked(""))
+    };
+    for (vertex, (white, past)) in read(&white).0.light(4).iter().zip(&past).enumerate() {
+        let radiance = open[vertex].coefficients()[0][1] / (4.0 * std::f64::consts::PI).sqrt();
+        let scaled: Vec<[f64; 3]> =
+            white.coefficients().iter().map(|rgb| rgb.map(|value| radiance * value)).collect();
+        let error = difference(past.coefficients(), &scaled);
+        assert!(error < 1e-5, "{vertex}: {error}");
     }
 }
 
