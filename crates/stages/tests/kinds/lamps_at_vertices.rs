@@ -9,7 +9,7 @@ use crate::vertices::pit;
 
 /// A lamp behind the wall, which hides it from the floor.
 fn lamp() -> Light {
-    Light::from_flux(Direction::from_angles(1.0, 0.0), 0.1, [2.0, 1.0, 0.5])
+    Light::from_flux(Direction::from_angles(1.0, 0.0), 0.02, [2.0, 1.0, 0.5])
 }
 
 fn lit_by(lights: Vec<Light>) -> Lighting {
