@@ -2,8 +2,8 @@
 //!
 //! Each lighting is what arrives at one point, measured or rendered there (Kautz, Sloan and Snyder 2002,
 //! section 4). `lightings` receives all items of a stage, and `points` says where each is, by its name: the
-//! stem of its file, as in `path = "{environment}"`. Places are in the mesh's unit, +Z up. Every lighting
-//! needs a point, and every point a lighting.
+//! stem of the file that it was made of, or of several files, `"sky, gold"`. Places are in the mesh's unit,
+//! +Z up. Every lighting needs a point, and every point a lighting.
 //!
 //! `shade-vertices` and `export-gltf` take the result as their `lighting`. Between the points x_k light is
 //! blended by the squares of the inverse distances (Shepard 1968),

@@ -9,7 +9,7 @@ use crate::vertices::pit;
 
 /// A lamp behind the wall, which hides it from the floor.
 fn lamp() -> Light {
-    Light::from_flux(Direction::from_angles(1.0, 0.0), 0.1, [2.0, 1.0, 0.5])
+    Light::from_flux(Direction::from_angles(1.0, 0.0), 0.02, [2.0, 1.0, 0.5])
 }
 
 fn lit_by(lights: Vec<Light>) -> Lighting {
@@ -48,9 +48,10 @@ fn a_lamp_is_shaded_once_by_the_material_or_by_the_series() {
         let error = f64::from(sharp[4][channel]) / expected[channel] - 1.0;
         assert!(error.abs() < 0.02, "{sharp:?} {expected:?}");
     }
-    // The series is cut at degree 4, and softer.
+    // The series is cut at degree 4, and has another highlight.
     let soft = radiance(&with(lit_by(vec![lamp()]), false));
-    assert!(f64::from(soft[4][0]) < 0.8 * expected[0] && soft[4][0] > 0.0, "{soft:?} {expected:?}");
+    let share = f64::from(soft[4][0]) / expected[0];
+    assert!((0.5..0.97).contains(&share), "{soft:?} {expected:?}");
     // Beside a sky the sky is the table's: the sum of both apart.
     let sky = sky_lighting();
     let both = Lighting(sh::Lighting { lights: vec![lamp()], ..sky.0.clone() });
@@ -60,9 +61,10 @@ fn a_lamp_is_shaded_once_by_the_material_or_by_the_series() {
     assert!(difference(&both, &sum) < 1e-5);
     // The port `lights` is the same light.
     let apart = with(sky, true).input("lights", lit_by(vec![lamp()]));
-    assert!(difference(&radiance(&apart), &both) < 1e-6);
+    assert!(difference(&radiance(&apart), &both) < 1e-5);
     let ran = with(sky_lighting(), true).run().unwrap();
-    assert_eq!(ran.notes.last().unwrap(), "no lamp is beside the series: the material shades nothing");
+    let expected = "no lamp is beside the series: the material shades nothing";
+    assert!(ran.notes.iter().any(|note| note == expected), "{:?}", ran.notes);
 }
 
 #[test]
