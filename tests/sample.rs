@@ -63,7 +63,7 @@ fn the_brushed_examples_build() {
         let small = [
             ("size = 240", "size = 24"),
             ("resolution = 32", "resolution = 8"),
-            ("directions = 512", "directions = 128"),
+            ("directions = 512", "directions = 192"),
             ("sphere = 64", "sphere = 32"),
         ];
         let manifest = small.iter().fold(manifest, |manifest, (large, small)| manifest.replace(large, small));

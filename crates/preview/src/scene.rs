@@ -21,8 +21,8 @@ pub struct Object {
     /// The transfer matrices of the mesh, for [`Mode::Transfer`]: for all channels, or for each of red, green
     /// and blue.
     pub transfer: Option<Arc<Vec<Transfer>>>,
-    /// Where each vertex is between the first material of its look's table, 0, and the last, 1. Without it, or
-    /// if it is of another mesh, only the first is seen.
+    /// Where each vertex is between the first material of its look's table, 0, and the last, 1. Without it,
+    /// or if it is of another mesh, only the first is seen.
     pub blend: Option<Arc<Vec<f32>>>,
 }
 

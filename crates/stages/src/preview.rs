@@ -26,9 +26,9 @@
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
 //!
 //! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
-//! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's coefficients of the degree that
-//! the table or the transfer has, up to 30; their reference is `brute-force` and `shadowed-brute-force`. The
-//! inner side of a surface is black in both.
+//! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
+//! coefficients of the degree that the table or the transfer has, up to 30; their reference is `brute-force`
+//! and `shadowed-brute-force`. The inner side of a surface is black in both.
 //!
 //! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
 //! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of

@@ -42,8 +42,8 @@ impl TableUniforms {
 }
 
 /// The radiance of a vertex toward a view, a unit vector in its frame, RGB. `values` are the maps [Q, N, N,
-/// rows, channels], `light` the vertex' light [3, light_rows]; `blend` is where the vertex is between the first
-/// material, 0, and the last, 1.
+/// rows, channels], `light` the vertex' light [3, light_rows]; `blend` is where the vertex is between the
+/// first material, 0, and the last, 1.
 pub fn table_radiance(table: TableUniforms, values: &[f32], light: &[f32], view: Vec3, blend: f32) -> Vec3 {
     let z = if table.mirrored == 1 { view.z.abs() } else { view.z.max(0.0) };
     let across = if z > 0.0 { 1.0 + z } else { view.truncate().length().max(1e-30) };

@@ -41,9 +41,10 @@ fn table_coefficient(
     texels: array<u32, 4>,
     weights: array<f32, 4>,
 ) -> vec3f {
+    let map = material * table.size * table.size;
     var c = vec3f(0.0);
     for (var tap = 0u; tap < 4u; tap++) {
-        let at = ((material * table.size * table.size + texels[tap]) * table.rows + i) * table.channels;
+        let at = ((map + texels[tap]) * table.rows + i) * table.channels;
         if table.channels == 1u {
             c += weights[tap] * table_values[at];
         } else {

@@ -3,8 +3,8 @@
 //!
 //! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so a truncated series
 //! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights.
-//! `assets/meshes/knot.glb` is a knot that casts shadows on itself. `examples/brushed` has a head and a teapot.
-//! The same bytes are written on every run.
+//! `assets/meshes/knot.glb` is a knot that casts shadows on itself. `examples/brushed` has a head and a
+//! teapot. The same bytes are written on every run.
 
 mod glb;
 mod head;

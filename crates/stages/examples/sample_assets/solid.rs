@@ -1,8 +1,8 @@
 //! Solids made of rounded parts, and their surfaces as triangles.
 //!
-//! A solid is a distance: negative inside, about the distance from the surface near it. The surface is cut out
-//! of a grid of cells (naive surface nets): each cell that it passes has a vertex, which is moved onto it, and
-//! each edge of the grid that it cuts joins four of them.
+//! A solid is a distance: negative inside, about the distance from the surface near it. The surface is cut
+//! out of a grid of cells (naive surface nets): each cell that it passes has a vertex, which is moved onto
+//! it, and each edge of the grid that it cuts joins four of them.
 
 use std::collections::BTreeMap;
 

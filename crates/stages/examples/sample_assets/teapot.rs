@@ -37,11 +37,11 @@ fn teapot(p: DVec3) -> f64 {
         0.07,
     );
     let body = joined(ellipsoid(p, v(0.0, -0.08, 0.0), v(0.64, 0.43, 0.64)), rim(about, p.y), 0.03);
-    let foot = ellipsoid(p, v(0.0, -0.54, 0.0), v(0.38, 0.12, 0.38));
+    let foot = (about - 0.3).hypot(p.y + 0.53) - 0.06;
     let pot = [spout, ring, lid, foot].into_iter().fold(body, |sum, part| joined(sum, part, 0.06));
-    let edge = (about - 0.95).hypot(p.y + 0.58) - 0.07;
+    let edge = (about - 0.95).hypot(p.y + 0.57) - 0.05;
     let plate = ((p.y + 0.63).abs() - 0.035).max(about - 0.95);
-    joined(pot, joined(plate, edge, 0.06), 0.05)
+    pot.min(joined(plate, edge, 0.06))
 }
 
 /// The rim on which the lid lies, a ring about y.

@@ -66,8 +66,8 @@ impl SceneCache {
         Ok(scene.with_transfer(transfer).with_blend(blend))
     }
 
-    /// Where each vertex of a mesh is between the materials of a table, if it was made of the present mesh and
-    /// can be read.
+    /// Where each vertex of a mesh is between the materials of a table, if it was made of the present mesh
+    /// and can be read.
     fn blend(
         &mut self,
         catalog: &PreviewCatalog,

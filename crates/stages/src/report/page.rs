@@ -9,9 +9,9 @@ use engine::Failure;
 
 use crate::quantity::size;
 use crate::report::advice::word;
+use crate::report::cuts::TablePictures;
 use crate::report::figures::{Advice, Export, Limits, Method, PairFigures, Report};
 use crate::report::picture::{data_uri, difference};
-use crate::report::tables::TablePictures;
 use crate::report::tables_section;
 use crate::sheet::percent;
 

@@ -144,8 +144,8 @@ impl Sphere {
         self.pixels.iter().map(central).collect()
     }
 
-    /// The frame of the surface at each pixel, brushed along +Z: the projection of +Z into the surface, N x that,
-    /// and the normal N as columns, in the order of [`Sphere::central`].
+    /// The frame of the surface at each pixel, brushed along +Z: the projection of +Z into the surface, N x
+    /// that, and the normal N as columns, in the order of [`Sphere::central`].
     pub(crate) fn brushed(&self) -> Vec<DMat3> {
         let frame = |pixel: &Pixel| {
             let normal = pixel.normal.vector();

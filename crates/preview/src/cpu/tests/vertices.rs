@@ -60,7 +60,8 @@ fn transfer_has_the_shadows_of_shadowed_brute_force() {
     assert!(with < 0.05 && without > 3.0 * with, "{with} {without}");
 }
 
-/// Where the blend is 0 or 1 everywhere, a table of two materials is that of the one; half of both lies between.
+/// Where the blend is 0 or 1 everywhere, a table of two materials is that of the one; half of both lies
+/// between.
 #[test]
 fn a_blend_says_which_material_of_a_table_is_seen() {
     let mesh = knot();

@@ -8,8 +8,8 @@ fn degree(l: usize) -> Degree {
     Degree::new(l).unwrap()
 }
 
-/// A grey table, one in colour, one that is mirrored at the horizon, and one of three materials; with lights of
-/// more, of fewer and of as many degrees.
+/// A grey table, one in colour, one that is mirrored at the horizon, and one of three materials; with lights
+/// of more, of fewer and of as many degrees.
 fn cases() -> [(BrdfTable, usize); 4] {
     let ward = |specular| Material::Ward(brdf::Ward::new([0.3, 0.6], specular).unwrap());
     let hair = Material::KajiyaKay(brdf::KajiyaKay::new(8.0, [0.9, 0.6, 0.3]).unwrap());

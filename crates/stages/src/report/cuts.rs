@@ -1,0 +1,23 @@
+//! What the section on BRDF tables shows: cuts of light and table, and their pictures.
+
+use sh::Window;
+use sphere::LatLong;
+
+/// The highest degree that is tried: that of the paper.
+pub(crate) const MOST: usize = 14;
+
+/// The degrees whose pictures are shown, and their windows.
+pub(crate) const SHOWN: [(usize, Window); 5] =
+    [(2, Window::None), (4, Window::None), (6, Window::None), (MOST, Window::None), (MOST, Window::Hanning)];
+
+/// The grid of a picture of light.
+pub(crate) const PICTURE: LatLong = LatLong::with_rows(66);
+
+/// 8-bit sRGB pictures of the section.
+#[derive(Default)]
+pub(crate) struct TablePictures {
+    /// Of each environment: the light of each of [`SHOWN`], and the environment itself.
+    pub(crate) lights: Vec<Vec<Vec<[u8; 3]>>>,
+    /// Of each material under each environment: spheres of each of [`SHOWN`], and by brute force.
+    pub(crate) spheres: Vec<Vec<Vec<Vec<[u8; 3]>>>>,
+}
