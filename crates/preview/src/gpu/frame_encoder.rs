@@ -175,18 +175,14 @@ impl<'a> FrameEncoder<'a> {
         self.raster(encoder, sample);
         let mut counts = [1; 2];
         for (side, mode) in self.shot.show.sides().into_iter().enumerate() {
-            match mode {
-                Some(mode) => {
-                    if draws_map(mode) {
-                        self.raster_map(encoder, sample, mode);
-                    }
-                    if mode.is_brute_force() {
-                        counts[side] = accumulate(encoder, side)?;
-                    } else {
-                        self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?;
-                    }
-                }
-                None => {}
+            let Some(mode) = mode else { continue };
+            if draws_map(mode) {
+                self.raster_map(encoder, sample, mode);
+            }
+            if mode.is_brute_force() {
+                counts[side] = accumulate(encoder, side)?;
+            } else {
+                self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?;
             }
         }
         self.develop(encoder, sample, counts)
