@@ -31,7 +31,7 @@ pub struct OfMesh<T> {
 /// | --- | --- |
 /// | matrices | `transfer` [V, (O+1)^2, (F+1)^2] f32 or f16 |
 /// | visibility | `visibility` [V, (O+F+1)^2] f32, and O as `output-degree` in the metadata |
-/// | clusters | `bases` [K, n+1, (O+1)^2, (F+1)^2] f32: means, then components; `cluster` [V] u32; `weights` [V, n] f32 |
+/// | clusters | `bases` [K, n+1, (O+1)^2, (F+1)^2] f32: means, then components; `cluster` \[V\] u32; `weights` [V, n] f32 |
 /// | matte | `matte` [V, (F+1)^2] f32 |
 ///
 /// If red, green and blue differ, the names begin with `red.`, `green.` and `blue.`.
@@ -205,7 +205,7 @@ pub fn decode_vertex_radiance(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 3]>>, Err
     Ok(OfMesh { value: rows.to_vec(), mesh: digest(&file)? })
 }
 
-/// A number for each vertex, which says what of a table's materials is there: `blend` [V] f32, and the digest
+/// A number for each vertex, which says what of a table's materials is there: `blend` \[V\] f32, and the digest
 /// of the mesh in the metadata.
 ///
 /// # Errors
