@@ -43,6 +43,8 @@ fn every_line_of_a_build_is_what_the_schema_says() {
     seen.extend(names(&project.events(&[])));
     project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
     seen.extend(names(&project.events(&["--fail-fast"])));
+    // Told only of items that take long, which on a busy machine may be any.
+    seen.remove("progress");
     let expected = [
         "ended",
         "failed",

@@ -205,8 +205,8 @@ pub fn decode_vertex_radiance(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 3]>>, Err
     Ok(OfMesh { value: rows.to_vec(), mesh: digest(&file)? })
 }
 
-/// A number for each vertex, which says what of a table's materials is there: `blend` \[V\] f32, and the digest
-/// of the mesh in the metadata.
+/// A number for each vertex, which says what of a table's materials is there: `blend` \[V\] f32, and the
+/// digest of the mesh in the metadata.
 ///
 /// # Errors
 /// If a number is not finite.
