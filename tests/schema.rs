@@ -200,7 +200,7 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
     let schema = Schema::new(&stages::material_schema());
     let mut files = 0;
     for (name, bytes) in support::files_below(&root().join("assets")) {
-        if name.ends_with(".toml") {
+        if name.ends_with(".toml") && !name.starts_with("lights/") {
             schema.check(&name, std::str::from_utf8(&bytes).unwrap());
             files += 1;
         }

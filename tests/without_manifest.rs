@@ -131,12 +131,13 @@ fn init_writes_a_manifest_for_what_is_in_a_folder() {
     fs::remove_file(project.path("assets/white.toml")).unwrap();
     let run = project.ok(&["init"]);
     assert!(
-        run.stderr.contains("The manifest names 2 environments, 4 materials and 0 mesh files."),
+        run.stderr.contains("The manifest names 2 environments, 7 materials and 1 mesh file."),
         "{}",
         run.stderr
     );
+    // The lamps below assets/lights are a TOML file too, and no material.
     project.ok(&["build", "map"]);
-    assert_eq!(project.outputs().len(), 2 * 4 * 6);
+    assert_eq!(project.outputs().len(), 2 * 7 * 6);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What files are: light, materials or meshes; and the sources that name them in a manifest.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -94,16 +95,6 @@ impl Assets {
         assets
     }
 
-    /// The same files, by their paths below a folder.
-    pub(crate) fn below(self, folder: &Path) -> Self {
-        let below = |files: Vec<PathBuf>| files.iter().map(|file| relative(file, folder)).collect();
-        Self {
-            environments: below(self.environments),
-            materials: below(self.materials),
-            meshes: below(self.meshes),
-        }
-    }
-
     fn search(&mut self, folder: &Path, deeper: usize) {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let (path, name) = (entry.path(), entry.file_name());
@@ -175,7 +166,8 @@ pub(crate) fn source_of(files: &[PathBuf], base: &Path) -> String {
 }
 
 /// A `source` that names the files of these kinds wherever they are in their folder, and those that join them
-/// later.
+/// later. If other files have the same endings, it names the folders of these files alone, or the files
+/// themselves where the others are among them.
 pub(crate) fn glob_of(files: &[PathBuf], base: &Path) -> String {
     let Some(first) = files.first() else { return String::new() };
     let mut common = first.parent().unwrap_or(Path::new(""));
@@ -190,7 +182,36 @@ pub(crate) fn glob_of(files: &[PathBuf], base: &Path) -> String {
     let endings = if let [one] = &endings[..] { one.clone() } else { format!("{{{}}}", endings.join(",")) };
     let folder = slashed(&relative(common, base));
     let folder = if folder.is_empty() { folder } else { format!("{folder}/") };
-    format!("{folder}{}*.{endings}", if is_deep { "**/" } else { "" })
+    let among = |folder: &Path, deeper: usize| is_other_among(files, folder, deeper);
+    if !among(common, if is_deep { DEEPEST } else { 0 }) {
+        return format!("{folder}{}*.{endings}", if is_deep { "**/" } else { "" });
+    }
+    let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).collect();
+    if folders.iter().any(|folder| among(folder, 0)) {
+        return source_of(files, base);
+    }
+    let below = |folder: &Path| match slashed(folder.strip_prefix(common).unwrap_or(folder)) {
+        here if here.is_empty() => format!("*.{endings}"),
+        below => format!("{}/*.{endings}", literal(&below)),
+    };
+    format!("{folder}{{{}}}", folders.into_iter().map(below).collect::<Vec<_>>().join(","))
+}
+
+/// Whether a folder, or one below it, has a file that is not one of these but ends like one.
+fn is_other_among(files: &[PathBuf], folder: &Path, deeper: usize) -> bool {
+    // The folder of files without one is the present one.
+    let read = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    fs::read_dir(read).into_iter().flatten().flatten().any(|entry| {
+        let path = folder.join(entry.file_name());
+        match entry.file_type() {
+            Ok(kind) if kind.is_dir() => deeper > 0 && is_other_among(files, &path, deeper - 1),
+            Ok(kind) => {
+                let ends_alike = files.iter().any(|file| file.extension() == path.extension());
+                kind.is_file() && ends_alike && !files.contains(&path)
+            }
+            Err(_) => false,
+        }
+    })
 }
 
 /// Characters that a glob does not take as they are.
@@ -238,6 +259,24 @@ mod tests {
         ] {
             assert_eq!(glob_of(&paths(files), Path::new("")), glob);
         }
+    }
+
+    #[test]
+    fn a_glob_leaves_out_what_is_something_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, "").unwrap();
+            path
+        };
+        let files = [write("brushed/brass.toml"), write("gold.toml"), write("metals/iron.toml")];
+        assert_eq!(glob_of(&files, folder.path()), "**/*.toml");
+        write("lights/lamps.toml");
+        assert_eq!(glob_of(&files, folder.path()), "{*.toml,brushed/*.toml,metals/*.toml}");
+        assert_eq!(glob_of(&files[..1], folder.path()), "brushed/*.toml");
+        write("metals/lamps.toml");
+        assert_eq!(glob_of(&files, folder.path()), "{brushed/brass.toml,gold.toml,metals/iron.toml}");
     }
 
     #[test]

@@ -29,15 +29,14 @@ pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
         say!("error: {} already exists; nothing was written", manifest.display());
         return Exit::Usage;
     }
-    // Paths relative to the folder, as the manifest names them.
-    let found = Assets::found(folder).below(folder);
+    let found = Assets::found(folder);
     let mut files: Vec<(&str, Vec<u8>)> = Vec::new();
     let mut add = |name, text: &[u8]| files.push((name, text.to_vec()));
     if sample {
         add(MANIFEST, sample::MANIFEST.as_bytes());
         sample::ASSETS.iter().for_each(|(path, bytes)| add(path, bytes));
     } else {
-        add(MANIFEST, standard_pipeline::starter(&found).as_bytes());
+        add(MANIFEST, standard_pipeline::starter(&found, folder).as_bytes());
         if found.materials.is_empty() {
             MATERIALS.iter().for_each(|(path, bytes)| add(path, bytes));
         }

@@ -67,18 +67,17 @@ pub(crate) fn preview(assets: &Assets, parameters: &ImportParameters, folder: &P
     text
 }
 
-/// The starter manifest for the files of a folder, which it names relative to it.
-pub(crate) fn starter(assets: &Assets) -> String {
-    let here = Path::new("");
+/// The starter manifest for files of a folder, which it names relative to it.
+pub(crate) fn starter(assets: &Assets, folder: &Path) -> String {
     let mut text = STARTER.to_owned();
     if !assets.environments.is_empty() {
-        text = text.replace(&quoted(STARTER_ENVIRONMENT), &quoted(&glob_of(&assets.environments, here)));
+        text = text.replace(&quoted(STARTER_ENVIRONMENT), &quoted(&glob_of(&assets.environments, folder)));
     }
     if !assets.materials.is_empty() {
-        text = text.replace(&quoted(STARTER_MATERIAL), &quoted(&glob_of(&assets.materials, here)));
+        text = text.replace(&quoted(STARTER_MATERIAL), &quoted(&glob_of(&assets.materials, folder)));
     }
     if !assets.meshes.is_empty() {
-        let source = line("source", &glob_of(&assets.meshes, here));
+        let source = line("source", &glob_of(&assets.meshes, folder));
         stage(&mut text, "mesh", &[line("kind", "import-mesh"), source]);
         let lines = [
             format!(
@@ -131,13 +130,13 @@ mod tests {
 
     #[test]
     fn the_starter_names_the_files_that_are_there() {
-        assert_eq!(starter(&Assets::default()), STARTER);
+        assert_eq!(starter(&Assets::default(), Path::new("")), STARTER);
         let assets = Assets {
-            environments: vec!["hdri/sky.hdr".into(), "hdri/sun.exr".into()],
-            materials: vec!["gold.toml".into()],
-            meshes: vec!["models/knot.glb".into()],
+            environments: vec!["/none/hdri/sky.hdr".into(), "/none/hdri/sun.exr".into()],
+            materials: vec!["/none/gold.toml".into()],
+            meshes: vec!["/none/models/knot.glb".into()],
         };
-        let text = starter(&assets);
+        let text = starter(&assets, Path::new("/none"));
         for line in ["source = \"hdri/*.{exr,hdr}\"", "source = \"*.toml\"", "source = \"models/*.glb\""] {
             assert!(text.contains(line), "no {line} in\n{text}");
         }
