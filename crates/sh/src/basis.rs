@@ -106,6 +106,42 @@ impl Basis {
         sum
     }
 
+    /// The theta part of the harmonics: P_lm of every m >= 0 and l = m ..= degree, column after column of m,
+    /// at z = cos(theta) and sin(theta); the sqrt(2) of m > 0 is included.
+    ///
+    /// Near a pole sin(theta) holds more than z does, so both are asked for.
+    ///
+    /// # Panics
+    /// If `values` does not have (degree + 1) (degree + 2) / 2 elements.
+    pub fn legendre_into(&self, z: f64, sin_theta: f64, values: &mut [f64]) {
+        let top = self.degree.get();
+        assert_eq!(values.len(), (top + 1) * (top + 2) / 2, "one element for each l and m >= 0");
+        let mut values = values.iter_mut();
+        self.visit_legendre(z, sin_theta, |_, _, p| {
+            if let Some(value) = values.next() {
+                *value = p;
+            }
+        });
+    }
+
+    /// Calls `f(l, m, P_lm)` column after column of m.
+    #[inline]
+    fn visit_legendre(&self, z: f64, sin_theta: f64, mut f: impl FnMut(usize, usize, f64)) {
+        let mut power = LIFT;
+        let mut climb = self.climb.iter();
+        for m in 0..=self.degree.get() {
+            let mut below = 0.0;
+            let mut value = self.start[m] * power;
+            f(m, m, value * LOWER);
+            for l in m + 1..=self.degree.get() {
+                let [a, b] = climb.next().copied().unwrap_or_default();
+                (below, value) = (value, a * z * value - b * below);
+                f(l, m, value * LOWER);
+            }
+            power *= sin_theta;
+        }
+    }
+
     /// Calls `f(l, m, Y_lm, Y_l,-m)` for every l and m >= 0; the last is 0 for m = 0.
     #[inline]
     fn visit(&self, direction: Direction, mut f: impl FnMut(usize, usize, f64, f64)) {
@@ -113,20 +149,19 @@ impl Basis {
         let (z, sin_theta) = (v.z, v.x.hypot(v.y));
         let (cos_phi, sin_phi) =
             if sin_theta > 0.0 { (v.x / sin_theta, v.y / sin_theta) } else { (1.0, 0.0) };
-        let (mut cosine, mut sine, mut power) = (1.0, 0.0, LIFT);
-        let mut climb = self.climb.iter();
-        for m in 0..=self.degree.get() {
-            let mut below = 0.0;
-            let mut value = self.start[m] * power;
-            f(m, m, value * LOWER * cosine, value * LOWER * sine);
-            for l in m + 1..=self.degree.get() {
-                let [a, b] = climb.next().copied().unwrap_or_default();
-                (below, value) = (value, a * z * value - b * below);
-                f(l, m, value * LOWER * cosine, value * LOWER * sine);
+        let (mut cosine, mut sine, mut column) = (1.0, 0.0, 0);
+        self.visit_legendre(z, sin_theta, |l, m, p| {
+            if m > column {
+                column = m;
+                (cosine, sine) = (cosine * cos_phi - sine * sin_phi, sine * cos_phi + cosine * sin_phi);
             }
-            power *= sin_theta;
-            (cosine, sine) = (cosine * cos_phi - sine * sin_phi, sine * cos_phi + cosine * sin_phi);
-        }
+            f(l, m, p * cosine, p * sine);
+        });
+    }
+
+    /// c_m = P_mm / sin^m(theta), times sqrt(2) for m > 0.
+    pub(crate) fn sectoral(&self, m: usize) -> f64 {
+        self.start[m]
     }
 }
 

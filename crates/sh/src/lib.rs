@@ -1,16 +1,22 @@
-//! Real spherical harmonics: basis, quadrature, transform, rotation and windows.
+//! Real spherical harmonics: basis, quadrature, transform, exact integrals over cells, rotation and windows.
 
 mod basis;
+mod cells;
 mod cube_synthesis;
 mod energy;
+pub mod exchange;
 mod expansion;
 pub mod f64x4;
 mod fft;
+mod haar;
+mod half_spaces;
 mod legendre;
 mod light;
 mod minimum;
+mod nearest;
 mod non_negative;
 pub mod quadrature;
+mod rectangle;
 mod rotation;
 mod rotation_about_y;
 pub mod scaled;
@@ -21,18 +27,26 @@ pub mod wigner;
 mod window;
 
 pub use basis::{Basis, lambda, zonal_into};
+pub use cells::{CellGrid, CellTransform};
 pub use cube_synthesis::synthesise_cube;
 pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree, image_energy};
+pub use exchange::Mean;
 pub use expansion::{Degree, DegreeTooHigh, Expansion};
+pub use haar::{Haar, NotPowersOfTwo, mips};
+pub use half_spaces::{HalfSpace, NearestInHalfSpaces};
 pub use light::{Light, Lighting};
 pub use minimum::{Minimum, minimum};
+pub use nearest::{Nearest, NearestError, nearest_non_negative, nearest_non_negative_unless};
 pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
+pub use rectangle::{Parallel, ZoneIntegrals, integrate_rectangle};
 pub use rotation::{rotate, rotate_into, rotate_orders};
 pub use transform::{GaussGrid, Grid, Sample, Synthesis, Transform, TransformError};
 pub use window::{Penalty, PenaltyOutOfRange, Window};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
+    pub use crate::cells::REVISION as CELLS;
+    pub use crate::nearest::REVISION as NEAREST;
     pub use crate::rotation::REVISION as ROTATION;
     pub use crate::transform::REVISION as TRANSFORM;
     pub use crate::window::REVISION as WINDOW;

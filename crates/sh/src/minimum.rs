@@ -3,6 +3,9 @@
 //! A function of degree F bends no faster than a wave of length 2 pi / F along any great circle (Bernstein),
 //! so that a grid of 3 (F + 1) rows puts some six samples on the shortest wave and cannot step over a valley.
 //! The lowest valleys of each channel are then followed to their bottom by Newton's method.
+//!
+//! Next to a bottom the second derivative is at most F (F + 1) times the largest value M, and a pixel is
+//! within 0.75 / (F + 1) of it, so that the lowest pixel of a valley lies at most 0.28 M above its bottom.
 
 use rayon::prelude::*;
 use sphere::{DVec3, Direction, LatLong};
@@ -20,7 +23,7 @@ pub struct Minimum {
     pub direction: Direction,
 }
 
-/// Valleys of each channel that are followed.
+/// Valleys of each channel that are followed to find the least value.
 const VALLEYS: usize = 4;
 
 /// The least value over all directions and channels.
@@ -57,6 +60,10 @@ impl Search {
         Self { basis: Basis::new(degree), grid, synthesis: Synthesis::new(grid, degree).ok() }
     }
 
+    pub(crate) fn basis(&self) -> &Basis {
+        &self.basis
+    }
+
     pub(crate) fn run(&self, expansion: &Expansion) -> Minimum {
         self.search(expansion, f64::NEG_INFINITY).unwrap_or_else(|least| least)
     }
@@ -79,13 +86,10 @@ impl Search {
         let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
         let starts: Vec<Minimum> = (0..3)
             .flat_map(|channel| {
-                self.valleys(&pixels, channel).into_iter().map(move |(row, column)| (row, column, channel))
+                let lowest = self.valleys(&pixels, channel, VALLEYS);
+                lowest.into_iter().map(move |(row, column)| (row, column, channel))
             })
-            .map(|(row, column, channel)| Minimum {
-                value: pixels[row * self.grid.width + column][channel],
-                channel,
-                direction: self.grid.direction(row, column),
-            })
+            .map(|(row, column, channel)| self.pixel(&pixels, channel, row, column))
             .collect();
         if let Some(&below) = starts.iter().find(|start| start.value < floor) {
             return Err(below);
@@ -95,8 +99,43 @@ impl Search {
         Ok(bottoms.into_iter().fold(least, lower))
     }
 
-    /// The pixels that are the lowest among their neighbours, lowest first, at most [`VALLEYS`].
-    fn valleys(&self, pixels: &[[f64; 3]], channel: usize) -> Vec<(usize, usize)> {
+    /// The bottom of every valley of a channel, as far as it may be below zero: lowest first. Once `stop`
+    /// says so, valleys are not followed to their bottom.
+    pub(crate) fn bottoms(
+        &self,
+        expansion: &Expansion,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> [Vec<Minimum>; 3] {
+        let Some(synthesis) = &self.synthesis else { return Default::default() };
+        let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
+        [0, 1, 2].map(|channel| {
+            let largest = pixels.iter().map(|pixel| pixel[channel].abs()).fold(0.0, f64::max);
+            let valleys = self.valleys(&pixels, channel, usize::MAX);
+            let mut bottoms: Vec<Minimum> = valleys
+                .into_par_iter()
+                .map(|(row, column)| self.pixel(&pixels, channel, row, column))
+                .filter(|start| start.value < largest / 3.0)
+                .map(|start| if stop() { start } else { self.descend(expansion, start) })
+                .collect();
+            bottoms.sort_by(|a, b| a.value.total_cmp(&b.value));
+            bottoms
+        })
+    }
+
+    /// The largest value of each channel on the grid.
+    pub(crate) fn largest(&self, expansion: &Expansion) -> [f64; 3] {
+        let Some(synthesis) = &self.synthesis else { return [0.0; 3] };
+        let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
+        [0, 1, 2].map(|channel| pixels.iter().map(|pixel| pixel[channel]).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    fn pixel(&self, pixels: &[[f64; 3]], channel: usize, row: usize, column: usize) -> Minimum {
+        let value = pixels[row * self.grid.width + column][channel];
+        Minimum { value, channel, direction: self.grid.direction(row, column) }
+    }
+
+    /// The pixels that are the lowest among their neighbours, lowest first, at most `most`.
+    fn valleys(&self, pixels: &[[f64; 3]], channel: usize, most: usize) -> Vec<(usize, usize)> {
         let LatLong { width, height } = self.grid;
         let at = |row: usize, column: usize| pixels[row * width + column][channel];
         // Over a pole lies the opposite column of the same row.
@@ -105,7 +144,7 @@ impl Search {
         for row in 0..height {
             for column in 0..width {
                 let value = at(row, column);
-                if lowest.len() == VALLEYS && value >= lowest[VALLEYS - 1].0 {
+                if lowest.len() == most && value >= lowest[most - 1].0 {
                     continue;
                 }
                 let north = if row == 0 { at(0, across(column)) } else { at(row - 1, column) };
@@ -114,7 +153,7 @@ impl Search {
                 if value <= north && value <= south && value <= west && value <= east {
                     let place = lowest.partition_point(|other| other.0 <= value);
                     lowest.insert(place, (value, row, column));
-                    lowest.truncate(VALLEYS);
+                    lowest.truncate(most);
                 }
             }
         }
