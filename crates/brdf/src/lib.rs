@@ -6,10 +6,12 @@ mod coefficients;
 mod measured;
 mod measured_anisotropic;
 mod models;
+mod non_negative;
 mod projection;
 mod quadrature;
 pub mod scattered;
 mod table;
+mod view_expansion;
 pub mod zernike;
 
 pub use checks::{Albedo, Checks, albedo, checks};
@@ -18,6 +20,7 @@ pub use coefficients::{BrdfCoefficients, Centre, SurfaceView};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use measured_anisotropic::{MeasuredAnisotropic, from_half_and_difference, half_and_difference};
 pub use models::*;
+pub use non_negative::{MOST_UNKNOWNS, NearestBrdf, NearestBrdfError, nearest_non_negative_unless, unknowns};
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project, project_unless};
 pub use table::{
     BelowHorizon, BrdfTable, TableError, ViewCoefficients, Views, captured_unless, tabulate, tabulate_unless,
@@ -26,6 +29,7 @@ pub use table::{
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::models::REVISION as MODELS;
+    pub use crate::non_negative::REVISION as NON_NEGATIVE;
     pub use crate::projection::REVISION as PROJECTION;
     pub use crate::table::REVISION as TABLE;
 }

@@ -184,17 +184,12 @@ impl Measured {
         [&shape, &scale, self.values.as_flattened()].concat()
     }
 
-    /// A cosine, and facets that fall to a half at the angle at which the table, seen along the normal, falls
-    /// half way from its peak to its value at 60 degrees. D of GGX is a half at tan^2(theta_h) = a^2 (sqrt(2)
-    /// - 1).
+    /// A cosine, and facets as wide as the table: see [`facet_width`].
     pub(crate) fn lobes(&self) -> Vec<Lobe> {
         let [n_h, n_d, n_phi] = self.shape;
         let grey = |h: usize| self.values[h * n_d * n_phi].iter().map(|value| f64::from(*value)).sum::<f64>();
         let theta = |h: usize| Self::node(self.shape, [h, 0, 0])[0];
-        let base = (0..n_h).take_while(|h| theta(*h) < 60f64.to_radians()).last().map_or(0.0, grey);
-        let half = 0.5 * (grey(0) + base);
-        let tangent = (0..n_h).find(|h| grey(*h) < half).map_or(1.0, |h| theta(h).tan());
-        vec![Lobe::facets([tangent / (2f64.sqrt() - 1.0).sqrt(); 2]), Lobe::Cosine]
+        vec![Lobe::facets([facet_width(n_h, theta, grey); 2]), Lobe::Cosine]
     }
 }
 
@@ -205,6 +200,16 @@ impl fmt::Debug for Measured {
             .field("scale", &self.scale)
             .finish_non_exhaustive()
     }
+}
+
+/// The width of GGX facets that fall to a half at the angle at which a table, seen along the normal, falls
+/// half way from its peak to its value at 60 degrees: D is a half at tan^2(theta_h) = a^2 (sqrt(2) - 1). The
+/// table has `grey` at `count` angles `theta`.
+pub(crate) fn facet_width(count: usize, theta: impl Fn(usize) -> f64, grey: impl Fn(usize) -> f64) -> f64 {
+    let base = (0..count).take_while(|h| theta(*h) < 60f64.to_radians()).last().map_or(0.0, &grey);
+    let half = 0.5 * (grey(0) + base);
+    let tangent = (0..count).find(|h| grey(*h) < half).map_or(1.0, |h| theta(h).tan());
+    tangent / (2f64.sqrt() - 1.0).sqrt()
 }
 
 /// theta_h, theta_d and phi_d of two directions over a surface with normal +Z; phi_d in [0, pi), by

@@ -20,7 +20,7 @@ use glam::{DVec2, DVec3};
 use sphere::Direction;
 
 use crate::Centre;
-use crate::measured::{MOST_ENTRIES, MeasuredError, place, refuse_values};
+use crate::measured::{MOST_ENTRIES, MeasuredError, facet_width, place, refuse_values};
 use crate::models::{Lobe, ParameterError, Value, Values, colour};
 
 /// A measured BRDF that depends on the tangent (see the text of the module).
@@ -162,7 +162,7 @@ impl MeasuredAnisotropic {
     }
 
     /// A cosine, and facets as wide along the tangent, and across it, as the table: see
-    /// `Measured::lobes`.
+    /// [`facet_width`].
     pub(crate) fn lobes(&self) -> Vec<Lobe> {
         let [n_h, n_phi, n_d, n_psi] = self.shape;
         let theta = |h: usize| Self::node(self.shape, [h, 0, 0, 0])[0];
@@ -171,10 +171,7 @@ impl MeasuredAnisotropic {
                 let entry = (h * n_phi + phi) * n_d * n_psi;
                 self.values[entry].iter().map(|value| f64::from(*value)).sum::<f64>()
             };
-            let base = (0..n_h).take_while(|h| theta(*h) < 60f64.to_radians()).last().map_or(0.0, grey);
-            let half = 0.5 * (grey(0) + base);
-            let tangent = (0..n_h).find(|h| grey(*h) < half).map_or(1.0, |h| theta(h).tan());
-            tangent / (2f64.sqrt() - 1.0).sqrt()
+            facet_width(n_h, theta, grey)
         };
         vec![Lobe::facets([width(0), width(n_phi / 4)]), Lobe::Cosine]
     }

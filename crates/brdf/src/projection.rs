@@ -229,7 +229,7 @@ impl Projection {
 }
 
 /// Whether light from below the horizon is reflected, tested at a few hundred directions.
-fn reaches_below(rho_hat: &dyn Fn(Direction, Direction) -> [f64; 3]) -> bool {
+pub(crate) fn reaches_below(rho_hat: &dyn Fn(Direction, Direction) -> [f64; 3]) -> bool {
     let step = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
     (0..7 * 7 * 7).any(|i| {
         let view = Direction::from_angles(TAU / 4.0 * step(i % 7, 7), 0.0);

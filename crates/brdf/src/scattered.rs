@@ -97,13 +97,8 @@ impl SampleFit {
             .iter()
             .map(|sample| {
                 let base = base.value(sample.incident, sample.outgoing);
-                let ratio = |channel: usize| {
-                    // A black material has no floor and no residual.
-                    let ratio = (sample.value[channel] + floor) / (base[channel] + floor);
-                    if ratio > 0.0 { ratio.ln() } else { 0.0 }
-                };
                 let angles = half_difference(sample.incident, sample.outgoing);
-                Site { angles, value: [0, 1, 2].map(ratio) }
+                Site { angles, value: sample.log_ratio(base, floor) }
             })
             .collect();
         let (kept, left): (Vec<_>, Vec<_>) = sites.iter().enumerate().partition(|(index, _)| index % 5 != 4);

@@ -30,6 +30,7 @@ use rayon::prelude::*;
 use sh::{Basis, Degree};
 use sphere::{DVec3, Direction};
 
+use crate::projection::reaches_below;
 use crate::{Centre, Material};
 use hemisphere::{Half, Hemisphere, NotFinite, turn};
 use zonal::{add_zonal, is_zonal};
@@ -157,6 +158,7 @@ pub struct BrdfTable {
     size: usize,
     channels: usize,
     below: BelowHorizon,
+    lit_from_below: bool,
     values: Vec<f32>,
 }
 
@@ -198,7 +200,14 @@ impl BrdfTable {
     ) -> Option<Self> {
         let one = size.checked_mul(size)?.checked_mul(degree.rows())?.checked_mul(channels)?;
         let fits = one > 0 && !values.is_empty() && values.len().is_multiple_of(one);
-        (fits && matches!(channels, 1 | 3)).then_some(Self { degree, size, channels, below, values })
+        (fits && matches!(channels, 1 | 3)).then_some(Self {
+            degree,
+            size,
+            channels,
+            below,
+            lit_from_below: false,
+            values,
+        })
     }
 
     /// F, the highest l.
@@ -224,6 +233,18 @@ impl BrdfTable {
     /// What it shows to a view from below the horizon.
     pub fn below(&self) -> BelowHorizon {
         self.below
+    }
+
+    /// Whether it reflects light from below the horizon, as phong and kajiya-kay do.
+    pub fn lit_from_below(&self) -> bool {
+        self.lit_from_below
+    }
+
+    /// The same table of a material that reflects light from below the horizon, or does not; a new one does
+    /// not.
+    #[must_use]
+    pub fn with_lit_from_below(self, lit_from_below: bool) -> Self {
+        Self { lit_from_below, ..self }
     }
 
     /// The values, [Q, N, N, (F+1)^2, channels].
@@ -327,7 +348,9 @@ pub fn tabulate_unless(
             numbers.iter_mut().zip(rgb).for_each(|(number, value)| *number = *value as f32);
         }
     });
-    Ok((BrdfTable { degree, size, channels, below: BelowHorizon::of(material), values }, error))
+    let below = BelowHorizon::of(material);
+    let lit_from_below = reaches_below(&|incident, outgoing| material.rho_hat(incident, outgoing));
+    Ok((BrdfTable { degree, size, channels, below, lit_from_below, values }, error))
 }
 
 /// The coefficients after a change of the sign of x, and of y.

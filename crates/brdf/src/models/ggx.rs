@@ -27,16 +27,12 @@ use super::facets::Half;
 use super::fresnel::{Fresnel, IOR, K, N};
 use super::lobe::Lobe;
 use super::model::Model;
-use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+use super::parameter::{
+    Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR, Value, Values,
+};
 
 const ROUGH: Parameter =
     Parameter::number("roughness", "the width of the highlight: alpha is its square", ROUGHNESS);
-const ROUGH_X: Parameter =
-    Parameter::number("roughness_x", "the width along the tangent; default `roughness`", ROUGHNESS)
-        .optional();
-const ROUGH_Y: Parameter =
-    Parameter::number("roughness_y", "the width across the tangent; default `roughness`", ROUGHNESS)
-        .optional();
 
 /// A rough surface of GGX facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +63,7 @@ impl Ggx {
         specular: [f64; 3],
     ) -> Result<Self, ParameterError> {
         Ok(Self {
-            roughness: [ROUGH_X.checked(roughness[0])?, ROUGH_Y.checked(roughness[1])?],
+            roughness: [ROUGHNESS_X.checked(roughness[0])?, ROUGHNESS_Y.checked(roughness[1])?],
             fresnel: fresnel.checked()?,
             specular: SPECULAR.checked_colour(specular)?,
         })
@@ -78,7 +74,7 @@ impl Model for Ggx {
     const NAME: &'static str = "ggx";
     const SUMMARY: &'static str =
         "a rough surface with a long-tailed highlight, stretched or not, masking and Fresnel";
-    const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGH_X, ROUGH_Y, IOR, N, K, SPECULAR];
+    const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGHNESS_X, ROUGHNESS_Y, IOR, N, K, SPECULAR];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
         let both = ROUGH.checked(values.number("roughness")?)?;

@@ -60,6 +60,16 @@ pub(crate) const POWER: Range = Range { least: 0.0, most: 1e9, words: "a number 
 /// The range of roughness. 0 would be a mirror, which has no finite expansion.
 pub(crate) const ROUGHNESS: Range = Range { least: 0.01, most: 1.0, words: "a number from 0.01 to 1" };
 
+/// The roughness of a stretched highlight along the tangent.
+pub(crate) const ROUGHNESS_X: Parameter =
+    Parameter::number("roughness_x", "the width along the tangent; default `roughness`", ROUGHNESS)
+        .optional();
+
+/// The same across the tangent.
+pub(crate) const ROUGHNESS_Y: Parameter =
+    Parameter::number("roughness_y", "the width across the tangent; default `roughness`", ROUGHNESS)
+        .optional();
+
 /// The weight of a highlight.
 pub(crate) const SPECULAR: Parameter =
     Parameter::colour("specular", "the weight of the highlight", WEIGHT).or(1.0);

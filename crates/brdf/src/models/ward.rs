@@ -18,19 +18,15 @@ use sphere::Direction;
 use super::facets::Half;
 use super::lobe::Lobe;
 use super::model::Model;
-use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+use super::parameter::{
+    Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR, Value, Values,
+};
 
 const ROUGH: Parameter = Parameter::number(
     "roughness",
     "the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e",
     ROUGHNESS,
 );
-const ROUGH_X: Parameter =
-    Parameter::number("roughness_x", "the width along the tangent; default `roughness`", ROUGHNESS)
-        .optional();
-const ROUGH_Y: Parameter =
-    Parameter::number("roughness_y", "the width across the tangent; default `roughness`", ROUGHNESS)
-        .optional();
 
 /// The least h_z in one of its factors.
 const LEAST: f64 = 1e-3;
@@ -51,7 +47,7 @@ impl Ward {
         if roughness[0] == roughness[1] {
             ROUGH.checked(roughness[0])?;
         }
-        let roughness = [ROUGH_X.checked(roughness[0])?, ROUGH_Y.checked(roughness[1])?];
+        let roughness = [ROUGHNESS_X.checked(roughness[0])?, ROUGHNESS_Y.checked(roughness[1])?];
         Ok(Self { roughness, specular: SPECULAR.checked_colour(specular)? })
     }
 }
@@ -59,7 +55,7 @@ impl Ward {
 impl Model for Ward {
     const NAME: &'static str = "ward";
     const SUMMARY: &'static str = "a Gaussian highlight, stretched along or across the tangent or not";
-    const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGH_X, ROUGH_Y, SPECULAR];
+    const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
         let both = ROUGH.checked(values.number("roughness")?)?;

@@ -63,13 +63,8 @@ pub fn interpolate_anisotropic(
         .iter()
         .map(|sample| {
             let base = base.value(sample.incident, sample.outgoing);
-            let ratio = |channel: usize| {
-                let ratio = (sample.value[channel] + floor) / (base[channel] + floor);
-                // A black material has no floor and no residual.
-                if ratio > 0.0 { ratio.ln() } else { 0.0 }
-            };
             let angles = half_and_difference(sample.incident, sample.outgoing);
-            Site { angles, value: [0, 1, 2].map(ratio) }
+            Site { angles, value: sample.log_ratio(base, floor) }
         })
         .collect();
     let (stiffness, held_out) = stiffness(&sites, base.width());

@@ -15,6 +15,17 @@ pub struct Sample {
     pub value: [f64; 3],
 }
 
+impl Sample {
+    /// The logarithm of what the base must be multiplied by, both raised by a floor.
+    pub(super) fn log_ratio(&self, base: [f64; 3], floor: f64) -> [f64; 3] {
+        [0, 1, 2].map(|channel| {
+            let ratio = (self.value[channel] + floor) / (base[channel] + floor);
+            // A black material has no floor and no residual.
+            if ratio > 0.0 { ratio.ln() } else { 0.0 }
+        })
+    }
+}
+
 /// Why a table cannot be made from measurements.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ScatteredError {

@@ -1,5 +1,6 @@
 //! Looking a table up: c_i(v) for one view, and for eight at once.
 
+use pulp::Simd;
 use sphere::Direction;
 
 use super::{BelowHorizon, BrdfTable};
@@ -22,15 +23,48 @@ impl BrdfTable {
     /// c_i toward eight views, given by their x, y and z: eight times [(F+1)^2, channels]. Each is blended
     /// between the materials next to its `blend`, from the first, 0, to the last, 1.
     ///
-    /// Inlined, so that a caller compiled for wider vectors has these in its own.
+    /// A part of kernels that are compiled for vectors of eight; its multiply-adds are fused, so that it
+    /// differs from [`BrdfTable::blend_into`] by rounding.
     ///
     /// # Panics
     /// If `c` does not have eight times [`BrdfTable::texel`] elements.
     #[inline(always)]
-    pub fn lookup_eight(&self, blend: &[f32; LANES], [x, y, z]: &[[f32; LANES]; 3], c: &mut [f32]) {
+    pub fn lookup_eight<S: Simd>(
+        &self,
+        simd: S,
+        blend: &[f32; LANES],
+        views: &[[f32; LANES]; 3],
+        c: &mut [f32],
+    ) {
         assert_eq!(c.len(), LANES * self.texel(), "eight texels");
-        for (lane, c) in c.chunks_exact_mut(self.texel()).enumerate() {
-            self.blend(blend[lane], [x[lane], y[lane], z[lane]], c);
+        let (corners, weights) = self.corners_of_eight(views);
+        // With a known length, loops over a texel are unrolled.
+        match self.texel() {
+            25 => self.eight(simd, blend, (&corners, &weights), c, 25),
+            texel => self.eight(simd, blend, (&corners, &weights), c, texel),
+        }
+    }
+
+    #[inline(always)]
+    fn eight<S: Simd>(
+        &self,
+        simd: S,
+        blend: &[f32; LANES],
+        (corners, weights): (&[[u32; LANES]; 4], &[[f32; LANES]; 4]),
+        c: &mut [f32],
+        texel: usize,
+    ) {
+        let last = self.count() - 1;
+        for (lane, c) in c.chunks_exact_mut(texel).enumerate() {
+            let corners = [0, 1, 2, 3].map(|corner| corners[corner][lane] as usize * texel);
+            let weights = [0, 1, 2, 3].map(|corner| weights[corner][lane]);
+            if last == 0 {
+                interpolate_wide(simd, &self.values, corners, weights, c);
+                continue;
+            }
+            let (first, share) = between(blend[lane], last);
+            interpolate_wide(simd, self.map(first), corners, weights, c);
+            self.add_share(first, share, corners, weights, c);
         }
     }
 
@@ -46,13 +80,15 @@ impl BrdfTable {
 
     #[inline(always)]
     fn blend(&self, blend: f32, [x, y, z]: [f32; 3], c: &mut [f32]) {
-        let last = self.count() - 1;
         let (corners, weights) = self.corners(x, y, z);
-        // The cast takes NaN for 0.
-        let q = (blend * last as f32).clamp(0.0, last as f32);
-        let first = q as usize;
+        let (first, share) = between(blend, self.count() - 1);
         interpolate(self.map(first), corners, weights, c);
-        let share = q - first as f32;
+        self.add_share(first, share, corners, weights, c);
+    }
+
+    /// Blends a share of the material after `first` in.
+    #[inline(always)]
+    fn add_share(&self, first: usize, share: f32, corners: [usize; 4], weights: [f32; 4], c: &mut [f32]) {
         if share > 0.0 {
             let other = self.map(first + 1);
             for (k, c) in c.iter_mut().enumerate() {
@@ -75,25 +111,99 @@ impl BrdfTable {
     /// The first elements of the four texels about a view, and their weights.
     #[inline(always)]
     fn corners(&self, x: f32, y: f32, z: f32) -> ([usize; 4], [f32; 4]) {
+        let (left, top, u, t) = self.place(x, y, z);
+        let last = self.size as i32 - 1;
+        let (right, bottom) = ((left + 1).min(last), (top + 1).min(last));
+        let texels = [(top, left), (top, right), (bottom, left), (bottom, right)];
+        (
+            texels.map(|(row, column)| (row as usize * self.size + column as usize) * self.texel()),
+            [(1.0 - u) * (1.0 - t), u * (1.0 - t), (1.0 - u) * t, u * t],
+        )
+    }
+
+    /// The four texels about each of eight views and their weights, in loops that become vectors.
+    #[inline(always)]
+    fn corners_of_eight(&self, [x, y, z]: &[[f32; LANES]; 3]) -> ([[u32; LANES]; 4], [[f32; LANES]; 4]) {
+        let (mut corners, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
+        let (size, last) = (self.size as i32, self.size as i32 - 1);
+        for lane in 0..LANES {
+            let (left, top, u, t) = self.place(x[lane], y[lane], z[lane]);
+            let (right, bottom) = ((left + 1).min(last), (top + 1).min(last));
+            corners[0][lane] = (top * size + left) as u32;
+            corners[1][lane] = (top * size + right) as u32;
+            corners[2][lane] = (bottom * size + left) as u32;
+            corners[3][lane] = (bottom * size + right) as u32;
+            weights[0][lane] = (1.0 - u) * (1.0 - t);
+            weights[1][lane] = u * (1.0 - t);
+            weights[2][lane] = (1.0 - u) * t;
+            weights[3][lane] = u * t;
+        }
+        (corners, weights)
+    }
+
+    /// The left column and the top row of the four texels about a view, and how far it is from them.
+    #[inline(always)]
+    fn place(&self, x: f32, y: f32, z: f32) -> (i32, i32, f32, f32) {
         let z = match self.below {
             BelowHorizon::Clamped => z.max(0.0),
             BelowHorizon::Mirrored => z.abs(),
         };
         // A view from below is moved to the rim along its meridian.
         let across = if z > 0.0 { 1.0 + z } else { (x * x + y * y).sqrt().max(f32::MIN_POSITIVE) };
-        let last = self.size - 1;
-        let scale = 0.5 * self.size as f32;
+        let (scale, last) = (0.5 * self.size as f32, self.size as f32 - 1.0);
         let place = |x: f32| {
-            let at = (scale * (x / across + 1.0) - 0.5).clamp(0.0, last as f32);
-            let first = at as usize;
-            (first, (first + 1).min(last), at - first as f32)
+            // NaN becomes 0.
+            let at = (scale * (x / across + 1.0) - 0.5).max(0.0).min(last);
+            // The whole part: next to 1.5 * 2^23 numbers have no fraction, and the integer in their bits. A
+            // cast would be one lane at a time.
+            let nearest = at + WHOLE;
+            let above = nearest - WHOLE > at;
+            let first = (nearest.to_bits() & 0x3f_ffff) as i32 - i32::from(above);
+            (first, at - first as f32)
         };
-        let ((left, right, u), (top, bottom, t)) = (place(x), place(-y));
-        let texels = [(top, left), (top, right), (bottom, left), (bottom, right)];
-        (
-            texels.map(|(row, column)| (row * self.size + column) * self.texel()),
-            [(1.0 - u) * (1.0 - t), u * (1.0 - t), (1.0 - u) * t, u * t],
-        )
+        let ((left, u), (top, t)) = (place(x), place(-y));
+        (left, top, u, t)
+    }
+}
+
+/// Numbers that are added to this are rounded to integers.
+const WHOLE: f32 = 12_582_912.0;
+
+/// The material at or before `blend`, of those from 0 to `last`, and the share of the next one.
+#[inline(always)]
+fn between(blend: f32, last: usize) -> (usize, f32) {
+    // The cast takes NaN for 0.
+    let q = (blend * last as f32).clamp(0.0, last as f32);
+    let first = q as usize;
+    (first, q - first as f32)
+}
+
+/// [`interpolate`] in vectors of a kernel.
+#[inline(always)]
+fn interpolate_wide<S: Simd>(simd: S, map: &[f32], corners: [usize; 4], weights: [f32; 4], c: &mut [f32]) {
+    let length = c.len();
+    let texels = corners.map(|first| &map[first..][..length]);
+    let vectors = weights.map(|weight| simd.splat_f32s(weight));
+    let whole = length - length % LANES;
+    for start in (0..whole).step_by(LANES) {
+        let part = |corner: usize| -> S::f32s {
+            let mut part = [0.0; LANES];
+            part.copy_from_slice(&texels[corner][start..start + LANES]);
+            pulp::cast(part)
+        };
+        let mut sum = simd.mul_f32s(vectors[0], part(0));
+        for corner in 1..4 {
+            sum = simd.mul_add_f32s(vectors[corner], part(corner), sum);
+        }
+        c[start..start + LANES].copy_from_slice(&pulp::cast::<_, [f32; LANES]>(sum));
+    }
+    // No vector over the end of the one before it: processors wait when they read from two that overlap.
+    for k in whole..length {
+        let mut sum = weights[0] * texels[0][k];
+        for corner in 1..4 {
+            sum = weights[corner].mul_add(texels[corner][k], sum);
+        }
+        c[k] = sum;
     }
 }
 

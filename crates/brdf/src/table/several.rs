@@ -8,7 +8,8 @@ use super::{BelowHorizon, BrdfTable};
 
 impl BrdfTable {
     /// The tables as one, in their order; `None` if there are none, or they differ in degree or size. It is
-    /// grey if all of them are, and mirrors views from below the horizon if all of them do.
+    /// grey if all of them are, mirrors views from below the horizon if all of them do, and is lit from there
+    /// if one of them is.
     ///
     /// # Example: half way between black and white is grey
     /// ```
@@ -40,7 +41,8 @@ impl BrdfTable {
                 values.extend(table.values().iter().flat_map(|grey| [*grey; 3]));
             }
         }
-        Self::new(degree, size, channels, below, values)
+        let lit_from_below = tables.iter().any(Self::lit_from_below);
+        Some(Self::new(degree, size, channels, below, values)?.with_lit_from_below(lit_from_below))
     }
 }
 
@@ -96,6 +98,6 @@ mod tests {
         let hair = || table(Material::KajiyaKay(KajiyaKay::new(5.0, [0.5; 3]).unwrap()), 4);
         assert_eq!(BrdfTable::joined(&[hair(), hair()]).unwrap().below(), BelowHorizon::Mirrored);
         let mixed = BrdfTable::joined(&[hair(), table(lambert([0.5; 3]), 4)]).unwrap();
-        assert_eq!(mixed.below(), BelowHorizon::Clamped);
+        assert!(mixed.below() == BelowHorizon::Clamped && mixed.lit_from_below());
     }
 }
