@@ -3,8 +3,10 @@
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
 
+use std::time::Duration;
+
 use brdf::{AshikhminShirley, Material, tabulate};
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mesh::Mesh;
 use rayon::prelude::*;
 use sh::{Degree, Expansion};
@@ -45,6 +47,22 @@ fn shading(criterion: &mut Criterion) {
     group.bench_function("fixed_light", |bencher| bencher.iter(|| fixed.shade(&frames, &table, viewer)));
     let fixed = FixedView::new(&frames, &table, viewer);
     group.bench_function("fixed_view", |bencher| bencher.iter(|| fixed.shade(&light)));
+    // The other meshes of table 1.
+    group.sample_size(10).measurement_time(Duration::from_secs(1)).warm_up_time(Duration::from_millis(200));
+    for count in [50_060, 49_990, 48_668, 100_000] {
+        let frames = Frames::of(&knot(count)).unwrap();
+        group.bench_function(BenchmarkId::new("both_move", count), |bencher| {
+            bencher.iter(|| shade(&frames, &table, viewer, &light));
+        });
+        let fixed = FixedLight::new(&frames, &light);
+        group.bench_function(BenchmarkId::new("fixed_light", count), |bencher| {
+            bencher.iter(|| fixed.shade(&frames, &table, viewer));
+        });
+        let fixed = FixedView::new(&frames, &table, viewer);
+        group.bench_function(BenchmarkId::new("fixed_view", count), |bencher| {
+            bencher.iter(|| fixed.shade(&light));
+        });
+    }
     group.finish();
     let matrix: Vec<f32> = (0..625).map(|entry| if entry % 26 == 0 { 1.0 } else { 0.01 }).collect();
     let transfer = Transfer::new(degree, degree, matrix.repeat(VERTICES)).unwrap();

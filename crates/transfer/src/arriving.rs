@@ -26,13 +26,13 @@ pub fn arriving(frames: &Frames, transfer: &[Transfer], light: &Expansion) -> Ve
     assert_eq!(values.len(), frames.len() * 3 * rows, "the frames of this transfer");
     let rotation = FrameRotation::new(degree);
     values.par_chunks_mut(LANES * 3 * rows).zip(frames.blocks()).for_each(|(vertices, block)| {
-        let (mut c, mut work) = (vec![[0.0; LANES]; rows], vec![[0.0; LANES]; rows]);
+        let mut c = vec![[0.0; LANES]; rows];
         let mut world = vec![0.0; vertices.len()];
         for channel in 0..3 {
             for (lane, vertex) in vertices.chunks_exact(3 * rows).enumerate() {
                 c.iter_mut().zip(&vertex[channel * rows..]).for_each(|(lanes, value)| lanes[lane] = *value);
             }
-            rotation.to_world(&block.angles, &mut c, &mut work);
+            rotation.turn_to_world(&block.angles, &mut c);
             for (lane, vertex) in world.chunks_exact_mut(3 * rows).enumerate() {
                 c.iter().enumerate().for_each(|(row, lanes)| vertex[3 * row + channel] = lanes[lane]);
             }

@@ -14,7 +14,7 @@ use sh::{Degree, Expansion};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::transfer::Transfer;
-use crate::vectors::{EIGHTS, by_channel, dot, product, total};
+use crate::vectors::{EIGHTS, by_channel, dot, load, product, total};
 
 /// Clustered matrices of V vertices.
 #[derive(Clone, Debug, PartialEq)]
@@ -217,7 +217,7 @@ impl WithSimd for Shade<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let (channels, texel, n) = (self.table.channels(), self.table.texel(), self.transfer.components);
         let kept = (texel / channels).min(self.padded);
         let (row, mut vertex) = (3 * self.padded, self.first);
@@ -225,7 +225,7 @@ impl WithSimd for Shade<'_> {
         let mut c = vec![0.0; channels * self.padded];
         let mut shares = vec![1.0; n + 1];
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
-            self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
+            self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), &mut texels);
             for (found, rgb) in texels.chunks_exact(texel).zip(radiance) {
                 for (channel, c) in c.chunks_exact_mut(self.padded).enumerate() {
                     for (row, c) in c[..kept].iter_mut().enumerate() {
@@ -235,21 +235,21 @@ impl WithSimd for Shade<'_> {
                 let cluster = self.transfer.clusters[vertex] as usize;
                 shares[1..].copy_from_slice(&self.transfer.weights[vertex * n..][..n]);
                 let lit = &self.lit[cluster * (n + 1) * row..][..(n + 1) * row];
-                let mut sums = [[0.0f32; LANES]; 3];
-                for (channel, sum) in sums.iter_mut().enumerate() {
-                    let c = &c[channel.min(channels - 1) * self.padded..][..self.padded];
-                    for (group, c) in c.as_chunks::<GROUP>().0.iter().enumerate() {
-                        let first = channel * self.padded + group * GROUP;
-                        let starts = std::array::from_fn(|eight| first + eight * LANES);
-                        let arrives = product(&shares, 1, lit, row, starts);
-                        for eight in 0..EIGHTS {
-                            for lane in 0..LANES {
-                                sum[lane] += arrives[eight][lane] * c[eight * LANES + lane];
-                            }
+                let mut sums = [simd.splat_f32s(0.0); 3];
+                for first in (0..self.padded).step_by(GROUP) {
+                    // Of red, then green, then blue: independent sums, so that none waits for another.
+                    let start = |k: usize| k / EIGHTS * self.padded + first + k % EIGHTS * LANES;
+                    let starts: [usize; 3 * EIGHTS] = std::array::from_fn(start);
+                    let arrives = product(simd, &shares, 1, lit, row, starts);
+                    for (channel, sum) in sums.iter_mut().enumerate() {
+                        let c = &c[channel.min(channels - 1) * self.padded + first..][..GROUP];
+                        let arrives = &arrives[channel * EIGHTS..][..EIGHTS];
+                        for (arrives, c) in arrives.iter().zip(c.as_chunks::<LANES>().0) {
+                            *sum = simd.mul_add_f32s(*arrives, load(simd, c), *sum);
                         }
                     }
                 }
-                *rgb = sums.map(total);
+                *rgb = sums.map(|sum| total(simd, sum));
                 vertex += 1;
             }
         }

@@ -21,13 +21,14 @@ use sphere::Direction;
 use crate::directions::Directions;
 use crate::frames::{Frames, LANES};
 use crate::matte::{MatteTransfer, albedos};
-use crate::occluders::{Hit, Occluders, Packet, Towards, above};
+use crate::occluders::Occluders;
+use crate::packet::{Hit, Packet, Towards, above};
 use crate::rotation::FrameRotation;
 use crate::transfer::{MOST_BYTES, Transfer, TransferError, turn_rows};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The bytes that [`interreflect`] has in memory: those of the shadows and of two bounces.
 pub fn reflection_bytes(vertices: usize, (output, input): (Degree, Degree), channels: usize) -> usize {
@@ -266,7 +267,7 @@ impl WithSimd for Gather<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Scene { frames, occluders, directions, table, input, .. } = self.scene;
         let (columns, count) = (input.rows(), self.sums[0].len());
         let mut radiance = vec![0.0; self.sums.len() * columns];
@@ -279,7 +280,7 @@ impl WithSimd for Gather<'_> {
             if !packet.aim(f32::INFINITY, |lane| above[lane]) {
                 continue;
             }
-            packet.trace::<false>(occluders, &towards, &mut open);
+            packet.trace::<S, false>(simd, occluders, &towards, &mut open);
             for lane in 0..count {
                 let hit = packet.hit(occluders, &towards, lane);
                 let Some(hit) = hit.filter(|hit| hit.front) else { continue };

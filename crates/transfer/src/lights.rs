@@ -17,11 +17,12 @@ use sh::f64x4::SimdLevel;
 use sphere::{DMat3, DVec3, Direction};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
-use crate::occluders::{Occluders, Packet, Towards, above};
+use crate::occluders::Occluders;
+use crate::packet::{Packet, Towards, above};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// A direction toward a light, and the flux of its share of the disk.
 struct Sample {
@@ -97,7 +98,7 @@ impl WithSimd for Lit<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { frames, occluders, first, .. } = self;
         let count = self.radiance.len();
         let views = self.block.views(self.viewer);
@@ -113,7 +114,7 @@ impl WithSimd for Lit<'_> {
             if let (Some(packet), Some(occluders)) = (&mut packet, occluders) {
                 let above = above(frames, first, count, &sample.towards);
                 if packet.aim(f32::INFINITY, |lane| above[lane]) {
-                    packet.trace::<true>(occluders, &sample.towards, &mut open);
+                    packet.trace::<S, true>(simd, occluders, &sample.towards, &mut open);
                 }
             }
             for (lane, (into_surface, view)) in vertices.iter().enumerate() {

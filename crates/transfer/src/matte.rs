@@ -14,7 +14,8 @@ use sphere::{DVec3, Direction};
 
 use crate::directions::Directions;
 use crate::frames::{Frames, LANES};
-use crate::occluders::{Blocked, Occluders, Towards};
+use crate::occluders::Occluders;
+use crate::packet::{Blocked, rays};
 use crate::transfer::{MOST_BYTES, Transfer, TransferError};
 use crate::vectors::{by_channel, dot};
 
@@ -65,8 +66,7 @@ impl MatteTransfer {
             return Err(TransferError::Directions { found, expected });
         }
         let (basis, shares) = (Basis::new(input), shares(input));
-        let rays: Vec<Towards> =
-            directions.directions().iter().map(|direction| Towards::new(*direction)).collect();
+        let rays = rays(directions);
         let mut values = vec![0.0; frames.len() * columns];
         let blocks = values.par_chunks_mut(LANES * columns).enumerate().map(|(block, values)| {
             if stop() {

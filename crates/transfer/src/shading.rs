@@ -16,13 +16,14 @@ use sh::f64x4::SimdLevel;
 use sh::{Degree, Expansion};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
-use crate::rotation::{FrameRotation, Lanes};
+use crate::lanes::by_lane;
+use crate::rotation::{FrameRotation, Lanes, Multiples};
 use crate::transfer::Transfer;
-use crate::vectors::{EIGHTS, Entry, by_channel, by_row, dot, product, total};
+use crate::vectors::{EIGHTS, Entry, by_channel, by_row, dot, load, product, store, total};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// The blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
@@ -57,18 +58,8 @@ pub fn shade(frames: &Frames, table: &BrdfTable, viewer: Viewer, light: &Expansi
     radiance
 }
 
-/// Eight looked-up texels, [lane][row, channel], as [channel][row][lane], cut to the rows that there is room
-/// for.
-#[inline(always)]
-pub(crate) fn by_lane(texels: &[f32], channels: usize, c: &mut Lanes) {
-    let (texel, rows) = (texels.len() / LANES, c.len() / channels);
-    let lanes: [&[f32]; LANES] = std::array::from_fn(|lane| &texels[lane * texel..][..texel]);
-    for (channel, c) in c.chunks_exact_mut(rows).enumerate() {
-        for (row, c) in c.iter_mut().enumerate() {
-            *c = lanes.map(|texel| texel[row * channels + channel]);
-        }
-    }
-}
+/// Memory for looked-up texels and for turns.
+type Room = (Vec<f32>, Multiples);
 
 /// The looked-up coefficients of eight vertices, turned into the world.
 #[derive(Clone, Copy)]
@@ -79,16 +70,9 @@ struct Turned<'a> {
     degree: Degree,
 }
 
-/// Memory of [`Turned`].
-struct Room {
-    texels: Vec<f32>,
-    work: Vec<[f32; LANES]>,
-}
-
 impl Turned<'_> {
     fn room(&self) -> Room {
-        let work = vec![[0.0; LANES]; self.degree.rows()];
-        Room { texels: vec![0.0; LANES * self.table.texel()], work }
+        (vec![0.0; LANES * self.table.texel()], self.rotation.room())
     }
 
     /// The numbers that [`Turned::block`] has for each vertex.
@@ -98,32 +82,37 @@ impl Turned<'_> {
 
     /// Those of a block, [channel][row][lane].
     #[inline(always)]
-    fn block(&self, block: &Block, room: &mut Room, c: &mut Lanes) {
-        self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut room.texels);
-        by_lane(&room.texels, self.table.channels(), c);
-        for c in c.chunks_exact_mut(self.degree.rows()) {
-            self.rotation.to_world(&block.angles, c, &mut room.work);
-        }
+    fn block<S: Simd>(&self, simd: S, block: &Block, (texels, room): &mut Room, c: &mut Lanes) {
+        self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), texels);
+        by_lane(simd, texels, self.table.channels(), c);
+        self.rotation.to_world(simd, &block.angles, c, room);
     }
 }
 
 /// The sums over rows of c times a light that is the same for all vertices; c has a channel for each of the
 /// light's, or one for all.
 #[inline(always)]
-fn under(light: &[[f32; 3]], c: &Lanes, channels: usize, radiance: &mut [[f32; 3]]) {
+fn under<S: Simd>(simd: S, light: &[[f32; 3]], c: &Lanes, channels: usize, radiance: &mut [[f32; 3]]) {
     let rows = c.len() / channels;
     let channel = |channel: usize| &c[channel.min(channels - 1) * rows..][..light.len()];
-    let mut sums = [[0.0f32; LANES]; 3];
+    let [red, green, blue] = [channel(0), channel(1), channel(2)];
+    let mut sums = [simd.splat_f32s(0.0); 3];
     for (row, light) in light.iter().enumerate() {
-        for (index, sum) in sums.iter_mut().enumerate() {
-            let c = &channel(index)[row];
-            for lane in 0..LANES {
-                sum[lane] += c[lane] * light[index];
-            }
+        for (index, c) in [red, green, blue].into_iter().enumerate() {
+            let light = simd.splat_f32s(light[index]);
+            sums[index] = simd.mul_add_f32s(load(simd, &c[row]), light, sums[index]);
         }
     }
-    for (lane, rgb) in radiance.iter_mut().enumerate() {
-        *rgb = sums.map(|sum| sum[lane]);
+    write(simd, sums, radiance);
+}
+
+/// Red, green and blue of eight vertices, of up to eight.
+#[inline(always)]
+pub(crate) fn write<S: Simd>(simd: S, sums: [S::f32s; 3], radiance: &mut [[f32; 3]]) {
+    let mut lanes = [[0.0; LANES]; 3];
+    lanes.iter_mut().zip(sums).for_each(|(lanes, sum)| store(simd, sum, lanes));
+    for (lane, rgb) in radiance.iter_mut().take(LANES).enumerate() {
+        *rgb = lanes.map(|lanes| lanes[lane]);
     }
 }
 
@@ -138,12 +127,12 @@ impl WithSimd for BothMove<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let mut room = self.turned.room();
         let mut c = vec![[0.0; LANES]; self.turned.length()];
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
-            self.turned.block(block, &mut room, &mut c);
-            under(self.light, &c, self.turned.table.channels(), radiance);
+            self.turned.block(simd, block, &mut room, &mut c);
+            under(simd, self.light, &c, self.turned.table.channels(), radiance);
         }
     }
 }
@@ -240,16 +229,16 @@ impl WithSimd for TurnLight<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let rows = self.light.len();
-        let mut work = vec![[0.0; LANES]; rows];
+        let mut room = self.rotation.room();
         for (block, values) in self.blocks.iter().zip(self.values.chunks_exact_mut(3 * rows)) {
             for (channel, values) in values.chunks_exact_mut(rows).enumerate() {
                 for (to, from) in values.iter_mut().zip(self.light) {
                     *to = [from[channel]; LANES];
                 }
-                self.rotation.to_local(&block.angles, values, &mut work);
             }
+            self.rotation.to_local(simd, &block.angles, values, &mut room);
         }
     }
 }
@@ -268,27 +257,23 @@ impl WithSimd for LightStays<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let channels = self.table.channels();
         let mut texels = vec![0.0; LANES * self.table.texel()];
         let mut c = vec![[0.0; LANES]; channels * self.rows];
         let lights = self.light.chunks_exact(self.light.len() / self.blocks.len());
         for ((block, light), radiance) in self.blocks.iter().zip(lights).zip(self.radiance.chunks_mut(LANES))
         {
-            self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
-            by_lane(&texels, channels, &mut c);
-            let mut sums = [[0.0f32; LANES]; 3];
-            for (channel, sum) in sums.iter_mut().enumerate() {
+            self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), &mut texels);
+            by_lane(simd, &texels, channels, &mut c);
+            let sums = [0, 1, 2].map(|channel| {
                 let c = &c[channel.min(channels - 1) * self.rows..][..self.rows];
-                for (c, light) in c.iter().zip(&light[channel * (light.len() / 3)..]) {
-                    for lane in 0..LANES {
-                        sum[lane] += c[lane] * light[lane];
-                    }
-                }
-            }
-            for (lane, rgb) in radiance.iter_mut().enumerate() {
-                *rgb = sums.map(|sum| sum[lane]);
-            }
+                let light = &light[channel * (light.len() / 3)..];
+                c.iter().zip(light).fold(simd.splat_f32s(0.0), |sum, (c, light)| {
+                    simd.mul_add_f32s(load(simd, c), load(simd, light), sum)
+                })
+            });
+            write(simd, sums, radiance);
         }
     }
 }
@@ -331,7 +316,7 @@ impl FixedView {
         let blocks = values.par_chunks_exact_mut(channels * rows).zip(frames.blocks()).enumerate();
         blocks.for_each(|(index, (values, block))| {
             let mut texels = vec![0.0; LANES * texel];
-            table.lookup_eight(&block.blend, &block.views(viewer), &mut texels);
+            SimdLevel::detect().run(Lookup { table, viewer, block, texels: &mut texels });
             for (channel, values) in values.chunks_exact_mut(rows).enumerate() {
                 let transfer = &transfer[channel.min(transfer.len() - 1)];
                 let vertices = (index * LANES..frames.len()).zip(texels.chunks_exact(texel));
@@ -361,6 +346,23 @@ impl FixedView {
     }
 }
 
+struct Lookup<'a> {
+    table: &'a BrdfTable,
+    viewer: Viewer,
+    block: &'a Block,
+    texels: &'a mut [f32],
+}
+
+impl WithSimd for Lookup<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { table, viewer, block, texels } = self;
+        table.lookup_eight(simd, &block.blend, &block.views(viewer), texels);
+    }
+}
+
 struct TurnTable<'a> {
     turned: Turned<'a>,
     blocks: &'a [Block],
@@ -371,11 +373,11 @@ impl WithSimd for TurnTable<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let mut room = self.turned.room();
         let values = self.values.chunks_exact_mut(self.turned.length());
         for (block, values) in self.blocks.iter().zip(values) {
-            self.turned.block(block, &mut room, values);
+            self.turned.block(simd, block, &mut room, values);
         }
     }
 }
@@ -392,10 +394,10 @@ impl WithSimd for ViewStays<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let blocks = self.values.chunks_exact(self.length);
         for (c, radiance) in blocks.zip(self.radiance.chunks_mut(LANES)) {
-            under(self.light, c, self.channels, radiance);
+            under(simd, self.light, c, self.channels, radiance);
         }
     }
 }
@@ -496,31 +498,29 @@ impl<E: Entry> WithSimd for Transferred<'_, E> {
 
     /// c T first, which is one product of vector and matrix for a grey table, then its dots with the light.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let (channels, texel, columns) = (self.table.channels(), self.table.texel(), self.light.rows);
         let mut texels = vec![0.0; LANES * texel];
         let mut matrices = self.entries.chunks_exact(self.length);
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
-            self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
+            self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), &mut texels);
             let vertices = texels.chunks_exact(texel).zip(radiance);
             for ((c, rgb), matrix) in vertices.zip(&mut matrices) {
                 let matrix = &matrix[..self.rows * columns];
-                let mut sums = [[0.0f32; LANES]; 3];
+                let mut sums = [simd.splat_f32s(0.0); 3];
                 for group in &self.light.groups {
                     let starts = group.map(|(first, _)| first);
-                    let mut seen = [[0.0f32; LANES]; EIGHTS];
+                    let mut seen = [simd.splat_f32s(0.0); EIGHTS];
                     for (channel, sum) in sums.iter_mut().enumerate() {
                         if channel < channels {
-                            seen = product(&c[channel..], channels, matrix, columns, starts);
+                            seen = product(simd, &c[channel..], channels, matrix, columns, starts);
                         }
                         for (seen, (_, light)) in seen.iter().zip(group) {
-                            for lane in 0..LANES {
-                                sum[lane] += seen[lane] * light[channel][lane];
-                            }
+                            *sum = simd.mul_add_f32s(*seen, load(simd, &light[channel]), *sum);
                         }
                     }
                 }
-                *rgb = sums.map(total);
+                *rgb = sums.map(|sum| total(simd, sum));
             }
         }
     }

@@ -18,13 +18,14 @@ use sh::Degree;
 
 use crate::directions::Directions;
 use crate::frames::{Angles, Frames, LANES};
-use crate::occluders::{Blocked, Occluders, Towards};
+use crate::occluders::Occluders;
+use crate::packet::{Blocked, Towards, rays};
 use crate::rotation::FrameRotation;
 use crate::triple_products::TripleProducts;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// A transfer matrix for each vertex.
 ///
@@ -187,7 +188,7 @@ pub(crate) struct Shadows<'a> {
     frames: &'a Frames,
     occluders: &'a Occluders,
     directions: &'a Directions,
-    rays: Vec<Towards>,
+    rays: Vec<(usize, Towards)>,
     rows: usize,
 }
 
@@ -200,8 +201,7 @@ impl<'a> Shadows<'a> {
         degree: usize,
     ) -> Self {
         let rows = Degree::new(degree).map_or(directions.degree().rows(), |degree| degree.rows());
-        let rays = directions.directions().iter().map(|direction| Towards::new(*direction)).collect();
-        Self { frames, occluders, directions, rays, rows }
+        Self { frames, occluders, directions, rays: rays(directions), rows }
     }
 
     /// The coefficients of 1 - V of each of a block of eight vertices, in the world, and the number of those
@@ -230,18 +230,17 @@ pub(crate) fn turn_rows(
     values: &mut [f32],
 ) {
     let columns = worlds[0].len() / rows;
-    let (mut lanes, mut work) = (vec![[0.0; LANES]; rows], vec![[0.0; LANES]; rows]);
-    for column in 0..columns {
-        for (row, lanes) in lanes.iter_mut().enumerate() {
-            for (lane, world) in worlds.iter().enumerate() {
-                lanes[lane] = world[row * columns + column] as f32;
-            }
+    // A function for each column.
+    let mut lanes = vec![[0.0; LANES]; columns * rows];
+    for (lane, world) in worlds.iter().enumerate() {
+        for (row, world) in world.chunks_exact(columns).enumerate() {
+            (0..columns).for_each(|column| lanes[column * rows + row][lane] = world[column] as f32);
         }
-        rotation.to_local(angles, &mut lanes, &mut work);
-        for (lane, matrix) in values.chunks_exact_mut(rows * columns).enumerate() {
-            for (row, lanes) in lanes.iter().enumerate() {
-                matrix[row * columns + column] = lanes[lane];
-            }
+    }
+    rotation.turn_to_local(angles, &mut lanes);
+    for (lane, matrix) in values.chunks_exact_mut(rows * columns).enumerate() {
+        for (row, values) in matrix.chunks_exact_mut(columns).enumerate() {
+            (0..columns).for_each(|column| values[column] = lanes[column * rows + row][lane]);
         }
     }
 }

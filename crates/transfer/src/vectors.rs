@@ -1,6 +1,7 @@
 //! Coefficients of a light, and products of vectors, in f32.
 
 use half::f16;
+use pulp::Simd;
 use sh::{Degree, Expansion};
 
 use crate::frames::LANES;
@@ -8,16 +9,41 @@ use crate::frames::LANES;
 /// The eights of columns that [`product`] sums at once: as many as registers hold.
 pub(crate) const EIGHTS: usize = 4;
 
+/// Eight numbers from memory into a register.
+#[inline(always)]
+pub(crate) fn load<S: Simd>(_: S, values: &[f32; LANES]) -> S::f32s {
+    pulp::cast(*values)
+}
+
+/// Eight numbers from a register into memory.
+#[inline(always)]
+pub(crate) fn store<S: Simd>(_: S, vector: S::f32s, values: &mut [f32; LANES]) {
+    *values = pulp::cast(vector);
+}
+
 /// An entry of a matrix.
 pub(crate) trait Entry: Copy + Sync {
     /// The same number in 32 bits.
     fn single(self) -> f32;
+
+    /// The first eight of a slice.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    fn load<S: Simd>(simd: S, entries: &[Self]) -> S::f32s;
 }
 
 impl Entry for f32 {
     #[inline(always)]
     fn single(self) -> f32 {
         self
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(simd: S, entries: &[Self]) -> S::f32s {
+        let mut values = [0.0; LANES];
+        values.copy_from_slice(&entries[..LANES]);
+        load(simd, &values)
     }
 }
 
@@ -27,9 +53,19 @@ impl Entry for f16 {
     fn single(self) -> f32 {
         // The exponents differ by 112: those of 16 bits are counted from -15, those of 32 bits from -127.
         const UP: f32 = f32::from_bits((112 + 127) << 23);
-        let bits = u32::from(self.to_bits());
-        let size = f32::from_bits((bits & 0x7fff) << 13) * UP;
-        f32::from_bits(size.to_bits() | (bits & 0x8000) << 16)
+        // The sign stays in the highest bit, which copies of it follow.
+        let bits = i32::from(self.to_bits() as i16) << 13;
+        f32::from_bits(bits as u32 & 0x8fff_e000) * UP
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(simd: S, entries: &[Self]) -> S::f32s {
+        let entries = &entries[..LANES];
+        let mut values = [0.0; LANES];
+        for lane in 0..LANES {
+            values[lane] = entries[lane].single();
+        }
+        load(simd, &values)
     }
 }
 
@@ -60,47 +96,39 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
 
 /// Some columns of a row c times a matrix, eight from each of the starts on; those past the last are zero.
 #[inline(always)]
-pub(crate) fn product<E: Entry>(
+pub(crate) fn product<S: Simd, E: Entry, const COUNT: usize>(
+    simd: S,
     c: &[f32],
     stride: usize,
     matrix: &[E],
     columns: usize,
-    starts: [usize; EIGHTS],
-) -> [[f32; LANES]; EIGHTS] {
+    starts: [usize; COUNT],
+) -> [S::f32s; COUNT] {
     let rows = matrix.chunks_exact(columns).zip(c.iter().step_by(stride));
+    let mut sums = [simd.splat_f32s(0.0); COUNT];
     if columns < LANES {
-        let mut sums = [0.0; LANES];
+        let mut padded = [0.0; LANES];
         for (entries, c) in rows {
-            for (sum, entry) in sums.iter_mut().zip(entries) {
-                *sum += c * entry.single();
-            }
+            padded.iter_mut().zip(entries).for_each(|(padded, entry)| *padded = entry.single());
+            sums[0] = simd.mul_add_f32s(simd.splat_f32s(*c), load(simd, &padded), sums[0]);
         }
-        return [sums, [0.0; LANES], [0.0; LANES], [0.0; LANES]];
+        return sums;
     }
-    // One check before the loop rather than four in it.
+    // One check before the loop rather than one for each in it.
     assert!(starts.iter().all(|start| start + LANES <= columns), "columns of the matrix");
-    // Four variables, which stay in registers; an array of them does not.
-    let [mut first, mut second, mut third, mut fourth] = [[0.0; LANES]; EIGHTS];
     for (entries, c) in rows {
-        add(&mut first, *c, &entries[starts[0]..][..LANES]);
-        add(&mut second, *c, &entries[starts[1]..][..LANES]);
-        add(&mut third, *c, &entries[starts[2]..][..LANES]);
-        add(&mut fourth, *c, &entries[starts[3]..][..LANES]);
+        let c = simd.splat_f32s(*c);
+        for k in 0..COUNT {
+            sums[k] = simd.mul_add_f32s(c, E::load(simd, &entries[starts[k]..]), sums[k]);
+        }
     }
-    [first, second, third, fourth]
-}
-
-/// Adds c times eight entries.
-#[inline(always)]
-fn add<E: Entry>(sum: &mut [f32; LANES], c: f32, entries: &[E]) {
-    for lane in 0..LANES {
-        sum[lane] += c * entries[lane].single();
-    }
+    sums
 }
 
 /// The sum of eight.
 #[inline(always)]
-pub(crate) fn total([a, b, c, d, e, f, g, h]: [f32; LANES]) -> f32 {
+pub(crate) fn total<S: Simd>(_: S, sum: S::f32s) -> f32 {
+    let [a, b, c, d, e, f, g, h]: [f32; LANES] = pulp::cast(sum);
     ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 

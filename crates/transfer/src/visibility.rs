@@ -13,12 +13,13 @@ use sh::{Degree, Expansion};
 
 use crate::directions::Directions;
 use crate::frames::{Block, Frames, LANES, Viewer};
+use crate::lanes::by_lane;
 use crate::occluders::Occluders;
 use crate::rotation::FrameRotation;
-use crate::shading::by_lane;
+use crate::shading::write;
 use crate::transfer::{MOST_BYTES, Shadows, Transfer, TransferError, turn_rows};
 use crate::triple_products::TripleProducts;
-use crate::vectors::by_row;
+use crate::vectors::{by_row, load};
 
 /// The coefficients of V of each vertex, [V, (O + F + 1)^2], in the world; V = 1 below the horizon.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,8 +30,8 @@ pub struct Visibility {
     values: Vec<f32>,
 }
 
-/// Coefficients of eight vertices fit into arrays of this length: O and F are at most 8.
-const ROOM: usize = 512;
+/// The blocks of eight vertices that share the reading of a product.
+const AT_ONCE: usize = 2;
 
 /// The blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
@@ -171,42 +172,46 @@ impl Visibility {
     }
 }
 
+/// The products, grouped by i and by j, with i <= j where both (i, j) and (j, i) are wanted.
+struct Products {
+    /// The number of columns that each row has products with.
+    rows: Vec<u16>,
+    columns: Vec<Column>,
+    /// k and the integral.
+    terms: Vec<[(u16, f32); 2]>,
+}
+
 /// The products of a row i and a column j.
-struct Pair {
-    i: u16,
+struct Column {
     j: u16,
     /// Whether those of (j, i) are the same.
     mirrored: bool,
-    /// The end of its terms.
-    end: u32,
-}
-
-/// The products, grouped by (i, j) with i <= j where both (i, j) and (j, i) are wanted.
-struct Products {
-    pairs: Vec<Pair>,
-    /// k and the integral.
-    terms: Vec<(u16, f32)>,
+    /// The number of its pairs of terms, of which the last one may hold a zero.
+    pairs: u16,
 }
 
 impl Products {
     fn new(output: Degree, input: Degree) -> Self {
         let products = TripleProducts::new(output, input);
-        let (columns, both) = (input.rows(), output.min(input).rows());
-        let (mut pairs, mut terms) = (Vec::<Pair>::new(), Vec::new());
-        for &(entry, k, integral) in &products.terms {
-            let (i, j) = (entry as usize / columns, entry as usize % columns);
-            let mirrored = i != j && i < both && j < both;
-            if mirrored && i > j {
-                continue;
+        let (width, both) = (input.rows(), output.min(input).rows());
+        let (mut rows, mut columns, mut terms) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..output.rows() {
+            let before = columns.len();
+            let is_mirrored = |j: usize| i != j && i < both && j < both;
+            for j in (0..width).filter(|j| !is_mirrored(*j) || i < *j) {
+                let own = products.terms.iter().filter(|(entry, ..)| *entry as usize == i * width + j);
+                let own: Vec<(u16, f32)> =
+                    own.map(|(_, k, integral)| (*k as u16, *integral as f32)).collect();
+                terms.extend(own.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or_default()]));
+                columns.push(Column {
+                    j: j as u16,
+                    mirrored: is_mirrored(j),
+                    pairs: own.len().div_ceil(2) as u16,
+                });
             }
-            terms.push((k as u16, integral as f32));
-            let end = terms.len() as u32;
-            match pairs.last_mut() {
-                Some(last) if (last.i, last.j) == (i as u16, j as u16) => last.end = end,
-                _ => pairs.push(Pair { i: i as u16, j: j as u16, mirrored, end }),
-            }
+            rows.push((columns.len() - before) as u16);
         }
-        Self { pairs, terms }
+        Self { rows, columns, terms }
     }
 }
 
@@ -230,40 +235,41 @@ impl WithSimd for Shade<'_> {
 
     /// c is turned into the world, where (c T)_j = sum over i and k of c_i G_ijk V_k.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let (channels, rows) = (self.table.channels(), self.output.rows());
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (channels, rows, columns) = (self.table.channels(), self.output.rows(), self.columns);
         let mut texels = vec![0.0; LANES * self.table.texel()];
-        let mut found = vec![[0.0f32; LANES]; channels * rows];
-        let mut work = vec![[0.0f32; LANES]; rows];
-        let (mut c, mut v, mut seen) = ([[0.0; LANES]; ROOM], [[0.0; LANES]; ROOM], [[0.0f32; LANES]; ROOM]);
-        let values = self.values.chunks(LANES * self.columns);
-        for ((block, radiance), values) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)).zip(values)
-        {
-            self.table.lookup_eight(&block.blend, &block.views(self.viewer), &mut texels);
-            by_lane(&texels, channels, &mut found);
-            for (lane, values) in values.chunks_exact(self.columns).enumerate() {
-                for (v, value) in v.iter_mut().zip(values) {
-                    v[lane] = *value;
-                }
+        let mut found = vec![[0.0; LANES]; channels * rows];
+        let mut open = vec![[0.0; LANES]; columns];
+        let mut filled = vec![0.0; LANES * columns];
+        let mut room = self.rotation.room();
+        let zero = [simd.splat_f32s(0.0); AT_ONCE];
+        let (mut c, mut v, mut seen) =
+            (vec![zero; channels * rows], vec![zero; columns], vec![zero; self.light.len()]);
+        let chunks = self.blocks.chunks(AT_ONCE).zip(self.values.chunks(AT_ONCE * LANES * columns));
+        for ((blocks, values), radiance) in chunks.zip(self.radiance.chunks_mut(AT_ONCE * LANES)) {
+            for (index, (block, values)) in blocks.iter().zip(values.chunks(LANES * columns)).enumerate() {
+                self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), &mut texels);
+                by_lane(simd, &texels, channels, &mut found);
+                self.rotation.to_world(simd, &block.angles, &mut found, &mut room);
+                c.iter_mut().zip(&found).for_each(|(c, found)| c[index] = load(simd, found));
+                filled[..values.len()].copy_from_slice(values);
+                by_lane(simd, &filled, 1, &mut open);
+                v.iter_mut().zip(&open).for_each(|(v, open)| v[index] = load(simd, open));
             }
+            let mut sums = [[simd.splat_f32s(0.0); 3]; AT_ONCE];
             for channel in 0..3 {
                 if channel < channels {
-                    let found = &mut found[channel * rows..][..rows];
-                    self.rotation.to_world(&block.angles, found, &mut work);
-                    c[..rows].copy_from_slice(found);
-                    seen[..self.light.len()].fill([0.0; LANES]);
-                    self.products.apply(&c, &v, &mut seen);
+                    seen.fill(zero);
+                    self.products.apply(simd, &c[channel * rows..][..rows], &v, &mut seen);
                 }
-                let mut sums = [0.0f32; LANES];
                 for (seen, light) in seen.iter().zip(self.light) {
-                    for lane in 0..LANES {
-                        sums[lane] += seen[lane] * light[channel];
+                    let light = simd.splat_f32s(light[channel]);
+                    for (sums, seen) in sums.iter_mut().zip(seen) {
+                        sums[channel] = simd.mul_add_f32s(*seen, light, sums[channel]);
                     }
                 }
-                for (rgb, sum) in radiance.iter_mut().zip(sums) {
-                    rgb[channel] = sum;
-                }
             }
+            radiance.chunks_mut(LANES).zip(sums).for_each(|(radiance, sums)| write(simd, sums, radiance));
         }
     }
 }
@@ -271,27 +277,46 @@ impl WithSimd for Shade<'_> {
 impl Products {
     /// Adds c_i G_ijk V_k to each j.
     #[inline(always)]
-    fn apply(&self, c: &[[f32; LANES]; ROOM], v: &[[f32; LANES]; ROOM], seen: &mut [[f32; LANES]; ROOM]) {
-        let mut terms = self.terms.as_slice();
-        let mut begin = 0;
-        for &Pair { i, j, mirrored, end } in &self.pairs {
-            let (own, rest) = terms.split_at((end - begin) as usize);
-            (terms, begin) = (rest, end);
-            let mut sums = [0.0f32; LANES];
-            for &(k, integral) in own {
-                // The remainder spares a check of the bound.
-                let v = &v[k as usize % ROOM];
-                for lane in 0..LANES {
-                    sums[lane] += integral * v[lane];
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        c: &[[S::f32s; AT_ONCE]],
+        v: &[[S::f32s; AT_ONCE]],
+        seen: &mut [[S::f32s; AT_ONCE]],
+    ) {
+        let zero = [simd.splat_f32s(0.0); AT_ONCE];
+        let (mut columns, mut terms) = (self.columns.as_slice(), self.terms.as_slice());
+        for (i, (count, c_i)) in self.rows.iter().zip(c).enumerate() {
+            let (own, rest) = columns.split_at(usize::from(*count));
+            columns = rest;
+            // What (j, i) add.
+            let mut mirrored = zero;
+            for column in own {
+                let (own, rest) = terms.split_at(usize::from(column.pairs));
+                terms = rest;
+                let mut sums = zero;
+                for pair in own {
+                    for (k, integral) in pair {
+                        let (v, integral) = (&v[usize::from(*k)], simd.splat_f32s(*integral));
+                        for block in 0..AT_ONCE {
+                            sums[block] = simd.mul_add_f32s(integral, v[block], sums[block]);
+                        }
+                    }
+                }
+                let j = usize::from(column.j);
+                let seen = &mut seen[j];
+                for block in 0..AT_ONCE {
+                    seen[block] = simd.mul_add_f32s(c_i[block], sums[block], seen[block]);
+                }
+                if column.mirrored {
+                    for block in 0..AT_ONCE {
+                        mirrored[block] = simd.mul_add_f32s(c[j][block], sums[block], mirrored[block]);
+                    }
                 }
             }
-            let (i, j) = (i as usize % ROOM, j as usize % ROOM);
-            for lane in 0..LANES {
-                seen[j][lane] += c[i][lane] * sums[lane];
-            }
-            if mirrored {
-                for lane in 0..LANES {
-                    seen[i][lane] += c[j][lane] * sums[lane];
+            if let Some(seen) = seen.get_mut(i) {
+                for block in 0..AT_ONCE {
+                    seen[block] = simd.add_f32s(seen[block], mirrored[block]);
                 }
             }
         }
