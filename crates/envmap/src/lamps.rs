@@ -12,7 +12,7 @@
 //! The soft image and the lights together have the integral of the environment.
 
 use sh::Light;
-use sphere::{DVec3, Direction};
+use sphere::{DVec3, Direction, NearestDirection};
 
 use crate::Environment;
 
@@ -98,50 +98,13 @@ fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec
 /// The pixels of each centre.
 fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
     let mut groups = vec![Group::default(); centres.len()];
-    let centres = Centres::new(centres);
+    let centres = NearestDirection::new(centres);
     for excess in bright {
         if let Some(index) = centres.nearest(excess.direction) {
             groups[index].pixels.push(*excess);
         }
     }
     groups
-}
-
-/// Centres by height, so that a search looks only at those near the height of its direction.
-struct Centres {
-    /// With their indices, the lowest first.
-    by_height: Vec<(DVec3, usize)>,
-}
-
-impl Centres {
-    fn new(centres: &[DVec3]) -> Self {
-        let mut by_height: Vec<_> =
-            centres.iter().enumerate().map(|(index, centre)| (*centre, index)).collect();
-        by_height.sort_by(|a, b| a.0.z.total_cmp(&b.0.z));
-        Self { by_height }
-    }
-
-    /// The index of the centre nearest to a direction; of equally near ones the last.
-    fn nearest(&self, direction: DVec3) -> Option<usize> {
-        let middle = self.by_height.partition_point(|(centre, _)| centre.z < direction.z);
-        let (below, above) = self.by_height.split_at(middle);
-        let mut best: Option<(f64, usize)> = None;
-        let mut search = |(centre, index): &(DVec3, usize)| {
-            // Two directions whose cosine is c are sqrt(2 - 2 c) apart, in height at most; 1e-9 for rounding.
-            let apart = centre.z - direction.z;
-            if best.is_some_and(|(cosine, _)| apart * apart > 2.0 - 2.0 * cosine + 1e-9) {
-                return false;
-            }
-            let found = (centre.dot(direction), *index);
-            if best.is_none_or(|best| (found.0.total_cmp(&best.0)).then(found.1.cmp(&best.1)).is_gt()) {
-                best = Some(found);
-            }
-            true
-        };
-        let _ = below.iter().rev().all(&mut search);
-        let _ = above.iter().all(&mut search);
-        best.map(|(_, index)| index)
-    }
 }
 
 impl Environment {
@@ -243,23 +206,6 @@ mod tests {
     use sphere::LatLong;
 
     use super::*;
-
-    #[test]
-    fn the_search_by_height_finds_the_nearest_of_all_centres() {
-        let direction = |k: usize| {
-            let k = k as f64;
-            DVec3::new((1.7 * k).sin(), (2.3 * k + 1.0).cos(), (3.1 * k + 0.5).sin()).normalize()
-        };
-        let mut all: Vec<DVec3> = (0..200).map(direction).collect();
-        // Of equal centres the last counts.
-        all.extend_from_within(..20);
-        let centres = Centres::new(&all);
-        for direction in (0..2000).map(|k| direction(k + 1000)).chain(all.iter().copied()) {
-            let cosines = all.iter().map(|centre| centre.dot(direction)).enumerate();
-            let expected = cosines.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index);
-            assert_eq!(centres.nearest(direction), expected);
-        }
-    }
 
     fn sky(height: usize, radiance: impl Fn(Direction) -> [f32; 3]) -> Environment {
         let grid = LatLong::with_rows(height);

@@ -20,6 +20,7 @@ mod pixel_audit;
 mod resample;
 mod texels;
 mod tone;
+mod without_lights;
 
 pub use audit::{BadPixels, audit, repair};
 pub use cube_map::CubeMap;
@@ -33,9 +34,11 @@ pub use layout::Layout;
 pub use pixel_audit::{Finding, PixelAudit, Place};
 pub use texels::{Taps, Texels};
 pub use tone::{ToneMap, srgb_decode, srgb_encode, to_srgb8};
+pub use without_lights::WithoutLights;
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::lamps::REVISION as LAMPS;
     pub use crate::resample::REVISION as RESAMPLING;
+    pub use crate::without_lights::REVISION as WITHOUT_LIGHTS;
 }

@@ -5,6 +5,7 @@
 //! says so; if `SPECULA_REQUIRE` is set, it fails instead. Tests that repeat something many times are short
 //! unless `CI` is set.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -31,6 +32,32 @@ pub fn reference(test: &str, file: &str) -> Option<Value> {
     let path = folder(test, "SPECULA_REFERENCE")?.join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     Some(serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+}
+
+/// The tensors of a safetensors file of the reference values, all of type F64, by name; `None` if the test is
+/// to be skipped.
+///
+/// # Panics
+/// As [`folder`], and if the file cannot be read or holds something else.
+pub fn tensors(test: &str, file: &str) -> Option<BTreeMap<String, Vec<f64>>> {
+    let path = folder(test, "SPECULA_REFERENCE")?.join(file);
+    let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    Some(read_tensors(&bytes).unwrap_or_else(|| panic!("{}: not a safetensors file of F64", path.display())))
+}
+
+fn read_tensors(bytes: &[u8]) -> Option<BTreeMap<String, Vec<f64>>> {
+    let (length, rest) = bytes.split_first_chunk::<8>()?;
+    let (header, data) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    let header: BTreeMap<String, Value> = serde_json::from_slice(header).ok()?;
+    let tensors = header.into_iter().filter(|(name, _)| name != "__metadata__");
+    tensors
+        .map(|(name, entry)| {
+            let offset = |index: usize| usize::try_from(entry["data_offsets"][index].as_u64()?).ok();
+            let (numbers, rest) = data.get(offset(0)?..offset(1)?)?.as_chunks::<8>();
+            let is_f64 = entry["dtype"] == "F64" && rest.is_empty();
+            is_f64.then(|| (name, numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()))
+        })
+        .collect()
 }
 
 /// Reports that a test is skipped, and why.
@@ -74,6 +101,16 @@ mod tests {
         command.args(["--exact", TEST]).env_remove("CI").env_remove("SPECULA_REQUIRE").env(INNER, "1");
         let output = command.envs(variable).output().unwrap();
         String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap()
+    }
+
+    #[test]
+    fn tensors_are_read_by_name() {
+        let header = br#"{"__metadata__":{"about":""},"a":{"dtype":"F64","shape":[1],"data_offsets":[0,8]}}"#;
+        let mut bytes = (header.len() as u64).to_le_bytes().to_vec();
+        bytes.extend_from_slice(header);
+        bytes.extend_from_slice(&1.5f64.to_le_bytes());
+        assert_eq!(super::read_tensors(&bytes).unwrap()["a"], [1.5]);
+        assert_eq!(super::read_tensors(&bytes[..bytes.len() - 1]), None);
     }
 
     #[test]

@@ -1,0 +1,40 @@
+//! Importance sampling of functions on the sphere that are given by spherical harmonics, and of their
+//! products with environments; points in the unit square to sample them with; and light rigs: a few lights in
+//! place of distant light.
+
+mod batches;
+mod cell_distribution;
+mod error;
+mod exact;
+mod f32x8;
+mod leaf_grid;
+mod leaf_masses;
+mod leaves;
+mod mass_tree;
+mod piece_values;
+mod pieces;
+mod points;
+mod product;
+mod rig;
+mod sampler;
+mod synthesis;
+mod tables;
+mod texel_distribution;
+mod texel_light;
+
+pub use error::Error;
+pub use leaf_grid::LeafGrid;
+pub use leaves::Density;
+pub use points::{GivenPoints, GivenPointsError, Points};
+pub use product::{ProductMasses, ProductOptions, ProductSampler, ProductTables};
+pub use rig::{Irradiance, LightMasses, Method, Rig, rig, rig_within};
+pub use sampler::{
+    ChannelWeights, LUMINANCE, LeafShape, Options, SUM, Sample, Sampler, UniformShare, Warp, weigh,
+};
+pub use tables::Tables;
+pub use texel_light::TexelLight;
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::rig::REVISION as RIG;
+}
