@@ -10,6 +10,11 @@ pub(crate) const fn below_name(below: BelowHorizon) -> &'static str {
     }
 }
 
+/// The word for where the light comes from that a table's material reflects.
+pub(crate) const fn incident_name(lit_from_below: bool) -> &'static str {
+    if lit_from_below { "sphere" } else { "hemisphere" }
+}
+
 /// The entries of a table, sorted by key; `kind` is left to the container.
 ///
 /// | key | value |
@@ -19,7 +24,8 @@ pub(crate) const fn below_name(below: BelowHorizon) -> &'static str {
 /// | `channels` | 1 if the table is grey, else 3 |
 /// | `degree` | F |
 /// | `frame` | the frame of the surface, and the views of the texels |
-pub fn entries(table: &BrdfTable) -> [(&'static str, String); 5] {
+/// | `incident` | where light is reflected from: the `hemisphere` above the surface, or the whole `sphere` |
+pub fn entries(table: &BrdfTable) -> [(&'static str, String); 6] {
     let basis = "real, orthonormal, no Condon-Shortley phase, row l*l + l + m, of the incident direction in the surface's \
                  frame; the sum over rows of c_i times the lighting's coefficients in that frame is radiance";
     let frame = "right-handed, +X the tangent, +Z the normal; texels are views v: v_x / (1 + v_z) = 2 (column + 0.5) / N \
@@ -30,6 +36,7 @@ pub fn entries(table: &BrdfTable) -> [(&'static str, String); 5] {
         ("channels", table.channels().to_string()),
         ("degree", table.degree().get().to_string()),
         ("frame", frame.to_owned()),
+        ("incident", incident_name(table.lit_from_below()).to_owned()),
     ]
 }
 

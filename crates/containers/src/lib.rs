@@ -9,6 +9,7 @@
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
+//! | glTF, USD text, CSV | lights | [`write_gltf_lights`], [`write_usda_lights`], [`write_csv_lights`] |
 //!
 //! A format is known by its content, never by a file's name. Every written file may hold a *recipe*, the
 //! canonical JSON that says how it was made; [`read_recipe`] finds it again in any of them. Written bytes
@@ -28,6 +29,7 @@ mod gltf;
 mod icc;
 mod jpeg;
 mod ktx2;
+mod light_rig;
 pub mod lighting_json;
 mod limits;
 pub mod measured;
@@ -57,6 +59,7 @@ pub use gltf::{
     gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_material, write_glb,
 };
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba};
+pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
 pub use png::{write_apng, write_png};

@@ -1,7 +1,7 @@
 //! Finding the recipe in a file of any format.
 
 use crate::format::Format;
-use crate::{gltf, ktx2, lighting_json, open_exr, png, radiance, tensors, web_page};
+use crate::{gltf, ktx2, light_rig, lighting_json, open_exr, png, radiance, tensors, web_page};
 
 /// The recipe in a file of any format that is written here; `None` if there is none.
 pub fn read_recipe(bytes: &[u8]) -> Option<String> {
@@ -10,7 +10,10 @@ pub fn read_recipe(bytes: &[u8]) -> Option<String> {
         Some(Format::Radiance) => radiance::read_recipe(bytes),
         Some(Format::Png) => png::read_recipe(bytes),
         Some(Format::Jpeg | Format::Tiff | Format::Tga | Format::WebP) => None,
-        None if bytes.first() == Some(&b'{') => lighting_json::read_recipe(bytes),
+        None if bytes.first() == Some(&b'{') => {
+            lighting_json::read_recipe(bytes).or_else(|| gltf::read_recipe(bytes))
+        }
+        None if light_rig::is_usda(bytes) => light_rig::read_usda_recipe(bytes),
         None if web_page::is_web_page(bytes) => web_page::read_recipe(bytes),
         None if gltf::is_glb(bytes) => gltf::read_recipe(bytes),
         None if ktx2::is_ktx2(bytes) => ktx2::read_recipe(bytes),

@@ -9,8 +9,9 @@
 //! | JSON | the member `specula` of the top object |
 //! | HTML | the `meta` element `specula` |
 //! | KTX2 | the key/value entry `specula` |
-//! | binary glTF | the member `specula` of `asset.extras` |
-//! | DDS | no place: a JSON file beside it, [`texture_sidecar`] |
+//! | glTF | the member `specula` of `asset.extras` |
+//! | USD text | the string `specula` of `customLayerData` |
+//! | DDS, CSV | no place: a JSON file beside it, [`texture_sidecar`] |
 
 use std::collections::BTreeMap;
 
@@ -33,7 +34,7 @@ pub(crate) fn check(recipe: Option<&str>) -> Result<(), Error> {
     Ok(())
 }
 
-/// The JSON file that goes beside a texture whose format holds no texts: `specula`, the recipe, and
+/// The JSON file that goes beside a file whose format holds no texts: `specula`, the recipe, and
 /// `metadata`.
 ///
 /// # Errors

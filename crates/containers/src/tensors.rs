@@ -12,6 +12,7 @@
 //! | `brdf-table` | `c` [Q, N, N, (F+1)^2, channels] f32, row 0 of the map toward +y, row l*l + l + m | `below`, `channels`, `degree` |
 //! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f32, rows in each vertex' frame, or another form ([`encode_transfer`]) | `mesh`, the digest of the mesh |
 //! | `vertex-radiance` | `radiance` [V, 3] f32 | `mesh` |
+//! | `light-rig` | `direction` [n, 3], `radiance` [n, 3], `pdf` \[n\], `mip` \[n\] f32 ([`encode_light_rig`]) | `rows` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
 //! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance
@@ -42,6 +43,7 @@ use sphere::LatLong;
 mod brdf_table;
 mod file;
 mod light_field;
+mod light_rig;
 mod material;
 mod mesh;
 mod reflection_map;
@@ -49,6 +51,7 @@ mod transfer;
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use light_field::{decode_light_field, encode_light_field};
+pub use light_rig::encode_light_rig;
 pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};

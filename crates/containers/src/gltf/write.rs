@@ -228,7 +228,7 @@ pub(crate) fn is_glb(bytes: &[u8]) -> bool {
     bytes.starts_with(b"glTF")
 }
 
-/// The recipe of a binary glTF.
+/// The recipe of a glTF, binary or not.
 pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
     #[derive(Deserialize)]
     struct Root<'a> {
@@ -245,6 +245,6 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
         #[serde(borrow)]
         specula: &'a RawValue,
     }
-    let (json, _) = document::chunks(bytes).ok()?;
+    let json = if is_glb(bytes) { document::chunks(bytes).ok()?.0 } else { bytes };
     serde_json::from_slice::<Root<'_>>(json).ok().map(|root| root.asset.extras.specula.get().to_owned())
 }

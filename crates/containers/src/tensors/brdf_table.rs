@@ -4,7 +4,7 @@ use brdf::{BelowHorizon, BrdfTable};
 use safetensors::tensor::Dtype;
 
 use super::file::{File, Writer, degree, wrong_shape};
-use crate::brdf_table_metadata::{below_name, entries};
+use crate::brdf_table_metadata::{below_name, entries, incident_name};
 use crate::error::{Error, ErrorKind};
 
 const NAME: &str = "c";
@@ -33,6 +33,7 @@ pub fn decode_brdf_table(bytes: &[u8]) -> Result<BrdfTable, Error> {
     let file = File::open_as(bytes, "brdf-table")?;
     let words = [BelowHorizon::Clamped, BelowHorizon::Mirrored].map(|below| (below_name(below), below));
     let below = file.choice("below", words)?;
+    let lit_from_below = file.choice("incident", [false, true].map(|lit| (incident_name(lit), lit)))?;
     let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
     let wrong = || wrong_shape(NAME, SHAPE, tensor.shape());
     let &[_, size, columns, rows, channels] = tensor.shape() else { return Err(wrong()) };
@@ -43,7 +44,8 @@ pub fn decode_brdf_table(bytes: &[u8]) -> Result<BrdfTable, Error> {
     let (words, _) = tensor.data().as_chunks::<4>();
     let values: Vec<f32> = words.iter().map(|word| f32::from_le_bytes(*word)).collect();
     check(&values, rows * channels, ErrorKind::Damaged)?;
-    BrdfTable::new(degree(NAME, side - 1)?, size, channels, below, values).ok_or_else(wrong)
+    let table = BrdfTable::new(degree(NAME, side - 1)?, size, channels, below, values).ok_or_else(wrong)?;
+    Ok(table.with_lit_from_below(lit_from_below))
 }
 
 fn check(values: &[f32], texel: usize, kind: ErrorKind) -> Result<(), Error> {
@@ -74,7 +76,7 @@ mod tests {
         for (count, channels, below) in
             [(1, 1, BelowHorizon::Clamped), (2, 3, BelowHorizon::Mirrored), (3, 1, BelowHorizon::Mirrored)]
         {
-            let table = table(count, channels, below);
+            let table = table(count, channels, below).with_lit_from_below(channels == 1);
             let bytes = encode_brdf_table(&table, Some("{}")).unwrap();
             assert_eq!(decode_brdf_table(&bytes).unwrap(), table);
             assert_eq!(bytes, encode_brdf_table(&table, Some("{}")).unwrap());
@@ -88,6 +90,7 @@ mod tests {
         let written = |shape: &[usize], below: &str, numbers: &[f32]| {
             let mut file = Writer::new("brdf-table", None);
             file.entry("below", below);
+            file.entry("incident", "hemisphere");
             file.extend_f32(numbers);
             file.tensor(NAME, "F32", shape);
             decode_brdf_table(&file.finish()).unwrap_err().to_string()
