@@ -28,6 +28,7 @@ pub mod mirror;
 mod on_device;
 pub mod prefiltered;
 pub mod sequence;
+mod shader_constants;
 pub mod shadows;
 pub mod surface;
 pub mod table;

@@ -25,7 +25,8 @@ use brdf::{Lobe, Material};
 use glam::{Vec2, Vec3};
 
 use super::angles::{angle, circle};
-use super::material::{power, shader_constants};
+use super::material::terms::power;
+use super::shader_constants::shader_constants;
 use super::surface::unit_or;
 
 shader_constants!("LOBE_SAMPLING_":

@@ -13,35 +13,28 @@
 //!
 //! Each model has one formula here, a method of `Layer` named after the model's module, and the same formula
 //! in material.wgsl, `material_` and that name. The choice between them is made from the list, in both
-//! languages.
+//! languages. What the formulas share is in `terms.rs` and terms.wgsl.
 //!
 //! The formulas are written for f32: they take the power of a cosine near 1 from the square of its sine and
 //! an angle from an arc tangent, and they decide before a division what would be 0 / 0 or out of range. No
 //! value is infinite or NaN, for any two unit vectors.
 
+pub(super) mod terms;
 #[cfg(test)]
 pub(super) mod tests;
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use brdf::{MODELS, Material};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
+use self::terms::{
+    Half, NEAR, TINY, bounded_exp, conductor, dielectric, fifth, half_and_difference, half_difference,
+    lambda_cosine, ln_cosine, one_less_sinc, power, power_of,
+};
 use super::angles::{angle, circle};
+use super::shader_constants::shader_constants;
 use crate::RenderError;
-
-/// Makes constants for Rust, and `WGSL_CONSTANTS`, their declarations for the shader with a prefix to each
-/// name.
-macro_rules! shader_constants {
-    ($prefix:literal: $($(#[$doc:meta])* $name:ident: $type:ty = $value:expr;)*) => {
-        $($(#[$doc])* const $name: $type = $value;)*
-
-        /// The same constants, declared for the shader.
-        const WGSL_CONSTANTS: &str =
-            concat!($("const ", $prefix, stringify!($name), ": ", stringify!($type), " = ", stringify!($value), ";\n",)*);
-    };
-}
-pub(super) use shader_constants;
 
 shader_constants!("MATERIAL_":
     /// A Gaussian of a squared slope over a squared roughness is 0 in f32 from here on, with room for its
@@ -49,17 +42,8 @@ shader_constants!("MATERIAL_":
     STEEP: f32 = 80.0;
     /// The least cosine in factors that have no bound at grazing: see ashikhmin-shirley and ward.
     LEAST: f32 = 1e-3;
-    /// Light nearer to the horizon than this counts as below it: products of two such cosines are still
-    /// normal numbers.
-    HORIZON: f32 = 1e-12;
-    /// The square of a sum of light and view below which they count as opposite.
-    OPPOSITE: f32 = 1e-20;
-    /// The square of a sine below which the logarithm of the cosine comes from a series.
-    NEAR: f32 = 0.1;
     /// The least cosine of light and view in the masking of fibres.
     GRAZING: f32 = 1e-4;
-    /// A number with a logarithm that is less than any cosine that matters.
-    TINY: f32 = 1e-30;
 );
 
 /// The formula of a model.
@@ -83,7 +67,7 @@ macro_rules! formulas {
 }
 brdf::for_each_model!(formulas);
 
-/// The text of the shader: its constants, the choice between the formulas, and material.wgsl.
+/// The text of the shader: constants, what the formulas share, the choice between them, and material.wgsl.
 pub fn shader() -> String {
     let cases = FORMULAS.iter().enumerate().map(|(number, Formula { name, .. })| {
         format!("        case {number}u: {{ return material_{name}(at, light, view); }}\n")
@@ -93,7 +77,7 @@ pub fn shader() -> String {
          \x20       default: {{ return vec3f(0.0); }}\n    }}\n}}\n",
         cases.collect::<String>(),
     );
-    [WGSL_CONSTANTS, &choice, include_str!("material.wgsl")].concat()
+    [&terms::shader(), WGSL_CONSTANTS, &choice, include_str!("material.wgsl")].concat()
 }
 
 /// A material as the shader reads it.
@@ -467,171 +451,6 @@ struct Cylinder {
     arc: [f32; 2],
     /// The ends of the floor.
     floor: [f32; 2],
-}
-
-/// The half vector of light and view over the surface.
-#[derive(Clone, Copy)]
-struct Half {
-    /// L + V.
-    sum: Vec3,
-    /// |L + V|^2, above 0.
-    length_squared: f32,
-    /// N.L, above 0.
-    light: f32,
-    /// N.V, 0 or more.
-    view: f32,
-    /// 1 - (L.h)^2 = |L - V|^2 / 4.
-    turn: f32,
-}
-
-impl Half {
-    /// `None` if the light is below the horizon, or light and view are opposite.
-    fn new(light: Vec3, view: Vec3) -> Option<Self> {
-        let sum = light + view;
-        let length_squared = sum.dot(sum);
-        let seen = light.z > HORIZON && sum.z > HORIZON && length_squared > OPPOSITE;
-        let difference = light - view;
-        let turn = 0.25 * difference.dot(difference);
-        seen.then_some(Self { sum, length_squared, light: light.z, view: view.z.max(0.0), turn })
-    }
-
-    /// The square of the part of L + V along the surface.
-    fn across(self) -> f32 {
-        self.sum.x * self.sum.x + self.sum.y * self.sum.y
-    }
-
-    /// What GGX's facets reflect if their Fresnel is 1, over alpha^2 / (2 pi).
-    fn facets(self, alpha2: f32) -> f32 {
-        let across = (self.across() + alpha2 * self.sum.z * self.sum.z) / self.length_squared;
-        let masked = |cosine: f32| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
-        let visible = self.light / (self.light * masked(self.view) + self.view * masked(self.light));
-        visible / (across * across)
-    }
-
-    /// L.h.
-    fn facet(self) -> f32 {
-        0.5 * self.length_squared.sqrt()
-    }
-
-    /// (N.h)^(2 s).
-    fn power(self, s: f32) -> f32 {
-        let sin2 = self.across() / self.length_squared;
-        let cos2 = self.sum.z * self.sum.z / self.length_squared;
-        let ln = if sin2 < NEAR { 2.0 * ln_cosine(sin2) } else { cos2.max(TINY).ln() };
-        bounded_exp(s * ln)
-    }
-}
-
-/// cos^s, or 0 if the cosine is not above 0; `sin2` is the square of the sine.
-pub(super) fn power(cosine: f32, sin2: f32, s: f32) -> f32 {
-    if cosine <= 0.0 {
-        return 0.0;
-    }
-    let ln = if sin2 < NEAR { ln_cosine(sin2) } else { cosine.max(TINY).ln() };
-    bounded_exp(s * ln)
-}
-
-/// base^n, or 0 if the base is not above 0.
-fn power_of(base: f32, n: f32) -> f32 {
-    if base <= 0.0 {
-        return 0.0;
-    }
-    let from_one = (1.0 - base) * (1.0 + base);
-    let ln = if from_one.abs() < NEAR { ln_cosine(from_one) } else { base.max(TINY).ln() };
-    bounded_exp(n * ln)
-}
-
-/// ln(sqrt(1 - x)) for |x| below [`NEAR`]: the series of ln(1 - x), whose next term is below 2e-8 of it.
-fn ln_cosine(x: f32) -> f32 {
-    let series = 1.0 / 6.0 + x * (1.0 / 7.0);
-    let series = 0.25 + x * (0.2 + x * series);
-    -0.5 * x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * series)))
-}
-
-/// 1 - sin(x) / x, x of 0 to 2 pi: a series below 1.
-fn one_less_sinc(x: f32) -> f32 {
-    if x >= 1.0 {
-        return 1.0 - circle(x / TAU).y / x;
-    }
-    let x2 = x * x;
-    x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0 * (1.0 - x2 / 72.0)))
-}
-
-/// e^x, in the range of f32.
-fn bounded_exp(x: f32) -> f32 {
-    x.clamp(-80.0, 80.0).exp()
-}
-
-/// The fifth power.
-fn fifth(x: f32) -> f32 {
-    let x2 = x * x;
-    x2 * x2 * x
-}
-
-/// Smith's Lambda for Beckmann's facets, times the cosine.
-fn lambda_cosine(m: f32, cosine: f32) -> f32 {
-    let slope = m * (1.0 - cosine * cosine).max(0.0).sqrt();
-    if cosine >= 1.6 * slope {
-        return 0.0;
-    }
-    let a = cosine / slope;
-    slope * (1.0 - 1.259 * a + 0.396 * a * a).max(0.0) / (3.535 + 2.181 * a)
-}
-
-/// The share that a dielectric reflects, by Fresnel.
-fn dielectric(ior: f32, c: f32) -> f32 {
-    let excess = ior * ior - 1.0;
-    let sum = (excess + c * c).sqrt() + c;
-    // g - c without cancellation.
-    let difference = excess / sum;
-    let parallel = (c * sum - 1.0) / (c * difference + 1.0);
-    let share = difference / sum;
-    0.5 * share * share * (1.0 + parallel * parallel)
-}
-
-/// The share that a conductor reflects, by Fresnel.
-fn conductor(n: f32, k: f32, c: f32, sin2: f32) -> f32 {
-    let cos2 = c * c;
-    let index = n * n - k * k;
-    let real = if cos2 < 0.5 { index - 1.0 + cos2 } else { index - sin2 };
-    let imaginary = 2.0 * n * k;
-    let size = (real * real + imaginary * imaginary).sqrt();
-    // (size + real) / 2 without cancellation.
-    let part = if real >= 0.0 { 0.5 * (size + real) } else { 0.5 * imaginary * imaginary / (size - real) };
-    let twice = 2.0 * c * part.sqrt();
-    let s = (size + cos2 - twice).max(0.0) / (size + cos2 + twice);
-    let (sum, part) = (cos2 * size + sin2 * sin2, twice * sin2);
-    0.5 * s * (1.0 + (sum - part) / (sum + part))
-}
-
-/// theta_h, theta_d and phi_d, 0 to pi: see `brdf::half_difference`.
-fn half_difference(light: Vec3, view: Vec3) -> [f32; 3] {
-    let (sum, difference) = (light + view, light - view);
-    let across = sum.truncate().length();
-    let length = sum.length();
-    let (cos_phi, sin_phi) = if across > 0.0 { (sum.x / across, sum.y / across) } else { (1.0, 0.0) };
-    let (cos_theta, sin_theta) = if length > 0.0 { (sum.z / length, across / length) } else { (1.0, 0.0) };
-    let x = (difference.x * cos_phi + difference.y * sin_phi) * cos_theta - difference.z * sin_theta;
-    let y = difference.y * cos_phi - difference.x * sin_phi;
-    let turned = y < 0.0 || (y == 0.0 && x < 0.0);
-    let phi_d = if turned { angle(-y, -x) } else { angle(y, x) };
-    [angle(across, sum.z), angle(difference.length(), length), phi_d]
-}
-
-/// theta_h, phi_h, 0 to 2 pi, theta_d and psi, 0 to pi: see `brdf::half_and_difference`.
-fn half_and_difference(light: Vec3, view: Vec3) -> [f32; 4] {
-    let (sum, difference) = (light + view, light - view);
-    let across = sum.truncate().length();
-    let length = sum.length();
-    let away = if across > 0.0 { sum.truncate() / across } else { Vec2::X };
-    let (cosine, sine) = if length > 0.0 { (sum.z / length, across / length) } else { (1.0, 0.0) };
-    let along = (difference.x * away.x + difference.y * away.y) * cosine - difference.z * sine;
-    let beside = difference.y * away.x - difference.x * away.y;
-    let (x, y) = (away.x * along - away.y * beside, away.y * along + away.x * beside);
-    let turned = y < 0.0 || (y == 0.0 && x < 0.0);
-    let psi = if turned { angle(-y, -x) } else { angle(y, x) };
-    let phi = angle(away.y, away.x);
-    [angle(across, sum.z), if phi < 0.0 { phi + TAU } else { phi }, angle(difference.length(), length), psi]
 }
 
 /// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to
