@@ -243,12 +243,12 @@ mod tests {
 
     #[test]
     fn sources_name_files() {
-        let base = Path::new("/work");
+        let base = Path::new("/project");
         for (files, source) in [
-            (&["/work/a/sky.hdr"][..], "a/sky.hdr"),
+            (&["/project/a/sky.hdr"][..], "a/sky.hdr"),
             (&["/else/sky.hdr"], "/else/sky.hdr"),
-            (&["/work/sky[1].hdr"], "sky[[]1[]].hdr"),
-            (&["/work/a/sky.hdr", "/work/a/b/sun, low.exr"], "a/{sky.hdr,b/sun[,] low.exr}"),
+            (&["/project/sky[1].hdr"], "sky[[]1[]].hdr"),
+            (&["/project/a/sky.hdr", "/project/a/b/sun, low.exr"], "a/{sky.hdr,b/sun[,] low.exr}"),
         ] {
             assert_eq!(source_of(&paths(files), base), source);
         }

@@ -14,7 +14,9 @@ use containers::{
     Format, OpenExrEnvmap, ReadOptions, is_texture, is_web_page, lighting_json, read_image, read_recipe,
     tensors,
 };
+use sampling::LightMasses;
 use serde_json::{Value, json};
+use sh::Expansion;
 
 use self::facts::{Facts, range};
 use crate::exit::Exit;
@@ -103,6 +105,10 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
         None if is_web_page(bytes) => {
             vec![("what", "web page, for a browser".into()), ("format", "HTML".into())]
         }
+        None if bytes.starts_with(b"#usda ") => {
+            let count = String::from_utf8_lossy(bytes).matches("def DistantLight ").count();
+            vec![("what", "scene of lights".into()), ("format", "USD text".into()), ("lights", count.into())]
+        }
         None if bytes == engine::LEFT_OUT => {
             vec![("what", "in place of a declared file that its item does not export".into())]
         }
@@ -178,6 +184,7 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 ("frame", SH_FRAME.into()),
             ];
             facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
+            facts.extend(negative(&lighting));
             Ok(facts)
         }
         // Another engine's convention, which the file names.
@@ -218,6 +225,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             let lighting = tensors::decode_lighting(bytes)?;
             facts.push(("frame", SH_FRAME.into()));
             facts.extend(range("coefficients of radiance", lighting.series.coefficients().iter().copied()));
+            facts.extend(negative(&lighting.series));
             facts.extend(lights(&lighting.lights));
         }
         "light-field" => {
@@ -279,6 +287,13 @@ fn parts_fact([diffuse, specular]: [&BrdfCoefficients; 2]) -> (&'static str, Val
     ("parts", format!("diffuse {}; specular {}", degrees(diffuse), degrees(specular)).into())
 }
 
+/// How much of a series rings below zero; `None` if it is nowhere positive.
+fn negative(series: &Expansion) -> Option<(&'static str, Value)> {
+    let share = LightMasses::of_lighting(&series.clone().into()).ok()?.negative_share();
+    let text = format!("{:.3} % of the integral of the absolute value", 100.0 * share);
+    Some(("below zero", text.into()))
+}
+
 /// The lights beside a series; `None` if there are none.
 fn lights(lights: &[sh::Light]) -> Option<(&'static str, Value)> {
     let line = |light: &sh::Light| {
@@ -290,4 +305,43 @@ fn lights(lights: &[sh::Light]) -> Option<(&'static str, Value)> {
     };
     let lines: Vec<String> = lights.iter().map(line).collect();
     (!lines.is_empty()).then(|| ("lights", lines.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use sh::Degree;
+
+    use super::*;
+
+    #[track_caller]
+    fn fact(bytes: &[u8], name: &str) -> Value {
+        let facts = describe(bytes).unwrap();
+        facts.into_iter().find(|(found, _)| *found == name).unwrap().1
+    }
+
+    #[test]
+    fn lighting_says_how_much_of_it_is_negative() {
+        // 1 + 3 z: the integrals of its parts over z are 8/3 and 2/3.
+        let rows = vec![[1.0; 3], [0.0; 3], [3f64.sqrt(); 3], [0.0; 3]];
+        let series = Expansion::from_coefficients(Degree::new(1).unwrap(), rows).unwrap();
+        let bytes = tensors::encode_lighting(&series.into(), None).unwrap();
+        let text = fact(&bytes, "below zero").as_str().unwrap().to_owned();
+        let share: f64 = text.split(' ').next().unwrap().parse().unwrap();
+        assert!(
+            (share - 20.0).abs() < 0.05 && text.ends_with("% of the integral of the absolute value"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn files_of_lights_say_how_many() {
+        let lights = [sh::Light::from_flux(sphere::Direction::Z, 0.1, [1.0; 3]); 3];
+        let recipe = Some("{\"kind\":\"export-light-rig\"}");
+        let gltf = containers::write_gltf_lights(&lights, recipe).unwrap();
+        let facts = mesh::of_file(Path::new("a.gltf"), &gltf).unwrap().unwrap();
+        assert!(facts.contains(&("lights", 3.into())), "{facts:?}");
+        let usda = containers::write_usda_lights(&lights, recipe).unwrap();
+        assert_eq!(fact(&usda, "lights"), 3);
+        assert_eq!(fact(&usda, "recipe")["kind"], "export-light-rig");
+    }
 }

@@ -130,3 +130,23 @@ choice! {
         Separate = "separate",
     }
 }
+
+choice! {
+    /// How negative values are avoided.
+    pub(crate) enum NonNegative {
+        /// By the nearest function without them, in least squares.
+        Nearest = "nearest",
+        /// By the nearest one that has the same mean.
+        NearestSameMean = "nearest-same-mean",
+    }
+}
+
+impl NonNegative {
+    /// What happens to the mean.
+    pub(crate) fn mean(self) -> sh::Mean {
+        match self {
+            Self::Nearest => sh::Mean::Free,
+            Self::NearestSameMean => sh::Mean::Kept,
+        }
+    }
+}

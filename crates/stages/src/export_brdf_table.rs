@@ -11,9 +11,10 @@
 //! | `exr` | a layer for each row, RGB: `l0m0` without a name, then `l1mm1` (l = 1, m = -1), `l1m0`, `l1m1` and so on; those of a second material begin with `q1` |
 //!
 //! Row l*l + l + m is the real orthonormal harmonic Y_lm without the Condon-Shortley phase. Entries of the
-//! metadata repeat all of this: `frame`, `basis`, `degree`, `channels` and `below` (which texel a view from
-//! below the horizon takes), with `specula.` before them in KTX2 and OpenEXR. Hardware may filter the layers
-//! bilinearly; clamp at the edges.
+//! metadata repeat all of this: `frame`, `basis`, `degree`, `channels`, `below` (which texel a view from
+//! below the horizon takes) and `incident` (`hemisphere`, or `sphere` if light from below the horizon is
+//! reflected), with `specula.` before them in KTX2 and OpenEXR. Hardware may filter the layers bilinearly;
+//! clamp at the edges.
 //!
 //! ```glsl
 //! // The place of a view in the surface's frame.
@@ -76,7 +77,7 @@ impl Kind for ExportBrdfTable {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-brdf-table";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[];
     const TEXT: &'static str = include_str!("export_brdf_table.rs");
 

@@ -19,6 +19,7 @@ mod export_cabral;
 mod export_environment;
 mod export_gltf;
 mod export_kautz_mccool;
+mod export_light_rig;
 mod export_reflection_map;
 mod export_sh;
 mod export_shrm;
@@ -46,10 +47,12 @@ pub mod quantity;
 mod reference;
 mod report;
 mod rotate;
+mod sample_light;
 mod shade_vertices;
 mod share;
 mod sheet;
 mod six_faces;
+mod subtract_lights;
 mod sum_lighting;
 mod table_picture;
 mod tabulate_brdf;
@@ -79,6 +82,8 @@ pub fn kinds() -> engine::Kinds {
         .with(precompute_transfer::PrecomputeTransfer)
         .with(project_sh::ProjectSh)
         .with(circular_lights::CircularLights)
+        .with(sample_light::SampleLight)
+        .with(subtract_lights::SubtractLights)
         .with(rotate::Rotate)
         .with(sum_lighting::SumLighting)
         .with(light_field::LightField)
@@ -95,6 +100,7 @@ pub fn kinds() -> engine::Kinds {
         .with(export_view_maps::ExportViewMaps)
         .with(export_brdf_table::ExportBrdfTable)
         .with(export_gltf::ExportGltf)
+        .with(export_light_rig::ExportLightRig)
         .with(import_reflection_maps::ImportReflectionMaps)
         .with(reference::ReferenceMap)
         .with(contact_sheet::ContactSheet)

@@ -6,6 +6,17 @@
 //! rule, and up to H - 1 after its rows are resampled in theta; the number of columns must be more than twice
 //! the degree. If the degree is too high, the error names the highest possible one.
 //!
+//! ## What a pixel is
+//!
+//! | `quadrature` | the light between the pixels' centres | degree |
+//! | --- | --- | --- |
+//! | `samples` | smooth: pixels are samples of a function of limited degree, which is integrated exactly | as above |
+//! | `texels` | constant over each pixel's area, with a step at its edges: the integral of Y_lm over the area is exact | any |
+//!
+//! Of smooth light, a coefficient differs by a share of about (pi l / H)^2 / 24: 0.06 % at degree 20 for 512
+//! rows. `texels` fits light that is sampled pixel by pixel, as `sample-light` and path tracers do: a sun of
+//! one pixel has exactly that pixel's light.
+//!
 //! ## Lamps
 //!
 //! Photographs hold suns 10^5 times brighter than their mean. Every series that is cut rings around them, in
@@ -45,6 +56,23 @@
 //! `lambda` = 1 / (F (F + 1))^2 halves the highest degree. With `non-negative` the build notes the function's
 //! minimum before and after. Every window keeps the mean of each colour.
 //!
+//! ## No negative values
+//!
+//! `non-negative = "nearest"` replaces the function, after its window, by the nearest one that is nowhere
+//! negative: of all functions g >= 0 of the same degree, the one with the least integral of (g - f)^2, each
+//! colour channel by itself. Lights stay as sharp as the degree allows: a narrow lobe changes by 1 to 20
+//! percent in L2, and by more than 80 percent under the window `non-negative`. The mean may rise by a few
+//! percent; `"nearest-same-mean"` takes the nearest of those with the same mean, which changes f more. The
+//! build notes the change in L2, which is the root of the integral of (g - f)^2 over that of f^2, and the
+//! minimum before and after.
+//!
+//! The time grows by the sixth power of the degree, to about half a minute at degree 32 for a function that
+//! is negative in half of all directions. So you must give `degree` or `tolerance`, and a degree above 32
+//! is an error. (Without them the series has up to 255 degrees, and `convolve` cuts it later, which would
+//! make it ring again.) A black channel stays black. An image with negative pixels may have a channel whose
+//! nearest function is black although the channel is not: it has no mass, and the item fails. So it does if
+//! the mean is to be kept and is not positive.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -58,13 +86,13 @@
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
-    Degree, Expansion, Light, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree,
-    image_energy, minimum, non_negative,
+    CellGrid, CellTransform, Degree, Expansion, Light, Minimum, NearestError, Penalty, Tolerance, Transform,
+    degree_holding, energy_per_degree, image_energy, minimum, nearest_non_negative_unless, non_negative,
 };
 use sphere::LatLong;
 
 use crate::artifacts;
-use crate::choices::SHARE;
+use crate::choices::{NonNegative, SHARE};
 use crate::share::share;
 
 choice! {
@@ -80,6 +108,16 @@ choice! {
         Laplacian = "laplacian",
         /// The weakest penalty that leaves nothing negative.
         NonNegative = "non-negative",
+    }
+}
+
+choice! {
+    /// What a pixel is; see What a pixel is.
+    pub(crate) enum Quadrature {
+        /// A sample of a smooth function.
+        Samples = "samples",
+        /// The mean over its area.
+        Texels = "texels",
     }
 }
 
@@ -106,11 +144,15 @@ parameters! {
         /// Where suns and lamps go; see Lamps. Default: "separate" if neither `degree` nor `tolerance` is
         /// given, otherwise "series".
         lamps: Option<Lamps> = None,
+        /// What a pixel is: a sample of smooth light, or the mean over its area.
+        quadrature: Quadrature = Quadrature::Samples,
         /// The window, which reduces ringing; see Windows.
         window: Window = Window::None,
         /// With window "laplacian": the weight of the penalty.
         #[range(0.0..)]
         lambda: Option<f64> = None,
+        /// Whether and how negative values are avoided; see No negative values.
+        non_negative: Option<NonNegative> = None,
     }
 }
 
@@ -130,6 +172,9 @@ const FULL: usize = 255;
 /// The minimum of the function is searched and noted up to this degree.
 const MINIMUM_UP_TO: usize = 128;
 
+/// The highest degree of a function that becomes the nearest non-negative one.
+const NEAREST_UP_TO: usize = 32;
+
 /// The kind `project-sh`.
 pub(crate) struct ProjectSh;
 
@@ -138,8 +183,13 @@ impl Kind for ProjectSh {
 
     const NAME: &'static str = "project-sh";
     const REVISION: u32 = 2;
-    const KERNELS: &'static [u32] =
-        &[sh::revisions::TRANSFORM, sh::revisions::WINDOW, envmap::revisions::LAMPS];
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        sh::revisions::CELLS,
+        sh::revisions::WINDOW,
+        sh::revisions::NEAREST,
+        envmap::revisions::LAMPS,
+    ];
     const TEXT: &'static str = include_str!("project_sh.rs");
 
     fn ports() -> Vec<Port> {
@@ -162,6 +212,23 @@ impl Kind for ProjectSh {
             (Window::Laplacian, Some(_)) | (_, None) => {}
             (_, Some(_)) => errors.push(("lambda", "only window = \"laplacian\" uses it".into())),
         }
+        if parameters.non_negative.is_some() {
+            match (parameters.degree, parameters.tolerance) {
+                (OrAuto::Fixed(degree), _) if degree > NEAREST_UP_TO => errors.push((
+                    "degree",
+                    format!("{degree} is above {NEAREST_UP_TO}, the highest degree for non-negative"),
+                )),
+                (OrAuto::Auto, None) => errors.push((
+                    "non-negative",
+                    format!("needs a degree, at most {NEAREST_UP_TO}, or a tolerance"),
+                )),
+                _ => {}
+            }
+            if parameters.window == Window::NonNegative {
+                let text = "window = \"non-negative\" already leaves nothing negative";
+                errors.push(("non-negative", text.into()));
+            }
+        }
         errors
     }
 
@@ -182,12 +249,13 @@ impl Kind for ProjectSh {
         if let Some(text) = lamps_text(&lights, environment.integral().iter().sum()) {
             context.note(text);
         }
+        let pixels = Pixels { environment, quadrature: parameters.quadrature };
         let lighting = match (parameters.degree, parameters.tolerance) {
-            (OrAuto::Fixed(degree), _) => fixed(environment, Degree::new(degree)?, context)?,
-            (OrAuto::Auto, Some(tolerance)) => least(environment, Tolerance::new(tolerance)?, context)?,
+            (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, context)?,
+            (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, context)?,
             (OrAuto::Auto, None) => {
                 let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
-                fixed(environment, degree, context)?
+                fixed(&pixels, degree, context)?
             }
         };
         context.check_cancelled()?;
@@ -213,6 +281,10 @@ impl Kind for ProjectSh {
                 }));
             }
         };
+        if let Some(choice) = parameters.non_negative {
+            let series = nearest(&lighting, choice.mean(), context)?;
+            return Output::artifact(artifacts::Lighting(sh::Lighting { series, lights }));
+        }
         if lighting.degree().get() <= MINIMUM_UP_TO {
             context.note(format!("minimum {}", describe(minimum(&lighting))));
         }
@@ -240,39 +312,62 @@ pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
     Some(format!("{count} {} of the light, beside the series", share(flux / (flux + rest))))
 }
 
+/// An environment, and what its pixels are.
+struct Pixels<'a> {
+    environment: &'a Environment,
+    quadrature: Quadrature,
+}
+
+impl Pixels<'_> {
+    fn analyse(&self, degree: Degree) -> Result<Expansion, Failure> {
+        let (grid, pixels) = (self.environment.grid(), self.environment.pixels());
+        if matches!(self.quadrature, Quadrature::Texels) {
+            let rows = CellTransform::new(CellGrid::lat_long(grid), degree).project(pixels);
+            return Ok(Expansion::from_coefficients(degree, rows).unwrap_or_else(|| Expansion::zero(degree)));
+        }
+        let LatLong { width, height } = grid;
+        let highest = highest_degree(grid);
+        let transform = Transform::new(grid, degree).map_err(|error| {
+            Failure::from(error)
+                .context(format!(
+                    "degree {} is too high for an image of {width} x {height}: the highest possible is {}",
+                    degree.get(),
+                    highest.get()
+                ))
+                .help(format!("set degree = {} or less, or import a larger image", highest.get()))
+        })?;
+        Ok(transform.analyse(pixels))
+    }
+
+    /// The integral of the squared radiance over the sphere, all channels together.
+    fn energy(&self) -> f64 {
+        let (grid, pixels) = (self.environment.grid(), self.environment.pixels());
+        if !matches!(self.quadrature, Quadrature::Texels) {
+            return image_energy(grid, pixels).iter().sum();
+        }
+        let square = |rgb: &[f32; 3]| rgb.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>();
+        let row = |(row, pixels): (usize, &[[f32; 3]])| {
+            grid.solid_angle(row) * pixels.iter().map(square).sum::<f64>()
+        };
+        pixels.chunks_exact(grid.width).enumerate().map(row).sum()
+    }
+}
+
 /// The coefficients up to a degree that the manifest gives.
-fn fixed(environment: &Environment, degree: Degree, context: &Context<'_>) -> Result<Expansion, Failure> {
-    let LatLong { width, height } = environment.grid();
-    let highest = highest_degree(environment.grid());
-    let transform = Transform::new(environment.grid(), degree).map_err(|error| {
-        Failure::from(error)
-            .context(format!(
-                "degree {} is too high for an image of {width} x {height}: the highest possible is {}",
-                degree.get(),
-                highest.get()
-            ))
-            .help(format!("set degree = {} or less, or import a larger image", highest.get()))
-    })?;
-    let lighting = transform.analyse(environment.pixels());
+fn fixed(pixels: &Pixels<'_>, degree: Degree, context: &Context<'_>) -> Result<Expansion, Failure> {
+    let lighting = pixels.analyse(degree)?;
     let held: f64 = energy_per_degree(&lighting).iter().flatten().sum();
-    context.note(format!(
-        "degree {} holds {} of the energy",
-        degree.get(),
-        energy_share(held, total(environment))
-    ));
+    let share = energy_share(held, pixels.energy());
+    context.note(format!("degree {} holds {share} of the energy", degree.get()));
     Ok(lighting)
 }
 
 /// The coefficients up to the least degree that meets a tolerance.
-fn least(
-    environment: &Environment,
-    tolerance: Tolerance,
-    context: &Context<'_>,
-) -> Result<Expansion, Failure> {
-    let highest = highest_degree(environment.grid());
-    let whole = Transform::new(environment.grid(), highest)?.analyse(environment.pixels());
+fn least(pixels: &Pixels<'_>, tolerance: Tolerance, context: &Context<'_>) -> Result<Expansion, Failure> {
+    let highest = highest_degree(pixels.environment.grid());
+    let whole = pixels.analyse(highest)?;
     let energy: Vec<f64> = energy_per_degree(&whole).iter().map(|rgb| rgb.iter().sum()).collect();
-    let total = total(environment);
+    let total = pixels.energy();
     let enough = degree_holding(&energy, total, tolerance);
     let degree = enough.map_or(Ok(highest), Degree::new)?;
     let held = energy_share(energy[..=degree.get()].iter().sum(), total);
@@ -288,15 +383,33 @@ fn least(
     Ok(whole.to_degree(degree))
 }
 
+/// The nearest function that is nowhere negative.
+fn nearest(series: &Expansion, mean: sh::Mean, context: &Context<'_>) -> Result<Expansion, Failure> {
+    let degree = series.degree().get();
+    if degree > NEAREST_UP_TO {
+        return Err(Failure::new(format!(
+            "the tolerance needs degree {degree}, which is above {NEAREST_UP_TO}, the highest degree for non-negative"
+        ))
+        .help(format!("set degree = {NEAREST_UP_TO} or less instead of a tolerance")));
+    }
+    let stop = || context.check_cancelled().is_err();
+    let found = nearest_non_negative_unless(series, mean, &stop).map_err(|error| match error {
+        NearestError::Stopped => Failure::cancelled(),
+        error => Failure::from(error),
+    })?;
+    context.note(format!(
+        "nearest non-negative function: a change of {:.3} % in L2; minimum {} before, {} after",
+        100.0 * found.change,
+        describe(found.before),
+        describe(found.after)
+    ));
+    Ok(found.expansion)
+}
+
 /// The highest degree that an image can hold.
 fn highest_degree(grid: LatLong) -> Degree {
     let highest = (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1));
     Degree::new(highest).unwrap_or(Degree::MAX)
-}
-
-/// The integral of the squared radiance over the sphere, all channels together.
-fn total(environment: &Environment) -> f64 {
-    image_energy(environment.grid(), environment.pixels()).iter().sum()
 }
 
 fn energy_share(held: f64, total: f64) -> String {

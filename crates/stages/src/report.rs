@@ -135,7 +135,7 @@ parameters! {
         #[range(4..=512)]
         resolution: usize = 64,
         /// Pixels along the edge of a picture of a sphere, of which as many are measured as the figures need.
-        #[range(32..=256)]
+        #[range(24..=256)]
         sphere: usize = 96,
         /// The factor by which the second row of differences is amplified.
         #[range(1.0..=100.0)]

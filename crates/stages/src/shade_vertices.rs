@@ -50,7 +50,7 @@
 //! camera = [4, 0, 1]
 //! ```
 
-use brdf::{BelowHorizon, BrdfTable};
+use brdf::BrdfTable;
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, Steps, parameters};
 use sh::{Degree, Expansion, Light, Lighting};
@@ -223,7 +223,7 @@ fn shade_soft(
     if let Some(output) = form.output() {
         note_cut(context, ("table", table.degree()), ("transfer's O", output));
     }
-    if table.below() == BelowHorizon::Mirrored {
+    if table.lit_from_below() {
         context.note("light from below the horizon, which this material reflects, is not shadowed");
     }
     let found = match soft {

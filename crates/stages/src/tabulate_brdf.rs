@@ -26,8 +26,8 @@
 //!
 //! Every entry is integrated by rules that are refined until they agree, at the horizon and near grazing too:
 //! to 1e-7 of the greatest coefficient for smooth models; the build notes the error. `phong` and
-//! `kajiya-kay` reflect light from below the horizon, and their tables hold it. `phong` and `lambert` are
-//! closed forms.
+//! `kajiya-kay` reflect light from below the horizon, and their tables hold it (`incident` is `sphere`).
+//! `phong` and `lambert` are closed forms.
 //!
 //! `poulin-fournier` is integrated to 1e-5, and measured surfaces that depend on the tangent to 1e-3: they
 //! have kinks, the latter between all of their nodes. They take a minute or more.
@@ -110,7 +110,7 @@ impl Kind for TabulateBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "tabulate-brdf";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::TABLE];
     const TEXT: &'static str = include_str!("tabulate_brdf.rs");
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use engine::Failure;
 use mesh::Mesh;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::facts::Facts;
 
@@ -20,6 +20,9 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
             engine::read_file(&path).map(Arc::new).map_err(cannot)
         };
+        if let Some(facts) = lights(bytes) {
+            return Ok(facts);
+        }
         let model = containers::read_gltf(bytes, &mut read)
             .map_err(|failure: Failure| failure.context(file.display().to_string()))?;
         let mut facts: Facts = vec![("what", "mesh".into()), ("format", "glTF 2.0".into())];
@@ -27,12 +30,31 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         if !model.notes.is_empty() {
             facts.push(("notes", json!(model.notes)));
         }
-        facts.push(("bytes", bytes.len().into()));
-        if let Some(recipe) = containers::read_recipe(bytes) {
-            facts.push(("recipe", serde_json::from_str(&recipe).unwrap_or_else(|_| recipe.into())));
-        }
+        facts.extend(end(bytes));
         Ok(facts)
     })
+}
+
+/// The size of a file, and how it was made.
+fn end(bytes: &[u8]) -> Facts {
+    let mut facts: Facts = vec![("bytes", bytes.len().into())];
+    if let Some(recipe) = containers::read_recipe(bytes) {
+        facts.push(("recipe", serde_json::from_str(&recipe).unwrap_or_else(|_| recipe.into())));
+    }
+    facts
+}
+
+/// A document that holds lights and no mesh, such as `export-light-rig` writes.
+fn lights(bytes: &[u8]) -> Option<Facts> {
+    let document: Value = serde_json::from_slice(bytes).ok()?;
+    let lights = document.pointer("/extensions/KHR_lights_punctual/lights")?.as_array()?.len();
+    if document.get("meshes").is_some() {
+        return None;
+    }
+    let mut facts: Facts =
+        vec![("what", "scene of lights".into()), ("format", "glTF 2.0".into()), ("lights", lights.into())];
+    facts.extend(end(bytes));
+    Some(facts)
 }
 
 /// The size and the place of a mesh.

@@ -148,3 +148,43 @@ fn the_loss_of_one_map_is_noted() {
     // A base of 0.6 under a sky that changes by a factor of 3 from the zenith to the ground.
     assert!((0.05..2.0).contains(&stops), "{notes:?}");
 }
+
+/// Neither the whole nor a part has negative values, and each is the nearest to its own projection.
+#[test]
+fn the_nearest_non_negative_function_is_found_for_each_part() {
+    let run = |parameters: &str| {
+        let case = case("project-brdf", parameters).input("material", Material(lacquer()));
+        let ran = case.run().unwrap();
+        let brdf = ran.artifact::<Brdf>().0.clone();
+        (ran.notes, brdf)
+    };
+    let (_, plain) = run("degree = [4, 2]");
+    let (notes, brdf) = run("degree = [4, 2]\nnon-negative = \"nearest\"");
+    assert!(!brdf.for_light);
+    let ([diffuse, specular], [plain_diffuse, _]) = (brdf.parts.unwrap(), plain.parts.unwrap());
+    for (before, after) in [(&plain.coefficients, &brdf.coefficients), (&plain_diffuse, &diffuse)] {
+        assert_ne!(before, after);
+        let expected = brdf::nearest_non_negative_unless(before, sh::Mean::Free, &|| false).unwrap();
+        assert_eq!(after, &expected.coefficients);
+    }
+    for coefficients in [&brdf.coefficients, &diffuse, &specular] {
+        let again = brdf::nearest_non_negative_unless(coefficients, sh::Mean::Free, &|| false).unwrap();
+        assert!(again.before >= 0.0 && again.change == 0.0, "{again:?}");
+    }
+    let told = notes.iter().filter(|note| note.contains(" % in L2; minimum -")).count();
+    assert!(told >= 2, "{notes:?}");
+    let (_, same) = run("degree = [4, 2]\nnon-negative = \"nearest-same-mean\"");
+    assert_ne!(same.coefficients, brdf.coefficients);
+    assert_eq!(same.coefficients.get(0, 0, 0), plain.coefficients.get(0, 0, 0));
+}
+
+#[test]
+fn non_negative_coefficients_need_degrees_that_stay() {
+    let case = |parameters| case("project-brdf", parameters).input("material", Material(lacquer()));
+    assert_eq!(case("non-negative = \"nearest\"").errors(), ["non-negative: needs a degree or a tolerance"]);
+    assert_eq!(
+        case("non-negative = \"nearest\"\ndegree = [40, 8]").errors(),
+        ["degree: 1725 coefficients are more than the 1500 for non-negative"]
+    );
+    assert!(case("non-negative = \"nearest\"\ntolerance = 0.2").run().is_ok());
+}

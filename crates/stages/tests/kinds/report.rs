@@ -371,7 +371,7 @@ fn the_files_are_the_same_for_any_number_of_threads() {
 fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
         ("accept = 0", "accept: 0 is not a number above 0 and at most 3"),
-        ("sphere = 31", "sphere: 31 is not a whole number from 32 to 256"),
+        ("sphere = 23", "sphere: 23 is not a whole number from 24 to 256"),
         ("resolution = 1000", "resolution: 1000 is not a whole number from 4 to 512"),
         ("amplify = 0.5", "amplify: 0.5 is not a number from 1 to 100"),
         ("tolerance = 0.1\ndegree = [3, 1]", "tolerance: degree already sets the degrees"),
@@ -385,8 +385,9 @@ fn ashikhmin_shirley(exponents: [f64; 2]) -> brdf::Material {
     brdf::Material::AshikhminShirley(model)
 }
 
-/// The errors of `prt-energy.json`, by brute force over other pixels. Its sphere is seen along +X, that of a
-/// report along -X: the light is turned by half a turn about +Z, along which both are brushed.
+/// The errors of `prt-energy.json`, over the same pixels: with others, those of degree 4 differ by up to a
+/// tenth. Its sphere is seen along +X, that of a report along -X: the light is turned by half a turn about
+/// +Z, along which both are brushed.
 #[test]
 fn spheres_of_a_table_are_as_far_off_as_the_degrees_make_them() {
     const TEST: &str = "spheres_of_a_table_are_as_far_off_as_the_degrees_make_them";
@@ -412,7 +413,7 @@ fn spheres_of_a_table_are_as_far_off_as_the_degrees_make_them() {
         }
         sum
     });
-    let case = case("report", "sphere = 48\nsections = [\"tables\"]\ntable-error = 0.03");
+    let case = case("report", "sphere = 24\nsections = [\"tables\"]\ntable-error = 0.03");
     let mut case = case.keyed_input("environment", &[("environment", "lobes")], turned);
     let cases = reference["cases"].as_array().unwrap();
     let cases = [&cases[0], &cases[2]];
@@ -437,10 +438,10 @@ fn spheres_of_a_table_are_as_far_off_as_the_degrees_make_them() {
         let cuts = pair["cuts"].as_array().unwrap();
         assert_eq!((cuts.len(), &cuts[15]["windowed"], &cuts[4]["rows"]), (16, &true.into(), &25.into()));
         let rms = |cut: usize| cuts[cut]["rms"].as_f64().unwrap();
-        // Brute force, and a table of 48^2 views, add errors of up to 0.7 percent.
+        // The report's brute force is good to half a percent, which the errors of a cut add to or take from.
         for (cut, name) in [(2, "degree_2"), (4, "degree_4"), (15, "degree_14_hanning")] {
             let expected = of["sphere_rms"][name].as_f64().unwrap();
-            assert!((rms(cut) / expected - 1.0).abs() < 0.1, "{name}: {} {expected}", rms(cut));
+            assert!((rms(cut) / expected - 1.0).abs() < 0.05, "{name}: {} {expected}", rms(cut));
         }
         assert!(rms(14) < 0.007, "{}", rms(14));
         let least = (0..=14).find(|degree| rms(*degree) <= 0.03).unwrap();

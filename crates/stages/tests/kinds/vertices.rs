@@ -311,6 +311,22 @@ fn shaded_with(parameters: &str, material: brdf::Material) -> (Vec<[f32; 3]>, Ve
 }
 
 #[test]
+fn light_from_below_the_horizon_is_said_not_to_be_shadowed() {
+    let bake = baked("directions = 1024").artifact::<Transfer>();
+    let fibre = brdf::Material::KajiyaKay(brdf::KajiyaKay::new(8.0, [0.5; 3]).unwrap());
+    for (material, is_noted) in [(crate::fixture::phong(8.0), true), (fibre, true), (lambert(0.8), false)] {
+        let shade = case("shade-vertices", "camera = [-3, 1, 2]")
+            .input("mesh", pit())
+            .input("table", table(material))
+            .input("lighting", sky_lighting())
+            .input("transfer", (*bake).clone());
+        let notes = shade.run().unwrap().notes;
+        let expected = "light from below the horizon, which this material reflects, is not shadowed";
+        assert_eq!(notes.iter().any(|note| note == expected), is_noted, "{notes:?}");
+    }
+}
+
+#[test]
 fn every_form_shades_as_matrices_do() {
     let expected = shaded_with("", lambert(0.8)).0;
     let forms = [

@@ -1,0 +1,183 @@
+//! Measured materials under real light: the noise of directions that follow the light, the lobe, or their
+//! product.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::path::Path;
+use std::time::Instant;
+
+use brdf::{BrdfCoefficients, Choice, Material, project};
+use containers::ReadOptions;
+use envmap::{Environment, Layout};
+use sampling::{
+    Options, ProductOptions, ProductSampler, ProductTables, SUM, Sampler, Tables, TexelLight, UniformShare,
+    weigh,
+};
+use sh::Degree;
+use sphere::{DMat3, DVec3, Direction, LatLong};
+
+const MATERIALS: [&str; 2] = ["garnet_red", "krylon_blue"];
+const ENVIRONMENTS: [&str; 5] = ["studio", "apartment", "forest", "night", "sunrise"];
+
+/// Samples of one estimate, as a renderer takes them at a pixel.
+const SAMPLES: usize = 64;
+
+/// A surface and a view of it: the frame, and the view in the world.
+struct Pixel {
+    to_local: DMat3,
+    normal: Direction,
+    tangent: Direction,
+    view: Direction,
+}
+
+/// Surfaces that face all ways, seen from up to 60 degrees.
+fn pixels() -> Vec<Pixel> {
+    let pixel = |k: u32| {
+        let turn = |step: f64| (f64::from(k) * step).fract();
+        let normal = Direction::from_angles(
+            (1.0 - 2.0 * turn(0.618_034)).acos(),
+            std::f64::consts::TAU * turn(0.754_878),
+        );
+        let x = normal.vector().cross(DVec3::new(0.3, 0.5, 0.8)).normalize();
+        let frame = DMat3::from_cols(x, normal.vector().cross(x), normal.vector());
+        let view = Direction::from_angles(1.05 * turn(0.324_718), std::f64::consts::TAU * turn(0.569_84));
+        Pixel {
+            to_local: frame.transpose(),
+            normal,
+            tangent: Direction::normalised(x),
+            view: Direction::normalised(frame * view.vector()),
+        }
+    };
+    (1..=12).map(pixel).collect()
+}
+
+fn environment(corpus: &Path, name: &str) -> Environment {
+    let bytes = std::fs::read(corpus.join(format!("env/cc0/{name}.hdr"))).unwrap();
+    let image = containers::read_image(&bytes, &ReadOptions::default()).unwrap().image;
+    Environment::from_image(image, Layout::LatLong, None).unwrap()
+}
+
+fn material(corpus: &Path, name: &str) -> (Material, BrdfCoefficients) {
+    let file = format!("{name}.brdf");
+    let bytes = std::fs::read(corpus.join("brdf/measured").join(&file)).unwrap();
+    let material = containers::measured::read(&file, &bytes, None).unwrap();
+    let coefficients = project(&material, Choice::Full).unwrap().coefficients;
+    (material, coefficients.cut_to(degree(19), degree(16)))
+}
+
+fn degree(l: usize) -> Degree {
+    Degree::new(l).unwrap()
+}
+
+/// The sum over channels of radiance times rho_hat.
+fn integrand(pixel: &Pixel, material: &Material, environment: &Environment, w: Direction) -> f64 {
+    let grid = environment.grid();
+    let local = |w: Direction| Direction::normalised(pixel.to_local * w.vector());
+    let rho_hat = material.rho_hat(local(w), local(pixel.view));
+    let (column, row) = grid.position(w);
+    let inside = |x: f64, count: usize| ((x + 0.5) as usize).min(count - 1);
+    let texel = environment.pixels()[inside(row, grid.height) * grid.width + inside(column, grid.width)];
+    rho_hat.iter().zip(texel).map(|(rho, light)| rho * f64::from(light)).sum()
+}
+
+/// Random points.
+fn points(seed: u32) -> Vec<[f32; 2]> {
+    let mut state = u64::from(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 40) as f32 / (1 << 24) as f32
+    };
+    // The first few numbers of near seeds are alike.
+    (0..SAMPLES + 20).map(|_| [next(), next()]).skip(20).collect()
+}
+
+/// The relative mean square of the error of estimates, summed over pixels, and the seconds that they took.
+fn noise(
+    pixels: &[Pixel],
+    exact: &[f64],
+    rounds: u32,
+    value: impl Fn(&Pixel, Direction) -> f64,
+    mut draw: impl FnMut(&Pixel, &[[f32; 2]], &mut [[f32; 3]], &mut [f32]),
+) -> (f64, f64) {
+    let (mut directions, mut densities) = ([[0.0; 3]; SAMPLES], [0.0; SAMPLES]);
+    let (mut error, begin) = (0.0, Instant::now());
+    for (index, pixel) in pixels.iter().enumerate() {
+        for round in 0..rounds {
+            draw(pixel, &points(1000 * index as u32 + round + 1), &mut directions, &mut densities);
+            let weights = directions.iter().zip(&densities).map(|(w, p)| {
+                let w = Direction::normalised(DVec3::from_array(w.map(f64::from)));
+                if *p > 0.0 { value(pixel, w) / f64::from(*p) } else { 0.0 }
+            });
+            let mean = weights.sum::<f64>() / SAMPLES as f64;
+            error += (mean / exact[index] - 1.0).powi(2);
+        }
+    }
+    let count = (pixels.len() as u32 * rounds) as f64;
+    ((error / count).sqrt(), begin.elapsed().as_secs_f64() / count)
+}
+
+#[test]
+fn a_product_has_less_noise_than_its_factors() {
+    let test = "a_product_has_less_noise_than_its_factors";
+    let Some(corpus) = test_data::folder(test, "SPECULA_CORPUS") else { return };
+    let tables = Tables::new(degree(19));
+    let constant = Tables::new(degree(0));
+    let pixels = pixels();
+    let rounds = 40;
+    test_data::say("relative RMS error of 64 samples; in brackets the error at the time of the product's");
+    for name in MATERIALS {
+        let (material, coefficients) = material(&corpus, name);
+        for environment_name in ENVIRONMENTS {
+            let environment = environment(&corpus, environment_name);
+            let grid: LatLong = environment.grid();
+            let exact: Vec<f64> = (pixels.iter())
+                .map(|pixel| {
+                    let texel = |index: usize| {
+                        let (row, column) = (index / grid.width, index % grid.width);
+                        integrand(pixel, &material, &environment, grid.direction(row, column))
+                            * grid.solid_angle(row)
+                    };
+                    (0..grid.len()).map(texel).sum()
+                })
+                .collect();
+            let value = |pixel: &Pixel, w: Direction| integrand(pixel, &material, &environment, w);
+            let f =
+                |pixel: &Pixel| weigh(&coefficients.at_view(pixel.normal, pixel.tangent, pixel.view), SUM);
+            let light = TexelLight::new(&environment, SUM).unwrap();
+            let light_only =
+                ProductSampler::new(&ProductTables::new(&light, &constant), &[1.0], Default::default())
+                    .unwrap();
+            let of_light = noise(&pixels, &exact, rounds, value, |_, points, directions, densities| {
+                light_only.sample_into(points, directions, densities);
+            });
+            // What the series lacks of the material is drawn too.
+            let uniform_share = UniformShare::new(0.1).unwrap();
+            let options = Options { uniform_share, ..Default::default() };
+            let mut lobe = Sampler::new(&tables, &f(&pixels[0]), options).unwrap();
+            let of_lobe = noise(&pixels, &exact, rounds, value, |pixel, points, directions, densities| {
+                lobe.replace(&f(pixel)).unwrap();
+                lobe.sample_into(points, directions, densities);
+            });
+            let options = ProductOptions { uniform_share, ..Default::default() };
+            let product_tables = ProductTables::new(&light, &tables);
+            let mut product = ProductSampler::new(&product_tables, &f(&pixels[0]), options).unwrap();
+            let of_product = noise(&pixels, &exact, rounds, value, |pixel, points, directions, densities| {
+                product.replace(&f(pixel)).unwrap();
+                product.sample_into(points, directions, densities);
+            });
+            let told = |(error, time): (f64, f64)| {
+                let at_equal_time = error * (time / of_product.1).sqrt();
+                format!("{error:.4} ({at_equal_time:.4}, {:.0} us)", 1e6 * time)
+            };
+            test_data::say(&format!(
+                "{name:11} {environment_name:9} light {} lobe {} product {}",
+                told(of_light),
+                told(of_lobe),
+                told(of_product)
+            ));
+            assert!(of_product.0 < of_light.0 && of_product.0 < of_lobe.0, "{name}, {environment_name}");
+        }
+    }
+}
