@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const KERNELS: [&str; 7] = ["sphere", "sh", "envmap", "brdf", "shrm", "mesh", "transfer"];
+const KERNELS: [&str; 8] = ["sphere", "sh", "sampling", "envmap", "brdf", "shrm", "mesh", "transfer"];
 
 /// What only a window or a graphics device needs.
 const WINDOW: [&str; 7] = ["eframe", "egui", "naga", "preview-window", "wgpu", "wgpu-hal", "winit"];
