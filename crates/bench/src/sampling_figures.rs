@@ -1,0 +1,46 @@
+//! The figures of the talk of Jarosz, Carr and Jensen (Eurographics 2009), drawn and measured with the crate
+//! `sampling`: `cargo run --release -p bench --bin sampling-figures`. `docs/sampling.md` shows them.
+//!
+//! | module | figure |
+//! | --- | --- |
+//! | [`spheres`] | random and stratified points on spheres |
+//! | [`products`] | points that follow light, a lobe and their product |
+//! | [`equal_size`] | a lobe in as many harmonics as wavelets, and what of it no point reaches |
+//! | [`renders`] | a ball by both, at equal memory and at equal quality |
+//! | [`speeds`] | points a second against coefficients |
+
+pub mod equal_size;
+pub mod phong;
+pub mod picture;
+pub mod products;
+pub mod renders;
+pub mod speeds;
+pub mod spheres;
+
+use sampling::Points;
+use sphere::{DVec3, Direction};
+
+/// The two sets of points that figures compare: independent ones and Owen's scrambling of the Sobol (0,
+/// 2)-sequence.
+pub const POINTS: [Points<'static>; 2] = [Points::Random { seed: 1 }, Points::Sobol { seed: Some(1) }];
+
+/// The first `count` points of a set.
+pub fn first(points: Points<'_>, count: usize) -> Vec<[f32; 2]> {
+    let mut first = vec![[0.0; 2]; count];
+    points.fill(0, &mut first);
+    first
+}
+
+/// The vector of a direction in single precision.
+pub fn vector(direction: [f32; 3]) -> DVec3 {
+    DVec3::from_array(direction.map(f64::from))
+}
+
+/// `count` directions spread evenly over the sphere: a golden spiral.
+pub fn spiral(count: usize) -> impl Iterator<Item = Direction> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
+        Direction::from_angles(z.acos(), golden * k as f64)
+    })
+}
