@@ -15,6 +15,10 @@ pub(crate) struct Report {
     pub(crate) pairs: Vec<PairFigures>,
     /// With `sections = ["tables"]`: what degrees of BRDF tables lose. Empty otherwise.
     pub(crate) tables: Vec<TableFigures>,
+    /// With `sections = ["sampling"]`: the noise of samples. Empty otherwise.
+    pub(crate) sampling: Vec<NoisePair>,
+    /// With `sections = ["rigs"]`: what a few lights lose, for each environment. Empty otherwise.
+    pub(crate) rigs: Vec<RigFigures>,
 }
 
 /// How it was measured.
@@ -147,6 +151,143 @@ pub(crate) struct Cut {
     pub(crate) windowed: bool,
     #[serde(flatten)]
     pub(crate) errors: Errors,
+}
+
+/// The numbers of samples of an estimate.
+pub(crate) const SAMPLES: [usize; 4] = [4, 16, 64, 256];
+
+/// The number of samples of the product whose time others are given.
+pub(crate) const TIMED: usize = 64;
+
+/// The noise of a material's samples under an environment.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct NoisePair {
+    pub(crate) material: String,
+    pub(crate) environment: String,
+    /// Each of [`Follows::ALL`] with each of [`PointSet::ALL`].
+    pub(crate) noise: Vec<Noise>,
+}
+
+impl NoisePair {
+    /// What the directions follow that have the least noise at one of [`SAMPLES`], by random points.
+    pub(crate) fn least(&self, samples: usize) -> Option<Follows> {
+        let place = SAMPLES.iter().position(|count| *count == samples)?;
+        let random = self.noise.iter().filter(|noise| noise.points == PointSet::Random);
+        let least = random.min_by(|a, b| a.rms[place].total_cmp(&b.rms[place]));
+        Some(least?.follows)
+    }
+}
+
+/// The noise of samples of one density by one set of points.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Noise {
+    pub(crate) follows: Follows,
+    pub(crate) points: PointSet,
+    /// The relative RMS error of 4, 16, 64 and 256 samples.
+    pub(crate) rms: Vec<f64>,
+    /// With `equal-time`: in the time that 64 samples of the product take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) equal_time: Option<EqualTime>,
+}
+
+/// The noise in the time of others.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct EqualTime {
+    /// Of an estimate of 64 samples, on one thread.
+    pub(crate) seconds: f64,
+    /// As many as fit into the time.
+    pub(crate) samples: usize,
+    pub(crate) rms: f64,
+}
+
+/// What directions follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Follows {
+    /// The texels of the environment.
+    Light,
+    /// The material at the view.
+    Lobe,
+    /// Half of the samples each, in the balance heuristic.
+    Both,
+    /// The product of light and lobe.
+    Product,
+}
+
+impl Follows {
+    pub(crate) const ALL: [Self; 4] = [Self::Light, Self::Lobe, Self::Both, Self::Product];
+
+    /// The name in headings.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Light => "light",
+            Self::Lobe => "lobe",
+            Self::Both => "both",
+            Self::Product => "product",
+        }
+    }
+}
+
+/// Points of the unit square that become directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum PointSet {
+    /// Independent points.
+    Random,
+    /// The Sobol (0, 2)-sequence in Owen's scrambling.
+    Stratified,
+}
+
+impl PointSet {
+    pub(crate) const ALL: [Self; 2] = [Self::Random, Self::Stratified];
+}
+
+/// Spheres under the light rigs of an environment.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RigFigures {
+    pub(crate) environment: String,
+    pub(crate) materials: Vec<RigSpheres>,
+}
+
+/// A material under the rigs of an environment.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RigSpheres {
+    pub(crate) material: String,
+    /// Each number of lights by each of [`RigMethod::ALL`].
+    pub(crate) spheres: Vec<RigSphere>,
+}
+
+/// A sphere under a rig.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct RigSphere {
+    pub(crate) method: RigMethod,
+    /// The number of lights that were asked for, and that there are.
+    pub(crate) asked: u32,
+    pub(crate) lights: usize,
+    /// The relative RMS error of the rig's irradiance, as `sample-light` reports it.
+    pub(crate) irradiance: f64,
+    #[serde(flatten)]
+    pub(crate) errors: Errors,
+}
+
+/// How a rig is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum RigMethod {
+    MedianCut,
+    Warped,
+}
+
+impl RigMethod {
+    pub(crate) const ALL: [Self; 2] = [Self::MedianCut, Self::Warped];
+
+    /// The name that `sample-light` has for it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::MedianCut => "median-cut",
+            Self::Warped => "warped",
+        }
+    }
 }
 
 /// A form in which a renderer receives reflected light.

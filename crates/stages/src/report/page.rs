@@ -2,8 +2,6 @@
 //!
 //! The text is also well-formed XML, so that tests and tools can read it.
 
-use std::fmt::Write as _;
-
 use containers::{escape_html as escape, recipe_element};
 use engine::Failure;
 
@@ -11,8 +9,10 @@ use crate::quantity::size;
 use crate::report::advice::word;
 use crate::report::cuts::TablePictures;
 use crate::report::figures::{Advice, Export, Limits, Method, PairFigures, Report};
+use crate::report::markup::Markup;
 use crate::report::picture::{data_uri, difference};
-use crate::report::tables_section;
+use crate::report::rig_pictures::RigPictures;
+use crate::report::{rigs_section, sampling_section, tables_section};
 use crate::sheet::percent;
 
 /// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.
@@ -23,14 +23,24 @@ pub(crate) struct Pictures {
     pub(crate) exports: Vec<[Vec<[u8; 3]>; 2]>,
 }
 
-/// The HTML of a report; the pictures of maps in the order of its pairs.
+/// The pictures of all sections.
+#[derive(Default)]
+pub(crate) struct PagePictures {
+    /// In the order of the report's pairs.
+    pub(crate) maps: Vec<Pictures>,
+    pub(crate) tables: TablePictures,
+    /// In the order of the report's rigs.
+    pub(crate) rigs: Vec<RigPictures>,
+}
+
+/// The HTML of a report.
 pub(crate) fn page(
     title: &str,
     report: &Report,
-    (pictures, table_pictures): (&[Pictures], &TablePictures),
+    pictures: &PagePictures,
     recipe: &str,
 ) -> Result<String, Failure> {
-    let mut page = Page(String::new());
+    let mut page = Markup::default();
     page.put(format_args!(
         r#"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"/><meta name="viewport" content="width=device-width, initial-scale=1"/><title>{title}</title>{recipe}<style>
@@ -41,12 +51,18 @@ pub(crate) fn page(
         style = include_str!("style.css")
     ));
     if !report.pairs.is_empty() {
-        maps(&mut page, title, report, pictures)?;
+        maps(&mut page, title, report, &pictures.maps)?;
     } else {
         page.put(format_args!("<h1>{}</h1>\n", escape(title)));
     }
     if !report.tables.is_empty() {
-        page.line(&tables_section::section(report, table_pictures)?);
+        tables_section::section(&mut page, report, &pictures.tables)?;
+    }
+    if !report.sampling.is_empty() {
+        sampling_section::section(&mut page, report);
+    }
+    if !report.rigs.is_empty() {
+        rigs_section::section(&mut page, report, &pictures.rigs)?;
     }
     if !report.pairs.is_empty() {
         terms(&mut page);
@@ -56,7 +72,7 @@ pub(crate) fn page(
 }
 
 /// The section on the exports of maps.
-fn maps(page: &mut Page, title: &str, report: &Report, pictures: &[Pictures]) -> Result<(), Failure> {
+fn maps(page: &mut Markup, title: &str, report: &Report, pictures: &[Pictures]) -> Result<(), Failure> {
     summary(page, title, report);
     page.line("<h2 id=\"pairs\">Each material under each environment</h2>");
     page.put(format_args!(
@@ -72,23 +88,8 @@ fn maps(page: &mut Page, title: &str, report: &Report, pictures: &[Pictures]) ->
     Ok(())
 }
 
-/// Markup under construction.
-struct Page(String);
-
-impl Page {
-    fn put(&mut self, text: std::fmt::Arguments<'_>) {
-        // Writing to a string cannot fail.
-        let _ = self.0.write_fmt(text);
-    }
-
-    fn line(&mut self, text: &str) {
-        self.0.push_str(text);
-        self.0.push('\n');
-    }
-}
-
 /// The first screen: which export to use, for every pair.
-fn summary(page: &mut Page, title: &str, report: &Report) {
+fn summary(page: &mut Markup, title: &str, report: &Report) {
     let (settings, limits) = (&report.settings, &report.settings.limits);
     page.put(format_args!(
         "<h1>{}: which export to use</h1>\n<p class=\"soft\">For each material and environment, the error of each export \
@@ -159,7 +160,7 @@ fn badge(advice: &Advice) -> String {
 }
 
 /// The figures of an export, one below the other.
-fn figures(page: &mut Page, export: &Export, limits: &Limits) {
+fn figures(page: &mut Markup, export: &Export, limits: &Limits) {
     let errors = &export.errors;
     page.put(format_args!(
         "{:.2} · {:.2}<span class=\"size\">{}</span>",
@@ -180,7 +181,7 @@ fn figures(page: &mut Page, export: &Export, limits: &Limits) {
 
 /// One pair: spheres and differences.
 fn card(
-    page: &mut Page,
+    page: &mut Markup,
     report: &Report,
     index: usize,
     pair: &PairFigures,
@@ -188,7 +189,7 @@ fn card(
 ) -> Result<(), Failure> {
     let edge = report.settings.sphere;
     let name = escape(&format!("{} under {}", pair.material, pair.environment));
-    let image = |page: &mut Page, pixels: &[[u8; 3]], what: &str| -> Result<(), Failure> {
+    let image = |page: &mut Markup, pixels: &[[u8; 3]], what: &str| -> Result<(), Failure> {
         let source = data_uri(edge, edge, pixels)?;
         page.put(format_args!(
             "<img src=\"{source}\" width=\"{edge}\" height=\"{edge}\" alt=\"{name}: {}\"/>",
@@ -243,7 +244,7 @@ fn card(
 }
 
 /// The textures and sizes of each export of a pair.
-fn sizes(page: &mut Page, report: &Report) {
+fn sizes(page: &mut Markup, report: &Report) {
     page.line("<h2 id=\"sizes\">File sizes</h2>");
     page.put(format_args!(
         "<p>The sizes are for texels of RGBA half floats (8 bytes), uncompressed and without mip levels, with cube faces \
@@ -282,7 +283,7 @@ fn sizes(page: &mut Page, report: &Report) {
 }
 
 /// Explains the terms that a reader may not know.
-fn terms(page: &mut Page) {
+fn terms(page: &mut Markup) {
     page.line(
         r#"<h2 id="terms">Terms</h2>
 <dl>

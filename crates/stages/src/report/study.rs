@@ -13,7 +13,7 @@ use shrm::MOST_P;
 use shrm::degrees::DARK;
 use shrm::reference::LightTree;
 use shrm::{KautzMcCool, MapGrid, MeanLobe, Plain, Reflection, Shrm, Terms, View};
-use sphere::{Cube, Direction, LatLong};
+use sphere::{Cube, DMat3, Direction, LatLong};
 
 use crate::project_sh;
 use crate::report::advice::{self, best};
@@ -38,7 +38,7 @@ const FITTED: usize = 1 << 18;
 const BAND: usize = 512;
 
 /// The error of the ground truth: about 0.01 stops.
-pub(crate) const TRUTH: f64 = 0.005;
+const TRUTH: f64 = 0.005;
 
 /// An environment, and what is made from it once.
 pub(crate) struct Lit<'a> {
@@ -68,6 +68,27 @@ impl<'a> Lit<'a> {
         let made = project_sh::full(self.environment)?;
         Ok(self.full.get_or_init(|| made))
     }
+}
+
+/// What surfaces show by brute force, seen from [`Sphere::view`]: frames with their tangents, other
+/// directions in the surface and normals as columns. It takes a step.
+pub(crate) fn brute_force(
+    lit: &Lit<'_>,
+    material: &brdf::Material,
+    axes: &[DMat3],
+    steps: &Steps<'_>,
+) -> Result<Vec<[f32; 3]>, Failure> {
+    let steps = steps.part(1, axes.len().div_ceil(BAND));
+    let (tree, dark) = (&lit.tree, lit.dark);
+    let mut truth = vec![[0.0_f32; 3]; axes.len()];
+    for (values, axes) in truth.chunks_mut(BAND).zip(axes.chunks(BAND)) {
+        steps.step()?;
+        values.par_iter_mut().zip(axes).for_each(|(value, axes)| {
+            let radiance = tree.surface_radiance(material, *axes, Sphere::view(), TRUTH, dark);
+            *value = radiance.map(|value| value as f32);
+        });
+    }
+    Ok(truth)
 }
 
 /// A material, and what is made from it once.

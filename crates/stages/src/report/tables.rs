@@ -7,20 +7,16 @@
 use brdf::{BrdfTable, Material, captured_unless, tabulate_unless};
 use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
-use rayon::prelude::*;
 use sh::{Degree, Expansion, Transform, Window};
 use transfer::{Frames, Viewer, shade};
 
 use crate::report::cuts::{MOST, PICTURE, SHOWN, TablePictures};
 use crate::report::figures::{Cut, Settings, TableFigures, TablePair};
 use crate::report::sphere::{Lattice, Sphere};
-use crate::report::study::{Lit, TRUTH};
+use crate::report::study::{Lit, brute_force};
 
 /// Views along an edge of the table.
 const VIEWS: usize = 48;
-
-/// Pixels between two checks for cancellation.
-const BAND: usize = 512;
 
 /// The figures and pictures of named materials under every environment. It takes a step for each pair.
 pub(crate) fn study(
@@ -111,16 +107,8 @@ fn pair(
 ) -> Result<(TablePair, Vec<Pixels>), Failure> {
     let sphere = Sphere::new(settings.sphere);
     let axes = sphere.brushed();
-    let steps = steps.part(1, axes.len().div_ceil(BAND));
-    let (tree, dark) = (&lit.tree, lit.dark);
-    let mut truth = vec![[0.0_f32; 3]; axes.len()];
-    for (values, axes) in truth.chunks_mut(BAND).zip(axes.chunks(BAND)) {
-        steps.step()?;
-        values.par_iter_mut().zip(axes).for_each(|(value, axes)| {
-            let radiance = tree.surface_radiance(material, *axes, Sphere::view(), TRUTH, dark);
-            *value = radiance.map(|value| value as f32);
-        });
-    }
+    let dark = lit.dark;
+    let truth = brute_force(lit, material, &axes, steps)?;
     let frames = Frames::from_axes(&axes);
     let viewer = Viewer::Distant(Sphere::view());
     let seen = |degree: usize, window: Window| {

@@ -1,23 +1,19 @@
 //! The section of a report's page on BRDF tables.
 
-use std::fmt::Write as _;
-
 use containers::escape_html as escape;
 use engine::Failure;
 use sh::Window;
 
 use crate::report::cuts::{MOST, PICTURE, SHOWN, TablePictures};
 use crate::report::figures::{Cut, Report, TablePair};
+use crate::report::markup::Markup;
 use crate::report::picture::{data_uri, difference};
 use crate::sheet::percent;
 
 /// The section: advice, the spheres under each environment, and the energy of each degree.
-pub(crate) fn section(report: &Report, pictures: &TablePictures) -> Result<String, Failure> {
-    let mut text = String::new();
+pub(crate) fn section(text: &mut Markup, report: &Report, pictures: &TablePictures) -> Result<(), Failure> {
     let error = percent(report.settings.table_error);
-    put(
-        &mut text,
-        format_args!(
+    text.put(format_args!(
             "<h2 id=\"tables\"{}>BRDF tables: which degree a material needs</h2>\n<p>A sphere, brushed along +Z, is shaded \
              with a table of <code>tabulate-brdf</code>: light and table are cut at a degree F and have n = (F + 1)² \
              coefficients. A degree is good if the relative RMS error of the sphere, compared with brute force, is at \
@@ -29,38 +25,30 @@ pub(crate) fn section(report: &Report, pictures: &TablePictures) -> Result<Strin
     let environments: Vec<&str> =
         report.tables.first().map_or(Vec::new(), |first| first.pairs.iter().map(name).collect());
     for environment in &environments {
-        put(&mut text, format_args!("<th>{}</th>", escape(environment)));
+        text.put(format_args!("<th>{}</th>", escape(environment)));
     }
-    text.push_str("</tr></thead><tbody>\n");
+    text.line("</tr></thead><tbody>");
     for table in &report.tables {
-        put(
-            &mut text,
-            format_args!(
-                "<tr><th scope=\"row\">{}</th><td>{}</td>",
-                escape(&table.material),
-                badge(table.advised)
-            ),
-        );
+        text.put(format_args!(
+            "<tr><th scope=\"row\">{}</th><td>{}</td>",
+            escape(&table.material),
+            badge(table.advised)
+        ));
         for pair in &table.pairs {
-            put(&mut text, format_args!("<td>{}</td>", advice(pair)));
+            text.put(format_args!("<td>{}</td>", advice(pair)));
         }
-        text.push_str("</tr>\n");
+        text.line("</tr>");
     }
-    text.push_str("</tbody></table></div>\n");
+    text.line("</tbody></table></div>");
     for index in 0..environments.len() {
-        grid(&mut text, report, pictures, index)?;
+        grid(text, report, pictures, index)?;
     }
-    energies(&mut text, report);
-    Ok(text)
+    energies(text, report);
+    Ok(())
 }
 
 fn name(pair: &TablePair) -> &str {
     &pair.environment
-}
-
-fn put(text: &mut String, arguments: std::fmt::Arguments<'_>) {
-    // Writing to a string cannot fail.
-    let _ = text.write_fmt(arguments);
 }
 
 fn badge(advised: Option<usize>) -> String {
@@ -98,12 +86,10 @@ fn shown(pair: &TablePair, (degree, window): (usize, Window)) -> Option<&Cut> {
 }
 
 /// The spheres of all materials under an environment, below the light.
-fn grid(text: &mut String, report: &Report, pictures: &TablePictures, index: usize) -> Result<(), Failure> {
+fn grid(text: &mut Markup, report: &Report, pictures: &TablePictures, index: usize) -> Result<(), Failure> {
     let environment = report.tables.first().and_then(|first| first.pairs.get(index)).map_or("", name);
     let edge = report.settings.sphere;
-    put(
-        text,
-        format_args!(
+    text.put(format_args!(
             "<section class=\"pair\"><h3>Under {}</h3>\n<div class=\"scroll\"><div class=\"spheres\" style=\"--columns: \
              {}\">\n<div></div>",
             escape(environment),
@@ -113,21 +99,18 @@ fn grid(text: &mut String, report: &Report, pictures: &TablePictures, index: usi
     for (degree, window) in SHOWN {
         let how = if window == Window::None { String::new() } else { ", windowed".to_owned() };
         let rows = (degree + 1).pow(2);
-        put(text, format_args!("<div class=\"head\">n = {rows}<span>degree {degree}{how}</span></div>"));
+        text.put(format_args!("<div class=\"head\">n = {rows}<span>degree {degree}{how}</span></div>"));
     }
-    text.push_str(
+    text.line(
         "<div class=\"head\">Ground truth<span>brute force</span></div>\n<div class=\"side\">light</div>",
     );
     let image =
-        |text: &mut String, (width, height): (usize, usize), pixels: &[[u8; 3]], class: &str, what: &str| {
+        |text: &mut Markup, (width, height): (usize, usize), pixels: &[[u8; 3]], class: &str, what: &str| {
             let source = data_uri(width, height, pixels)?;
-            put(
-                text,
-                format_args!(
-                    "<img{class} src=\"{source}\" width=\"{width}\" height=\"{height}\" alt=\"{}\"/>",
-                    escape(what)
-                ),
-            );
+            text.put(format_args!(
+                "<img{class} src=\"{source}\" width=\"{width}\" height=\"{height}\" alt=\"{}\"/>",
+                escape(what)
+            ));
             Ok::<(), Failure>(())
         };
     let what = |place: usize| match SHOWN.get(place) {
@@ -141,44 +124,44 @@ fn grid(text: &mut String, report: &Report, pictures: &TablePictures, index: usi
     }
     for (table, spheres) in report.tables.iter().zip(&pictures.spheres) {
         let (Some(pair), Some(spheres)) = (table.pairs.get(index), spheres.get(index)) else { continue };
-        put(text, format_args!("\n<div class=\"side\">{}</div>", escape(&table.material)));
+        text.put(format_args!("\n<div class=\"side\">{}</div>", escape(&table.material)));
         for (place, pixels) in spheres.iter().enumerate() {
             let of = format!("{} under {environment}: {}", table.material, what(place));
             image(text, (edge, edge), pixels, "", &of)?;
         }
-        put(text, format_args!("\n<div class=\"side\">difference<br/>× {}</div>", report.settings.amplify));
+        text.put(format_args!("\n<div class=\"side\">difference<br/>× {}</div>", report.settings.amplify));
         let truth = spheres.last().map_or(&[][..], |truth| truth);
         for (place, pixels) in spheres.iter().enumerate().take(SHOWN.len()) {
             let of = format!("{} under {environment}, difference: {}", table.material, what(place));
             image(text, (edge, edge), &difference(pixels, truth, report.settings.amplify), "", &of)?;
         }
-        text.push_str("<div></div>\n<div class=\"side\">RMS error</div>");
+        text.line("<div></div>\n<div class=\"side\">RMS error</div>");
         for cut in SHOWN.iter().filter_map(|of| shown(pair, *of)) {
-            put(text, format_args!("<div class=\"head\"><span>{}</span></div>", percent(cut.errors.rms)));
+            text.put(format_args!("<div class=\"head\"><span>{}</span></div>", percent(cut.errors.rms)));
         }
-        text.push_str("<div></div>");
+        text.line("<div></div>");
     }
-    text.push_str("\n</div></div></section>\n");
+    text.line("\n</div></div></section>");
     Ok(())
 }
 
 /// The share of each material's energy that the degrees up to each hold.
-fn energies(text: &mut String, report: &Report) {
-    text.push_str(
+fn energies(text: &mut Markup, report: &Report) {
+    text.line(
         "<h3>Captured energy</h3>\n<p>The share of the energy of a material, over all views within 75 degrees of the \
          normal, that the degrees up to each hold. A material with less at a degree than another needs a higher one \
          in the same light.</p>\n<div class=\"scroll\"><table><thead><tr><th>Material</th>",
     );
     for degree in (0..=MOST).step_by(2) {
-        put(text, format_args!("<th class=\"number\">F = {degree}</th>"));
+        text.put(format_args!("<th class=\"number\">F = {degree}</th>"));
     }
-    text.push_str("</tr></thead><tbody>\n");
+    text.line("</tr></thead><tbody>");
     for table in &report.tables {
-        put(text, format_args!("<tr><th scope=\"row\">{}</th>", escape(&table.material)));
+        text.put(format_args!("<tr><th scope=\"row\">{}</th>", escape(&table.material)));
         for share in table.captured.iter().step_by(2) {
-            put(text, format_args!("<td class=\"number\">{}</td>", percent(*share)));
+            text.put(format_args!("<td class=\"number\">{}</td>", percent(*share)));
         }
-        text.push_str("</tr>\n");
+        text.line("</tr>");
     }
-    text.push_str("</tbody></table></div>\n");
+    text.line("</tbody></table></div>");
 }

@@ -468,3 +468,93 @@ fn under_a_sun_no_degree_of_a_table_is_good() {
     let expected = "satin: no table up to degree 14 is within 2.0 % RMS";
     assert!(notes.iter().any(|note| note == expected), "{notes:?}");
 }
+
+/// The error of a density by a set of points, of 4, 16, 64 and 256 samples.
+fn noise(pair: &Value, follows: &str, points: &str) -> Vec<f64> {
+    let of = pair["noise"].as_array().unwrap();
+    let found = of.iter().find(|noise| noise["follows"] == follows && noise["points"] == points).unwrap();
+    found["rms"].as_array().unwrap().iter().map(|rms| rms.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn the_product_of_light_and_material_has_the_least_noise() {
+    let case = with_environment(case("report", "sections = [\"sampling\"]"), "window", window);
+    let case = with_material(with_material(case, "satin", microfacet(0.3)), "chalk", lambert(0.8));
+    let (json, page) = report(&case);
+    check_page(&page);
+    let pairs = json["sampling"].as_array().unwrap();
+    assert_eq!((pairs.len(), json["pairs"].as_array().unwrap().len()), (2, 0));
+    for pair in pairs {
+        let product = noise(pair, "product", "random");
+        for other in ["light", "lobe", "both"] {
+            assert!(product[2] < noise(pair, other, "random")[2], "{other}: {pair}");
+        }
+        // Independent samples: a quarter of the variance with four times as many.
+        for follows in ["light", "lobe", "both", "product"] {
+            let rms = noise(pair, follows, "random");
+            let slope = (rms[3] / rms[0]).log2() / 6.0;
+            assert!((-0.65..-0.35).contains(&slope), "{follows}: {slope}, {rms:?}");
+        }
+        // Stratified points of a smooth weight are better than that.
+        assert!(noise(pair, "product", "stratified")[3] < 0.7 * product[3], "{pair}");
+        assert!(pair["noise"][0].get("equal_time").is_none());
+    }
+    let ran = case.run().unwrap();
+    let said = "at 64 samples, the product of light and material has the least noise in 2 of 2 pairs";
+    assert_eq!(ran.notes, [said]);
+}
+
+#[test]
+fn the_noise_in_equal_time_has_as_many_samples_as_fit() {
+    let parameters = "sections = [\"sampling\"]\nequal-time = true";
+    let case = with_environment(case("report", parameters), "window", window);
+    let case = with_material(case, "satin", microfacet(0.3)).measuring_time();
+    let (json, page) = report(&case);
+    check_page(&page);
+    assert!(page.contains("Equal time"));
+    for noise in json["sampling"][0]["noise"].as_array().unwrap() {
+        let equal = &noise["equal_time"];
+        let samples = equal["samples"].as_u64().unwrap();
+        assert!(equal["seconds"].as_f64().unwrap() > 0.0 && (2..=4096).contains(&samples), "{equal}");
+        // More samples than 64 are those of a cheaper density, and have less noise.
+        let at_64 = noise["rms"][2].as_f64().unwrap();
+        let rms = equal["rms"].as_f64().unwrap();
+        assert!(samples < 256 || rms < at_64, "{noise}");
+    }
+}
+
+#[test]
+fn a_black_environment_has_no_noise_and_no_lights() {
+    let case = case("report", "sphere = 24\nsections = [\"sampling\", \"rigs\"]");
+    let case = with_material(with_environment(case, "night", |_| [0.0; 3]), "chalk", lambert(0.8));
+    let (json, page) = report(&case);
+    check_page(&page);
+    assert_eq!(json["sampling"].as_array().unwrap().len(), 0);
+    for sphere in json["rigs"][0]["materials"][0]["spheres"].as_array().unwrap() {
+        assert_eq!((&sphere["lights"], &sphere["rms"]), (&0.into(), &0.0.into()));
+    }
+}
+
+#[test]
+fn more_lights_of_a_rig_are_nearer_to_brute_force() {
+    let case = with_environment(case("report", "sphere = 32\nsections = [\"rigs\"]"), "window", window);
+    let case = with_material(with_material(case, "satin", microfacet(0.4)), "chalk", lambert(0.8));
+    let (json, page) = report(&case);
+    check_page(&page);
+    let materials = json["rigs"][0]["materials"].as_array().unwrap();
+    assert_eq!(materials.len(), 2);
+    for method in ["median-cut", "warped"] {
+        let rms = |material: usize| -> Vec<f64> {
+            let spheres = materials[material]["spheres"].as_array().unwrap();
+            let own = spheres.iter().filter(|sphere| sphere["method"] == method);
+            own.map(|sphere| sphere["rms"].as_f64().unwrap()).collect()
+        };
+        let [satin, chalk] = [rms(0), rms(1)];
+        assert_eq!(satin.len(), 5);
+        for of in [&satin, &chalk] {
+            assert!(of[2] < 0.7 * of[0] && of[4] < 0.7 * of[2], "{method}: {of:?}");
+        }
+        // A matte surface hardly shows lights one by one, a glossy one does.
+        assert!(chalk[4] < 0.02 && chalk[2] < satin[2], "{method}: {chalk:?} {satin:?}");
+    }
+}
