@@ -10,7 +10,8 @@
 //! | `warped` | all that is nearest to one of a set of points, which lie as densely as there is light |
 //!
 //! Median cuts are even: each light has about the same light, and there are as many as asked for. Warped
-//! points follow soft light a little better; several that fall into one small sun are one light.
+//! points follow soft light a little better; several that fall into one small sun are one light. The report's
+//! section `rigs` shows how many lights your materials need; docs/sampling.md is about sampling in general.
 //!
 //! ## What is sampled
 //!

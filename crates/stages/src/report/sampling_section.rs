@@ -77,7 +77,7 @@ const ERRORS: [f64; 2] = [0.003, 10.0];
 fn chart(page: &mut Markup, pair: &NoisePair) {
     let between = |value: f64, [from, to]: [f64; 2]| (value.clamp(from, to) / from).ln() / (to / from).ln();
     let ends = [SAMPLES[0] as f64, SAMPLES[SAMPLES.len() - 1] as f64];
-    let x = |samples: usize| 60.0 + (WIDTH - 150.0) * between(samples as f64, ends);
+    let x = |samples: usize| 70.0 + (WIDTH - 160.0) * between(samples as f64, ends);
     let y = |rms: f64| HEIGHT - 30.0 - (HEIGHT - 45.0) * between(rms, ERRORS);
     page.put(format_args!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
@@ -86,7 +86,7 @@ fn chart(page: &mut Markup, pair: &NoisePair) {
     for rms in [0.01, 0.1, 1.0, 10.0] {
         let (height, end) = (y(rms), WIDTH - 90.0);
         page.put(format_args!(
-            "<path d=\"M60 {height:.1}H{end}\" stroke=\"currentColor\" stroke-opacity=\"0.2\"/><text x=\"54\" y=\"{:.1}\" \
+            "<path d=\"M70 {height:.1}H{end}\" stroke=\"currentColor\" stroke-opacity=\"0.2\"/><text x=\"64\" y=\"{:.1}\" \
              text-anchor=\"end\">{}</text>",
             height + 4.0,
             percent(rms)
@@ -99,6 +99,7 @@ fn chart(page: &mut Markup, pair: &NoisePair) {
             HEIGHT - 10.0
         ));
     }
+    page.put(format_args!("<text x=\"{}\" y=\"{}\">samples</text>", WIDTH - 70.0, HEIGHT - 10.0));
     for noise in &pair.noise {
         page.put(format_args!(
             "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}/>",

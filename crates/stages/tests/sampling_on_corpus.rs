@@ -1,8 +1,9 @@
-//! Measured materials under real light: the noise of directions that follow the light, the lobe, or their
-//! product.
+//! Sampling under real light: the noise of directions that follow the light, a measured material's lobe, or
+//! their product, and light rigs.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use std::num::NonZeroU32;
 use std::path::Path;
 use std::time::Instant;
 
@@ -10,10 +11,10 @@ use brdf::{BrdfCoefficients, Choice, Material, project};
 use containers::ReadOptions;
 use envmap::{Environment, Layout};
 use sampling::{
-    Options, ProductOptions, ProductSampler, ProductTables, SUM, Sampler, Tables, TexelLight, UniformShare,
-    weigh,
+    Irradiance, LightMasses, Method, Options, ProductOptions, ProductSampler, ProductTables, SUM, Sampler,
+    Tables, TexelLight, UniformShare, rig, weigh,
 };
-use sh::Degree;
+use sh::{Degree, Light};
 use sphere::{DMat3, DVec3, Direction, LatLong};
 
 const MATERIALS: [&str; 2] = ["garnet_red", "krylon_blue"];
@@ -125,7 +126,7 @@ fn a_product_has_less_noise_than_its_factors() {
     let tables = Tables::new(degree(19));
     let constant = Tables::new(degree(0));
     let pixels = pixels();
-    let rounds = 40;
+    let rounds = 16;
     test_data::say("relative RMS error of 64 samples; in brackets the error at the time of the product's");
     for name in MATERIALS {
         let (material, coefficients) = material(&corpus, name);
@@ -178,6 +179,63 @@ fn a_product_has_less_noise_than_its_factors() {
                 told(of_product)
             ));
             assert!(of_product.0 < of_light.0 && of_product.0 < of_lobe.0, "{name}, {environment_name}");
+        }
+    }
+}
+
+/// The irradiance of a surface: the sum over all texels.
+fn irradiance(environment: &Environment, normal: Direction) -> [f64; 3] {
+    let grid = environment.grid();
+    let mut sum = [0.0; 3];
+    for (index, texel) in environment.pixels().iter().enumerate() {
+        let row = index / grid.width;
+        let w = grid.direction(row, index % grid.width);
+        let weight = w.vector().dot(normal.vector()).max(0.0) * grid.solid_angle(row);
+        (0..3).for_each(|c| sum[c] += f64::from(texel[c]) * weight);
+    }
+    sum
+}
+
+/// The RMS error of the irradiance of lights, as a share of its mean.
+fn error(normals: &[(Direction, [f64; 3])], lights: &[Light]) -> f64 {
+    let (mut square, mut sum) = (0.0, 0.0);
+    for (normal, exact) in normals {
+        for c in 0..3 {
+            let of =
+                |light: &Light| light.irradiance[c] * light.direction.vector().dot(normal.vector()).max(0.0);
+            square += (lights.iter().map(of).sum::<f64>() - exact[c]).powi(2);
+            sum += exact[c];
+        }
+    }
+    let count = 3.0 * normals.len() as f64;
+    (square / count).sqrt() / (sum / count)
+}
+
+#[test]
+fn rigs_have_all_light_of_photographs_and_tend_to_their_irradiance() {
+    let test = "rigs_have_all_light_of_photographs_and_tend_to_their_irradiance";
+    let Some(corpus) = test_data::folder(test, "SPECULA_CORPUS") else { return };
+    for name in ENVIRONMENTS {
+        let environment = environment(&corpus, name);
+        let total = environment.integral();
+        let normals: Vec<_> =
+            pixels().iter().map(|pixel| (pixel.normal, irradiance(&environment, pixel.normal))).collect();
+        let masses = LightMasses::of_environment(&environment).unwrap();
+        let told = Irradiance::of(&masses);
+        for method in [Method::MedianCut, Method::Warped] {
+            let errors = [4, 64, 1024].map(|count| {
+                let lights = rig(&masses, NonZeroU32::new(count).unwrap(), method);
+                for c in 0..3 {
+                    let flux: f64 = lights.iter().map(|light| light.flux()[c]).sum();
+                    assert!((flux / total[c] - 1.0).abs() < 1e-6, "{name} {method:?} {count}");
+                }
+                let (error, told) = (error(&normals, &lights), told.error(&lights));
+                // Over other normals than the sampler's own, about the same.
+                assert!((0.3..3.0).contains(&(error / told)), "{name} {method:?} {count}: {error} {told}");
+                error
+            });
+            test_data::say(&format!("{name:9} {method:?}: 4, 64, 1024 lights: {errors:.4?}"));
+            assert!(errors[1] < 0.4 * errors[0] && errors[2] < 0.02, "{name} {method:?}: {errors:?}");
         }
     }
 }
