@@ -67,8 +67,8 @@ use std::ops::Range;
 use brdf::{Centre, Choice, Material, project_unless};
 use containers::Precision;
 use engine::{
-    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice, parameters,
-    unexpected,
+    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
+    parameters, unexpected,
 };
 use serde_json::json;
 use sh::Tolerance;
@@ -370,9 +370,5 @@ fn note_errors(
 
 /// How an environment became smaller, if it did.
 fn averaged(used: LatLong, whole: LatLong) -> String {
-    if used == whole {
-        String::new()
-    } else {
-        format!(", averaged from {} x {}", whole.width, whole.height)
-    }
+    if used == whole { String::new() } else { format!(", averaged from {} x {}", whole.width, whole.height) }
 }

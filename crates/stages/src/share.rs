@@ -7,6 +7,9 @@ pub(crate) fn share(part: f64) -> String {
 
 /// `0.012 %`: two digits of an error.
 pub(crate) fn percent(error: f64) -> String {
+    if error == 0.0 {
+        return "0 %".into();
+    }
     let digits = (1.0 - (100.0 * error).max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{:.digits$} %", 100.0 * error)
 }
@@ -20,6 +23,7 @@ mod tests {
         assert_eq!(percent(0.12345), "12 %");
         assert_eq!(percent(0.000_123_45), "0.012 %");
         assert_eq!(percent(1.2345), "123 %");
+        assert_eq!(percent(0.0), "0 %");
     }
 
     #[test]
