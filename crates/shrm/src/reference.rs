@@ -18,8 +18,8 @@
 //! vector, because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap
 //! covers is [`Reference::width`].
 //!
-//! [`Sampled`] estimates the same integral from a few directions at each texel, and how far it may be off: for
-//! images of many texels and for sharp lobes.
+//! [`Sampled`] estimates the same integral from a few directions at each texel, and how far it may be off:
+//! for images of many texels and for sharp lobes.
 
 mod lit_texels;
 mod lobes;

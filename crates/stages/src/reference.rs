@@ -12,19 +12,20 @@
 //!
 //! ## Sampled
 //!
-//! With `method = "sampled"` each texel is the mean over `samples` directions. They are drawn from the product
-//! of the light and the material, from the light alone and from the material alone, and weighted by the
-//! balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material, but each
-//! direction counts with the radiance and the rho_hat that it has. So there is no ringing here either: the
-//! series changes the noise alone. The time does not depend on the environment's size, which suits large `rows`.
+//! With `method = "sampled"` each texel is the mean over `samples` directions. They are drawn from the
+//! product of the light and the material, from the light alone and from the material alone, and weighted by
+//! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material, but
+//! each direction counts with the radiance and the rho_hat that it has. So there is no ringing here either:
+//! the series changes the noise alone. The time does not depend on the environment's size, which suits a
+//! large `rows`.
 //!
-//! The build notes the standard error, in relation to the root mean square of the map: the root mean square
-//! over all texels and channels, and the largest. Two thirds of the differences from the truth are smaller than
-//! the standard error. It is itself an estimate, from batches of 32 directions that do not depend on each
-//! other: with few of them it is uncertain, and if next to nothing is reflected, it may be too small. Four
-//! times as many samples halve it, or better. Another `seed` gives other noise.
+//! The build notes the standard error in relation to the root mean square of the map: the root mean square
+//! over all texels and channels, and the largest. Two thirds of the differences from the truth are smaller
+//! than the standard error. It is itself an estimate, from batches of 32 directions that do not depend on
+//! each other: with few of them it is uncertain, and if next to nothing is reflected, it may be too small.
+//! Four times as many samples halve it, or better. Another `seed` gives other noise.
 //!
-//! Sums take rho_hat at the centre of each texel of the environment, samples all over it. Both agree when lobes
+//! Sums take rho_hat at the centre of each texel of the environment, samples all over it. Both agree if lobes
 //! are wider than a few rows.
 //!
 //! ```toml
@@ -172,8 +173,8 @@ parameters! {
         /// first averaged down to this, by exact areas.
         #[range(1..=MOST)]
         rows: usize = 128,
-        /// With method "summed": the share of a lobe that may be ignored: lambert, phong and microfacet sum over the cap that holds
-        /// the rest. 0 sums over everything.
+        /// With method "summed": the share of a lobe that may be ignored. Lambert, phong and microfacet sum
+        /// over the cap that holds the rest. 0 sums over everything.
         #[range(0.0..1.0)]
         cull: f64 = 0.0,
         /// How the sphere lies on the written images, as in export-reflection-map.

@@ -44,8 +44,8 @@ const OF_LOBE: usize = BATCH - OF_PRODUCT - OF_LIGHT;
 /// expansion lacks of the material.
 const UNIFORM: f32 = 0.1;
 
-/// The highest degrees of the expansion: higher ones follow a sharp lobe more closely, and take longer at each
-/// texel.
+/// The highest degrees of the expansion: higher ones follow a sharp lobe more closely, and take longer at
+/// each texel.
 const F: usize = 19;
 const P: usize = 16;
 
