@@ -3,7 +3,7 @@
 //! B(C, V) is the integral of L(w) rho_hat(w, V) over the sphere. L is constant in each texel of the
 //! environment; unlike the sum over texels, which takes rho_hat at their centres, this is the integral over
 //! their areas. Three techniques draw directions: the product of the light with the expansion of rho_hat at
-//! the view, the light alone, and the expansion alone. n_k directions of density p_k each,
+//! the view, the light alone, and the lobes of the material (`brdf::Material::lobes`). n_k directions of density p_k each,
 //!
 //! > B = sum over all drawn w of L(w) rho_hat(w, V) / sum over k of n_k p_k(w)
 //!
@@ -18,15 +18,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use brdf::{BrdfCoefficients, Material};
+use brdf::{BrdfCoefficients, Lobe, Material};
 use envmap::Environment;
 use rayon::prelude::*;
 use sampling::{
-    Options, Points, ProductOptions, ProductSampler, ProductTables, SUM, Sampler, Tables, TexelLight,
-    UniformShare, weigh,
+    Points, ProductOptions, ProductSampler, ProductTables, SUM, Tables, TexelLight, UniformShare, weigh,
 };
 use sh::Degree;
-use sphere::{DVec3, Direction};
+use sphere::{DMat3, DVec3, Direction};
 
 use crate::{MapGrid, View, frame};
 
@@ -36,12 +35,11 @@ pub const BATCH: usize = 32;
 /// The first directions of a batch follow the product.
 const OF_PRODUCT: usize = 16;
 
-/// The next follow the light alone, and the last the expansion alone.
+/// The next follow the light alone, and the last the material's lobes.
 const OF_LIGHT: usize = 8;
-const OF_LOBE: usize = BATCH - OF_PRODUCT - OF_LIGHT;
+const OF_LOBES: usize = BATCH - OF_PRODUCT - OF_LIGHT;
 
-/// The share of directions of the expansion, with and without light, that is uniform: for what the
-/// expansion lacks of the material.
+/// The share of the product's directions that takes the material as uniform: for what the expansion lacks.
 const UNIFORM: f32 = 0.1;
 
 /// The highest degrees of the expansion: higher ones follow a sharp lobe more closely, and take longer at
@@ -69,6 +67,7 @@ pub struct Sampled<'a> {
     environment: &'a Environment,
     material: &'a Material,
     coefficients: BrdfCoefficients,
+    lobes: Vec<Lobe>,
     /// `None` if all texels are black.
     light: Option<Light>,
     batches: usize,
@@ -108,7 +107,7 @@ impl<'a> Sampled<'a> {
         let coefficients = coefficients.cut_to(highest(F, coefficients.f()), highest(P, coefficients.p()));
         let batches = directions.div_ceil(BATCH).max(2);
         let light = Light::new(environment, coefficients.f());
-        Self { environment, material, coefficients, light, batches, seed }
+        Self { environment, material, coefficients, lobes: material.lobes(), light, batches, seed }
     }
 
     /// The directions at each texel of a map.
@@ -130,21 +129,18 @@ impl<'a> Sampled<'a> {
         let coefficients = weigh(&self.coefficients.at_view(normal, tangent, view), SUM);
         let uniform_share = UniformShare::new(UNIFORM).unwrap_or_default();
         let options = ProductOptions { uniform_share, ..Default::default() };
-        // Without mass in one of them, the others draw all that there is.
+        // Without mass in the product, the others draw all that there is.
         let product = ProductSampler::new(&light.tables, &coefficients, options).ok();
-        let options = Options { uniform_share, ..Default::default() };
-        let lobe = Sampler::new(light.tables.function_tables(), &coefficients, options).ok();
         let mut techniques: Vec<(Range<usize>, &dyn Technique)> = Vec::with_capacity(3);
         if let Some(product) = &product {
             techniques.push((0..OF_PRODUCT, product));
         }
         techniques.push((OF_PRODUCT..OF_PRODUCT + OF_LIGHT, &light.alone));
-        if let Some(lobe) = &lobe {
-            techniques.push((BATCH - OF_LOBE..BATCH, lobe));
-        }
         let outgoing = Direction::normalised(to_surface * view.vector());
+        let lobes = Lobes { lobes: &self.lobes, to_surface, outgoing };
+        techniques.push((BATCH - OF_LOBES..BATCH, &lobes));
         let reflected = |w: [f32; 3]| {
-            let direction = Direction::normalised(DVec3::from_array(w.map(f64::from)));
+            let direction = exact(w);
             let radiance = self.texel(direction);
             if radiance == [0.0; 3] {
                 return [0.0; 3];
@@ -221,14 +217,35 @@ impl Technique for ProductSampler {
     }
 }
 
-impl Technique for Sampler {
+/// The lobes of a material at a view, with equal shares.
+struct Lobes<'a> {
+    lobes: &'a [Lobe],
+    to_surface: DMat3,
+    outgoing: Direction,
+}
+
+impl Technique for Lobes<'_> {
     fn draw(&self, points: &[[f32; 2]], directions: &mut [[f32; 3]]) {
-        self.sample_into(points, directions, &mut [0.0; BATCH][..points.len()]);
+        for (point, direction) in points.iter().zip(directions) {
+            // The first coordinate chooses the lobe.
+            let along = f64::from(point[0]) * self.lobes.len() as f64;
+            let index = (along as usize).min(self.lobes.len() - 1);
+            let point = [along - index as f64, f64::from(point[1])];
+            let incident = self.lobes[index].sample(point, self.outgoing);
+            *direction = (self.to_surface.transpose() * incident.vector()).as_vec3().to_array();
+        }
     }
 
     fn density(&self, direction: [f32; 3]) -> f64 {
-        f64::from(self.density(direction))
+        let incident = Direction::normalised(self.to_surface * exact(direction).vector());
+        let densities = self.lobes.iter().map(|lobe| lobe.density(incident, self.outgoing));
+        densities.sum::<f64>() / self.lobes.len() as f64
     }
+}
+
+/// The direction of a vector whose length is 1 to single precision.
+fn exact(direction: [f32; 3]) -> Direction {
+    Direction::normalised(DVec3::from_array(direction.map(f64::from)))
 }
 
 /// The estimate of one batch. Each technique takes its range of the points.
