@@ -14,10 +14,10 @@
 //!
 //! With `method = "sampled"` each texel is the mean over `samples` directions. They are drawn from the
 //! product of the light and the material, from the light alone and from the material alone, and weighted by
-//! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material, but
-//! each direction counts with the radiance and the rho_hat that it has. So there is no ringing here either:
-//! the series changes the noise alone. The time does not depend on the environment's size, which suits a
-//! large `rows`.
+//! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material and
+//! from simple lobes, but each direction counts with the radiance and the rho_hat that it has. So there is no
+//! ringing here either: the series changes the noise alone. The time does not depend on the environment's
+//! size, which suits a large `rows`.
 //!
 //! The build notes the standard error in relation to the root mean square of the map: the root mean square
 //! over all texels and channels, and the largest. Two thirds of the differences from the truth are smaller
