@@ -183,7 +183,7 @@ fn a_product_has_less_noise_than_its_factors() {
     }
 }
 
-/// The sampled reference against the sum over all texels, whose lobes are wider than a few of them. Without an
+/// The sampled reference against the sum over all texels; all lobes are wider than a few of these. Without an
 /// expansion the batches have no directions of the product: twice as many batches have as many directions.
 #[test]
 fn the_sampled_reference_is_right_to_its_standard_error() {

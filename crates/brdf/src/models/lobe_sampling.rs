@@ -7,8 +7,9 @@
 //! | facets | D(h) / (2 (N.V + sqrt(a_x^2 V_x^2 + a_y^2 V_y^2 + (N.V)^2))), D being GGX of the widths (a_x, a_y) |
 //! | band | Cauchy's in theta_i - theta_o, angles from the tangent, over 2 pi sin(theta_i) |
 //!
-//! The facets are those that the viewer sees (Heitz 2018, "Sampling the GGX Distribution of Visible Normals"),
-//! by Dupuy and Benyoub's cap of the sphere ("Sampling Visible GGX Normals with Spherical Caps", 2023).
+//! The facets are those that the viewer sees (Heitz 2018, "Sampling the GGX Distribution of Visible
+//! Normals"), by Dupuy and Benyoub's cap of the sphere ("Sampling Visible GGX Normals with Spherical Caps",
+//! 2023).
 
 use std::f64::consts::{PI, TAU};
 

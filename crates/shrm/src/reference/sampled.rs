@@ -3,7 +3,8 @@
 //! B(C, V) is the integral of L(w) rho_hat(w, V) over the sphere. L is constant in each texel of the
 //! environment; unlike the sum over texels, which takes rho_hat at their centres, this is the integral over
 //! their areas. Three techniques draw directions: the product of the light with the expansion of rho_hat at
-//! the view, the light alone, and the lobes of the material (`brdf::Material::lobes`). n_k directions of density p_k each,
+//! the view, the light alone, and the lobes of the material (`brdf::Material::lobes`). n_k directions of
+//! density p_k each,
 //!
 //! > B = sum over all drawn w of L(w) rho_hat(w, V) / sum over k of n_k p_k(w)
 //!
