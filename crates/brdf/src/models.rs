@@ -40,6 +40,7 @@ mod kajiya_kay;
 mod lafortune;
 mod lambert;
 mod lobe;
+mod lobe_sampling;
 mod material;
 mod microfacet;
 mod model;

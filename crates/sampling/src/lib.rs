@@ -37,4 +37,5 @@ pub use texel_light::TexelLight;
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::rig::REVISION as RIG;
+    pub use crate::sampler::REVISION as SAMPLERS;
 }

@@ -21,6 +21,10 @@ use crate::leaves::{Density, Leaves};
 use crate::mass_tree::MassTree;
 use crate::{Error, LeafGrid, Tables};
 
+/// Raised when the directions of points change, those of products too: every kind of stage that draws some
+/// adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// The density inside a leaf.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LeafShape {

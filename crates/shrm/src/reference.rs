@@ -17,9 +17,13 @@
 //! where the horizon cuts it; the incident directions of these lie within twice that angle of the reflection
 //! vector, because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap
 //! covers is [`Reference::width`].
+//!
+//! [`Sampled`] estimates the same integral from a few directions at each texel, and how far it may be off:
+//! for images of many texels and for sharp lobes.
 
 mod lit_texels;
 mod lobes;
+mod sampled;
 mod tree;
 
 use std::f64::consts::PI;
@@ -34,6 +38,7 @@ use sphere::Direction;
 
 use crate::{MapGrid, View, frame};
 use lit_texels::{LitTexels, Span};
+pub use sampled::{BATCH, Estimate, Sampled};
 pub use tree::LightTree;
 
 use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};

@@ -56,7 +56,7 @@ use shrm::Plain;
 use crate::artifacts;
 use crate::choices::SHARE;
 use crate::export_reflection_map::PlainName;
-use crate::share::share;
+use crate::share::{percent, share};
 
 choice! {
     /// How light is divided into regions.
@@ -199,10 +199,4 @@ fn why(method: Method) -> &'static str {
         Method::MedianCut => "no more texels are lit",
         Method::Warped => "several points lie in one texel",
     }
-}
-
-/// Two digits.
-fn percent(error: f64) -> String {
-    let digits = (1.0 - (100.0 * error).max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
-    format!("{:.digits$} %", 100.0 * error)
 }

@@ -15,6 +15,7 @@ use sampling::{
     Tables, TexelLight, UniformShare, rig, weigh,
 };
 use sh::{Degree, Light};
+use shrm::reference::{Cull, Estimate, Reference, Sampled};
 use sphere::{DMat3, DVec3, Direction, LatLong};
 
 const MATERIALS: [&str; 2] = ["garnet_red", "krylon_blue"];
@@ -238,4 +239,75 @@ fn rigs_have_all_light_of_photographs_and_tend_to_their_irradiance() {
             assert!(errors[1] < 0.4 * errors[0] && errors[2] < 0.02, "{name} {method:?}: {errors:?}");
         }
     }
+}
+
+/// The sampled reference against the sum over all texels; all lobes are wider than a few of these. Without an
+/// expansion the batches have no directions of the product: twice as many batches have as many directions.
+#[test]
+fn the_sampled_reference_is_right_to_its_standard_error() {
+    let test = "the_sampled_reference_is_right_to_its_standard_error";
+    let Some(corpus) = test_data::folder(test, "SPECULA_CORPUS") else { return };
+    let metal = brdf::Fresnel::Conductor { n: [0.2, 0.9, 1.1], k: [3.9, 2.4, 2.1] };
+    let ggx = |roughness| Material::Ggx(brdf::Ggx::new(roughness, metal, [1.0; 3]).unwrap());
+    let mut materials = MATERIALS.map(|name| (name.to_owned(), material(&corpus, name).0)).to_vec();
+    materials.extend([0.2, 0.5].map(|roughness| (format!("ggx {roughness}"), ggx(roughness))));
+    let pixels = pixels();
+    test_data::say(
+        "standard error over the root mean square of 512 directions, ms; without the product; sum",
+    );
+    for name in ["studio", "night"] {
+        let environment = environment(&corpus, name);
+        for (material_name, material) in &materials {
+            let coefficients = project(material, Choice::Full).unwrap().coefficients;
+            let none =
+                BrdfCoefficients::new(material.centre(), degree(0), degree(0), vec![[0.0; 3]]).unwrap();
+            let central = |pixel: &Pixel| material.centre().central(pixel.normal, pixel.tangent, pixel.view);
+            let estimates = |coefficients: &BrdfCoefficients, directions: usize| {
+                let sampled = Sampled::new(&environment, material, coefficients, directions, 0);
+                let begin = Instant::now();
+                let one =
+                    |(index, pixel): (usize, &Pixel)| sampled.radiance(index, central(pixel), pixel.view);
+                let estimates: Vec<Estimate> = pixels.iter().enumerate().map(one).collect();
+                (estimates, 1e3 * begin.elapsed().as_secs_f64() / pixels.len() as f64)
+            };
+            let begin = Instant::now();
+            let reference = Reference::new(&environment, material, Cull::None);
+            let truth: Vec<[f64; 3]> =
+                pixels.iter().map(|pixel| reference.radiance(central(pixel), pixel.view)).collect();
+            let sum_time = 1e3 * begin.elapsed().as_secs_f64() / pixels.len() as f64;
+            let size = rms(truth.iter().flatten().copied());
+            let told = |estimates: &[Estimate]| {
+                rms(estimates.iter().flat_map(|estimate| estimate.standard_error)) / size
+            };
+            let (with, time) = estimates(&coefficients, 512);
+            let (without, time_without) = estimates(&none, 1024);
+            test_data::say(&format!(
+                "{material_name:11} {name:9} {:.4} {time:.1} ms; {:.4} {time_without:.1} ms; {sum_time:.0} ms",
+                told(&with),
+                told(&without)
+            ));
+            if MATERIALS.contains(&material_name.as_str()) {
+                assert!(told(&with) < 0.6 * told(&without), "{material_name}, {name}");
+            }
+            let (many, _) = estimates(&coefficients, 4096);
+            let ratios: Vec<f64> = (many.iter().zip(&truth))
+                .flat_map(|(estimate, truth)| {
+                    let ratio = |channel: usize| {
+                        let error = estimate.radiance[channel] - truth[channel];
+                        // The midpoint rule of the sum, and what rare directions carry.
+                        error / (estimate.standard_error[channel] + 5e-4 * truth[channel] + 1e-4 * size)
+                    };
+                    [0, 1, 2].map(ratio)
+                })
+                .collect();
+            let largest = ratios.iter().fold(0.0, |largest: f64, ratio| largest.max(ratio.abs()));
+            test_data::say(&format!("  ratio {:.2}, at most {largest:.2}", rms(ratios.iter().copied())));
+            assert!(largest < 5.0 && rms(ratios.iter().copied()) < 1.6, "{material_name}, {name}");
+        }
+    }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, squares) = values.fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value * value));
+    f64::sqrt(squares / count)
 }

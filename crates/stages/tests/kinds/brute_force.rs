@@ -101,9 +101,63 @@ fn a_culled_map_says_so_and_is_darker_by_its_share() {
     }
 }
 
+/// The number after some words of a note, over 100.
+fn percent_after(note: &str, words: &str) -> f64 {
+    let rest = note.split(words).nth(1).unwrap_or_else(|| panic!("{note}"));
+    rest.trim_start().split(' ').next().unwrap().parse::<f64>().unwrap() / 100.0
+}
+
+/// The lobe of the microfacets, of sigma 0.4, is wider than the rows: the midpoint rule of the sum errs by
+/// h^2 / 24 times its curvature, about 1/sigma^2, 6e-4 of the value.
+#[test]
+fn a_sampled_map_is_the_sum_within_the_error_that_it_notes() {
+    for view in ["view = \"head-on\"", "view = [60, 20]"] {
+        let summed = pixels(&truth(view).files()[0]).2;
+        let sampled = |more: &str| truth(&format!("{view}\nmethod = \"sampled\"\n{more}"));
+        let ran = sampled("samples = 1000\nseed = 3").run().unwrap();
+        let start =
+            "32 texels of the map, 1024 directions at each to 64 x 32 of the environment; standard error ";
+        assert!(ran.notes.len() == 1 && ran.notes[0].starts_with(start), "{:?}", ran.notes);
+        let told = percent_after(&ran.notes[0], "standard error");
+        let largest = percent_after(&ran.notes[0], "at most");
+        assert!(0.0 < told && told < largest && largest < 0.02, "{:?}", ran.notes);
+        let found = pixels(&sampled("samples = 1000\nseed = 3").files()[0]).2;
+        let size = rms(summed.as_flattened().iter().copied().map(f64::from));
+        let differences =
+            found.as_flattened().iter().zip(summed.as_flattened()).map(|(a, b)| f64::from(a - b));
+        let error = rms(differences) / size;
+        assert!(error < 1.3 * told + 1e-3 && error > 0.5 * told, "{view}: {error} {:?}", ran.notes);
+        let other = pixels(&sampled("samples = 1000\nseed = 4").files()[0]).2;
+        assert!(other != found, "another seed");
+        let few = &sampled("samples = 64").run().unwrap().notes[0];
+        assert!(percent_after(few, "standard error") > 2.0 * told, "{few}");
+    }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, squares) = values.fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value * value));
+    f64::sqrt(squares / count)
+}
+
+#[test]
+fn a_black_sky_is_sampled_without_an_error() {
+    let case = case("reference", "method = \"sampled\"\nresolution = 2\nprecision = \"float\"")
+        .input("environment", environment(8, |_| [0.0; 3]))
+        .input("material", Material(lambert(0.8)));
+    let note = &case.run().unwrap().notes[0];
+    assert!(note.ends_with("standard error 0 % of the map's root mean square, at most 0 %"), "{note}");
+    assert!(pixels(&case.files()[0]).2.iter().all(|pixel| *pixel == [0.0; 3]));
+}
+
 #[test]
 fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
+        ("method = \"guessed\"", "method: \"guessed\" is not \"summed\" or \"sampled\""),
+        ("samples = 128", "samples: only method = \"sampled\" uses it"),
+        ("seed = 1", "seed: only method = \"sampled\" uses it"),
+        ("method = \"sampled\"\ncull = 0.1", "cull: only method = \"summed\" uses it"),
+        ("method = \"sampled\"\nsamples = 0", "samples: 0 is not a whole number from 64 to 1048576"),
+        ("method = \"sampled\"\nseed = -1", "seed: -1 is not a whole number from 0 to 4294967295"),
         ("cull = 1", "cull: 1 is not a number, 0 or more and below 1"),
         ("rows = 0", "rows: 0 is not a whole number from 1 to 4096"),
         ("resolution = 9999", "resolution: 9999 is not a whole number from 1 to 4096"),
