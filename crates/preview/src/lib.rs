@@ -11,6 +11,7 @@
 
 mod camera;
 mod cpu;
+pub mod drawing;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu;
