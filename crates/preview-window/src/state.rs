@@ -360,6 +360,9 @@ impl State {
         let is_edited = self.is_edited(&self.settings.subject.material);
         let is_missing = |mode| show.modes().any(|shown| shown == mode) && !scene.offers(mode);
         let reason = match is_edited {
+            _ if matches!(show, preview::Show::Difference { .. }) && show.modes().any(Mode::is_diagram) => {
+                "the samples alone: there is no difference from a diagram"
+            }
             true => "brute force until the material is saved and its maps are made",
             false if is_missing(Mode::Table) => "brute force: there is no BRDF table of this material",
             false if is_missing(Mode::Transfer) && scene.offers(Mode::Table) => {
