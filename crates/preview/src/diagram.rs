@@ -2,8 +2,9 @@
 //! and over each the points that importance sampling draws from it.
 //!
 //! The CPU draws it for both renderers, so that their pictures are the same. The balls turn with the camera.
-//! Light and product have the exposure and the tone curve of the shot; the lobe has its largest value at 1,
-//! and the product is the light times that.
+//! The light has the exposure of the shot. The product has that too, scaled so that it is as bright as the
+//! light in the mean: they are densities. The lobe's largest value is two stops above white. All have the tone
+//! curve of the shot.
 
 #[cfg(test)]
 mod tests;
@@ -27,6 +28,9 @@ const SURROUND: [u8; 3] = [24, 24, 25];
 const TEXT: [u8; 3] = [236, 236, 238];
 const POINT: [u8; 3] = [255, 120, 30];
 const OUTLINE: [u8; 3] = [0; 3];
+
+/// How much brighter than white the largest value of a lobe is, so that its flanks are seen.
+const LOBE_GAIN: f32 = 4.0;
 
 /// The radius of a point, and of what is dark around it, as shares of the radius of a ball.
 const POINT_RADIUS: f32 = 0.011;
@@ -118,15 +122,18 @@ impl Diagram {
     fn balls(&mut self, look: &Arc<Look>, shot: &Shot, size: [usize; 2]) -> Vec<[u8; 3]> {
         let frame = SurfaceFrame::new(shot);
         let sets = self.source.draw(look, frame);
-        let functions = Functions { light: look.light(), lobe: self.source.lobe(), frame, shot };
+        let product_gain = sets.product_gain;
+        let functions =
+            Functions { light: look.light(), lobe: self.source.lobe(), product_gain, frame, shot };
         let (layout, ball) = (Layout::new(size), MirrorBall::new(shot));
+        let shaded = layout.shade(shot.samples.clamp(1, 4), |at| {
+            ball.direction(at).map(|direction| functions.display(direction))
+        });
         let mut canvas = layout.canvas();
-        for (part, place) in Part::ALL.into_iter().zip(layout.balls()) {
+        for (part, (colours, place)) in Part::ALL.into_iter().zip(shaded.colours.iter().zip(layout.balls())) {
             match part.points(&sets) {
                 Ok(points) => {
-                    place.shade(&mut canvas, shot.samples.clamp(1, 4), |at| {
-                        ball.direction(at).map(|direction| functions.display(part, direction))
-                    });
+                    place.draw(&mut canvas, colours, &shaded.cover);
                     place.mark(&mut canvas, points.iter().map(|point| ball.place(Vec3::from(*point))));
                 }
                 Err(why) => {
@@ -143,25 +150,24 @@ impl Diagram {
 struct Functions<'a> {
     light: &'a Light,
     lobe: Option<&'a Lobe>,
+    product_gain: f32,
     frame: SurfaceFrame,
     shot: &'a Shot,
 }
 
 impl Functions<'_> {
-    /// The display values of a function in a direction.
-    fn display(&self, part: Part, direction: Vec3) -> Vec3 {
-        let lobe = || self.lobe.map_or(Vec3::ZERO, |lobe| lobe.value(self.frame, direction));
-        let light = || {
-            let environment = self.light.environment();
-            let size = [environment.grid().width as u32, environment.grid().height as u32];
-            lat_long::sample(size, environment.pixels(), direction)
-        };
-        let gain = self.shot.exposure.exp2() as f32;
-        match part {
-            Part::Light => develop(light(), gain, self.shot.tone),
-            Part::Lobe => develop(lobe(), 1.0, self.shot.tone),
-            Part::Product => develop(light() * lobe(), gain, self.shot.tone),
-        }
+    /// The display values of each part in a direction.
+    fn display(&self, direction: Vec3) -> [Vec3; 3] {
+        let environment = self.light.environment();
+        let size = [environment.grid().width as u32, environment.grid().height as u32];
+        let light = lat_long::sample(size, environment.pixels(), direction);
+        let lobe = self.lobe.map_or(Vec3::ZERO, |lobe| lobe.value(self.frame, direction));
+        let (gain, tone) = (self.shot.exposure.exp2() as f32, self.shot.tone);
+        Part::ALL.map(|part| match part {
+            Part::Light => develop(light, gain, tone),
+            Part::Lobe => develop(lobe, LOBE_GAIN, tone),
+            Part::Product => develop(light * lobe, self.product_gain * gain, tone),
+        })
     }
 }
 
@@ -172,6 +178,14 @@ struct Layout {
     /// Pixels per em.
     em: f32,
     radius: f32,
+}
+
+/// The pixels of the square around each ball.
+struct Shaded {
+    /// For each part, the codes.
+    colours: [Vec<[u8; 3]>; 3],
+    /// The share of each pixel that a ball covers.
+    cover: Vec<f32>,
 }
 
 /// The place of a ball.
@@ -210,62 +224,69 @@ impl Layout {
         canvas.pixels().to_vec()
     }
 
-    /// The balls from left to right.
+    /// Half the edge of the squares around the balls, in pixels.
+    fn half_edge(&self) -> usize {
+        self.radius.ceil() as usize
+    }
+
+    /// The balls from left to right. Their centres are corners of pixels, so that pixels of all balls show the
+    /// same directions.
     fn balls(&self) -> [BallPlace; 3] {
         let [column, height] = [self.size[0] as f32 / Part::ALL.len() as f32, self.size[1] as f32];
         let line = 2.0 * self.em;
-        let centre = (height - line) / 2.0;
-        let below = centre + self.radius;
+        let centre = ((height - line) / 2.0).round();
         let row = |part: usize, top: f32| {
             let left = part as f32 * column;
             Rect::new(left as usize, top.max(0.0) as usize, column as usize, line as usize)
         };
         [0, 1, 2].map(|part| BallPlace {
-            centre: Vec2::new((part as f32 + 0.5) * column, centre),
+            centre: Vec2::new(((part as f32 + 0.5) * column).round(), centre),
             radius: self.radius,
             middle: row(part, centre - line / 2.0),
-            label: row(part, below),
+            label: row(part, centre + self.radius),
         })
+    }
+
+    /// Draws all balls at once: `display` has their linear display values on the unit disk. Each pixel is the
+    /// mean of samples along both sides.
+    fn shade(&self, samples: u32, display: impl Fn(Vec2) -> Option<[Vec3; 3]> + Sync) -> Shaded {
+        let edge = 2 * self.half_edge();
+        let mut pixels = vec![([Vec3::ZERO; 3], 0.0); edge * edge];
+        pixels.par_chunks_mut(edge.max(1)).enumerate().for_each(|(row, pixels)| {
+            for (column, (sums, cover)) in pixels.iter_mut().enumerate() {
+                let corner = Vec2::new(column as f32, row as f32) - self.half_edge() as f32;
+                let mut count = 0.0;
+                for sample in 0..samples * samples {
+                    let inside = Vec2::new((sample % samples) as f32, (sample / samples) as f32);
+                    let at = corner + (inside + 0.5) / samples as f32;
+                    if let Some(values) = display(at * Vec2::new(1.0, -1.0) / self.radius) {
+                        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+                        count += 1.0;
+                    }
+                }
+                if count > 0.0 {
+                    sums.iter_mut().for_each(|sum| *sum /= count);
+                }
+                *cover = count / (samples * samples) as f32;
+            }
+        });
+        let of =
+            |part: usize| -> Vec<[f32; 3]> { pixels.iter().map(|(sums, _)| sums[part].to_array()).collect() };
+        Shaded {
+            colours: [0, 1, 2].map(|part| codes(&of(part))),
+            cover: pixels.iter().map(|(_, cover)| *cover).collect(),
+        }
     }
 }
 
 impl BallPlace {
-    /// The point of the unit disk at a point of the picture, with y upward.
-    fn on_disk(&self, at: Vec2) -> Vec2 {
-        (at - self.centre) * Vec2::new(1.0, -1.0) / self.radius
-    }
-
-    /// Draws the ball: `display` has the linear display values on the unit disk. Each pixel is the mean of
-    /// samples along both sides.
-    fn shade(&self, canvas: &mut Canvas, samples: u32, display: impl Fn(Vec2) -> Option<Vec3> + Sync) {
-        if self.radius < 1.0 {
-            return;
-        }
-        let least = (self.centre - self.radius).max(Vec2::ZERO).floor();
-        let most =
-            (self.centre + self.radius).ceil().min(Vec2::new(canvas.width() as f32, canvas.height() as f32));
-        let [left, top] = [least.x as usize, least.y as usize];
-        let [width, height] = [most.x as usize - left, most.y as usize - top];
-        let mut pixels = vec![([0.0; 3], 0.0); width * height];
-        pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
-            for (column, pixel) in pixels.iter_mut().enumerate() {
-                let corner = Vec2::new((left + column) as f32, (top + row) as f32);
-                let (mut sum, mut count) = (Vec3::ZERO, 0.0);
-                for sample in 0..samples * samples {
-                    let inside = Vec2::new((sample % samples) as f32, (sample / samples) as f32);
-                    let at = corner + (inside + 0.5) / samples as f32;
-                    if let Some(value) = display(self.on_disk(at)) {
-                        sum += value;
-                        count += 1.0;
-                    }
-                }
-                let colour = if count > 0.0 { sum / count } else { sum };
-                *pixel = (colour.to_array(), count / (samples * samples) as f32);
-            }
-        });
-        let (colours, cover): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
-        for (index, (code, cover)) in codes(&colours).into_iter().zip(cover).enumerate() {
-            canvas.blend((left + index % width) as i64, (top + index / width) as i64, code, cover);
+    /// Draws the ball, whose square has these codes and is covered so far.
+    fn draw(&self, canvas: &mut Canvas, colours: &[[u8; 3]], cover: &[f32]) {
+        let half = self.radius.ceil();
+        let [left, top] = [self.centre.x - half, self.centre.y - half].map(|corner| corner as i64);
+        let edge = 2 * half as usize;
+        for (index, (code, cover)) in colours.iter().zip(cover).enumerate() {
+            canvas.blend(left + (index % edge) as i64, top + (index / edge) as i64, *code, *cover);
         }
     }
 
@@ -273,10 +294,11 @@ impl BallPlace {
     fn mark(&self, canvas: &mut Canvas, points: impl Iterator<Item = Vec2>) {
         let dot = (POINT_RADIUS * self.radius).max(0.8);
         let outline = (OUTLINE_RADIUS * self.radius).max(1.4);
-        for point in points {
-            let at = self.centre + point * Vec2::new(1.0, -1.0) * self.radius;
-            disk(canvas, at, outline, OUTLINE);
-            disk(canvas, at, dot, POINT);
+        let places: Vec<Vec2> =
+            points.map(|point| self.centre + point * Vec2::new(1.0, -1.0) * self.radius).collect();
+        // First all outlines: where points are dense, none hides another.
+        for (radius, colour) in [(outline, OUTLINE), (dot, POINT)] {
+            places.iter().for_each(|at| disk(canvas, *at, radius, colour));
         }
     }
 }

@@ -30,6 +30,7 @@ pub(crate) struct Lobe {
     /// What is positive, divided by the largest value of all channels.
     texels: Vec<[f32; 3]>,
     cube: Cube,
+    largest: f32,
 }
 
 /// The frame of the surface that a shot sees, in the light's frame.
@@ -69,12 +70,17 @@ impl Lobe {
             return Err(NO_LOBE);
         }
         texels.iter_mut().flatten().for_each(|value| *value = value.max(0.0) / largest);
-        Ok(Self { coefficients, texels, cube })
+        Ok(Self { coefficients, texels, cube, largest })
     }
 
     /// The highest degree of its coefficients.
     pub(crate) fn degree(&self) -> Degree {
         self.coefficients.degree()
+    }
+
+    /// The largest value of all channels, in 1/sr: the unit of [`Lobe::value`].
+    pub(crate) fn largest(&self) -> f64 {
+        f64::from(self.largest)
     }
 
     /// Its coefficients in the light's frame.

@@ -34,7 +34,8 @@ impl Picture {
     /// Places a diagram in some of its columns. The radiance of a diagram is the linear value of its codes,
     /// and it has no surface.
     pub(crate) fn place_diagram(&mut self, columns: Range<u32>, codes: &[[u8; 3]]) {
-        let linear = |code: u8| srgb_decode(f32::from(code) / 255.0);
+        let linear: [f32; 256] = std::array::from_fn(|code| srgb_decode(code as f32 / 255.0));
+        let linear = |code: u8| linear[usize::from(code)];
         let columns = columns.start as usize..columns.end as usize;
         let width = self.size[0] as usize;
         let rows = self.codes.chunks_exact_mut(width).zip(self.radiance.chunks_exact_mut(width));

@@ -29,6 +29,9 @@ pub(crate) struct SampleSets {
     pub(crate) light: Drawn,
     pub(crate) lobe: Drawn,
     pub(crate) product: Drawn,
+    /// What makes the product, with the lobe's largest value at 1, as bright as the light in the mean. The
+    /// colours of light and lobe are taken to be independent.
+    pub(crate) product_gain: f32,
 }
 
 /// Draws the sets of one view after another.
@@ -39,6 +42,12 @@ pub(crate) struct SampleSource {
     lobe_sampler: Option<Sampler>,
     product_sampler: Option<ProductSampler>,
     tables: Option<Arc<Tables>>,
+}
+
+impl SampleSets {
+    fn without_lobe(light: Drawn, why: &'static str) -> Self {
+        Self { light, lobe: Err(why), product: Err(why), product_gain: 1.0 }
+    }
 }
 
 impl Default for SampleSource {
@@ -55,12 +64,12 @@ impl SampleSource {
         self.prepare(look);
         let Self { points, light, lobe, lobe_sampler, product_sampler, tables } = self;
         let (Some((_, light)), Some((_, lobe))) = (light, lobe) else {
-            return SampleSets { light: Err(UNKNOWN), lobe: Err(UNKNOWN), product: Err(UNKNOWN) };
+            return SampleSets::without_lobe(Err(UNKNOWN), UNKNOWN);
         };
         let drawn_light = light.as_ref().map(|light| light.directions.clone()).map_err(|why| *why);
         let lobe = match lobe {
             Ok(lobe) => lobe,
-            Err(why) => return SampleSets { light: drawn_light, lobe: Err(why), product: Err(why) },
+            Err(why) => return SampleSets::without_lobe(drawn_light, why),
         };
         let tables = tables.get_or_insert_with(|| Tables::new(lobe.degree()));
         let coefficients = weigh(&lobe.turned(frame), SUM);
@@ -72,25 +81,34 @@ impl SampleSource {
         let drawn_lobe = sampler.map_err(|_| NO_LOBE).map(|sampler| {
             drawn(points, |directions, densities| sampler.sample_into(points, directions, densities))
         });
-        let product = match light {
-            Err(why) => Err(*why),
-            Ok(light) => with_coefficients(
-                product_sampler,
-                |sampler| sampler.replace(&coefficients),
-                || {
-                    let tables = ProductTables::new(&light.texels, tables);
-                    ProductSampler::new(&tables, &coefficients, Default::default())
-                },
-            )
-            .map_err(|_| "light and lobe do not overlap"),
+        let mut sets = SampleSets { lobe: drawn_lobe, ..SampleSets::without_lobe(drawn_light, "") };
+        let light = match light {
+            Ok(light) => light,
+            Err(why) => return SampleSets { product: Err(why), ..sets },
         };
-        let drawn_product = product.map(|sampler| {
-            drawn(points, |directions, densities| sampler.sample_into(points, directions, densities))
-        });
-        SampleSets { light: drawn_light, lobe: drawn_lobe, product: drawn_product }
+        let sampler = with_coefficients(
+            product_sampler,
+            |sampler| sampler.replace(&coefficients),
+            || {
+                let tables = ProductTables::new(&light.texels, tables);
+                ProductSampler::new(&tables, &coefficients, Default::default())
+            },
+        );
+        match sampler {
+            Ok(sampler) => {
+                sets.product = Ok(drawn(points, |directions, densities| {
+                    sampler.sample_into(points, directions, densities);
+                }));
+                // The product of two sums of three channels is three times that of their means.
+                let gain = 3.0 * light.integral * lobe.largest() / sampler.mass();
+                sets.product_gain = if gain.is_finite() { gain as f32 } else { 1.0 };
+            }
+            Err(_) => sets.product = Err("light and lobe do not overlap"),
+        }
+        sets
     }
 
-    /// What a lobe is worth toward a direction in the light's frame, if there is one; see [`Lobe::value`].
+    /// The lobe that was drawn from last, if there is one.
     pub(crate) fn lobe(&self) -> Option<&Lobe> {
         self.lobe.as_ref().and_then(|(_, lobe)| lobe.as_ref().ok())
     }

@@ -128,16 +128,15 @@ fn a_turned_light_is_shown_as_the_light_that_is_made_turned() {
     let there = look(environment(|w| uneven(DVec3::new(w.y, -w.x, w.z))), metal());
     let [turned, made] = [shot(0.3, FRAC_PI_2), shot(0.3, 0.0)];
     let lobe = Lobe::of(&here).unwrap();
-    let of = |look: &Look, shot: &Shot, part: Part, at: Vec2| {
+    let of = |look: &Look, shot: &Shot, at: Vec2| {
         let frame = SurfaceFrame::new(shot);
-        let functions = Functions { light: look.light(), lobe: Some(&lobe), frame, shot };
-        functions.display(part, MirrorBall::new(shot).direction(at).unwrap())
+        let functions = Functions { light: look.light(), lobe: Some(&lobe), product_gain: 2.0, frame, shot };
+        functions.display(MirrorBall::new(shot).direction(at).unwrap())
     };
-    for part in Part::ALL {
-        for k in 0..100 {
-            let at = Vec2::from_angle(2.4 * k as f32) * (k as f32 / 101.0).sqrt();
-            let [one, other] = [of(&here, &turned, part, at), of(&there, &made, part, at)];
-            assert!(one.distance(other) < 1e-4, "{part:?} {at}: {one} {other}");
+    for k in 0..100 {
+        let at = Vec2::from_angle(2.4 * k as f32) * (k as f32 / 101.0).sqrt();
+        for (one, other) in of(&here, &turned, at).into_iter().zip(of(&there, &made, at)) {
+            assert!(one.distance(other) < 1e-4, "{at}: {one} {other}");
         }
     }
 }
@@ -244,4 +243,26 @@ fn beside_another_mode_it_fills_its_side() {
         assert_eq!(both[180 * row..][..90], mirror[180 * row..][..90]);
         assert_eq!(both[180 * row + 90..][..90], diagram[90 * row..][..90]);
     }
+}
+
+/// The mean over the sphere, by texels. The light is white, as is the lobe, so that no colours
+/// correlate.
+#[test]
+fn the_product_is_as_bright_as_the_light_in_the_mean() {
+    let white = Material::Microfacet(Microfacet::new(0.4, [1.0; 3]).unwrap());
+    let look = look(environment(|w| [2.0 + w.x as f32 + 0.5 * w.z as f32; 3]), white);
+    let shot = shot(0.4, 1.0);
+    let (mut source, frame) = (SampleSource::default(), SurfaceFrame::new(&shot));
+    let sets = source.draw(&look, frame);
+    let grid = look.light().environment().grid();
+    let (mut light, mut product) = (0.0, 0.0);
+    for index in 0..grid.len() {
+        let (row, column) = (index / grid.width, index % grid.width);
+        let value = f64::from(look.light().environment().pixels()[index][0]) * grid.solid_angle(row);
+        let direction = grid.direction(row, column).vector().as_vec3();
+        light += value;
+        product += value * f64::from(source.lobe().unwrap().value(frame, direction).x);
+    }
+    // Texels of six degrees.
+    assert!((f64::from(sets.product_gain) * product / light - 1.0).abs() < 0.03);
 }

@@ -63,8 +63,12 @@ impl Canvas {
     pub fn blend(&mut self, x: i64, y: i64, colour: [u8; 3], coverage: f32) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height && coverage > 0.0 {
-            let coverage = coverage.min(1.0);
-            for (old, new) in self.pixels[y * self.width + x].iter_mut().zip(colour) {
+            let pixel = &mut self.pixels[y * self.width + x];
+            if coverage >= 1.0 {
+                *pixel = colour;
+                return;
+            }
+            for (old, new) in pixel.iter_mut().zip(colour) {
                 *old = (f32::from(*old) + (f32::from(new) - f32::from(*old)) * coverage).round() as u8;
             }
         }
