@@ -353,7 +353,8 @@ impl State {
         missing.map(|at| wanted[at]).collect()
     }
 
-    /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist.
+    /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist, or not the
+    /// difference that they ask for.
     pub(crate) fn why_brute_force(&self) -> Option<&'static str> {
         let scene = &self.shown.as_ref()?.scene;
         let show = self.settings.show();

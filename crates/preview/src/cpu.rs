@@ -31,8 +31,8 @@ const LONGEST_SIDE: u64 = 1 << 20;
 /// Draws on the CPU, on the threads of the rayon pool that it is called from.
 ///
 /// The maps of a look are cached in the layout in which they are read, until a scene does not use the look;
-/// so are the vertices of an object that a BRDF table shades, the tree of triangles that cast shadows, and what
-/// [`Mode::Samples`] draws points from.
+/// so are the vertices of an object that a BRDF table shades, the tree of triangles that cast shadows, and
+/// what [`Mode::Samples`] draws points from.
 #[derive(Debug, Default)]
 pub struct Cpu {
     caches: Vec<LookCache>,

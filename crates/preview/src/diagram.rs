@@ -3,8 +3,8 @@
 //!
 //! The CPU draws it for both renderers, so that their pictures are the same. The balls turn with the camera.
 //! The light has the exposure of the shot. The product has that too, scaled so that it is as bright as the
-//! light in the mean: they are densities. The lobe's largest value is two stops above white. All have the tone
-//! curve of the shot.
+//! light in the mean: points follow densities. The lobe's largest value is two stops above white. All have
+//! the tone curve of the shot.
 
 #[cfg(test)]
 mod tests;
@@ -229,8 +229,8 @@ impl Layout {
         self.radius.ceil() as usize
     }
 
-    /// The balls from left to right. Their centres are corners of pixels, so that pixels of all balls show the
-    /// same directions.
+    /// The balls from left to right. Their centres are corners of pixels, so that pixels of all balls show
+    /// the same directions.
     fn balls(&self) -> [BallPlace; 3] {
         let [column, height] = [self.size[0] as f32 / Part::ALL.len() as f32, self.size[1] as f32];
         let line = 2.0 * self.em;

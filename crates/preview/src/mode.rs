@@ -203,8 +203,8 @@ impl Show {
         }
     }
 
-    /// The columns of a picture of this width that a diagram fills, none if no mode is one; and what to draw in
-    /// the others, unless there are none.
+    /// The columns of a picture of this width that a diagram fills, none if no mode is one; and what to draw
+    /// in the others, unless there are none.
     pub(crate) fn beside_diagram(self, width: u32) -> (Range<u32>, Option<Self>) {
         let divider = self.divider(width);
         match self {

@@ -33,8 +33,8 @@
 //!
 //! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
 //! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients of
-//! `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera by 30
-//! degrees, whatever the mesh is. It is compared with no other mode.
+//! `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera by
+//! 30 degrees, whatever the mesh is. It is compared with no other mode.
 //!
 //! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
 //! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of

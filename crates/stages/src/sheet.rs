@@ -1,6 +1,7 @@
 //! Draws a contact sheet: an 8-bit picture from environments, maps and numbers.
 //!
-//! `layout` places the pictures, `plot`, `ball` and `scale` make them. Nothing here knows about stages; all radiance is shown with the same exposure and tone curve.
+//! `layout` places the pictures, `plot`, `ball` and `scale` make them. Nothing here knows about stages; all
+//! radiance is shown with the same exposure and tone curve.
 
 mod ball;
 mod layout;

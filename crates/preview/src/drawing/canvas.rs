@@ -1,4 +1,5 @@
-//! The picture that labels and plots are drawn on: 8-bit sRGB, blended in sRGB values as screens do with text.
+//! The picture that labels and plots are drawn on: 8-bit sRGB, blended in sRGB values as screens do with
+//! text.
 
 /// A rectangle of whole pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
