@@ -113,11 +113,12 @@ fn every_mode_draws_a_picture_of_its_own() {
 /// Three balls in one picture, of the coefficients or of the material; turned, they are others.
 #[test]
 fn samples_are_a_diagram_of_light_and_material() {
-    let small = "modes = [\"samples\"]\nsize = [96, 40]\nsamples = 1";
+    let small = "modes = [\"samples\"]\nsize = [96, 40]";
     let still = picture(&sphere(small));
     assert_eq!(still.0, [96, 40]);
     assert!(apart(&still.1, &picture(&sphere(&format!("{small}\nlight-yaw = 90"))).1) > 1.0);
-    let bare_light = || case("preview", small).input("environment", environment(16, sky));
+    let bare_light =
+        || case("preview", &format!("{small}\nsamples = 1")).input("environment", environment(16, sky));
     let of_material = picture(&bare_light().input("material", Material(microfacet(0.5))));
     assert!(apart(&still.1, &of_material.1) > 0.0);
     let message = "samples needs a material, but the port material is not connected";
