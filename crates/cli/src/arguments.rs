@@ -298,9 +298,7 @@ pub(crate) struct PreviewArguments {
     /// were
     #[arg(long, value_name = "PART=NAME,...", value_parser = values::subject)]
     pub(crate) item: Option<SubjectRequest>,
-    /// How to shade it first: local-shrm, global-shrm, cabral, kautz-mccool, prefiltered, irradiance, mirror
-    /// or brute-force
-    #[arg(long, value_parser = values::mode)]
+    #[arg(long, help = values::modes(), value_parser = values::mode)]
     pub(crate) mode: Option<Mode>,
     /// Write one picture to this PNG file, and open no window
     #[arg(long, value_name = "FILE", value_parser = values::png_file)]

@@ -273,6 +273,7 @@ fn no_comparison(mode: Mode) -> Option<&'static str> {
     match mode {
         Mode::BruteForce | Mode::ShadowedBruteForce => Some("it is the reference"),
         Mode::Mirror | Mode::Irradiance => Some("it replaces the material"),
+        Mode::Samples => Some("it is a diagram"),
         _ => None,
     }
 }

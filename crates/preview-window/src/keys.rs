@@ -68,6 +68,7 @@ impl Chord {
             Key::Questionmark => "?",
             Key::Minus => "-",
             Key::Equals => "=",
+            Key::OpenBracket => "[",
             key => key.name(),
         };
         let command = if cfg!(target_os = "macos") { "Cmd " } else { "Ctrl " };
@@ -76,7 +77,7 @@ impl Chord {
     }
 
     /// Whether a press is this chord. Keys are found by their letter, `?` with or without Shift. Digits and
-    /// the two keys after them are found by their place as well, because with Shift, and on French keyboards
+    /// the keys after them are found by their place as well, because with Shift, and on French keyboards
     /// without it, they type another character.
     fn is(self, key: Key, place: Option<Key>, held: Modifiers) -> bool {
         let by_place = MODE_KEYS.contains(&self.key) || self.key == Key::Num0;
@@ -131,6 +132,7 @@ const MODE_KEYS: [Key; Mode::ALL.len()] = [
     Key::Num9,
     Key::Minus,
     Key::Equals,
+    Key::OpenBracket,
 ];
 
 /// The angle of one press: 5 degrees.
@@ -223,7 +225,7 @@ mod tests {
         for Binding { chord, name, .. } in bindings() {
             let key = match chord.key {
                 Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => "arrows".into(),
-                key if MODE_KEYS.contains(&key) => "`1` ... `9`, `-`, `=`".into(),
+                key if MODE_KEYS.contains(&key) => "`1` ... `9`, `-`, `=`, `[`".into(),
                 Key::Comma | Key::Period => "`,` `.`".into(),
                 _ => format!("`{}`", Chord::plain(chord.key).name()),
             };

@@ -63,8 +63,12 @@ pub(crate) trait RendererAdapter: Send {
     fn lost(&self) -> Option<String>;
 }
 
-/// Whether two shots of a scene differ only in exposure, tone curve and amplification.
+/// Whether two shots of a scene differ only in exposure, tone curve and amplification, and have no diagram,
+/// whose radiance is that of its codes.
 pub(crate) fn has_same_radiance(one: &Shot, other: &Shot) -> bool {
+    if one.show.modes().any(Mode::is_diagram) {
+        return false;
+    }
     let amplify = |show| match show {
         Show::Difference { of, from, .. } => Show::Difference { of, from, amplify: 1.0 },
         show => show,

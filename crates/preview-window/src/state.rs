@@ -353,13 +353,17 @@ impl State {
         missing.map(|at| wanted[at]).collect()
     }
 
-    /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist.
+    /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist, or not the
+    /// difference that they ask for.
     pub(crate) fn why_brute_force(&self) -> Option<&'static str> {
         let scene = &self.shown.as_ref()?.scene;
         let show = self.settings.show();
         let is_edited = self.is_edited(&self.settings.subject.material);
         let is_missing = |mode| show.modes().any(|shown| shown == mode) && !scene.offers(mode);
         let reason = match is_edited {
+            _ if matches!(show, preview::Show::Difference { .. }) && show.modes().any(Mode::is_diagram) => {
+                "the samples alone: there is no difference from a diagram"
+            }
             true => "brute force until the material is saved and its maps are made",
             false if is_missing(Mode::Table) => "brute force: there is no BRDF table of this material",
             false if is_missing(Mode::Transfer) && scene.offers(Mode::Table) => {

@@ -15,6 +15,7 @@ mod tests;
 
 use rayon::prelude::*;
 
+use crate::diagram::Diagram;
 use crate::shading::develop::codes;
 use crate::shading::difference::Squares;
 use crate::{Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
@@ -30,11 +31,13 @@ const LONGEST_SIDE: u64 = 1 << 20;
 /// Draws on the CPU, on the threads of the rayon pool that it is called from.
 ///
 /// The maps of a look are cached in the layout in which they are read, until a scene does not use the look;
-/// so are the vertices of an object that a BRDF table shades, and the tree of triangles that cast shadows.
+/// so are the vertices of an object that a BRDF table shades, the tree of triangles that cast shadows, and
+/// what [`Mode::Samples`] draws points from.
 #[derive(Debug, Default)]
 pub struct Cpu {
     caches: Vec<LookCache>,
     objects: ObjectCache,
+    diagram: Diagram,
 }
 
 impl Cpu {
@@ -46,6 +49,33 @@ impl Cpu {
     /// How often the vertices of objects were shaded.
     pub fn vertex_passes(&self) -> VertexPasses {
         self.objects.passes()
+    }
+
+    /// Draws the surfaces and the background of a shot in a black picture of its size.
+    fn surfaces(
+        &mut self,
+        scene: &Scene,
+        shot: &Shot,
+        cancellation: &Cancellation<'_>,
+        picture: &mut Picture,
+    ) -> Result<(), RenderError> {
+        LookCache::update(&mut self.caches, scene);
+        cancellation.check()?;
+        self.objects.update(scene, shot)?;
+        let band_renderer = BandRenderer::new(scene, shot, (&self.caches, &self.objects), cancellation)?;
+        let mut display = vec![[0.0; 3]; picture.radiance.len()];
+        let row = shot.size[0] as usize * BAND;
+        let bands = picture.radiance.par_chunks_mut(row).zip(display.par_chunks_mut(row)).enumerate();
+        let squares: Vec<Squares> = bands
+            .map(|(band, (radiance, display))| band_renderer.draw(band, radiance, display, cancellation))
+            .collect::<Result<_, _>>()?;
+        if let Show::Difference { .. } = shot.show {
+            let mut all = Squares::default();
+            squares.into_iter().for_each(|squares| all.join(squares));
+            picture.relative_rms = all.relative_rms();
+        }
+        picture.codes = codes(&display);
+        Ok(())
     }
 }
 
@@ -77,33 +107,19 @@ impl Renderer for Cpu {
         let cancellation = Cancellation::new(stop);
         within_limits(shot)?;
         let shot = &shot.of(scene);
-        let [width, height] = shot.size;
-        let pixels = width as usize * height as usize;
-        let mut picture = Picture {
-            size: shot.size,
-            codes: Vec::new(),
-            radiance: vec![[0.0; 4]; pixels],
-            relative_rms: None,
-        };
-        if pixels == 0 {
+        let mut picture = Picture::black(shot.size);
+        if shot.size.contains(&0) {
             return Ok(picture);
         }
-        LookCache::update(&mut self.caches, scene);
-        cancellation.check()?;
-        self.objects.update(scene, shot)?;
-        let band_renderer = BandRenderer::new(scene, shot, (&self.caches, &self.objects), &cancellation)?;
-        let mut display = vec![[0.0; 3]; pixels];
-        let row = width as usize * BAND;
-        let bands = picture.radiance.par_chunks_mut(row).zip(display.par_chunks_mut(row)).enumerate();
-        let squares: Vec<Squares> = bands
-            .map(|(band, (radiance, display))| band_renderer.draw(band, radiance, display, &cancellation))
-            .collect::<Result<_, _>>()?;
-        if let Show::Difference { .. } = shot.show {
-            let mut all = Squares::default();
-            squares.into_iter().for_each(|squares| all.join(squares));
-            picture.relative_rms = all.relative_rms();
+        let (columns, beside) = shot.show.beside_diagram(shot.size[0]);
+        if let Some(show) = beside {
+            self.surfaces(scene, &Shot { show, ..shot.clone() }, &cancellation, &mut picture)?;
         }
-        picture.codes = codes(&display);
+        if !columns.is_empty() {
+            cancellation.check()?;
+            let diagram = self.diagram.draw(scene, shot, columns.end - columns.start);
+            picture.place_diagram(columns, diagram);
+        }
         Ok(picture)
     }
 }

@@ -34,6 +34,7 @@ use std::time::{Duration, Instant};
 use ::mesh::Mesh;
 use glam::DAffine3;
 
+use crate::diagram::Diagram;
 use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
 use canvas::Canvas;
 use device::Device;
@@ -56,6 +57,7 @@ pub struct Gpu {
     accumulation: Option<Accumulation>,
     sample_budget: SampleBudget,
     rms: RmsReadback,
+    diagram: Diagram,
 }
 
 /// The progress of a picture that is drawn repeatedly.
@@ -67,6 +69,17 @@ pub struct DrawProgress {
     pub unfinished: bool,
     /// The latest [`Picture::relative_rms`] of a difference.
     pub relative_rms: Option<f64>,
+}
+
+/// What a call of [`Gpu::draw`] added to the picture.
+#[derive(Debug, Default)]
+struct Added {
+    /// As [`DrawProgress::light_samples`].
+    light_samples: u32,
+    /// Whether the next call adds light samples.
+    unfinished: bool,
+    /// Whether anything changed.
+    is_new: bool,
 }
 
 /// The view that light samples were accumulated for, and their number.
@@ -129,7 +142,8 @@ impl Gpu {
     fn on(device: Device) -> Result<Self, RenderError> {
         let resources = device.guarded(|| Resources::new(device.clone(), Self::TARGET))?;
         let (sample_budget, rms) = (SampleBudget::default(), RmsReadback::default());
-        Ok(Self { resources, canvas: None, accumulation: None, sample_budget, rms })
+        let diagram = Diagram::default();
+        Ok(Self { resources, canvas: None, accumulation: None, sample_budget, rms, diagram })
     }
 
     /// How often the vertices of the scene's objects were shaded.
@@ -204,9 +218,8 @@ impl Gpu {
         shot: &Shot,
         target: &wgpu::TextureView,
     ) -> Result<DrawProgress, RenderError> {
-        self.sample_budget.wait(&self.resources.device)?;
-        self.resources.prepare(scene, shot)?;
-        let Resources { device, layouts, .. } = &self.resources;
+        let device = self.resources.device.clone();
+        self.sample_budget.wait(&device)?;
         let samples = shot.samples.clamp(1, 4);
         if self.canvas.as_ref().is_some_and(|old| (old.size, old.samples) != (shot.size, samples)) {
             self.canvas = None;
@@ -214,8 +227,47 @@ impl Gpu {
         }
         let mut canvas = match self.canvas.take() {
             Some(canvas) => canvas,
-            None => Canvas::new(device, layouts, shot.size, samples)?,
+            None => Canvas::new(&device, &self.resources.layouts, shot.size, samples)?,
         };
+        let (columns, beside) = shot.show.beside_diagram(shot.size[0]);
+        let mut encoder = device.encoder();
+        let mut added = Added::default();
+        match beside {
+            Some(show) => {
+                let shot = Shot { show, ..shot.clone() };
+                added = self.add_samples(scene, &shot, &mut canvas, &mut encoder)?;
+            }
+            None => self.accumulation = None,
+        }
+        if !columns.is_empty() {
+            // A write comes before all work that is submitted after it.
+            device.queue.submit([std::mem::replace(&mut encoder, device.encoder()).finish()]);
+            let diagram = self.diagram.draw(scene, shot, columns.end - columns.start);
+            canvas.place_diagram(&device, columns, diagram);
+        }
+        canvas.present(&self.resources.pipelines.present, &mut encoder, target);
+        device.queue.submit([encoder.finish()]);
+        self.sample_budget.submitted(&device.queue);
+        self.rms.update(&device, &canvas, shot.show, added.is_new)?;
+        self.canvas = Some(canvas);
+        Ok(DrawProgress {
+            light_samples: added.light_samples,
+            unfinished: added.unfinished || self.rms.is_pending(),
+            relative_rms: self.rms.relative_rms,
+        })
+    }
+
+    /// Draws surfaces and background, and adds light samples to brute force.
+    fn add_samples(
+        &mut self,
+        scene: &Scene,
+        shot: &Shot,
+        canvas: &mut Canvas,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<Added, RenderError> {
+        self.resources.prepare(scene, shot)?;
+        let Resources { device, layouts, .. } = &self.resources;
+        let samples = canvas.samples;
         let modes = shot.show.sides();
         let mut accumulation = Accumulation::new(scene, shot);
         let mut same = false;
@@ -243,11 +295,10 @@ impl Gpu {
             false => 0,
         };
         accumulation.light_samples += add;
-        let frame = FrameEncoder::new(scene, shot, &self.resources, &canvas)?;
-        let mut encoder = device.encoder();
-        frame.update(&mut encoder);
+        let frame = FrameEncoder::new(scene, shot, &self.resources, canvas)?;
+        frame.update(encoder);
         for sample in 0..(samples * samples) as usize {
-            frame.sample(&mut encoder, sample, |encoder, side| {
+            frame.sample(encoder, sample, |encoder, side| {
                 if before == 0 {
                     frame.clear(encoder, side, sample);
                 }
@@ -257,17 +308,13 @@ impl Gpu {
                 Ok(accumulation.light_samples)
             })?;
         }
-        frame.present(&mut encoder, target);
-        device.queue.submit([encoder.finish()]);
-        self.sample_budget.submitted(&device.queue);
-        self.rms.update(device, &canvas, shot.show, !same || add > 0)?;
-        let drawn = DrawProgress {
+        let added = Added {
             light_samples: accumulation.light_samples,
-            unfinished: add < missing && modes.into_iter().any(is_brute_force) || self.rms.is_pending(),
-            relative_rms: self.rms.relative_rms,
+            unfinished: add < missing && modes.into_iter().any(is_brute_force),
+            is_new: !same || add > 0,
         };
-        (self.canvas, self.accumulation) = (Some(canvas), Some(accumulation));
-        Ok(drawn)
+        self.accumulation = Some(accumulation);
+        Ok(added)
     }
 
     fn render_whole(
@@ -349,7 +396,23 @@ impl Renderer for Gpu {
             return Ok(Picture { size: shot.size, codes: vec![], radiance: vec![], relative_rms: None });
         }
         let device = self.resources.device.clone();
-        device.guarded(|| self.render_whole(scene, &shot.of(scene), stop))
+        let shot = &shot.of(scene);
+        let (columns, beside) = shot.show.beside_diagram(shot.size[0]);
+        let mut picture = match beside {
+            Some(show) => {
+                let shot = Shot { show, ..shot.clone() };
+                device.guarded(|| self.render_whole(scene, &shot, stop))?
+            }
+            None => Picture::black(shot.size),
+        };
+        if !columns.is_empty() {
+            if stop() {
+                return Err(RenderError::Cancelled);
+            }
+            let diagram = self.diagram.draw(scene, shot, columns.end - columns.start);
+            picture.place_diagram(columns, diagram);
+        }
+        Ok(picture)
     }
 }
 

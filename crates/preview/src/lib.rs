@@ -11,18 +11,24 @@
 
 mod camera;
 mod cpu;
+mod diagram;
+pub mod drawing;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod graphics_device;
 mod light;
 mod light_image;
+mod light_points;
+mod lobe;
 mod look;
 mod material_form;
+mod mirror_ball;
 mod mode;
 mod named;
 mod picture;
 mod renderer;
+mod sample_sets;
 mod scene;
 pub mod shading;
 mod shot;

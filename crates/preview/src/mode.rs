@@ -1,5 +1,7 @@
 //! What a picture shows: the map that shades the surfaces, and the background.
 
+use std::ops::Range;
+
 /// The source of the radiance that a surface reflects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -29,11 +31,14 @@ pub enum Mode {
     Transfer,
     /// The integral over all light that the mesh does not hide from itself, with traced shadows.
     ShadowedBruteForce,
+    /// A diagram in place of the surface: the points that importance sampling draws from the light, from the
+    /// material's lobe toward the camera, and from their product.
+    Samples,
 }
 
 impl Mode {
     /// Every mode, in the order of lists and keys.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::LocalShrm,
         Self::GlobalShrm,
         Self::Cabral,
@@ -45,6 +50,7 @@ impl Mode {
         Self::Table,
         Self::Transfer,
         Self::ShadowedBruteForce,
+        Self::Samples,
     ];
 
     /// The name in manifests and on the command line.
@@ -61,6 +67,7 @@ impl Mode {
             Self::Table => "table",
             Self::Transfer => "transfer",
             Self::ShadowedBruteForce => "shadowed-brute-force",
+            Self::Samples => "samples",
         }
     }
 
@@ -78,6 +85,7 @@ impl Mode {
             Self::Table => "BRDF table",
             Self::Transfer => "transfer",
             Self::ShadowedBruteForce => "shadowed brute force",
+            Self::Samples => "samples",
         }
     }
 
@@ -87,7 +95,7 @@ impl Mode {
         match self {
             Self::LocalShrm | Self::GlobalShrm | Self::Cabral | Self::KautzMcCool | Self::Prefiltered => true,
             Self::Irradiance | Self::Mirror | Self::Table | Self::Transfer => false,
-            Self::BruteForce | Self::ShadowedBruteForce => false,
+            Self::BruteForce | Self::ShadowedBruteForce | Self::Samples => false,
         }
     }
 
@@ -99,6 +107,12 @@ impl Mode {
     /// Whether it sums light samples.
     pub fn is_brute_force(self) -> bool {
         matches!(self, Self::BruteForce | Self::ShadowedBruteForce)
+    }
+
+    /// Whether its picture is a diagram, not a shaded surface: it fills its side of the picture, and there is
+    /// no difference from it.
+    pub fn is_diagram(self) -> bool {
+        self == Self::Samples
     }
 
     /// What a picture in this mode approximates: brute force, with the shadows that the mode has.
@@ -163,8 +177,13 @@ impl Show {
     }
 
     /// The modes that can be drawn in place of these: the reference of each mode that is not offered. If both
-    /// sides are the same then, there is only one.
+    /// sides are the same then, there is only one. A diagram is shown alone in place of a difference from it.
     pub(crate) fn among(self, offers: impl Fn(Mode) -> bool) -> Self {
+        if let Self::Difference { of, from, .. } = self
+            && let Some(diagram) = [of, from].into_iter().find(|mode| mode.is_diagram())
+        {
+            return Self::One(diagram);
+        }
         if self.modes().all(&offers) {
             return self;
         }
@@ -181,6 +200,19 @@ impl Show {
             Self::Difference { of, from, amplify } => {
                 Self::Difference { of: available(of), from: available(from), amplify }
             }
+        }
+    }
+
+    /// The columns of a picture of this width that a diagram fills, none if no mode is one; and what to draw
+    /// in the others, unless there are none.
+    pub(crate) fn beside_diagram(self, width: u32) -> (Range<u32>, Option<Self>) {
+        let divider = self.divider(width);
+        match self {
+            Self::One(mode) if mode.is_diagram() => (0..width, None),
+            Self::Split { left, right, .. } if left.is_diagram() && right.is_diagram() => (0..width, None),
+            Self::Split { left, right, .. } if left.is_diagram() => (0..divider, Some(Self::One(right))),
+            Self::Split { left, right, .. } if right.is_diagram() => (divider..width, Some(Self::One(left))),
+            _ => (0..0, Some(self)),
         }
     }
 
@@ -235,5 +267,19 @@ mod tests {
         let shadowed = Show::One(Mode::ShadowedBruteForce);
         assert_eq!(Show::One(Mode::Transfer).among(|mode| mode != Mode::Transfer), shadowed);
         assert_eq!(Show::One(Mode::Table).among(|mode| !mode.shades_vertices()), brute);
+    }
+
+    #[test]
+    fn a_diagram_fills_its_side() {
+        let (diagram, mirror) = (Show::One(Mode::Samples), Show::One(Mode::Mirror));
+        let split = |left, right| Show::Split { left, right, at: 0.25 };
+        assert_eq!(diagram.beside_diagram(8), (0..8, None));
+        assert_eq!(mirror.beside_diagram(8), (0..0, Some(mirror)));
+        assert_eq!(split(Mode::Samples, Mode::Mirror).beside_diagram(8), (0..2, Some(mirror)));
+        assert_eq!(split(Mode::Mirror, Mode::Samples).beside_diagram(8), (2..8, Some(mirror)));
+        assert_eq!(split(Mode::Samples, Mode::Samples).beside_diagram(8), (0..8, None));
+        let difference = |of, from| Show::Difference { of, from, amplify: 8.0 }.among(|_| true);
+        assert_eq!(difference(Mode::Samples, Mode::Mirror), diagram);
+        assert_eq!(difference(Mode::Mirror, Mode::Samples), diagram);
     }
 }

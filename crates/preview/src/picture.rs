@@ -1,6 +1,8 @@
 //! Pictures, and the tolerances within which two of them count as the same.
 
-use envmap::to_srgb8;
+use std::ops::Range;
+
+use envmap::{srgb_decode, to_srgb8};
 use glam::Vec3;
 
 use crate::shading::difference::{Squares, difference};
@@ -22,6 +24,29 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// A black picture without a surface.
+    pub(crate) fn black(size: [u32; 2]) -> Self {
+        let pixels = size[0] as usize * size[1] as usize;
+        let (codes, radiance) = (vec![[0; 3]; pixels], vec![[0.0; 4]; pixels]);
+        Self { size, codes, radiance, relative_rms: None }
+    }
+
+    /// Places a diagram in some of its columns. The radiance of a diagram is the linear value of its codes,
+    /// and it has no surface.
+    pub(crate) fn place_diagram(&mut self, columns: Range<u32>, codes: &[[u8; 3]]) {
+        let linear: [f32; 256] = std::array::from_fn(|code| srgb_decode(code as f32 / 255.0));
+        let linear = |code: u8| linear[usize::from(code)];
+        let columns = columns.start as usize..columns.end as usize;
+        let width = self.size[0] as usize;
+        let rows = self.codes.chunks_exact_mut(width).zip(self.radiance.chunks_exact_mut(width));
+        for ((to, radiance), from) in rows.zip(codes.chunks_exact(columns.len())) {
+            to[columns.clone()].copy_from_slice(from);
+            for (radiance, [red, green, blue]) in radiance[columns.clone()].iter_mut().zip(from) {
+                *radiance = [linear(*red), linear(*green), linear(*blue), 0.0];
+            }
+        }
+    }
+
     /// The absolute difference from a picture of the same scene and shot in another mode. One reference then
     /// serves several differences.
     ///

@@ -11,9 +11,9 @@ mod lobe_plot;
 
 use brdf::Material;
 use envmap::{ToneMap, to_srgb8};
+use preview::drawing::{Align, Canvas, Rect};
 
-use crate::sheet::theme;
-use crate::sheet::{Align, Canvas, Picture, Rect};
+use crate::sheet::{Picture, theme};
 
 use self::albedo_plot::AlbedoPlot;
 use self::lobe_plot::LobePlot;

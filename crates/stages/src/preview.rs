@@ -24,11 +24,17 @@
 //! | `table` | a BRDF table at every vertex, interpolated over the triangles; needs `table` (`tabulate-brdf`) |
 //! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
+//! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
 //!
 //! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
 //! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
 //! coefficients of the degree that the table or the transfer has, up to 30; their reference is `brute-force`
 //! and `shadowed-brute-force`. The inner side of a surface is black in both.
+//!
+//! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
+//! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients of
+//! `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera by
+//! 30 degrees, whatever the mesh is. It is compared with no other mode.
 //!
 //! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
 //! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of
@@ -144,6 +150,8 @@ choice! {
         Transfer,
         /// The sum of all light that the mesh does not hide, with traced shadows.
         ShadowedBruteForce,
+        /// A diagram of the points that importance sampling draws.
+        Samples,
     }
 }
 
@@ -368,6 +376,9 @@ fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
     if parameters.compare.is_some() && parameters.columns().len() == 1 {
         errors.push(("compare", "`modes` has no other mode to compare with it".into()));
     }
+    if parameters.compare.is_some() && parameters.columns().iter().any(|mode| mode.is_diagram()) {
+        errors.push(("compare", "\"samples\" is a diagram, which no other mode is compared with".into()));
+    }
     match parameters.format() {
         Format::Png if parameters.frames > 1 => {
             let frames = parameters.frames;
@@ -399,6 +410,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
             Mode::Table => "table",
             Mode::Transfer if table.is_none() => "table",
             Mode::Transfer => "transfer",
+            Mode::Samples if context.type_at("reflection").is_none() => "material",
             mode if mode.needs_maps() => "reflection",
             _ => continue,
         };

@@ -1,18 +1,17 @@
 //! Draws a contact sheet: an 8-bit picture from environments, maps and numbers.
 //!
-//! `layout` places the pictures, `canvas` and `text` draw pixels, `plot`, `ball` and `scale` make the
-//! pictures. Nothing here knows about stages; all radiance is shown with the same exposure and tone curve.
+//! `layout` places the pictures, `plot`, `ball` and `scale` make them. Nothing here knows about stages; all
+//! radiance is shown with the same exposure and tone curve.
 
 mod ball;
-mod canvas;
 mod layout;
 mod number;
 mod plot;
 mod scale;
-mod text;
 pub(crate) mod theme;
 
 use envmap::{Environment, ToneMap, to_srgb8};
+use preview::drawing::{Align, Canvas, Rect};
 use rayon::prelude::*;
 use shrm::{Lamps, Shrm};
 use sphere::LatLong;
@@ -20,9 +19,7 @@ use sphere::LatLong;
 use layout::{Layout, Section};
 use plot::EnergyPlot;
 
-pub(crate) use canvas::{Canvas, Rect};
 pub(crate) use number::{percent, power_of_ten, short, stops};
-pub(crate) use text::{Align, Style};
 
 /// The grid on which a reconstruction is shown; one of another size is scaled.
 pub(crate) const RECONSTRUCTION: LatLong = LatLong::with_rows(layout::COLUMN / 2);

@@ -7,9 +7,9 @@
 use std::cmp::Ordering;
 
 use brdf::BrdfTable;
+use preview::drawing::{Align, Canvas, Rect};
 
-use crate::sheet::theme;
-use crate::sheet::{Align, Canvas, Picture, Rect, percent};
+use crate::sheet::{Picture, percent, theme};
 
 /// The width of the picture.
 const WIDTH: usize = 1680;

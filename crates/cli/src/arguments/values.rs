@@ -68,6 +68,12 @@ pub(super) fn subject(text: &str) -> Result<SubjectRequest, String> {
     Ok(request)
 }
 
+/// The help of `--mode`, which lists them.
+pub(super) fn modes() -> String {
+    let [first @ .., last] = Mode::ALL.map(Mode::name);
+    format!("How to shade it first: {} or {last}", first.join(", "))
+}
+
 /// A mode by its name.
 pub(super) fn mode(text: &str) -> Result<Mode, String> {
     Mode::from_name(text).ok_or_else(|| unknown("such mode", text, &Mode::ALL.map(Mode::name)))

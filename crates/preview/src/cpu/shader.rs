@@ -137,6 +137,7 @@ impl<'a> Shader<'a> {
             Mode::Table | Mode::Transfer => Self::Vertices(number),
             Mode::BruteForce => Self::BruteForce(brute()?),
             Mode::ShadowedBruteForce => Self::Shadowed(brute()?),
+            Mode::Samples => return Err(RenderError::maps("a diagram shades no surface")),
         })
     }
 

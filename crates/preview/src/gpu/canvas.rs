@@ -1,5 +1,7 @@
 //! The buffers and textures of a picture on the device.
 
+use std::ops::Range;
+
 use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor};
 
 use super::device::{Device, GROUP};
@@ -27,7 +29,7 @@ pub(super) struct Canvas {
     pub(super) squares: wgpu::Buffer,
     pub(super) codes: wgpu::Buffer,
     /// The codes, for the pass that presents them.
-    pub(super) presented: wgpu::BindGroup,
+    presented: wgpu::BindGroup,
     /// The radiance of each side's mode: one buffer, or one for each sample if light samples accumulate.
     sides: [Vec<wgpu::Buffer>; 2],
 }
@@ -55,7 +57,7 @@ impl Canvas {
         };
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let sums = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let codes = device.buffer("the picture", sums, 4 * pixels)?;
+        let codes = device.buffer("the picture", sums | BufferUsages::COPY_DST, 4 * pixels)?;
         let shape = device.filled("the picture's size", BufferUsages::UNIFORM, &size)?;
         let presented = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("codes"),
@@ -92,6 +94,44 @@ impl Canvas {
             self.drawn_map = Some(Map::picture(device, layouts, self.size)?);
         }
         Ok(())
+    }
+
+    /// Writes the codes of a diagram into some columns, after all work that was submitted before.
+    pub(super) fn place_diagram(&self, device: &Device, columns: Range<u32>, codes: &[[u8; 3]]) {
+        let bytes: Vec<[u8; 4]> = codes.iter().map(|[red, green, blue]| [*red, *green, *blue, 255]).collect();
+        if columns == (0..self.size[0]) {
+            return device.queue.write_buffer(&self.codes, 0, bytemuck::cast_slice(&bytes));
+        }
+        let rows = bytes.chunks_exact((columns.end - columns.start) as usize);
+        for (row, bytes) in (0..).zip(rows) {
+            let first = 4 * (row * u64::from(self.size[0]) + u64::from(columns.start));
+            device.queue.write_buffer(&self.codes, first, bytemuck::cast_slice(bytes));
+        }
+    }
+
+    /// Writes the codes into a texture.
+    pub(super) fn present(
+        &self,
+        pipeline: &wgpu::RenderPipeline,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("present"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &self.presented, &[]);
+        pass.draw(0..3, 0..1);
     }
 
     /// The number of workgroups across and down.

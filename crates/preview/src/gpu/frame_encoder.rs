@@ -408,26 +408,6 @@ impl<'a> FrameEncoder<'a> {
         pass.dispatch_workgroups(across, down, 1);
         Ok(())
     }
-
-    /// Writes the codes into a texture.
-    pub(super) fn present(&self, encoder: &mut CommandEncoder, target: &wgpu::TextureView) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("present"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            ..wgpu::RenderPassDescriptor::default()
-        });
-        pass.set_pipeline(&self.resources.pipelines.present);
-        pass.set_bind_group(0, &self.canvas.presented, &[]);
-        pass.draw(0..3, 0..1);
-    }
 }
 
 /// Whether a mode reads a map that is drawn for each sample of pixels.

@@ -224,7 +224,8 @@ pub(super) fn sources() -> Vec<(String, String)> {
         ("present".to_owned(), PRESENT.to_owned()),
         ("vertices".to_owned(), vertices_source()),
     ];
-    sources.extend(Mode::ALL.map(|mode| (mode.name().to_owned(), mode_source(mode))));
+    let shaded = Mode::ALL.into_iter().filter(|mode| !mode.is_diagram());
+    sources.extend(shaded.map(|mode| (mode.name().to_owned(), mode_source(mode))));
     sources
 }
 
@@ -260,6 +261,8 @@ fn mode_source(mode: Mode) -> String {
             &[SEQUENCE, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, NO_SHADOWS],
             "before + brute_force(surface, frame_number(pixel), part.first, part.count)",
         ),
+        // The CPU draws diagrams.
+        Mode::Samples => (&[], "vec3f()"),
         Mode::ShadowedBruteForce => (
             &[SEQUENCE, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, SHADOWS],
             "before + shadowed_brute_force(surface, textureLoad(map, pixel, 0, 0).xyz, frame_number(pixel), \

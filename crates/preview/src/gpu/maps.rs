@@ -242,7 +242,7 @@ impl LookMaps {
                 cubes(device, layouts, "the reflection map", uniforms, 1, |_, texel| texels[texel])?
             }
             Mode::Irradiance | Mode::Mirror | Mode::BruteForce => return Ok(()),
-            Mode::Table | Mode::Transfer | Mode::ShadowedBruteForce => return Ok(()),
+            Mode::Table | Mode::Transfer | Mode::ShadowedBruteForce | Mode::Samples => return Ok(()),
         };
         self.modes.insert(mode, map);
         Ok(())

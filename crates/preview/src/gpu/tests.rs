@@ -281,6 +281,37 @@ fn brute_force_accumulates_while_the_view_stays() {
     assert!(gpu.draw(&scene, &turned, &target).unwrap().light_samples < shot.light_samples);
 }
 
+/// The codes that are presented, in the columns of the diagram: what the CPU draws, before and after a mode
+/// that a shader draws, and beside one.
+#[test]
+fn a_diagram_is_presented_as_the_cpu_draws_it() {
+    let Some(mut gpu) = gpu("a_diagram_is_presented_as_the_cpu_draws_it") else { return };
+    let scene = scene();
+    let target = target(&gpu, [60, 44]);
+    let split = |left, right| Show::Split { left, right, at: 0.5 };
+    for (show, columns) in [
+        (Show::One(Mode::Samples), 0..60),
+        (Show::One(Mode::Mirror), 0..0),
+        (split(Mode::Samples, Mode::Mirror), 0..30),
+        (split(Mode::LocalShrm, Mode::Samples), 30..60),
+        (Show::One(Mode::Samples), 0..60),
+    ] {
+        let shot = Shot { show, ..shot(&scene, Mode::Samples) };
+        let drawn = gpu.draw(&scene, &shot, &target).unwrap();
+        assert_eq!((drawn.light_samples, drawn.unfinished), (0, false));
+        let device = gpu.resources.device.clone();
+        let readback = Readback::start(&device, &gpu.canvas.as_ref().unwrap().codes).unwrap();
+        device.wait().unwrap();
+        let found = readback.take::<[u8; 4]>(&device).unwrap();
+        let expected = crate::Cpu::new().render(&scene, &shot, &|| false).unwrap().codes;
+        for (place, ([red, green, blue, alpha], expected)) in found.into_iter().zip(expected).enumerate() {
+            if columns.contains(&(place % 60)) {
+                assert_eq!(([red, green, blue], alpha), (expected, 255), "{show:?} {place}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_target_has_the_size_and_format_of_the_picture() {
     let Some(mut gpu) = gpu("the_target_has_the_size_and_format_of_the_picture") else { return };

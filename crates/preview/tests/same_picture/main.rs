@@ -157,6 +157,7 @@ fn every_setting_of_a_shot() {
     let brute = Show::Split { left: Mode::BruteForce, right: Mode::Irradiance, at: 0.6 };
     let difference = Show::Difference { of: Mode::Cabral, from: Mode::LocalShrm, amplify: 8.0 };
     let from_brute = Show::Difference { of: Mode::GlobalShrm, from: Mode::BruteForce, amplify: 1.0 };
+    let samples = Show::Split { left: Mode::Samples, right: Mode::LocalShrm, at: 0.6 };
     let none = Show::Difference { of: Mode::Mirror, from: Mode::Mirror, amplify: 2.0 };
     let wide = Camera { field: 1.9, zoom: 1.5, yaw: 2.0, pitch: -0.8, ..plain.camera };
     let inside = Camera { framing: preview::Framing { radius: 0.12, ..scene.framing() }, ..plain.camera };
@@ -166,6 +167,8 @@ fn every_setting_of_a_shot() {
         ("a split at the left edge", Shot { show: split(0.0), ..plain.clone() }),
         ("a split at the right edge", Shot { show: split(1.0), ..plain.clone() }),
         ("a split of brute force", Shot { show: brute, samples: 2, ..plain.clone() }),
+        ("samples", Shot { show: Show::One(Mode::Samples), turn, ..plain.clone() }),
+        ("samples beside a map", Shot { show: samples, samples: 2, ..plain.clone() }),
         ("a difference", Shot { show: difference, ..plain.clone() }),
         ("a difference in 2 x 2 samples", Shot { show: difference, samples: 2, ..plain.clone() }),
         ("a difference from brute force", Shot { show: from_brute, ..plain.clone() }),

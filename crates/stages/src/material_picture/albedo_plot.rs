@@ -1,11 +1,12 @@
 //! The albedo of a material by the angle of the view: a curve for each of red, green and blue.
 
 use brdf::Material;
+use preview::drawing::{Align, Canvas, Rect, Style};
 use rayon::prelude::*;
 use sphere::Direction;
 
 use super::curve::{Curve, draw_curves, luminance};
-use crate::sheet::{Align, Canvas, Rect, Style, short, theme};
+use crate::sheet::{short, theme};
 
 /// Angles of the views from the normal, in degrees: closer together toward the horizon, where Fresnel's
 /// formula makes curves steep.

@@ -1,6 +1,6 @@
 //! Curves over an angle, as the plots draw them.
 
-use crate::sheet::Canvas;
+use preview::drawing::Canvas;
 
 /// A curve over an angle in degrees: its colour, and its points in pixels by ascending angle.
 pub(super) struct Curve {

@@ -8,11 +8,12 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use brdf::Material;
+use preview::drawing::{Align, Canvas, Rect, Style};
 use rayon::prelude::*;
 use sphere::Direction;
 
 use super::curve::{Curve, draw_curves, luminance};
-use crate::sheet::{Align, Canvas, Rect, Style, power_of_ten, theme};
+use crate::sheet::{power_of_ten, theme};
 
 /// Angles of the light from the normal, in degrees, and the colours of their lobes.
 const LIGHTS: [(f64, [u8; 3]); 4] =

@@ -1,6 +1,8 @@
 //! Pictures side by side, each above its name, with their differences below.
 
-use crate::sheet::{Align, Canvas, Rect, theme};
+use preview::drawing::{Align, Canvas, Rect};
+
+use crate::sheet::theme;
 
 const MARGIN: usize = 16;
 const GAP: usize = 12;

@@ -3,7 +3,7 @@
 //! The environment takes three columns and the plot of energies the other two; reconstructions take one each.
 //! Materials are in two halves of the sheet, each a 2:1 map beside its ball.
 
-use super::canvas::Rect;
+use preview::drawing::Rect;
 
 const MARGIN: usize = 40;
 const GUTTER: usize = 20;

@@ -1,8 +1,8 @@
 //! The energy of each degree of an expansion: bars on a logarithmic axis, and the running sum as a line.
 
-use super::canvas::{Canvas, Rect};
+use preview::drawing::{Align, Canvas, Rect, Style};
+
 use super::number::{percent, power_of_ten};
-use super::text::{Align, Style};
 use super::theme;
 use crate::quantity::ticks;
 

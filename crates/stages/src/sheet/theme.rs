@@ -1,6 +1,6 @@
 //! Colours and sizes of a sheet: a neutral dark surround that does not influence how the pictures look.
 
-use super::text::{Style, Weight};
+use preview::drawing::{Style, Weight};
 
 pub(crate) const BACKGROUND: [u8; 3] = [24, 24, 25];
 pub(crate) const SURFACE: [u8; 3] = [32, 32, 34];

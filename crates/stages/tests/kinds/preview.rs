@@ -110,6 +110,21 @@ fn every_mode_draws_a_picture_of_its_own() {
     assert!(matte > 10.0, "{matte}");
 }
 
+/// Three balls in one picture, of the coefficients or of the material; turned, they are others.
+#[test]
+fn samples_are_a_diagram_of_light_and_material() {
+    let small = "modes = [\"samples\"]\nsize = [96, 40]";
+    let still = picture(&sphere(small));
+    assert_eq!(still.0, [96, 40]);
+    assert!(apart(&still.1, &picture(&sphere(&format!("{small}\nlight-yaw = 90"))).1) > 1.0);
+    let bare_light =
+        || case("preview", &format!("{small}\nsamples = 1")).input("environment", environment(16, sky));
+    let of_material = picture(&bare_light().input("material", Material(microfacet(0.5))));
+    assert!(apart(&still.1, &of_material.1) > 0.0);
+    let message = "samples needs a material, but the port material is not connected";
+    assert_eq!(bare_light().failure(), message);
+}
+
 #[test]
 fn outputs_do_not_depend_on_the_number_of_threads() {
     let modes = MODES.map(|mode| format!("\"{mode}\"")).join(", ");
@@ -327,6 +342,10 @@ fn impossible_parameters_are_errors() {
         ("modes = []", "modes: the list is empty; name one, such as \"local-shrm\""),
         ("modes = [\"mirror\", \"mirror\"]", "modes: \"mirror\" is listed twice"),
         ("compare = \"local-shrm\"", "compare: `modes` has no other mode to compare with it"),
+        (
+            "modes = [\"samples\"]\ncompare = \"mirror\"",
+            "compare: \"samples\" is a diagram, which no other mode is compared with",
+        ),
         ("format = \"apng\"", "format: one frame needs \"png\"; set frames to the number of frames"),
         ("frames = 2\nformat = \"png\"", "format: 2 frames need \"apng\" or \"strip\""),
         (

@@ -22,7 +22,7 @@ fn every_mode_reflects_a_constant_light_unchanged() {
         let look = Arc::into_inner(look(&constant, &material, [f, 0])).unwrap();
         let scene = Scene::of(sphere(), Arc::new(look.with_table(Some(Arc::new(table)))));
         for background in [Background::Environment, Background::Harmonics] {
-            for mode in Mode::ALL.into_iter().filter(|mode| scene.offers(*mode)) {
+            for mode in shading_modes().filter(|mode| scene.offers(*mode)) {
                 let brute = mode.is_brute_force();
                 if brute && matches!(material, Material::Phong(_)) {
                     continue;
@@ -170,6 +170,11 @@ fn a_mode_equals_itself() {
     assert!(picture.codes.iter().all(|code| *code == [0; 3]));
 }
 
+/// The modes that shade surfaces.
+fn shading_modes() -> impl Iterator<Item = Mode> {
+    Mode::ALL.into_iter().filter(|mode| !mode.is_diagram())
+}
+
 /// Two looks in one scene look as they do alone.
 #[test]
 fn each_object_has_its_own_look() {
@@ -182,7 +187,7 @@ fn each_object_has_its_own_look() {
     let object = |k: usize| placed(&sphere(), place([-1.0, 1.0][k]), &looks[k]);
     let scene = |objects| Scene { light: Arc::clone(&first), objects };
     let mut cpu = super::super::Cpu::new();
-    for mode in Mode::ALL {
+    for mode in shading_modes() {
         let shot = shot([60, 40], Show::One(mode));
         let mut of = |objects| cpu.render(&scene(objects), &shot, &|| false).unwrap();
         let both = of(vec![object(0), object(1)]);

@@ -13,25 +13,32 @@ use super::canvas::{Canvas, Rect};
 
 /// The weight of a typeface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Weight {
+pub enum Weight {
+    /// Of running text.
     Regular,
+    /// Of names and titles.
     SemiBold,
 }
 
 /// Weight, size and colour of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Style {
-    pub(crate) weight: Weight,
+pub struct Style {
+    /// The weight.
+    pub weight: Weight,
     /// Pixels per em.
-    pub(crate) size: f32,
-    pub(crate) colour: [u8; 3],
+    pub size: f32,
+    /// sRGB.
+    pub colour: [u8; 3],
 }
 
 /// The position of a text in its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Align {
+pub enum Align {
+    /// At its left edge.
     Left,
+    /// In its middle.
     Centre,
+    /// At its right edge.
     Right,
 }
 
@@ -70,14 +77,14 @@ impl Style {
     }
 
     /// The width of a text in pixels.
-    pub(crate) fn width(&self, text: &str) -> f32 {
+    pub fn width(&self, text: &str) -> f32 {
         self.set(text).1
     }
 
     /// The text, or its beginning and its end around an ellipsis, in at most `width` pixels.
     ///
     /// Related files often differ only at the end of their names, so both ends are kept.
-    pub(crate) fn elide<'a>(&self, text: &'a str, width: f32) -> Cow<'a, str> {
+    pub fn elide<'a>(&self, text: &'a str, width: f32) -> Cow<'a, str> {
         if self.width(text) <= width {
             return Cow::Borrowed(text);
         }
@@ -103,7 +110,7 @@ impl Style {
     }
 
     /// Draws a text in a box, elided to its width, capitals centred in its height. Returns the width drawn.
-    pub(crate) fn draw(&self, canvas: &mut Canvas, place: Rect, align: Align, text: &str) -> f32 {
+    pub fn draw(&self, canvas: &mut Canvas, place: Rect, align: Align, text: &str) -> f32 {
         let text = self.elide(text, place.width as f32);
         let (glyphs, width) = self.set(&text);
         let slack = (place.width as f32 - width).max(0.0);

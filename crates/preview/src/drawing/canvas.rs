@@ -1,69 +1,82 @@
-//! The picture that a sheet is drawn on: 8-bit sRGB, blended in sRGB values as screens do with text.
+//! The picture that labels and plots are drawn on: 8-bit sRGB, blended in sRGB values as screens do with
+//! text.
 
 /// A rectangle of whole pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Rect {
-    pub(crate) x: usize,
-    pub(crate) y: usize,
-    pub(crate) width: usize,
-    pub(crate) height: usize,
+pub struct Rect {
+    /// The first column.
+    pub x: usize,
+    /// The first row.
+    pub y: usize,
+    /// The number of columns.
+    pub width: usize,
+    /// The number of rows.
+    pub height: usize,
 }
 
 impl Rect {
-    pub(crate) const fn new(x: usize, y: usize, width: usize, height: usize) -> Self {
+    /// A rectangle from its first column and row, and its size.
+    pub const fn new(x: usize, y: usize, width: usize, height: usize) -> Self {
         Self { x, y, width, height }
     }
 
     /// The first column to the right of the rectangle.
-    pub(crate) const fn right(self) -> usize {
+    pub const fn right(self) -> usize {
         self.x + self.width
     }
 
     /// The first row below the rectangle.
-    pub(crate) const fn bottom(self) -> usize {
+    pub const fn bottom(self) -> usize {
         self.y + self.height
     }
 }
 
 /// An opaque picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Canvas {
+pub struct Canvas {
     width: usize,
     height: usize,
     pixels: Vec<[u8; 3]>,
 }
 
 impl Canvas {
-    pub(crate) fn new(width: usize, height: usize, colour: [u8; 3]) -> Self {
+    /// A picture of one colour.
+    pub fn new(width: usize, height: usize, colour: [u8; 3]) -> Self {
         Self { width, height, pixels: vec![colour; width * height] }
     }
 
-    pub(crate) fn width(&self) -> usize {
+    /// The number of columns.
+    pub fn width(&self) -> usize {
         self.width
     }
 
-    pub(crate) fn height(&self) -> usize {
+    /// The number of rows.
+    pub fn height(&self) -> usize {
         self.height
     }
 
     /// The colours, row by row from the top.
-    pub(crate) fn pixels(&self) -> &[[u8; 3]] {
+    pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
 
     /// Lays `coverage` (0 to 1) of a colour over a pixel; outside the picture this does nothing.
-    pub(crate) fn blend(&mut self, x: i64, y: i64, colour: [u8; 3], coverage: f32) {
+    pub fn blend(&mut self, x: i64, y: i64, colour: [u8; 3], coverage: f32) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height && coverage > 0.0 {
-            let coverage = coverage.min(1.0);
-            for (old, new) in self.pixels[y * self.width + x].iter_mut().zip(colour) {
+            let pixel = &mut self.pixels[y * self.width + x];
+            if coverage >= 1.0 {
+                *pixel = colour;
+                return;
+            }
+            for (old, new) in pixel.iter_mut().zip(colour) {
                 *old = (f32::from(*old) + (f32::from(new) - f32::from(*old)) * coverage).round() as u8;
             }
         }
     }
 
     /// Fills a rectangle.
-    pub(crate) fn fill(&mut self, rect: Rect, colour: [u8; 3]) {
+    pub fn fill(&mut self, rect: Rect, colour: [u8; 3]) {
         let columns = rect.x.min(self.width)..rect.right().min(self.width);
         for y in rect.y..rect.bottom().min(self.height) {
             self.pixels[y * self.width..][columns.clone()].fill(colour);
@@ -71,7 +84,7 @@ impl Canvas {
     }
 
     /// Fills a rectangle with edges between pixels: edge pixels are covered in part.
-    pub(crate) fn fill_between(&mut self, left: f64, top: f64, right: f64, bottom: f64, colour: [u8; 3]) {
+    pub fn fill_between(&mut self, left: f64, top: f64, right: f64, bottom: f64, colour: [u8; 3]) {
         let overlap = |cell: i64, low: f64, high: f64| {
             (high.min(cell as f64 + 1.0) - low.max(cell as f64)).clamp(0.0, 1.0)
         };
@@ -84,7 +97,7 @@ impl Canvas {
     }
 
     /// Draws a line of a thickness through points, in coordinates where pixel (x, y) covers x..x+1, y..y+1.
-    pub(crate) fn line(&mut self, points: &[(f64, f64)], thickness: f64, colour: [u8; 3]) {
+    pub fn line(&mut self, points: &[(f64, f64)], thickness: f64, colour: [u8; 3]) {
         // Joints belong to two segments: coverage is collected first, so that no pixel is blended twice.
         let reach = thickness / 2.0 + 1.0;
         let bound = |of: fn(&(f64, f64)) -> f64| {
@@ -126,7 +139,10 @@ impl Canvas {
     }
 
     /// Copies a picture to a rectangle of its size.
-    pub(crate) fn place(&mut self, rect: Rect, picture: &[[u8; 3]]) {
+    ///
+    /// # Panics
+    /// If the rectangle reaches beyond the canvas.
+    pub fn place(&mut self, rect: Rect, picture: &[[u8; 3]]) {
         for (row, line) in picture.chunks_exact(rect.width.max(1)).enumerate().take(rect.height) {
             let start = (rect.y + row) * self.width + rect.x;
             self.pixels[start..start + rect.width].copy_from_slice(line);
