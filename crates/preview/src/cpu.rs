@@ -8,6 +8,7 @@ mod cancellation;
 mod clip;
 mod geometry;
 mod object_cache;
+mod product_sampling;
 mod rasteriser;
 mod shader;
 #[cfg(test)]

@@ -291,7 +291,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,

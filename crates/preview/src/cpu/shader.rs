@@ -7,8 +7,9 @@ use brdf::Centre;
 use glam::Vec3;
 
 use super::cancellation::PeriodicCheck;
+use super::product_sampling::{BandSamplers, ProductSampling};
 use super::rasteriser::Hit;
-use crate::shading::brute_force::{Prepared, brute_force, brute_force_past};
+use crate::shading::brute_force::{Prepared, brute_force_past};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
@@ -18,7 +19,7 @@ use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::prefiltered;
 use crate::shading::shadows::Shadows;
-use crate::{Look, Mode, RenderError, Scene};
+use crate::{Look, Mode, RenderError, Scene, Shot};
 
 /// A look and its maps, in the layout in which the shaders read them.
 #[derive(Debug)]
@@ -28,6 +29,7 @@ pub(super) struct LookCache {
     global: OnceLock<GlobalShrm>,
     lamps: OnceLock<PackedLamps>,
     brute: OnceLock<Prepared>,
+    product: OnceLock<Option<ProductSampling>>,
 }
 
 impl LookCache {
@@ -43,6 +45,7 @@ impl LookCache {
                     global: OnceLock::new(),
                     lamps: OnceLock::new(),
                     brute: OnceLock::new(),
+                    product: OnceLock::new(),
                 });
             }
         }
@@ -82,9 +85,9 @@ pub(super) enum Shader<'a> {
     },
     /// The radiance of the vertices in the first or the second mode.
     Vertices(usize),
-    BruteForce(&'a Prepared),
+    BruteForce(&'a Prepared, Option<&'a ProductSampling>),
     /// Brute force past what the object hides from itself.
-    Shadowed(&'a Prepared),
+    Shadowed(&'a Prepared, Option<&'a ProductSampling>),
 }
 
 /// Cube maps about a central direction.
@@ -102,11 +105,16 @@ impl<'a> Shader<'a> {
         (number, mode): (usize, Mode),
         cache: &'a LookCache,
         view: Vec3,
+        shot: &Shot,
     ) -> Result<Self, RenderError> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
         let lamps = || once(&cache.lamps, || PackedLamps::new(look.reflection()));
         let brute = || once(&cache.brute, || Prepared::new(look));
+        let product = || match ProductSampling::is_worth(shot) {
+            true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),
+            false => None,
+        };
         let no_cube = || RenderError::maps("the look's map does not lie on a cube");
         Ok(match mode {
             Mode::LocalShrm => Self::Local {
@@ -135,14 +143,14 @@ impl<'a> Shader<'a> {
                 Self::Mirror { size, pixels: environment.pixels() }
             }
             Mode::Table | Mode::Transfer => Self::Vertices(number),
-            Mode::BruteForce => Self::BruteForce(brute()?),
-            Mode::ShadowedBruteForce => Self::Shadowed(brute()?),
+            Mode::BruteForce => Self::BruteForce(brute()?, product()),
+            Mode::ShadowedBruteForce => Self::Shadowed(brute()?, product()),
             Mode::Samples => return Err(RenderError::maps("a diagram shades no surface")),
         })
     }
 
     /// The radiance toward the viewer at a sample of the picture. `number` identifies the sample; `shadows`
-    /// are those of the object on itself.
+    /// are those of the object on itself, `samplers` those of the band.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -152,7 +160,7 @@ impl<'a> Shader<'a> {
         number: u32,
         light_samples: u32,
         shadows: Option<&Shadows>,
-        check: &mut PeriodicCheck<'_>,
+        (check, samplers): (&mut PeriodicCheck<'_>, &mut BandSamplers),
     ) -> Result<Vec3, RenderError> {
         let surface = &hit.surface;
         Ok(match self {
@@ -170,15 +178,17 @@ impl<'a> Shader<'a> {
             Self::Irradiance(light) => irradiance(light, surface),
             Self::Mirror { size, pixels } => mirror(*size, pixels, surface),
             Self::Vertices(mode) => hit.radiance[*mode],
-            Self::BruteForce(prepared) => {
-                let sum = |samples| brute_force(prepared, surface, number, samples);
+            Self::BruteForce(prepared, product) => {
+                let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
+                let sum = |samples| brute_force_past(prepared, product, surface, number, samples, |_| true);
                 averaged(light_samples, check, sum)?
             }
-            Self::Shadowed(prepared) => {
+            Self::Shadowed(prepared, product) => {
                 let Some(shadows) = shadows else { return Ok(Vec3::ZERO) };
                 let point = shadows.at(surface, hit.position);
                 let sees = |direction| point.sees(direction);
-                let sum = |samples| brute_force_past(prepared, surface, number, samples, sees);
+                let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
+                let sum = |samples| brute_force_past(prepared, product, surface, number, samples, sees);
                 averaged(light_samples, check, sum)?
             }
         })

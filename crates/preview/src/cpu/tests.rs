@@ -3,6 +3,7 @@
 mod coverage;
 mod lamps;
 mod pictures;
+mod product;
 mod surfaces;
 mod vertices;
 

@@ -8,6 +8,9 @@
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample
 //! is larger than with the better kind alone.
 //!
+//! On the CPU, where many samples are taken, half of them follow the product of light and material
+//! ([`sampling::ProductSampler`]), in the same heuristic.
+//!
 //! Light is distant, and surfaces cast no shadows, unless those of [`super::shadows`] are wanted. The sum
 //! converges to `shrm::reference::Reference` up to the square of the size of the light's texels: see
 //! [`super::light_samples`].
@@ -20,6 +23,7 @@ use std::sync::Arc;
 
 use brdf::Material;
 use glam::{Mat3, Vec3};
+use sampling::ProductSampler;
 
 use super::light_samples::LightSamples;
 use super::lobe_sampling::LobeSampling;
@@ -84,13 +88,18 @@ impl Prepared {
 /// adjacent ranges add up to the sum over the whole range but for rounding. The result is never NaN or
 /// infinite.
 pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, samples: Range<u32>) -> Vec3 {
-    brute_force_past(prepared, surface, sample_index, samples, |_| true)
+    brute_force_past(prepared, None, surface, sample_index, samples, |_| true)
 }
 
+/// The share of samples that follow the product, if there is a sampler of it.
+const PRODUCT: f32 = 0.5;
+
 /// [`brute_force`] of the light that arrives: `sees` says for a direction, in the light's frame, whether
-/// light from there does.
-pub fn brute_force_past(
+/// light from there does. Half of the samples follow a `product` of light and material, if there is one, in
+/// the light's frame; the density of all is then c' p_product + (1 - c') (c p_light + (1 - c) p_lobes).
+pub(crate) fn brute_force_past(
     prepared: &Prepared,
+    product: Option<&ProductSampler>,
     surface: &Surface,
     sample_index: u32,
     samples: Range<u32>,
@@ -102,14 +111,20 @@ pub fn brute_force_past(
     let view = to_surface * surface.view;
     let shift = sequence::shift(sample_index);
     let share = lobes.light();
+    let product_share = if product.is_some() { PRODUCT } else { 0.0 };
     let mut sum = Vec3::ZERO;
     for i in samples {
         let [choice, along] = sequence::point(shift, i);
-        let (incident, lit) = if choice < share {
-            let lit = light.sample([below_1(choice / share), along]);
+        let rest = below_1((choice - product_share) / (1.0 - product_share));
+        let (incident, lit) = if let Some(product) = product.filter(|_| choice < product_share) {
+            let direction = product.sample([below_1(choice / product_share), along]).direction;
+            let direction = Vec3::from_array(direction);
+            (to_surface * direction, light.at(direction))
+        } else if rest < share {
+            let lit = light.sample([below_1(rest / share), along]);
             (to_surface * lit.direction, lit)
         } else {
-            let choice = below_1((choice - share) / (1.0 - share));
+            let choice = below_1((rest - share) / (1.0 - share));
             let incident = lobes.sample([choice, along], view);
             (incident, light.at(frame * incident))
         };
@@ -117,7 +132,11 @@ pub fn brute_force_past(
         if rho_hat == Vec3::ZERO || !sees(frame * incident) {
             continue;
         }
-        let density = share * lit.density + (1.0 - share) * lobes.density(incident, view);
+        let mut density = share * lit.density + (1.0 - share) * lobes.density(incident, view);
+        if let Some(product) = product {
+            let of_product = product.density((frame * incident).to_array());
+            density = product_share * of_product + (1.0 - product_share) * density;
+        }
         if density > 0.0 {
             sum += lit.radiance * rho_hat / density;
         }

@@ -1,0 +1,83 @@
+//! Brute force with samples of the product of light and material.
+
+use brdf::{Fresnel, Ggx, KajiyaKay};
+use glam::Vec3;
+
+use super::*;
+use crate::cpu::product_sampling::{BandSamplers, ProductSampling};
+use crate::shading::brute_force::{Prepared, brute_force_past};
+
+/// Windows in a dim room.
+fn windows(w: DVec3) -> [f64; 3] {
+    let pane = (5.0 * w.x + 1.0).sin() > 0.6 && (4.0 * w.z).cos() > 0.3 && w.y > -0.4;
+    [0.2, 0.2, 0.3].map(|dim| if pane { 30.0 } else { dim })
+}
+
+fn ggx(roughness: f64) -> Material {
+    let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
+    Material::Ggx(Ggx::new(roughness, gold, [1.0; 3]).unwrap())
+}
+
+fn soft() -> Arc<Look> {
+    look(&light(48, windows), &ggx(0.5), [19, 16])
+}
+
+#[test]
+fn samples_of_the_product_halve_the_noise_and_keep_the_mean() {
+    const SAMPLES: u32 = 256;
+    let look = soft();
+    let scene = Scene::of(sphere(), Arc::clone(&look));
+    let shot = shot([24, 24], Show::One(Mode::BruteForce));
+    let product = ProductSampling::new(&look).unwrap();
+    let prepared = Prepared::new(&look).unwrap();
+    let (mut squares, mut sums, mut deviations) = ([0.0; 2], [0.0; 2], 0.0);
+    for surface in seen(&scene, &shot).into_iter().flatten().map(|hit| hit.surface) {
+        let mut samplers = BandSamplers::default();
+        let sampler = samplers.get(&product, surface.normal, surface.view).unwrap();
+        let mean = |sampler, number: u32, samples: u32| {
+            let sum: Vec3 = brute_force_past(&prepared, sampler, &surface, number, 0..samples, |_| true);
+            f64::from(sum.element_sum()) / f64::from(samples)
+        };
+        // The truth without any sampler of the product.
+        let truth: f64 = mean(None, 77, 1 << 14);
+        for (place, sampler) in [None, Some(sampler)].into_iter().enumerate() {
+            for number in 0..4 {
+                let error = mean(sampler, number, SAMPLES) / truth - 1.0;
+                squares[place] += error * error;
+                sums[place] += error;
+                deviations += 1.0;
+            }
+        }
+    }
+    let count = deviations / 2.0;
+    let [plain, by_product] = squares.map(|sum| f64::sqrt(sum / count));
+    assert!(by_product < 0.6 * plain, "{by_product} {plain}");
+    // No bias: the mean error is within its own standard error, and that of the truth.
+    let bias = sums[1] / count;
+    assert!(bias.abs() < 4.0 * by_product / f64::sqrt(count) + 2e-3, "{bias} {by_product}");
+}
+
+#[test]
+fn lobes_that_the_series_does_not_hold_have_no_sampler() {
+    let lit = light(16, windows);
+    let has = |look: &Look| ProductSampling::new(look).is_some();
+    assert!(has(&look(&lit, &lambert(0.7), [19, 16])));
+    assert!(!has(&look(&lit, &ggx(0.15), [19, 16])), "too sharp");
+    assert!(!has(&look(&lit, &ggx(0.5), [4, 2])), "cut short");
+    let hair = Material::KajiyaKay(KajiyaKay::new(8.0, [0.6; 3]).unwrap());
+    assert!(!has(&look(&lit, &hair, [19, 16])), "about the tangent");
+    assert!(!has(&look(&light(16, |_| [0.0; 3]), &lambert(0.7), [19, 16])), "black");
+}
+
+#[test]
+fn few_samples_are_not_worth_a_sampler_and_pictures_with_it_do_not_depend_on_threads() {
+    let few = shot([20, 14], Show::One(Mode::BruteForce));
+    let many = Shot { light_samples: 64, samples: 2, ..few.clone() };
+    assert!(!ProductSampling::is_worth(&few) && ProductSampling::is_worth(&many));
+    let scene = Scene::of(sphere(), soft());
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render(&scene, &many))
+    };
+    assert_eq!(on(1), on(3));
+}
