@@ -62,7 +62,7 @@ pub fn measure(threads: usize) -> Result<Vec<Line>, Box<dyn std::error::Error>> 
             let sampler = Sampler::new(&Tables::new(degree), &lobe(degree), options)?;
             *millions = rate(threads, &points, |points, directions, densities| {
                 sampler.sample_into(points, directions, densities);
-            });
+            })?;
         }
         lines.push(Line { name, millions });
     }
@@ -73,7 +73,7 @@ pub fn measure(threads: usize) -> Result<Vec<Line>, Box<dyn std::error::Error>> 
         let sampler = ProductSampler::new(&tables, &lobe(degree), ProductOptions::default())?;
         *millions = rate(threads, &points, |points, directions, densities| {
             sampler.sample_into(points, directions, densities);
-        });
+        })?;
     }
     lines.push(Line { name: "product", millions });
     Ok(lines)
@@ -83,23 +83,17 @@ pub fn measure(threads: usize) -> Result<Vec<Line>, Box<dyn std::error::Error>> 
 fn rate(
     threads: usize,
     points: &[[f32; 2]],
-    draw: impl Fn(&[[f32; 2]], &mut [[f32; 3]], &mut [f32]) + Sync,
-) -> f64 {
+    draw: impl Fn(&[[f32; 2]], &mut [[f32; 3]], &mut [f32]) + Send + Sync,
+) -> Result<f64, rayon::ThreadPoolBuildError> {
     let (mut directions, mut densities) = (vec![[0.0; 3]; points.len()], vec![0.0; points.len()]);
-    let part = points.len().div_ceil(threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let mut seconds = f64::INFINITY;
     for _ in 0..ROUNDS {
         let begin = Instant::now();
-        std::thread::scope(|scope| {
-            let parts = points.chunks(part).zip(directions.chunks_mut(part)).zip(densities.chunks_mut(part));
-            for ((points, directions), densities) in parts {
-                let draw = &draw;
-                scope.spawn(move || draw(points, directions, densities));
-            }
-        });
+        pool.install(|| draw(points, &mut directions, &mut densities));
         seconds = seconds.min(begin.elapsed().as_secs_f64());
     }
-    points.len() as f64 / seconds / 1e6
+    Ok(points.len() as f64 / seconds / 1e6)
 }
 
 /// The colours of lines.
