@@ -138,8 +138,15 @@ pub fn chart(lines: &[Line], threads: usize) -> String {
             "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
             places.join(" ")
         ));
-        let end = y(line.millions[3]) + 4.0;
-        add(format_args!("<text x=\"558\" y=\"{end:.1}\" fill=\"{colour}\">{}</text>", line.name));
+    }
+    // Names at the ends of lines, each at least a line of text below the one above.
+    let mut ends: Vec<(f64, usize)> = lines.iter().map(|line| y(line.millions[3])).zip(0..).collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut above = f64::NEG_INFINITY;
+    for (height, index) in ends {
+        above = height.max(above + 15.0);
+        let (colour, name) = (COLOURS[index % COLOURS.len()], lines[index].name);
+        add(format_args!("<text x=\"558\" y=\"{:.1}\" fill=\"{colour}\">{name}</text>", above + 4.0));
     }
     let (left, middle) = (x(400.0), y(5.0));
     add(format_args!(
