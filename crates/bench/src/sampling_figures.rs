@@ -18,7 +18,7 @@ pub mod speeds;
 pub mod spheres;
 
 use sampling::Points;
-use sphere::{DVec3, Direction};
+use sphere::DVec3;
 
 /// The two sets of points that figures compare: independent ones and Owen's scrambling of the Sobol (0,
 /// 2)-sequence.
@@ -34,13 +34,4 @@ pub fn first(points: Points<'_>, count: usize) -> Vec<[f32; 2]> {
 /// The vector of a direction in single precision.
 pub fn vector(direction: [f32; 3]) -> DVec3 {
     DVec3::from_array(direction.map(f64::from))
-}
-
-/// `count` directions spread evenly over the sphere: a golden spiral.
-pub fn spiral(count: usize) -> impl Iterator<Item = Direction> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..count).map(move |k| {
-        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
-        Direction::from_angles(z.acos(), golden * k as f64)
-    })
 }

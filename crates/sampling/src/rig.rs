@@ -124,18 +124,13 @@ pub struct Irradiance {
 }
 
 impl Irradiance {
-    /// Normals are spread evenly: a spiral whose turns are the golden angle.
+    /// Normals are spread evenly: [`sphere::spiral`].
     const NORMALS: usize = 128;
 
     /// The exact irradiance, from every texel.
     pub fn of(masses: &LightMasses) -> Self {
-        let golden = PI * (3.0 - 5f64.sqrt());
-        let normals: Vec<DVec3> = (0..Self::NORMALS)
-            .map(|k| {
-                let z = 1.0 - (2 * k + 1) as f64 / Self::NORMALS as f64;
-                Direction::from_angles(z.acos(), golden * k as f64).vector()
-            })
-            .collect();
+        let normals: Vec<DVec3> =
+            (0..Self::NORMALS).map(|index| sphere::spiral(index, Self::NORMALS).vector()).collect();
         let rgb = normals.par_iter().map(|normal| masses.irradiance(*normal)).collect();
         Self { normals, rgb }
     }

@@ -10,7 +10,7 @@
 use brdf::{BrdfCoefficients, Centre};
 use rayon::prelude::*;
 use sh::{Basis, Degree, Expansion, rotate_orders};
-use sphere::Direction;
+use sphere::{Direction, spiral};
 
 use crate::lamps::Lamps;
 use crate::reflection::MOST_P;
@@ -161,7 +161,7 @@ impl Trial {
         brdf: &BrdfCoefficients,
         beside: Beside<'_>,
     ) -> Vec<Sample> {
-        let central = spread(index, SAMPLES[0]);
+        let central = spiral(index, SAMPLES[0]);
         let most = Degree::new(self.f[self.f.len() - 1]).unwrap_or(Degree::ZERO);
         let light = rotate_orders(&lighting.to_degree(most), frame(central).inverse(), self.reference_p);
         let lights = beside.lamps.map(|lamps| (lamps, lamps.about(central)));
@@ -232,12 +232,6 @@ pub(crate) fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficie
             }
         }
     }
-}
-
-/// Directions spread evenly over the sphere: a golden spiral.
-pub(crate) fn spread(index: usize, count: usize) -> Direction {
-    let z = 1.0 - (2 * index + 1) as f64 / count as f64;
-    Direction::from_angles(z.acos(), index as f64 * 2.399_963_229_728_653)
 }
 
 /// The view of a sample in the frame of the central direction: as a ball shows views to a distant camera, the
@@ -381,7 +375,7 @@ mod tests {
         // Other samples than those of the choice.
         let mut stops = Vec::new();
         for texel in 0..60 {
-            let central = spread(texel, 60);
+            let central = spiral(texel, 60);
             for k in 0..10 {
                 let local = seen(Centre::Reflection, 7919 + 10 * texel + k);
                 let view = Direction::normalised(frame(central).matrix() * local.vector());
@@ -420,7 +414,7 @@ mod tests {
         let dark = DARK * lighting.mean();
         let mut stops = Vec::new();
         for texel in 0..60 {
-            let central = spread(texel, 60);
+            let central = spiral(texel, 60);
             for k in 0..10 {
                 let local = seen(Centre::Reflection, 7919 + 10 * texel + k);
                 let view = Direction::normalised(frame(central).matrix() * local.vector());

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 use sh::{Basis, rotate_orders};
+use sphere::spiral;
 
-use crate::degrees::{SAMPLES, add, seen, spread};
+use crate::degrees::{SAMPLES, add, seen};
 use crate::mean_lobe::MeanLobe;
 use crate::{Plain, Reflection, frame};
 
@@ -57,7 +58,7 @@ impl Reflection {
             if stop() {
                 return None;
             }
-            let central = spread(index, SAMPLES[0]);
+            let central = spiral(index, SAMPLES[0]);
             let light = rotate_orders(self.lighting(), frame(central).inverse(), p.get());
             let mut rows = vec![[0.0; 3]; p.rows()];
             (0..=f).for_each(|l| add(&mut rows, &light, self.brdf(), l));
@@ -85,7 +86,7 @@ impl Reflection {
         let lobe = self.lamps().map(|lamps| (MeanLobe::plain(&lamps.material, plain), &lamps.lights));
         let lit = lobe.as_ref().map(|(lobe, lights)| lobe.of(lights));
         let at = |index: usize| {
-            let central = spread(index, SAMPLES[0]);
+            let central = spiral(index, SAMPLES[0]);
             let mut sum = field.evaluate(central);
             if let Some(lit) = &lit {
                 let lamps = lit.radiance(central);
@@ -118,7 +119,7 @@ mod tests {
         let [right, found] = [&reference, &cut].map(Reflection::samples);
         let values: Vec<f64> = (0..SAMPLES[0])
             .map(|index| {
-                let central = spread(index, SAMPLES[0]);
+                let central = spiral(index, SAMPLES[0]);
                 cut.evaluate(central, central)[0]
             })
             .collect();

@@ -13,6 +13,7 @@ mod nearest_direction;
 mod openexr_cube;
 mod openexr_lat_long;
 mod rotation;
+mod spiral;
 
 pub use angular_probe::AngularProbe;
 pub use cube::{Cube, Face};
@@ -25,3 +26,4 @@ pub use nearest_direction::NearestDirection;
 pub use openexr_cube::OpenExrCube;
 pub use openexr_lat_long::OpenExrLatLong;
 pub use rotation::{Rotation, Zyz};
+pub use spiral::spiral;

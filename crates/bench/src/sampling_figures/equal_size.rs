@@ -6,11 +6,11 @@
 use sampling::{Options, Sampler};
 use sampling::{ProductOptions, ProductSampler, ProductTables, Sample, Tables, TexelLight};
 use sh::{Degree, Haar};
-use sphere::{DVec3, Direction, LatLong};
+use sphere::{DVec3, Direction, LatLong, spiral};
 
 use super::phong::Phong;
 use super::picture::{Picture, grey, mix};
-use super::{first, spiral, vector};
+use super::{first, vector};
 
 /// A lobe of the talk.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,9 @@ impl Case {
             let phong = Phong { exponent: self.exponent, axis };
             Ok((lost(&phong, &wavelets(&phong, self.degree()?.rows())?), axis))
         };
-        let shares = spiral(AXES).map(of).collect::<Result<Vec<_>, Box<dyn std::error::Error>>>()?;
+        let shares = (0..AXES)
+            .map(|index| of(spiral(index, AXES)))
+            .collect::<Result<Vec<_>, Box<dyn std::error::Error>>>()?;
         let worst = shares.iter().max_by(|a, b| a.0.total_cmp(&b.0)).ok_or("there are axes")?;
         Ok(Lost {
             harmonics,

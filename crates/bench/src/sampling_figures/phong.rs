@@ -80,7 +80,7 @@ mod tests {
         assert!((coefficients[0] * (2.0 * TAU).sqrt() - 1.0).abs() < 1e-12, "the integral is 1");
         let rgb = coefficients.iter().map(|value| [*value; 3]).collect();
         let series = Expansion::from_coefficients(degree, rgb).unwrap();
-        for w in super::super::spiral(50) {
+        for w in (0..50).map(|index| sphere::spiral(index, 50)) {
             let error = series.evaluate(w)[0] - phong.value(w.vector());
             assert!(error.abs() < 1e-4 * phong.largest(), "{error}");
         }

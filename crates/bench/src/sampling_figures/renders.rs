@@ -9,12 +9,12 @@ use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use sampling::{Points, ProductOptions, ProductSampler, ProductTables, SUM, Sample, Tables, TexelLight};
 use sh::Degree;
-use sphere::{DVec3, Direction, LatLong, NearestDirection};
+use sphere::{DVec3, Direction, LatLong, NearestDirection, spiral};
 
 use super::equal_size::{GRID, texel_sampler, wavelets};
 use super::phong::Phong;
 use super::picture::Picture;
-use super::{spiral, vector};
+use super::vector;
 
 /// Phong's exponent, and the degree of its series.
 const EXPONENT: u32 = 20;
@@ -171,7 +171,8 @@ impl Scene {
     /// # Errors
     /// If the grid does not fit.
     pub fn by_wavelets(&self, stored: Stored) -> Result<Render, sh::NotPowersOfTwo> {
-        let axes: Vec<Direction> = spiral(stored.orientations).collect();
+        let axes: Vec<Direction> =
+            (0..stored.orientations).map(|index| spiral(index, stored.orientations)).collect();
         let index = NearestDirection::new(&axes.iter().map(|axis| axis.vector()).collect::<Vec<_>>());
         let samplers = axes.par_iter().map(|&axis| {
             let lobe = wavelets(&Phong { exponent: EXPONENT, axis }, stored.wavelets)?;

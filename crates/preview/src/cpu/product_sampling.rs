@@ -17,7 +17,7 @@ use brdf::{BrdfCoefficients, Centre};
 use glam::Vec3;
 use sampling::{ProductOptions, ProductSampler, ProductTables, SUM, Tables, TexelLight, UniformShare, weigh};
 use sh::Degree;
-use sphere::{Cube, Direction, Face};
+use sphere::{Cube, Direction, Face, spiral};
 
 use crate::{Look, Shot};
 
@@ -82,16 +82,12 @@ impl ProductSampling {
 /// The share of the lobe's energy, seen 30 degrees from the normal, that the degrees up to [`DEGREE`] hold:
 /// by its values all around, not by the series, which may have been cut for a soft light.
 fn is_held(look: &Look, series: &BrdfCoefficients) -> bool {
-    const DIRECTIONS: u32 = 8192;
+    const DIRECTIONS: usize = 8192;
     let Some(material) = look.material() else { return false };
     let view = Direction::from_angles(FRAC_PI_6, 0.0);
     let square = |rgb: [f64; 3]| rgb.iter().map(|value| value * value).sum::<f64>();
-    let golden = PI * (3.0 - 5f64.sqrt());
-    let whole = (0..DIRECTIONS).map(|k| {
-        let z = 1.0 - f64::from(2 * k + 1) / f64::from(DIRECTIONS);
-        square(material.rho_hat(Direction::from_angles(z.acos(), golden * f64::from(k)), view))
-    });
-    let whole = whole.sum::<f64>() * 4.0 * PI / f64::from(DIRECTIONS);
+    let whole = (0..DIRECTIONS).map(|index| square(material.rho_hat(spiral(index, DIRECTIONS), view)));
+    let whole = whole.sum::<f64>() * 4.0 * PI / DIRECTIONS as f64;
     let lobe = series.at_view(Direction::Z, Direction::X, view);
     let rows = (DEGREE + 1) * (DEGREE + 1);
     let held: f64 = lobe.coefficients().iter().take(rows).map(|rgb| square(*rgb)).sum();

@@ -319,10 +319,10 @@ fn mixed(state: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Phong, Ward, project};
-    use sphere::{Cube, LatLong};
+    use sphere::{Cube, LatLong, spiral};
 
     use super::*;
-    use crate::degrees::{seen, spread};
+    use crate::degrees::seen;
     use crate::reference::{Cull, Reference};
 
     fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
@@ -372,7 +372,7 @@ mod tests {
 
     /// A texel's central direction and a view of it.
     fn seen_from(material: &Material, index: usize, count: usize) -> (Direction, Direction) {
-        let central = spread(index, count);
+        let central = spiral(index, count);
         (central, frame(central).apply(seen(material.centre(), index)))
     }
 

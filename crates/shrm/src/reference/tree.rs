@@ -326,10 +326,10 @@ impl PartialEq for Open {
 mod tests {
     use brdf::{Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Phong};
 
-    use sphere::LatLong;
+    use sphere::{LatLong, spiral};
 
     use super::*;
-    use crate::degrees::{seen, spread};
+    use crate::degrees::seen;
     use crate::reference::{Cull, Reference};
 
     /// A sky with a gradient, a sun of three texels and a row of lamps.
@@ -369,7 +369,7 @@ mod tests {
         let reference = Reference::new(environment, material, Cull::None);
         let mut errors: Vec<f64> = (0..100)
             .map(|index| {
-                let central = spread(index, 100);
+                let central = spiral(index, 100);
                 let view = frame(central).apply(seen(material.centre(), index));
                 let found = tree.radiance(material, central, view, share, dark);
                 let wanted = reference.radiance(central, view);
@@ -419,7 +419,7 @@ mod tests {
         let view = Direction::normalised(DVec3::new(0.3, -0.8, 0.6));
         let mut errors = Vec::new();
         for index in 0..60 {
-            let normal = Direction::normalised(spread(index, 60).vector() + view.vector()).vector();
+            let normal = Direction::normalised(spiral(index, 60).vector() + view.vector()).vector();
             let tangent = (DVec3::Z - normal * normal.z).normalize();
             let frame = DMat3::from_cols(tangent, normal.cross(tangent), normal);
             let local = |direction: DVec3| Direction::normalised(frame.transpose() * direction);
