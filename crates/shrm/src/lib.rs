@@ -1,4 +1,4 @@
-//! Reflected light: convolution in spherical harmonics and its evaluation.
+//! Reflected light: convolution in spherical harmonics and its evaluation; prefilters of engines.
 
 pub mod accuracy;
 mod baking;
@@ -15,6 +15,7 @@ mod lookup;
 mod map;
 mod mean_lobe;
 mod plain;
+mod prefilter;
 pub mod reference;
 mod reflection;
 mod resample;
@@ -34,6 +35,10 @@ pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use mean_lobe::{MeanLight, MeanLobe};
 pub use plain::Plain;
+pub use prefilter::{
+    Distribution, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel, PrefilteredLevel,
+    RoughnessOutOfRange, prefilter, prefilter_series, prefilter_unless,
+};
 pub use reflection::{MOST_P, Reflection, ViewDependent};
 pub use resolution::{MapLayout, Resolution};
 pub use sphere_map::{
@@ -48,6 +53,7 @@ pub mod revisions {
     pub use crate::baking::REVISION as BAKING;
     pub use crate::degrees::REVISION as DEGREES;
     pub use crate::fit::REVISION as FIT;
+    pub use crate::prefilter::REVISION as PREFILTER;
     pub use crate::reference::REVISION as REFERENCE;
     pub use crate::resample::REVISION as RESAMPLING;
     pub use crate::synthesis::REVISION as SYNTHESIS;

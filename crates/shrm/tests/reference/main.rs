@@ -5,4 +5,5 @@
 mod brute_force;
 mod coefficients;
 mod given;
+mod prefilter;
 mod radial;

@@ -1,0 +1,260 @@
+//! The levels of a prefiltered cube: for each roughness the method that suits its lobe and the light.
+
+use envmap::{CubeMap, Environment};
+use sh::{Degree, Expansion, Lighting, Transform, TransformError, energy_per_degree};
+use sphere::{Cube, LatLong, spiral};
+
+use super::{
+    Distribution, HORIZON_DEGREE, LightBlocks, PrefilterKernel, RoughnessOutOfRange, prefilter_series,
+};
+
+/// How the caller wants levels to be made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum MethodChoice {
+    /// In spherical harmonics if the light holds the degree that the lobe needs, otherwise by quadrature.
+    #[default]
+    Auto,
+    /// In spherical harmonics; an error if the light does not hold the degree.
+    Series,
+    /// By quadrature over blocks of texels.
+    Quadrature,
+}
+
+/// How a level was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LevelMethod {
+    /// A mirror: the environment, averaged over each texel.
+    Resampled,
+    /// By [`prefilter_series`] with this many degrees.
+    Series {
+        /// The highest l, inclusive.
+        degree: usize,
+    },
+    /// By [`LightBlocks`].
+    Quadrature,
+}
+
+/// One level of a prefiltered cube.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrefilteredLevel {
+    /// 0 is a mirror.
+    pub roughness: f64,
+    /// Radiance; nothing is negative.
+    pub map: CubeMap,
+    /// How it was made.
+    pub method: LevelMethod,
+    /// Values that were negative and became 0.
+    pub negative: usize,
+    /// The estimated RMS error as a share of the level's largest value: of a series, what its cut leaves out,
+    /// as the light's energy per degree tells; of quadrature, the difference from blocks of a third of the
+    /// size in 64 directions. `None` for a mirror.
+    pub error: Option<f64>,
+}
+
+/// A prefiltered cube could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PrefilterError {
+    /// A roughness is past 1 or negative.
+    #[error(transparent)]
+    Roughness(#[from] RoughnessOutOfRange),
+    /// The light does not hold the degree that a level needs, and quadrature was not wanted.
+    #[error("roughness {roughness:.3} needs degree {needed}; the light holds {held}")]
+    DegreeTooLow {
+        /// Of the level.
+        roughness: f64,
+        /// The degree that it needs.
+        needed: usize,
+        /// The highest degree of the light.
+        held: usize,
+    },
+    /// The cube has no texel, or too many.
+    #[error(transparent)]
+    Size(#[from] envmap::Error),
+    /// A grid has no pixels.
+    #[error(transparent)]
+    Transform(#[from] TransformError),
+    /// The caller did not want the levels any more.
+    #[error("the prefilter was stopped")]
+    Stopped,
+}
+
+/// A prefiltered cube for each roughness, and the light's series.
+///
+/// `levels[l]` has max(1, resolution >> l) texels along the edge of a face. A roughness of 0 is the
+/// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps included,
+/// otherwise of the environment; of the degree that the levels need and at least 74, the cosine's, if the
+/// light holds that.
+///
+/// # Errors
+/// [`PrefilterError`]
+pub fn prefilter(
+    environment: &Environment,
+    lighting: Option<&Lighting>,
+    distribution: Distribution,
+    roughness: &[f64],
+    resolution: usize,
+    choice: MethodChoice,
+) -> Result<(Vec<PrefilteredLevel>, Expansion), PrefilterError> {
+    prefilter_unless(environment, lighting, distribution, roughness, resolution, choice, &|| false)
+}
+
+/// [`prefilter`], which ends early once `stop` says so.
+///
+/// # Errors
+/// As [`prefilter`]; [`PrefilterError::Stopped`] if it was stopped.
+pub fn prefilter_unless(
+    environment: &Environment,
+    lighting: Option<&Lighting>,
+    distribution: Distribution,
+    roughness: &[f64],
+    resolution: usize,
+    choice: MethodChoice,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<(Vec<PrefilteredLevel>, Expansion), PrefilterError> {
+    let kernels = roughness
+        .iter()
+        .map(|&roughness| match roughness {
+            0.0 => Ok(None),
+            _ => PrefilterKernel::new(distribution, roughness).map(Some),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let held = lighting.map_or(highest_degree(environment.grid()), |light| light.series.degree().get());
+    let methods = kernels
+        .iter()
+        .zip(roughness)
+        .map(|(kernel, &roughness)| match (kernel.map(|kernel| kernel.degree()), choice) {
+            (None, _) => Ok(LevelMethod::Resampled),
+            (Some(degree), MethodChoice::Auto | MethodChoice::Series) if degree <= held => {
+                Ok(LevelMethod::Series { degree })
+            }
+            (Some(needed), MethodChoice::Series) => {
+                Err(PrefilterError::DegreeTooLow { roughness, needed, held })
+            }
+            (Some(_), _) => Ok(LevelMethod::Quadrature),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+
+    let needed = methods.iter().map(|method| match method {
+        LevelMethod::Series { degree } => *degree,
+        _ => 0,
+    });
+    let highest = needed.max().unwrap_or(0).max(HORIZON_DEGREE).min(held);
+    let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX))?;
+    let mut light = Light { environment, energy: energy_per_degree(&series), series, blocks: None, stop };
+    let mut levels = Vec::with_capacity(roughness.len());
+    for (l, method) in methods.into_iter().enumerate() {
+        if stop() {
+            return Err(PrefilterError::Stopped);
+        }
+        let cube = Cube { edge: (resolution >> l.min(31)).max(1) };
+        levels.push(light.level(roughness[l], kernels[l].as_ref(), method, cube)?);
+    }
+    if stop() {
+        return Err(PrefilterError::Stopped);
+    }
+    Ok((levels, light.series))
+}
+
+/// The highest degree that an image holds.
+fn highest_degree(grid: LatLong) -> usize {
+    (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1)).min(Degree::MAX.get())
+}
+
+/// The light's coefficients, lamps included.
+fn series(
+    environment: &Environment,
+    lighting: Option<&Lighting>,
+    degree: Degree,
+) -> Result<Expansion, TransformError> {
+    let Some(lighting) = lighting else {
+        return Ok(Transform::new(environment.grid(), degree)?.analyse(environment.pixels()));
+    };
+    let mut series = lighting.series.to_degree(degree);
+    for lamp in &lighting.lights {
+        let lamp = lamp.series(degree);
+        let values = series.coefficients_mut().as_flattened_mut();
+        values.iter_mut().zip(lamp.coefficients().as_flattened()).for_each(|(sum, value)| *sum += value);
+    }
+    Ok(series)
+}
+
+/// What levels are made from.
+struct Light<'a> {
+    environment: &'a Environment,
+    series: Expansion,
+    /// Of the series, per degree.
+    energy: Vec<[f64; 3]>,
+    /// Built when the first level needs them.
+    blocks: Option<LightBlocks<'a>>,
+    stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Light<'_> {
+    fn level(
+        &mut self,
+        roughness: f64,
+        kernel: Option<&PrefilterKernel>,
+        method: LevelMethod,
+        cube: Cube,
+    ) -> Result<PrefilteredLevel, PrefilterError> {
+        let Some(kernel) = kernel else {
+            let map = self.environment.cube_map(cube)?;
+            let (map, negative) = without_negatives(cube, map.pixels().to_vec());
+            return Ok(PrefilteredLevel { roughness, map, method, negative, error: None });
+        };
+        let (texels, error) = match method {
+            LevelMethod::Series { degree } => {
+                (prefilter_series(&self.series, kernel, cube)?, self.cut_off(kernel, degree))
+            }
+            _ => {
+                let blocks = self.blocks.get_or_insert_with(|| LightBlocks::new(self.environment));
+                (blocks.prefilter_unless(kernel, cube, self.stop), quadrature_error(blocks, kernel))
+            }
+        };
+        let (map, negative) = without_negatives(cube, texels);
+        let largest = map.pixels().as_flattened().iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
+        let error = Some(error / f64::from(largest));
+        Ok(PrefilteredLevel { roughness, map, method, negative, error })
+    }
+
+    /// The RMS over the sphere of what a series loses past a degree: the root of sum over l of k_l^2 E_l / 4
+    /// pi. Past the degrees that were computed, energy is taken to grow as that of a point light, 2 l + 1.
+    fn cut_off(&self, kernel: &PrefilterKernel, degree: usize) -> f64 {
+        let factors = kernel.factors(2 * degree);
+        let last = self.energy.len() - 1;
+        let lost = |channel: usize| -> f64 {
+            let energy = |l: usize| match self.energy.get(l) {
+                Some(energy) => energy[channel],
+                None => self.energy[last][channel] * (2 * l + 1) as f64 / (2 * last + 1) as f64,
+            };
+            (degree + 1..=2 * degree).map(|l| factors[l].powi(2) * energy(l)).sum()
+        };
+        let most = (0..3).map(lost).fold(0.0, f64::max);
+        (most / (4.0 * std::f64::consts::PI)).sqrt()
+    }
+}
+
+/// The RMS difference from blocks of a third of the size.
+fn quadrature_error(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel) -> f64 {
+    const DIRECTIONS: usize = 64;
+    let square = |index: usize| -> f64 {
+        let normal = spiral(index, DIRECTIONS);
+        let coarse = blocks.prefilter_at(kernel, normal, LightBlocks::SHARE);
+        let fine = blocks.prefilter_at(kernel, normal, LightBlocks::SHARE / 3.0);
+        (0..3).map(|channel| (coarse[channel] - fine[channel]).powi(2)).fold(0.0, f64::max)
+    };
+    ((0..DIRECTIONS).map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
+}
+
+/// The map with 0 for each negative value, and their number.
+fn without_negatives(cube: Cube, mut texels: Vec<[f32; 3]>) -> (CubeMap, usize) {
+    let mut negative = 0;
+    for value in texels.as_flattened_mut() {
+        if *value < 0.0 {
+            *value = 0.0;
+            negative += 1;
+        }
+    }
+    (CubeMap::new(cube, texels).expect("as many texels as the cube has"), negative)
+}
