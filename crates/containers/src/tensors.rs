@@ -9,6 +9,7 @@
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
+//! | `prefiltered` | `sh` as above; `level0` [6, edge, edge, 3] f32, `level1` ... | `distribution`; `levels`, JSON: roughness and method of each |
 //! | `brdf-table` | `c` [Q, N, N, (F+1)^2, channels] f32, row 0 of the map toward +y, row l*l + l + m | `below`, `channels`, `degree` |
 //! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f32, rows in each vertex' frame, or another form ([`encode_transfer`]) | `mesh`, the digest of the mesh |
 //! | `vertex-radiance` | `radiance` [V, 3] f32 | `mesh` |
@@ -46,6 +47,7 @@ mod light_field;
 mod light_rig;
 mod material;
 mod mesh;
+mod prefiltered;
 mod reflection_map;
 mod transfer;
 
@@ -54,6 +56,7 @@ pub use light_field::{decode_light_field, encode_light_field};
 pub use light_rig::encode_light_rig;
 pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
+pub use prefiltered::{decode_prefiltered, encode_prefiltered};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
 
 pub use transfer::{

@@ -14,7 +14,8 @@
 //!
 //! K is what importance sampling of half vectors about N, with weights N.L, converges to (Karis 2013, "Real
 //! Shading in Unreal Engine 4"; for Charlie, Estevez and Kulla 2017). At a = 1 GGX is Lambert. All are zonal,
-//! so that prefiltering is a convolution, F_lm = k_l L_lm (paper 1, section 3): see [`PrefilterKernel::factors`].
+//! so that prefiltering is a convolution, F_lm = k_l L_lm (paper 1, section 3): see
+//! [`PrefilterKernel::factors`].
 //!
 //! [`prefilter_series`] does it on coefficients. It is exact but for what L holds past its degree F, where
 //! k_l is small enough if F is [`PrefilterKernel::degree`]. [`LightBlocks`] sums over blocks of texels
@@ -27,7 +28,9 @@ mod series;
 mod zonal;
 
 pub use blocks::LightBlocks;
-pub use levels::{LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter, prefilter_unless};
+pub use levels::{
+    LevelMethod, MethodChoice, PrefilterError, Prefiltered, PrefilteredLevel, prefilter, prefilter_unless,
+};
 pub use series::prefilter_series;
 
 use sh::Expansion;
@@ -109,7 +112,8 @@ impl PrefilterKernel {
         }
     }
 
-    /// The Laplacian of [`PrefilterKernel::weight`] on the sphere: d/dmu ((1 - mu^2) dK/dmu), above the horizon.
+    /// The Laplacian of [`PrefilterKernel::weight`] on the sphere, above the horizon:
+    /// d/dmu ((1 - mu^2) dK/dmu).
     fn laplacian(&self, mu: f64) -> f64 {
         if mu <= 0.0 {
             return 0.0;

@@ -10,6 +10,7 @@
 //! | `brdf-table` | [`brdf::BrdfTable`] | safetensors: `c` [Q, N, N, (F+1)^2, channels] f32 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
+//! | `prefiltered` | [`shrm::Prefiltered`] | safetensors: `sh` as above, `level0` [6, edge, edge, 3] f32, `level1` ... |
 //! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f32, or another form |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `vertex-blend` | a number from 0 to 1 for each vertex and their mesh's digest | safetensors: `blend` \[V\] f32 |
@@ -152,6 +153,22 @@ impl Artifact for Shrm {
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(Self(tensors::decode_shrm(bytes)?))
+    }
+}
+
+/// An environment prefiltered for several roughnesses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prefiltered(pub shrm::Prefiltered);
+
+impl Artifact for Prefiltered {
+    const TYPE: &'static str = "prefiltered";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_prefiltered(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_prefiltered(bytes)?))
     }
 }
 

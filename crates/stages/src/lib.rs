@@ -13,6 +13,7 @@ mod colour;
 mod contact_sheet;
 mod convolve;
 mod degree_pair;
+mod engine_preset;
 mod exec;
 mod export_brdf_table;
 mod export_cabral;
@@ -39,6 +40,7 @@ mod material_picture;
 mod material_schema;
 mod parts;
 mod precompute_transfer;
+mod prefilter;
 mod preview;
 mod preview_catalog;
 mod project_brdf;
@@ -91,6 +93,7 @@ pub fn kinds() -> engine::Kinds {
         .with(tabulate_brdf::TabulateBrdf)
         .with(shade_vertices::ShadeVertices)
         .with(convolve::Convolve)
+        .with(prefilter::Prefilter)
         .with(export_environment::ExportEnvironment)
         .with(export_reflection_map::ExportReflectionMap)
         .with(export_sh::ExportSh)

@@ -51,6 +51,17 @@ pub struct PrefilteredLevel {
     pub error: Option<f64>,
 }
 
+/// An environment, prefiltered for several roughnesses: a cube map with levels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prefiltered {
+    /// The lobe.
+    pub distribution: Distribution,
+    /// Each with half the edge of the one before.
+    pub levels: Vec<PrefilteredLevel>,
+    /// The coefficients of the light, lamps included: not prefiltered.
+    pub series: Expansion,
+}
+
 /// A prefiltered cube could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -82,8 +93,8 @@ pub enum PrefilterError {
 /// A prefiltered cube for each roughness, and the light's series.
 ///
 /// `levels[l]` has max(1, resolution >> l) texels along the edge of a face. A roughness of 0 is the
-/// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps included,
-/// otherwise of the environment; of the degree that the levels need and at least 74, the cosine's, if the
+/// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps
+/// included, otherwise of the environment; of the degree that the levels need and at least 74, the cosine's, if the
 /// light holds that.
 ///
 /// # Errors
@@ -95,7 +106,7 @@ pub fn prefilter(
     roughness: &[f64],
     resolution: usize,
     choice: MethodChoice,
-) -> Result<(Vec<PrefilteredLevel>, Expansion), PrefilterError> {
+) -> Result<Prefiltered, PrefilterError> {
     prefilter_unless(environment, lighting, distribution, roughness, resolution, choice, &|| false)
 }
 
@@ -111,7 +122,7 @@ pub fn prefilter_unless(
     resolution: usize,
     choice: MethodChoice,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Result<(Vec<PrefilteredLevel>, Expansion), PrefilterError> {
+) -> Result<Prefiltered, PrefilterError> {
     let kernels = roughness
         .iter()
         .map(|&roughness| match roughness {
@@ -153,7 +164,7 @@ pub fn prefilter_unless(
     if stop() {
         return Err(PrefilterError::Stopped);
     }
-    Ok((levels, light.series))
+    Ok(Prefiltered { distribution, levels, series: light.series })
 }
 
 /// The highest degree that an image holds.

@@ -5,7 +5,8 @@
 //!
 //! > K dmu = mu tanh(t) / cosh(t)^2 dt up to a constant, t in (0, asinh(1 / a)),
 //!
-//! smooth and as wide as 1 for every a. For Charlie, 1 - mu = v^4 makes (1 - mu)^(1 / (2 a)) smooth at mu = 1.
+//! smooth and as wide as 1 for every a. For Charlie, 1 - mu = v^4 makes (1 - mu)^(1 / (2 a)) smooth at
+//! mu = 1.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -25,6 +25,7 @@ mod light_rig;
 mod list;
 mod parts;
 mod pipeline;
+mod prefilter;
 mod preview;
 mod progress;
 mod project_sh;

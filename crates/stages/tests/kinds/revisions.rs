@@ -9,8 +9,8 @@
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
 use stages::artifacts::{
-    Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Reflection, Shrm, Transfer,
-    VertexBlend, VertexRadiance,
+    Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Prefiltered, Reflection, Shrm,
+    Transfer, VertexBlend, VertexRadiance,
 };
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
@@ -27,6 +27,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("rotate", 1, [27.00000000, 9.81585951, 15.94363884, 7.85013800, -0.04349477]),
     ("project-brdf", 4, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
     ("convolve", 6, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
+    ("prefilter", 1, [378.00000000, 377.99386302, 377.99386302, 6.74991529, 2.72676554]),
     ("export-environment", 1, [450.00000000, 1272.79492188, 1272.79492188, 12.06839440, 5.73886325]),
     ("export-reflection-map", 5, [1296.00000000, 518.40527344, 518.40527344, 1.53200292, -0.96969274]),
     ("export-shrm", 4, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
@@ -81,6 +82,8 @@ fn fixture(kind: &str) -> Case {
             let brdf = case("project-brdf", "").input("material", Material(phong(3.0))).artifact::<Brdf>();
             case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone())
         }
+        "prefilter" => case("prefilter", "roughness = [0.0, 0.2, 1.0]\nresolution = 4")
+            .input("environment", environment(16, sky)),
         "export-environment" => {
             case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
                 .input("environment", environment(16, sky))
@@ -202,6 +205,11 @@ fn numbers(case: &Case) -> Vec<f64> {
             Shrm::TYPE => {
                 let map = Shrm::decode(&bytes).unwrap().0;
                 map.values().as_flattened().iter().map(|&value| value.into()).collect()
+            }
+            Prefiltered::TYPE => {
+                let prefiltered = Prefiltered::decode(&bytes).unwrap().0;
+                let levels = prefiltered.levels.iter().flat_map(|level| level.map.pixels().as_flattened());
+                levels.map(|&value| value.into()).collect()
             }
             Material::TYPE => {
                 let models = &containers::tensors::describe(&bytes).unwrap().metadata["material"];

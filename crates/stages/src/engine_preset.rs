@@ -1,0 +1,169 @@
+//! What engines expect of a prefiltered environment: which roughness a level of detail holds, how small the
+//! last level is, and which direction a texel looks in.
+//!
+//! Each fact was read in the engine's source, and seen in the engine where it runs in a browser.
+
+use engine::{Choice, choice};
+
+choice! {
+    /// An engine that loads light.
+    pub(crate) enum EnginePreset {
+        /// three.js from r187 on.
+        Three = "three",
+        /// Filament.
+        Filament = "filament",
+        /// Babylon.js.
+        Babylon = "babylon",
+        /// Bevy.
+        Bevy = "bevy",
+        /// EXT_lights_image_based, as Babylon.js reads it.
+        Gltf = "gltf",
+        /// Godot.
+        Godot = "godot",
+        /// Blender.
+        Blender = "blender",
+        /// Unity.
+        Unity = "unity",
+        /// Unreal Engine.
+        Unreal = "unreal",
+    }
+}
+
+/// The levels of detail of a preset's cube.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Levels {
+    /// r = 1 - sqrt(1 - l / n): the engine looks up level n r (2 - r).
+    Quadratic,
+    /// r = l / n.
+    Linear,
+    /// r^2 = 2^(l / 0.8) / size, at most 1; level 0 is a mirror.
+    Halving,
+    /// r^2 = size^(l / n - 1); level 0 is a mirror.
+    Geometric,
+}
+
+impl EnginePreset {
+    /// How the levels are spaced, and the edge of the last; `None` if the engine filters a lat-long image
+    /// itself.
+    fn levels(self) -> Option<(Levels, usize)> {
+        match self {
+            Self::Three => Some((Levels::Quadratic, 8)),
+            Self::Filament => Some((Levels::Quadratic, 16)),
+            Self::Babylon => Some((Levels::Halving, 1)),
+            Self::Bevy => Some((Levels::Linear, 16)),
+            Self::Gltf => Some((Levels::Geometric, 16)),
+            Self::Godot | Self::Blender | Self::Unity | Self::Unreal => None,
+        }
+    }
+
+    /// Its word in a manifest.
+    pub(crate) fn name(self) -> &'static str {
+        Self::words().into_iter().find(|(.., preset)| *preset == self).map_or("", |(word, ..)| word)
+    }
+
+    /// Whether the engine loads a cube with prefiltered levels.
+    pub(crate) fn has_levels(self) -> bool {
+        self.levels().is_some()
+    }
+
+    /// The roughness of each level of a cube whose faces are `size` texels wide, a power of two; the error
+    /// says which size fits.
+    pub(crate) fn roughness(self, size: usize) -> Result<Vec<f64>, String> {
+        let Some((levels, last)) = self.levels() else {
+            return Err(format!(
+                "{} loads a lat-long image, which it filters itself; use `export-engine`",
+                self.name()
+            ));
+        };
+        // One level cannot be interpolated; the roughest level stays at the size that the engine wants.
+        let least = (2 * last).max(16);
+        if !size.is_power_of_two() || size < least {
+            let nearest = nearest_power_of_two(size).max(least);
+            return Err(format!(
+                "the faces for {} are a power of two from {least} texels on; the nearest size that fits is {nearest}",
+                self.name()
+            ));
+        }
+        let n = (size / last).ilog2();
+        let edge = size as f64;
+        let roughness = |l: u32| {
+            let share = f64::from(l) / f64::from(n);
+            match levels {
+                Levels::Quadratic => 1.0 - (1.0 - share).sqrt(),
+                Levels::Linear => share,
+                Levels::Halving | Levels::Geometric if l == 0 => 0.0,
+                Levels::Halving => (f64::from(l) / 0.8).exp2().min(edge).sqrt() / edge.sqrt(),
+                Levels::Geometric => edge.powf(0.5 * (share - 1.0)),
+            }
+        };
+        Ok((0..=n).map(roughness).collect())
+    }
+}
+
+/// The power of two with the least ratio to a size; of two, the larger.
+pub(crate) fn nearest_power_of_two(size: usize) -> usize {
+    let above = size.max(1).checked_next_power_of_two().unwrap_or(1 << (usize::BITS - 1));
+    let below = (above / 2).max(1);
+    // size / below < above / size, in logarithms.
+    if (size as f64) * (size as f64) < (above as f64) * (below as f64) { below } else { above }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WITH_LEVELS: [EnginePreset; 5] = [
+        EnginePreset::Three,
+        EnginePreset::Filament,
+        EnginePreset::Babylon,
+        EnginePreset::Bevy,
+        EnginePreset::Gltf,
+    ];
+
+    #[test]
+    fn levels_rise_from_a_mirror_to_roughness_1() {
+        for preset in WITH_LEVELS {
+            for size in [32, 64, 256, 1024] {
+                let roughness = preset.roughness(size).unwrap();
+                assert_eq!((roughness[0], *roughness.last().unwrap()), (0.0, 1.0), "{preset:?} {size}");
+                assert!(roughness.is_sorted(), "{preset:?} {roughness:?}");
+            }
+        }
+    }
+
+    /// The level that each engine's shader looks up for a roughness.
+    #[test]
+    fn an_engine_finds_the_roughness_at_its_level() {
+        for size in [64, 256] {
+            for preset in WITH_LEVELS {
+                let roughness = preset.roughness(size).unwrap();
+                let n = (roughness.len() - 1) as f64;
+                for (l, &r) in roughness.iter().enumerate().skip(1) {
+                    let edge = size as f64;
+                    let (level, expected) = match preset {
+                        // three: bicubicCubeUV; Filament: perceptualRoughnessToLod, both r (2 - r).
+                        EnginePreset::Three | EnginePreset::Filament => (n * r * (2.0 - r), l as f64),
+                        EnginePreset::Bevy => (n * r, l as f64),
+                        // Babylon: log2(size alpha) * lodGenerationScale.
+                        EnginePreset::Babylon => (0.8 * (edge * r * r).log2(), (l as f64).min(0.8 * n)),
+                        // The loader sets the scale n / log2(size).
+                        _ => (n / edge.log2() * (edge * r * r).log2(), l as f64),
+                    };
+                    assert!(
+                        (level - expected).abs() < 1e-9,
+                        "{preset:?} {size}: level {l} is found at {level}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_size_is_named() {
+        let message = |preset: EnginePreset, size| preset.roughness(size).unwrap_err();
+        assert!(message(EnginePreset::Three, 200).ends_with("256"));
+        assert!(message(EnginePreset::Three, 180).ends_with("128"));
+        assert!(message(EnginePreset::Filament, 8).ends_with("32"));
+        assert!(message(EnginePreset::Blender, 256).contains("export-engine"));
+    }
+}
