@@ -1,12 +1,12 @@
-//! DDS with the DX10 header (Microsoft's DDS programming guide): textures of four 16 or 32-bit floats, one
-//! level of detail.
+//! DDS with the DX10 header (Microsoft's DDS programming guide): textures in one of the [`TexelFormat`]s,
+//! with their levels of detail.
 //!
 //! | bytes | what |
 //! | --- | --- |
 //! | 0 | `DDS ` |
 //! | 4 | the header, 124 bytes: size, flags, height, width, pitch, depth, levels, 11 reserved u32, pixel format, caps |
 //! | 128 | the DX10 header, five u32: DXGI format, dimension, cube flag, elements of the array, alpha mode |
-//! | 148 | pixels in the order layer, face, slice, row |
+//! | 148 | pixels in the order layer, face, level (the largest first), slice, row |
 //!
 //! A file holds no texts: the recipe goes into a JSON file beside it ([`crate::texture_sidecar`]). An array
 //! of one element looks like no array, and is read as none.
@@ -16,16 +16,13 @@ use std::collections::BTreeMap;
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::precision::Precision;
-use crate::texture::{Texture, TextureFile, pack, pixel_bytes, size, unpack, word};
+use crate::texel::TexelFormat;
+use crate::texture::{Texture, TextureFile, size, word};
 
 /// The first bytes of every DDS file.
 const MAGIC: [u8; 4] = *b"DDS ";
 
 const LENGTH: usize = 148;
-
-/// DXGI_FORMAT and its precision.
-const FORMATS: [(u32, Precision); 2] = [(10, Precision::Half), (2, Precision::Float)];
 
 const FOURCC: u32 = 0x4;
 const DX10: u32 = u32::from_le_bytes(*b"DX10");
@@ -34,9 +31,9 @@ const TEXTURE_3D: u32 = 4;
 const CUBE: u32 = 0x4;
 const ALPHA_OPAQUE: u32 = 3;
 
-/// Writes DDS: R16G16B16A16_FLOAT or R32G32B32A32_FLOAT with an alpha of 1.
+/// Writes DDS; formats of four channels have an alpha of 1.
 ///
-/// With [`Precision::Half`] values past +-65504 become it and are counted.
+/// What the format cannot hold is counted, as by [`crate::write_ktx2`].
 ///
 /// # Errors
 /// If the texture's sizes are impossible or not those of its pixels.
@@ -44,16 +41,22 @@ const ALPHA_OPAQUE: u32 = 3;
 /// # Example: a volume comes back
 /// ```
 /// use containers::{Precision, Texture, read_dds, write_dds};
-/// let volume = Texture { width: 3, height: 2, depth: 4, layers: 0, faces: 1, pixels: vec![[0.5; 3]; 24] };
+/// let pixels = vec![[0.5; 3]; 24];
+/// let volume = Texture { width: 3, height: 2, depth: 4, pixels, ..Texture::default() };
 /// assert_eq!(read_dds(&write_dds(&volume, Precision::Half)?.bytes)?, volume);
 /// # Ok::<(), containers::Error>(())
 /// ```
-pub fn write_dds(texture: &Texture, precision: Precision) -> Result<Encoded, Error> {
-    let (pixels, clamped) = pack(texture, precision).map_err(|error| error.within("DDS"))?;
-    let (volume, cube) = (texture.depth > 1, texture.faces == 6);
+pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<Encoded, Error> {
+    let format = format.into();
+    let levels = texture.pack(format).map_err(|error| error.within("DDS"))?;
+    let (volume, cube, (block, edge)) = (texture.depth > 1, texture.faces == 6, format.block());
+    let row = texture.width.div_ceil(edge) * block;
+    // Of blocks the first image's bytes are declared instead of a row's.
+    let (pitch_flag, pitch) =
+        if edge > 1 { (0x8_0000, row * texture.height.div_ceil(edge)) } else { (0x8, row) };
     let mut words = [0_u32; (LENGTH - 4) / 4];
-    // Caps, height, width, pitch, pixel format, level count; depth.
-    let flags = 0x1 | 0x2 | 0x4 | 0x8 | 0x1000 | 0x2_0000 | if volume { 0x80_0000 } else { 0 };
+    // Caps, height, width, pixel format, level count; depth.
+    let flags = 0x1 | 0x2 | 0x4 | pitch_flag | 0x1000 | 0x2_0000 | if volume { 0x80_0000 } else { 0 };
     // At most MAX_PIXELS each, which pack() has checked.
     let narrow = |value: usize| value as u32;
     words[..7].copy_from_slice(&[
@@ -61,31 +64,39 @@ pub fn write_dds(texture: &Texture, precision: Precision) -> Result<Encoded, Err
         flags,
         narrow(texture.height),
         narrow(texture.width),
-        narrow(texture.width * pixel_bytes(precision)),
+        narrow(pitch),
         if volume { narrow(texture.depth) } else { 0 },
-        1,
+        narrow(levels.len()),
     ]);
     words[18..21].copy_from_slice(&[32, FOURCC, DX10]);
-    // Texture; complex if there is more than one image. All six faces, or volume.
-    let complex = volume || cube || texture.layers > 1;
-    words[26] = 0x1000 | if complex { 0x8 } else { 0 };
+    // Texture; complex if there is more than one image; levels. All six faces, or volume.
+    let complex = volume || cube || texture.layers > 1 || levels.len() > 1;
+    words[26] = 0x1000 | if complex { 0x8 } else { 0 } | if levels.len() > 1 { 0x40_0000 } else { 0 };
     words[27] = if cube { 0xfe00 } else { 0 } | if volume { 0x20_0000 } else { 0 };
     words[31..].copy_from_slice(&[
-        FORMATS.iter().find(|(_, of)| *of == precision).map_or(0, |(format, _)| *format),
+        format.dxgi(),
         if volume { TEXTURE_3D } else { TEXTURE_2D },
         if cube { CUBE } else { 0 },
         narrow(texture.layers.max(1)),
         ALPHA_OPAQUE,
     ]);
-    let mut bytes = Vec::with_capacity(LENGTH + pixels.len());
+    let mut bytes = Vec::with_capacity(LENGTH + levels.iter().map(|level| level.bytes.len()).sum::<usize>());
     bytes.extend_from_slice(&MAGIC);
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-    bytes.extend_from_slice(&pixels);
-    Ok(Encoded { bytes, clamped })
+    let images = texture.faces * texture.layers.max(1);
+    for image in 0..images {
+        for level in &levels {
+            let length = level.bytes.len() / images;
+            bytes.extend_from_slice(&level.bytes[image * length..(image + 1) * length]);
+        }
+    }
+    let clamped = levels.iter().map(|level| level.clamped).sum();
+    let negative = levels.iter().map(|level| level.negative).sum();
+    Ok(Encoded { bytes, clamped, negative })
 }
 
-/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header, RGBA of
-/// 16 or 32-bit floats, one level of detail. Alpha is ignored.
+/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header.
+/// Alpha is ignored, and blue is 0 if there are two channels.
 ///
 /// # Errors
 /// If the file is truncated, damaged, too large, or of another pixel format.
@@ -125,18 +136,16 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     }
     let (format, dimension, misc, elements) = (at(31)?, at(32)?, at(33)?, at(34)?);
     at(35)?;
-    let Some((_, precision)) = FORMATS.iter().find(|(known, _)| *known == format) else {
+    let Some(format) = TexelFormat::ALL.into_iter().find(|known| known.dxgi() == format) else {
         return Err(Error::unsupported(format!(
-            "DXGI format {format} is not read; expected 10 (RGBA, 16-bit floats) or 2 (RGBA, 32-bit floats)"
+            "DXGI format {format} is not read; expected {}",
+            TexelFormat::listed(TexelFormat::dxgi)
         )));
     };
     if ![TEXTURE_2D, TEXTURE_3D].contains(&dimension) {
         return Err(Error::unsupported(format!(
             "dimension {dimension} is not read; expected 3 (2D) or 4 (3D)"
         )));
-    }
-    if at(6)? > 1 {
-        return Err(Error::unsupported(format!("{} levels of detail are not read; expected one", at(6)?)));
     }
     let volume = dimension == TEXTURE_3D;
     let mut texture = Texture {
@@ -145,16 +154,23 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         depth: if volume { size(at(5)?) } else { 1 },
         layers: if elements > 1 { size(elements) } else { 0 },
         faces: if misc & CUBE != 0 { 6 } else { 1 },
-        pixels: Vec::new(),
+        ..Texture::default()
     };
-    let expected = texture.expected_bytes(*precision)?;
-    let pixels = &bytes[LENGTH..];
+    let levels = texture.expected_bytes(size(at(6)?).max(1), format)?;
+    let (expected, pixels) = (levels.iter().sum::<usize>(), &bytes[LENGTH..]);
     if pixels.len() < expected {
         return Err(Error::truncated(format!("expected {expected} bytes of pixels, found {}", pixels.len())));
     }
     if pixels.len() > expected {
         return Err(Error::damaged(format!("expected {expected} bytes of pixels, found {}", pixels.len())));
     }
-    texture.pixels = unpack(pixels, *precision);
-    Ok(TextureFile { texture, precision: *precision, container: "DDS", metadata: BTreeMap::new() })
+    let images = texture.faces * texture.layers.max(1);
+    let mut offset = 0;
+    for (level, length) in levels.iter().map(|bytes| bytes / images).enumerate() {
+        let image = |image: usize| &pixels[image * (expected / images) + offset..][..length];
+        let bytes: Vec<u8> = (0..images).flat_map(image).copied().collect();
+        texture.unpack(level, format, &bytes);
+        offset += length;
+    }
+    Ok(TextureFile { texture, format, container: "DDS", metadata: BTreeMap::new() })
 }

@@ -1,44 +1,55 @@
-//! KTX2 (KTX File Format Specification 2.0): textures of four 16 or 32-bit floats, one level of detail, no
-//! supercompression.
+//! KTX2 (KTX File Format Specification 2.0): textures in one of the [`TexelFormat`]s, with their levels of
+//! detail, plain or each level compressed with Zstandard (scheme 2).
 //!
 //! | bytes | what |
 //! | --- | --- |
-//! | 0 | identifier, then nine u32: VkFormat, bytes of a component, width, height, depth, layers, faces, levels, scheme |
+//! | 0 | identifier, then nine u32: VkFormat, bytes of a number, width, height, depth, layers, faces, levels, scheme |
 //! | 48 | the places of what follows: u32 descriptor, u32 key/value data, u64 global data, each an offset and a length |
-//! | 80 | the level index: u64 offset, length, uncompressed length of the one level |
-//! | 104 | the data format descriptor, 92 bytes: linear BT.709 RGBA, signed floats, alpha straight |
-//! | 196 | key/value data, sorted by key, each entry padded to 4 bytes |
-//! | | padding to the size of a pixel, then pixels in the order layer, face, slice, row |
+//! | 80 | the level index, the largest level first: u64 offset, length, uncompressed length |
+//! | | the data format descriptor: linear BT.709 |
+//! | | key/value data, sorted by key, each entry padded to 4 bytes |
+//! | | the levels, the smallest first, each padded to the size of a block unless it is compressed; within a level the order is layer, face, slice, row |
 //!
 //! Depth is 0 but for volumes and the number of layers 0 but for arrays, as the specification's table of
 //! texture types wants. `KTXorientation` is `rd` (row 0 at the top; for cubes the only one allowed) and `rdi`
 //! for volumes.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 
-use rayon::prelude::*;
+use ruzstd::decoding::StreamingDecoder;
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
+use crate::limits;
 use crate::precision::Precision;
 use crate::recipe::{self, KEY};
-use crate::texture::{Texture, TextureFile, pack, pack_rgba, pixel_bytes, size, unpack, word};
+use crate::texel::{Packed, TexelFormat};
+use crate::texture::{Texture, TextureFile, pack_rgba, size, word};
 
 /// The first bytes of every KTX2 file.
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
 const HEADER: usize = 80;
 const LEVEL_INDEX: usize = 24;
-const DESCRIPTOR: usize = 92;
 
-/// VkFormat and its precision.
-const FORMATS: [(u32, Precision); 2] = [(97, Precision::Half), (109, Precision::Float)];
+/// The most that Zstandard gains: a block of 128 KiB is at least 4 bytes.
+const ZSTD_RATIO: usize = 1 << 15;
 
-/// Writes KTX2: RGBA16F or RGBA32F with an alpha of 1.
+/// How levels are compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scheme {
+    Plain = 0,
+    Zstd = 2,
+}
+
+/// Writes KTX2, without compression; formats of four channels have an alpha of 1.
 ///
 /// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter`
-/// are added. With [`Precision::Half`] values past +-65504 become it and are counted.
+/// are added. Values that the format cannot hold are clamped to its largest and counted, negative ones become
+/// 0 if it has no sign, and are counted too; NaN becomes 0 there.
 ///
 /// # Errors
 /// If the texture's sizes are impossible or not those of its pixels; if a key is empty, given twice, or
@@ -47,21 +58,31 @@ const FORMATS: [(u32, Precision); 2] = [(97, Precision::Half), (109, Precision::
 /// # Example: a grey cube comes back
 /// ```
 /// use containers::{Precision, Texture, read_ktx2, write_ktx2};
-/// let cube = Texture { width: 2, height: 2, depth: 1, layers: 0, faces: 6, pixels: vec![[0.5; 3]; 24] };
+/// let cube = Texture { width: 2, height: 2, faces: 6, pixels: vec![[0.5; 3]; 24], ..Texture::default() };
 /// let file = write_ktx2(&cube, Precision::Half, None, &[("maker", "me")])?;
 /// assert_eq!(read_ktx2(&file.bytes)?, cube);
 /// # Ok::<(), containers::Error>(())
 /// ```
 pub fn write_ktx2(
     texture: &Texture,
-    precision: Precision,
+    format: impl Into<TexelFormat>,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    let pixels = pack(texture, precision);
-    pixels
-        .and_then(|pixels| write(texture, pixels, precision, recipe, metadata))
-        .map_err(|error| error.within("KTX2"))
+    write_levels(texture, format.into(), Scheme::Plain, recipe, metadata)
+}
+
+/// [`write_ktx2`] with each level compressed by Zstandard.
+///
+/// # Errors
+/// As [`write_ktx2`].
+pub fn write_ktx2_zstd(
+    texture: &Texture,
+    format: impl Into<TexelFormat>,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    write_levels(texture, format.into(), Scheme::Zstd, recipe, metadata)
 }
 
 /// [`write_ktx2`] of four channels, none of which is an opacity: `rgba` are the pixels of a texture with the
@@ -76,18 +97,16 @@ pub fn write_ktx2_rgba(
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    let pixels = pack_rgba(sizes, rgba.par_iter().copied(), precision);
-    pixels
-        .and_then(|pixels| write(sizes, pixels, precision, recipe, metadata))
+    pack_rgba(sizes, rgba, precision)
+        .and_then(|level| write(sizes, vec![level], (precision.into(), Scheme::Plain), recipe, metadata))
         .map_err(|error| error.within("KTX2"))
 }
 
-/// Reads the subset of KTX2 that [`write_ktx2`] writes, whichever program wrote it: RGBA16F or RGBA32F
-/// without supercompression; of several levels of detail the largest. Alpha is ignored.
-/// [`crate::read_texture`] gives the metadata too.
+/// Reads the subset of KTX2 that [`write_ktx2`] and [`write_ktx2_zstd`] write, whichever program wrote it.
+/// Alpha is ignored, and blue is 0 if there are two channels. [`crate::read_texture`] gives the metadata too.
 ///
 /// # Errors
-/// If the file is truncated, damaged, too large, or of another pixel format.
+/// If the file is truncated, damaged, too large, or of another pixel format or compression.
 pub fn read_ktx2(bytes: &[u8]) -> Result<Texture, Error> {
     read(bytes).map(|file| file.texture)
 }
@@ -97,44 +116,79 @@ pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(&IDENTIFIER)
 }
 
+fn write_levels(
+    texture: &Texture,
+    format: TexelFormat,
+    scheme: Scheme,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    let levels = texture.pack(format);
+    levels
+        .and_then(|levels| write(texture, levels, (format, scheme), recipe, metadata))
+        .map_err(|error| error.within("KTX2"))
+}
+
 fn write(
     texture: &Texture,
-    (pixels, clamped): (Vec<u8>, usize),
-    precision: Precision,
+    levels: Vec<Packed>,
+    (format, scheme): (TexelFormat, Scheme),
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
     let volume = texture.depth > 1;
     let key_values = key_values(if volume { "rdi" } else { "rd" }, recipe, metadata)?;
-    let (descriptor_at, key_values_at) = (HEADER + LEVEL_INDEX, HEADER + LEVEL_INDEX + DESCRIPTOR);
-    let block = pixel_bytes(precision);
-    // A multiple of 4 already, so that lcm(block, 4) is the block.
-    let level_at = (key_values_at + key_values.len()).next_multiple_of(block);
+    let descriptor = descriptor(format);
+    let descriptor_at = HEADER + LEVEL_INDEX * levels.len();
+    let key_values_at = descriptor_at + descriptor.len();
 
-    let component = block / 4;
-    let format = FORMATS.iter().find(|(_, of)| *of == precision).map_or(0, |(format, _)| *format);
-    let mut bytes = Vec::with_capacity(level_at + pixels.len());
+    let mut bytes = Vec::new();
     bytes.extend_from_slice(&IDENTIFIER);
+    bytes.extend_from_slice(&format.vulkan().to_le_bytes());
     let depth = if volume { texture.depth } else { 0 };
-    for value in [component, texture.width, texture.height, depth, texture.layers, texture.faces, 1, 0] {
-        if bytes.len() == IDENTIFIER.len() {
-            bytes.extend_from_slice(&format.to_le_bytes());
-        }
+    let (Texture { width, height, layers, faces, .. }, count) = (texture, levels.len());
+    for value in [number_bytes(format), *width, *height, depth, *layers, *faces, count, scheme as usize] {
         bytes.extend_from_slice(&word32(value)?);
     }
-    for value in [descriptor_at, DESCRIPTOR, key_values_at, key_values.len()] {
+    for value in [descriptor_at, descriptor.len(), key_values_at, key_values.len()] {
         bytes.extend_from_slice(&word32(value)?);
     }
     // No global data.
     bytes.extend_from_slice(&[0; 16]);
-    for value in [level_at, pixels.len(), pixels.len()] {
-        bytes.extend_from_slice(&(value as u64).to_le_bytes());
-    }
-    bytes.extend(descriptor(component));
+    let index_at = bytes.len();
+    bytes.resize(descriptor_at, 0);
+    bytes.extend(descriptor);
     bytes.extend_from_slice(&key_values);
-    bytes.resize(level_at, 0);
-    bytes.extend_from_slice(&pixels);
-    Ok(Encoded { bytes, clamped })
+
+    let (mut clamped, mut negative) = (0, 0);
+    for (level, packed) in levels.into_iter().enumerate().rev() {
+        clamped += packed.clamped;
+        negative += packed.negative;
+        let uncompressed = packed.bytes.len();
+        let stored = match scheme {
+            Scheme::Plain => {
+                // A multiple of 4 already, so that lcm(block, 4) is the block.
+                bytes.resize(bytes.len().next_multiple_of(format.block().0), 0);
+                packed.bytes
+            }
+            Scheme::Zstd => compress_to_vec(packed.bytes.as_slice(), CompressionLevel::Fastest),
+        };
+        let entry = index_at + LEVEL_INDEX * level;
+        for (position, value) in [bytes.len(), stored.len(), uncompressed].into_iter().enumerate() {
+            bytes[entry + 8 * position..][..8].copy_from_slice(&(value as u64).to_le_bytes());
+        }
+        bytes.extend_from_slice(&stored);
+    }
+    Ok(Encoded { bytes, clamped, negative })
+}
+
+/// The bytes of a number or of a packed pixel; 1 if it has blocks.
+fn number_bytes(format: TexelFormat) -> usize {
+    match format {
+        TexelFormat::Rgba16F | TexelFormat::Rg16F => 2,
+        TexelFormat::Rgba32F | TexelFormat::Rgb9E5 | TexelFormat::R11G11B10F => 4,
+        TexelFormat::Bc6h => 1,
+    }
 }
 
 /// A number of the header; all of them fit, because a texture has at most [`crate::MAX_PIXELS`].
@@ -145,25 +199,52 @@ fn word32(value: usize) -> Result<[u8; 4], Error> {
     Ok(value.to_le_bytes())
 }
 
-/// The Khronos basic data format descriptor of four signed floats of `component` bytes.
-fn descriptor(component: usize) -> Vec<u8> {
+/// The Khronos basic data format descriptor (Khronos Data Format Specification 1.3, section 5).
+fn descriptor(format: TexelFormat) -> Vec<u8> {
     const RGBSDA: u8 = 1;
+    const BC6H: u8 = 133;
     const BT709: u8 = 1;
     const LINEAR: u8 = 1;
-    const RED_GREEN_BLUE_ALPHA: [u8; 4] = [0, 1, 2, 15];
-    const FLOAT_SIGNED: u8 = 0x80 | 0x40;
-    let mut bytes = (DESCRIPTOR as u32).to_le_bytes().to_vec();
+    const FLOAT: u8 = 0x80;
+    const SIGNED: u8 = 0x40;
+    const EXPONENT: u8 = 0x20;
+    let signed = [(-1.0_f32).to_bits(), 1.0_f32.to_bits()];
+    let unsigned = [0, 1.0_f32.to_bits()];
+    // Of each sample: its first bit, the bits, the channel with what it is, its lowest and highest value.
+    let samples: Vec<(u16, u8, u8, [u32; 2])> = match format {
+        TexelFormat::Rgba16F | TexelFormat::Rgba32F | TexelFormat::Rg16F => {
+            let bits = 8 * number_bytes(format) as u8;
+            let channels: &[u8] = if format == TexelFormat::Rg16F { &[0, 1] } else { &[0, 1, 2, 15] };
+            let place = |position: usize| position as u16 * u16::from(bits);
+            let sample =
+                |(position, channel): (usize, &u8)| (place(position), bits, channel | FLOAT | SIGNED, signed);
+            channels.iter().enumerate().map(sample).collect()
+        }
+        TexelFormat::R11G11B10F => {
+            vec![(0, 11, FLOAT, unsigned), (11, 11, 1 | FLOAT, unsigned), (22, 10, 2 | FLOAT, unsigned)]
+        }
+        // Each channel is a mantissa and, in the same bits for all, an exponent; the specification's example.
+        TexelFormat::Rgb9E5 => (0..3_u8)
+            .flat_map(|channel| {
+                [(9 * u16::from(channel), 9, channel, [0, 8448]), (27, 5, channel | EXPONENT, [15, 31])]
+            })
+            .collect(),
+        TexelFormat::Bc6h => vec![(0, 128, FLOAT, unsigned)],
+    };
+    let (block, edge) = format.block();
+    let length = 28 + 16 * samples.len();
+    let mut bytes = (length as u32).to_le_bytes().to_vec();
     // Vendor and type 0: Khronos, basic. Version 2; the block's size.
-    bytes.extend_from_slice(&[0, 0, 0, 0, 2, 0, DESCRIPTOR as u8 - 4, 0]);
-    bytes.extend_from_slice(&[RGBSDA, BT709, LINEAR, 0]);
-    // A block of 1 x 1 x 1 x 1 texels, each size less one; the bytes of the first of eight planes.
-    bytes.extend_from_slice(&[0, 0, 0, 0, 4 * component as u8, 0, 0, 0, 0, 0, 0, 0]);
-    let bits = 8 * component as u8;
-    for (position, channel) in RED_GREEN_BLUE_ALPHA.into_iter().enumerate() {
-        bytes.extend_from_slice(&[position as u8 * bits, 0, bits - 1, channel | FLOAT_SIGNED]);
-        bytes.extend_from_slice(&[0; 4]);
-        bytes.extend_from_slice(&(-1.0_f32).to_le_bytes());
-        bytes.extend_from_slice(&1.0_f32.to_le_bytes());
+    bytes.extend_from_slice(&[0, 0, 0, 0, 2, 0, length as u8 - 4, 0]);
+    bytes.extend_from_slice(&[if format == TexelFormat::Bc6h { BC6H } else { RGBSDA }, BT709, LINEAR, 0]);
+    // The texels of a block along each of four axes, less one; the bytes of the first of eight planes.
+    let along = edge as u8 - 1;
+    bytes.extend_from_slice(&[along, along, 0, 0, block as u8, 0, 0, 0, 0, 0, 0, 0]);
+    for (first, bits, channel, [lower, upper]) in samples {
+        bytes.extend_from_slice(&first.to_le_bytes());
+        bytes.extend_from_slice(&[bits - 1, channel, 0, 0, 0, 0]);
+        bytes.extend_from_slice(&lower.to_le_bytes());
+        bytes.extend_from_slice(&upper.to_le_bytes());
     }
     bytes
 }
@@ -216,22 +297,23 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
             Error::new(ErrorKind::UnknownFormat, "expected a KTX2 file, found other first bytes")
         });
     }
-    let [format, _, width, height, depth, layers, faces, _levels, scheme] = [0, 1, 2, 3, 4, 5, 6, 7, 8]
+    let [format, _, width, height, depth, layers, faces, levels, scheme] = [0, 1, 2, 3, 4, 5, 6, 7, 8]
         .map(|position| word(bytes, 12 + 4 * position))
         .into_iter()
         .collect::<Option<Vec<u32>>>()
         .and_then(|words| words.try_into().ok())
         .ok_or_else(|| Error::truncated("the file ends within its header"))?;
-    let Some((_, precision)) = FORMATS.iter().find(|(known, _)| *known == format) else {
+    let Some(format) = TexelFormat::ALL.into_iter().find(|known| known.vulkan() == format) else {
         return Err(Error::unsupported(format!(
-            "VkFormat {format} is not read; expected 97 (RGBA, 16-bit floats) or 109 (RGBA, 32-bit floats)"
+            "VkFormat {format} is not read; expected {}",
+            TexelFormat::listed(TexelFormat::vulkan)
         )));
     };
-    if scheme != 0 {
+    let Some(scheme) = [Scheme::Plain, Scheme::Zstd].into_iter().find(|known| *known as u32 == scheme) else {
         return Err(Error::unsupported(format!(
-            "supercompression scheme {scheme} is not read; decompress first"
+            "supercompression scheme {scheme} is not read; expected 0 (none) or 2 (Zstandard)"
         )));
-    }
+    };
     if height == 0 {
         return Err(Error::unsupported("textures of one dimension are not read"));
     }
@@ -241,29 +323,69 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         depth: size(depth).max(1),
         layers: size(layers),
         faces: size(faces),
-        pixels: Vec::new(),
+        ..Texture::default()
     };
-    let expected = texture.expected_bytes(*precision)?;
-    let place = |at: usize| -> Option<usize> {
+    // 0 asks the reader to make the smaller levels itself.
+    let expected = texture.expected_bytes(size(levels).max(1), format)?;
+    let stored = expected.iter().enumerate().map(|(level, &expected)| stored(bytes, level, expected, scheme));
+    let stored = stored.collect::<Result<Vec<_>, _>>()?;
+    let metadata = read_key_values(bytes)?;
+    for (level, (offset, stored)) in stored.into_iter().enumerate() {
+        match scheme {
+            Scheme::Plain => texture.unpack(level, format, stored),
+            Scheme::Zstd => {
+                let place = |error: Error| error.within(format!("level {level} at byte {offset}"));
+                let bytes = decompress(stored, expected[level]).map_err(place)?;
+                texture.unpack(level, format, &bytes);
+            }
+        }
+    }
+    Ok(TextureFile { texture, format, container: "KTX2", metadata })
+}
+
+/// Where the bytes of a level are, which the sizes make `expected` once they are decompressed, and those
+/// bytes.
+fn stored(bytes: &[u8], level: usize, expected: usize, scheme: Scheme) -> Result<(usize, &[u8]), Error> {
+    let number = |position: usize| -> Option<usize> {
+        let at = HEADER + LEVEL_INDEX * level + 8 * position;
         let (low, high) = (word(bytes, at)?, word(bytes, at + 4)?);
-        usize::try_from(u64::from(high) << 32 | u64::from(low)).ok()
+        Some(usize::try_from(u64::from(high) << 32 | u64::from(low)).unwrap_or(usize::MAX))
     };
-    let level = place(HEADER).zip(place(HEADER + 8));
-    let (offset, length) = level.ok_or_else(|| Error::truncated("the file ends within its level index"))?;
-    if length != expected {
+    let entry = || Some((number(0)?, number(1)?, number(2)?));
+    let (offset, length, uncompressed) =
+        entry().ok_or_else(|| Error::truncated("the file ends within its level index"))?;
+    let declared = if scheme == Scheme::Plain { length } else { uncompressed };
+    if declared != expected {
         return Err(Error::damaged(format!(
-            "the level index declares {length} bytes; the sizes make {expected}"
+            "the level index declares {declared} bytes for level {level}; the sizes make {expected}"
         )));
     }
-    let pixels = bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(|| {
+    let stored = bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(|| {
         Error::truncated(format!(
-            "{length} bytes of pixels at {offset} are past the file's {} bytes",
+            "level {level}: {length} bytes of pixels at {offset} are past the file's {} bytes",
             bytes.len()
         ))
     })?;
-    let metadata = read_key_values(bytes)?;
-    texture.pixels = unpack(pixels, *precision);
-    Ok(TextureFile { texture, precision: *precision, container: "KTX2", metadata })
+    if scheme == Scheme::Zstd {
+        limits::plausible(expected, length, ZSTD_RATIO)?;
+    }
+    Ok((offset, stored))
+}
+
+/// Exactly `expected` bytes; memory grows only as they come.
+fn decompress(stored: &[u8], expected: usize) -> Result<Vec<u8>, Error> {
+    let damaged = |error: &dyn std::fmt::Display| Error::damaged(format!("Zstandard: {error}"));
+    let mut rest = stored;
+    let mut bytes = Vec::new();
+    let decoder = StreamingDecoder::new(&mut rest).map_err(|error| damaged(&error))?;
+    // One more byte than wanted tells that there are too many.
+    let most = u64::try_from(expected).unwrap_or(u64::MAX).saturating_add(1);
+    decoder.take(most).read_to_end(&mut bytes).map_err(|error| damaged(&error))?;
+    if bytes.len() == expected {
+        return Ok(bytes);
+    }
+    let found = if bytes.len() > expected { "more".to_owned() } else { bytes.len().to_string() };
+    Err(Error::damaged(format!("expected {expected} bytes, Zstandard gives {found}")))
 }
 
 /// The texts of the key/value data; entries that are not text are left out.

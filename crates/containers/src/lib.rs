@@ -4,8 +4,10 @@
 //! | --- | --- | --- |
 //! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`], [`write_exr_layers_unless`] |
-//! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
+//! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
+//! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
+//! | glTF with EXT_lights_image_based | [`ImageBasedLight`] | [`read_gltf_image_based_light`], [`write_gltf_image_based_light`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
@@ -18,6 +20,8 @@
 //! Bytes are never trusted. A header's claim of size is compared with [`MAX_PIXELS`] and with what a file of
 //! that length can hold before anything of that size is allocated, and damage is an [`Error`], not a panic.
 
+mod babylon_env;
+mod bc6h;
 mod brdf_table_metadata;
 mod chromaticity;
 mod data_texture;
@@ -26,8 +30,10 @@ mod decoded;
 mod error;
 mod format;
 mod gltf;
+mod gltf_image_based_light;
 mod icc;
 mod jpeg;
+mod ktx1;
 mod ktx2;
 mod light_rig;
 pub mod lighting_json;
@@ -42,12 +48,17 @@ mod read_image;
 mod read_recipe;
 mod read_texture;
 mod recipe;
+mod rgbd;
 mod shrm_metadata;
 pub mod tensors;
+mod texel;
 mod texture;
 mod tiff;
 mod web_page;
 
+pub use babylon_env::{
+    BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,
+};
 pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
 pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
@@ -58,7 +69,11 @@ pub use gltf::{
     Anisotropy, GlbText, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, VertexAttribute,
     gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_material, write_glb,
 };
-pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba};
+pub use gltf_image_based_light::{
+    ImageBasedLight, read_gltf_image_based_light, read_gltf_irradiance, write_gltf_image_based_light,
+};
+pub use ktx1::write_ktx1;
+pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
 pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
@@ -70,5 +85,6 @@ pub use read_recipe::read_recipe;
 pub use read_texture::{is_texture, read_texture};
 pub use recipe::texture_sidecar;
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
+pub use texel::TexelFormat;
 pub use texture::{Texture, TextureFile};
 pub use web_page::{escape_html, is_web_page, recipe_element};

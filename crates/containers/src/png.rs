@@ -33,6 +33,29 @@ pub fn write_png(
     write(width, height, &[codes], None, recipe)
 }
 
+/// 8-bit RGBA as it is given, row by row from the top, without a colour space: data, not a picture.
+///
+/// # Errors
+/// If the number of codes is not `width` x `height`.
+pub(crate) fn write_rgba(width: usize, height: usize, codes: &[[u8; 4]]) -> Result<Vec<u8>, Error> {
+    let unwritable = |message: String| Error::new(ErrorKind::Unwritable, message).within("PNG");
+    if width * height != codes.len() {
+        return Err(unwritable(format!("{} colours given for {width} x {height} pixels", codes.len())));
+    }
+    let mut bytes = Vec::new();
+    // At most MAX_PIXELS, which the caller has checked.
+    let mut encoder = Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(ColorType::Rgba);
+    encoder.set_depth(BitDepth::Eight);
+    let written = |encoder: Encoder<'_, &mut Vec<u8>>| -> Result<(), EncodingError> {
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(codes.as_flattened())?;
+        writer.finish()
+    };
+    written(encoder).map_err(|error| unwritable(error.to_string()))?;
+    Ok(bytes)
+}
+
 /// Writes an animated PNG (PNG specification, third edition, section 4.9) that repeats; a program without
 /// animations shows its first frame. Each frame is as in [`write_png`] and is shown for some milliseconds.
 ///

@@ -102,7 +102,7 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
         }
         write_scanline(&line, &mut bytes);
     }
-    Ok(Encoded { bytes, clamped })
+    Ok(Encoded { bytes, clamped, negative: 0 })
 }
 
 /// RGB of a pixel.

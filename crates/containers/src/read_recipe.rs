@@ -1,7 +1,9 @@
 //! Finding the recipe in a file of any format.
 
 use crate::format::Format;
-use crate::{gltf, ktx2, light_rig, lighting_json, open_exr, png, radiance, tensors, web_page};
+use crate::{
+    babylon_env, gltf, ktx1, ktx2, light_rig, lighting_json, open_exr, png, radiance, tensors, web_page,
+};
 
 /// The recipe in a file of any format that is written here; `None` if there is none.
 pub fn read_recipe(bytes: &[u8]) -> Option<String> {
@@ -17,6 +19,8 @@ pub fn read_recipe(bytes: &[u8]) -> Option<String> {
         None if web_page::is_web_page(bytes) => web_page::read_recipe(bytes),
         None if gltf::is_glb(bytes) => gltf::read_recipe(bytes),
         None if ktx2::is_ktx2(bytes) => ktx2::read_recipe(bytes),
+        None if ktx1::is_ktx1(bytes) => ktx1::read_recipe(bytes),
+        None if babylon_env::is_babylon_env(bytes) => babylon_env::read_recipe(bytes),
         None => tensors::read_recipe(bytes),
     }
 }

@@ -3,22 +3,25 @@
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::texture::TextureFile;
-use crate::{dds, ktx2};
+use crate::{dds, ktx1, ktx2};
 
-/// Reads KTX2 or DDS, known by its content; as [`crate::read_ktx2`] and [`crate::read_dds`].
+/// Reads KTX2, DDS or, of cubes, KTX 1, known by its content; as [`crate::read_ktx2`] and
+/// [`crate::read_dds`].
 ///
 /// # Errors
-/// If the file is neither, truncated, damaged, too large, or of a pixel format other than RGBA floats.
+/// If the file is none of them, truncated, damaged, too large, or of a format that is not a
+/// [`crate::TexelFormat`].
 pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
     refuse_non_files(bytes)?;
     match bytes {
         _ if ktx2::is_ktx2(bytes) => ktx2::read(bytes),
+        _ if ktx1::is_ktx1(bytes) => ktx1::read(bytes),
         _ if dds::is_dds(bytes) => dds::read(bytes),
-        _ => Err(Error::new(ErrorKind::UnknownFormat, "neither a KTX2 nor a DDS file")),
+        _ => Err(Error::new(ErrorKind::UnknownFormat, "neither a KTX nor a DDS file")),
     }
 }
 
 /// Whether the bytes begin as a texture that [`read_texture`] reads.
 pub fn is_texture(bytes: &[u8]) -> bool {
-    ktx2::is_ktx2(bytes) || dds::is_dds(bytes)
+    ktx2::is_ktx2(bytes) || ktx1::is_ktx1(bytes) || dds::is_dds(bytes)
 }

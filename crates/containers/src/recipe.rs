@@ -8,7 +8,8 @@
 //! | safetensors | the entry `specula` of `__metadata__` |
 //! | JSON | the member `specula` of the top object |
 //! | HTML | the `meta` element `specula` |
-//! | KTX2 | the key/value entry `specula` |
+//! | KTX2, KTX | the key/value entry `specula` |
+//! | `.env` | the member `specula` of its JSON |
 //! | glTF | the member `specula` of `asset.extras` |
 //! | USD text | the string `specula` of `customLayerData` |
 //! | DDS, CSV | no place: a JSON file beside it, [`texture_sidecar`] |

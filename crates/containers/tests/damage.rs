@@ -12,8 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use containers::lighting_json::{self, Preset};
 use containers::{
-    Precision, ReadOptions, Texture, read_exr_layers, read_image, read_recipe, read_texture, tensors,
-    write_dds, write_exr, write_exr_layers, write_ktx2, write_png, write_rgbe,
+    BabylonEnv, ImageBasedLight, Precision, ReadOptions, TexelFormat, Texture, read_babylon_env,
+    read_exr_layers, read_gltf_image_based_light, read_image, read_recipe, read_texture, tensors,
+    write_babylon_env, write_dds, write_exr, write_exr_layers, write_gltf_image_based_light, write_ktx1,
+    write_ktx2, write_ktx2_zstd, write_png, write_rgbe,
 };
 use envmap::{Environment, Image};
 use exr::prelude::*;
@@ -113,14 +115,48 @@ fn textures() -> Vec<(String, Vec<u8>)> {
     for (name, (width, depth, layers, faces)) in
         [("2D", (5, 1, 0, 1)), ("volume", (5, 3, 0, 1)), ("cube array", (3, 1, 2, 6))]
     {
-        let mut texture = Texture { width, height: 3, depth, layers, faces, pixels: Vec::new() };
-        texture.pixels = (0..texture.len().unwrap()).map(|i| [i as f32, 0.5, -1.0]).collect();
+        let mut texture = Texture { width, height: 3, depth, layers, faces, ..Texture::default() };
+        texture.pixels = (0..texture.level_len(0).unwrap()).map(|i| [i as f32, 0.5, -1.0]).collect();
         let metadata = [("specula.view", "local")];
         let ktx2 = write_ktx2(&texture, Precision::Half, Some("{}"), &metadata).unwrap().bytes;
         files.push((format!("ktx2 {name}"), ktx2));
         files.push((format!("dds {name}"), write_dds(&texture, Precision::Float).unwrap().bytes));
     }
+    let cube = cube();
+    for format in [TexelFormat::Rgba16F, TexelFormat::R11G11B10F] {
+        let bytes = write_ktx1(&cube, format, Some("{}"), &[("sh", "1 1 1\n")]).unwrap().bytes;
+        files.push((format!("ktx {}", format.name()), bytes));
+    }
+    for format in TexelFormat::ALL {
+        let name = format.name();
+        files.push((format!("ktx2 {name}"), write_ktx2(&cube, format, None, &[]).unwrap().bytes));
+        files.push((format!("ktx2 zstd {name}"), write_ktx2_zstd(&cube, format, None, &[]).unwrap().bytes));
+        files.push((format!("dds {name}"), write_dds(&cube, format).unwrap().bytes));
+    }
     files
+}
+
+/// A cube with all its levels.
+fn cube() -> Texture {
+    let level = |edge: usize| (0..6 * edge * edge).map(|i| [i as f32, 0.5, 2.0]).collect();
+    Texture {
+        width: 4,
+        height: 4,
+        faces: 6,
+        pixels: level(4),
+        smaller_levels: vec![level(2), level(1)],
+        ..Texture::default()
+    }
+}
+
+/// Prefiltered lights of engines.
+fn image_based_lights() -> Vec<(String, Vec<u8>)> {
+    let env = BabylonEnv { cube: cube(), irradiance: None, lod_generation_scale: 0.8 };
+    let light = ImageBasedLight { cube: cube(), irradiance: [[0.5; 3]; 9] };
+    vec![
+        ("env".into(), write_babylon_env(&env, Some("{}")).unwrap().bytes),
+        ("gltf light".into(), write_gltf_image_based_light(&light, Some("{}")).unwrap().bytes),
+    ]
 }
 
 /// One small file of each format and, for OpenEXR, of each compression.
@@ -200,6 +236,8 @@ fn decode_all(bytes: &[u8]) {
     let _ = read_image(bytes, &ReadOptions::default());
     let _ = read_exr_layers(bytes);
     let _ = read_texture(bytes);
+    let _ = read_babylon_env(bytes);
+    let _ = read_gltf_image_based_light(bytes);
     let _ = read_recipe(bytes);
 }
 
@@ -248,6 +286,20 @@ fn every_truncated_length_is_an_error() {
             });
         }
     }
+    for (name, bytes) in image_based_lights() {
+        assert!(read_babylon_env(&bytes).is_ok() || read_gltf_image_based_light(&bytes).is_ok(), "{name}");
+        assert_eq!(read_recipe(&bytes).as_deref(), Some("{}"), "{name}");
+        // The document's last byte is a line end.
+        for length in 0..bytes.len() - 1 {
+            within_limits(&format!("{name}, {length} bytes"), || {
+                let cut = &bytes[..length];
+                assert!(
+                    read_babylon_env(cut).is_err() && read_gltf_image_based_light(cut).is_err(),
+                    "{name}"
+                );
+            });
+        }
+    }
     let bytes = layers();
     assert_eq!(read_exr_layers(&bytes).unwrap().layers.len(), 3);
     for length in 0..bytes.len() {
@@ -282,7 +334,7 @@ fn changed_bytes_never_panic_nor_allocate_wildly() {
     let _alone = ALONE.lock();
     // Silence the panics that are caught inside.
     std::panic::set_hook(Box::new(|_| {}));
-    let files = [pictures(), textures(), coefficients()].concat();
+    let files = [pictures(), textures(), image_based_lights(), coefficients()].concat();
     let flips = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6);
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };
     let result = TestRunner::new_with_rng(
@@ -310,7 +362,7 @@ fn changed_bytes_never_panic_nor_allocate_wildly() {
 fn hostile_headers_never_panic_nor_allocate_wildly() {
     let _alone = ALONE.lock();
     std::panic::set_hook(Box::new(|_| {}));
-    let files = [pictures(), textures(), coefficients()].concat();
+    let files = [pictures(), textures(), image_based_lights(), coefficients()].concat();
     let outcome = std::panic::catch_unwind(|| {
         for (name, bytes) in &files {
             for position in 0..bytes.len().min(420) {

@@ -6,8 +6,9 @@
 use std::io::Cursor;
 
 use containers::{
-    ErrorKind, Precision, ReadOptions, Texture, is_texture, read_dds, read_exr_layers, read_image, read_ktx2,
-    read_recipe, read_texture, texture_sidecar, write_dds, write_exr_layers, write_ktx2,
+    ErrorKind, Precision, ReadOptions, TexelFormat, Texture, is_texture, read_dds, read_exr_layers,
+    read_image, read_ktx2, read_recipe, read_texture, texture_sidecar, write_dds, write_exr_layers,
+    write_ktx2, write_ktx2_zstd,
 };
 use half::f16;
 use ktx2::dfd::Basic;
@@ -15,8 +16,8 @@ use ktx2::{ColorModel, ColorPrimaries, TransferFunction};
 
 /// Values that a half holds exactly, different everywhere.
 fn texture(width: usize, height: usize, depth: usize, layers: usize, faces: usize) -> Texture {
-    let mut texture = Texture { width, height, depth, layers, faces, pixels: Vec::new() };
-    let count = texture.len().unwrap();
+    let mut texture = Texture { width, height, depth, layers, faces, ..Texture::default() };
+    let count = texture.level_len(0).unwrap();
     texture.pixels = (0..count).map(|i| [i as f32, -0.5 * i as f32, 0.25]).collect();
     texture
 }
@@ -185,7 +186,7 @@ fn what_is_written_is_read() {
             let ktx2 = write_ktx2(&texture, precision, Some("{}"), &[("k", "v")]).unwrap().bytes;
             assert!(read_ktx2(&ktx2).unwrap() == texture, "{name}");
             let file = read_texture(&ktx2).unwrap();
-            assert_eq!((file.container, file.precision), ("KTX2", precision));
+            assert_eq!((file.container, file.format), ("KTX2", precision.into()));
             assert_eq!((file.metadata["k"].as_str(), file.metadata["KTXwriter"].as_str()), ("v", "specula"));
             let dds = write_dds(&texture, precision).unwrap().bytes;
             let found = read_dds(&dds).unwrap();
@@ -196,6 +197,132 @@ fn what_is_written_is_read() {
             assert!(read_ktx2(&dds).is_err() && read_dds(&ktx2).is_err() && read_recipe(&dds).is_none());
         }
     }
+}
+
+/// A cube with levels of detail down to one texel, smooth enough for blocks.
+fn cube_with_levels(edge: usize) -> Texture {
+    let level = |edge: usize| -> Vec<[f32; 3]> {
+        let texel = |i: usize| {
+            let (row, column) = (i / edge % edge, i % edge);
+            let share = (row + column) as f32 / (2 * edge) as f32;
+            [1.0 + share, 2.0 - share, 0.5 + 0.25 * share]
+        };
+        (0..6 * edge * edge).map(texel).collect()
+    };
+    let smaller_levels = (1..=edge.ilog2()).map(|l| level(edge >> l)).collect();
+    Texture { width: edge, height: edge, faces: 6, pixels: level(edge), smaller_levels, ..Texture::default() }
+}
+
+/// The largest difference in relation to what was given; blue is not kept by two channels.
+fn largest_difference(found: &Texture, given: &Texture, format: TexelFormat) -> f32 {
+    assert_eq!(found.levels().len(), given.levels().len());
+    let channels = if format == TexelFormat::Rg16F { 2 } else { 3 };
+    let mut most = 0.0_f32;
+    for (found, given) in found.levels().flatten().zip(given.levels().flatten()) {
+        for channel in 0..channels {
+            most = most.max((found[channel] / given[channel] - 1.0).abs());
+        }
+    }
+    most
+}
+
+#[test]
+fn every_format_keeps_its_levels() {
+    let cube = cube_with_levels(16);
+    for format in TexelFormat::ALL {
+        // Half of the last of 11, 24, 9, 6 and 5 bits; blocks hold a line of colours.
+        let most = match format {
+            TexelFormat::Rgba32F => 0.0,
+            TexelFormat::Rgba16F | TexelFormat::Rg16F => 0.0005,
+            TexelFormat::Rgb9E5 => 0.004,
+            TexelFormat::R11G11B10F => 0.016,
+            TexelFormat::Bc6h => 0.02,
+        };
+        let plain = write_ktx2(&cube, format, Some("{}"), &[]).unwrap().bytes;
+        let small = write_ktx2_zstd(&cube, format, Some("{}"), &[]).unwrap().bytes;
+        let dds = write_dds(&cube, format).unwrap().bytes;
+        for bytes in [&plain, &small, &dds] {
+            let file = read_texture(bytes).unwrap();
+            assert_eq!(file.format, format);
+            let difference = largest_difference(&file.texture, &cube, format);
+            assert!(difference <= most, "{format:?}: {difference}");
+        }
+        assert_eq!(read_ktx2(&plain).unwrap(), read_ktx2(&small).unwrap());
+        assert!(small.len() < plain.len(), "{format:?}: {} {}", small.len(), plain.len());
+        assert_eq!(read_recipe(&small).as_deref(), Some("{}"));
+    }
+}
+
+/// Of packed formats the crates know the size, the levels and the descriptor, not the texels.
+#[test]
+fn other_crates_read_every_format() {
+    use ddsfile::{Dds, DxgiFormat};
+    use ktx2::{Format, SupercompressionScheme};
+    let cube = cube_with_levels(16);
+    for (format, known, dxgi) in [
+        (TexelFormat::Rgba16F, Format::R16G16B16A16_SFLOAT, DxgiFormat::R16G16B16A16_Float),
+        (TexelFormat::Rgba32F, Format::R32G32B32A32_SFLOAT, DxgiFormat::R32G32B32A32_Float),
+        (TexelFormat::Rg16F, Format::R16G16_SFLOAT, DxgiFormat::R16G16_Float),
+        (TexelFormat::Rgb9E5, Format::E5B9G9R9_UFLOAT_PACK32, DxgiFormat::R9G9B9E5_SharedExp),
+        (TexelFormat::R11G11B10F, Format::B10G11R11_UFLOAT_PACK32, DxgiFormat::R11G11B10_Float),
+        (TexelFormat::Bc6h, Format::BC6H_UFLOAT_BLOCK, DxgiFormat::BC6H_UF16),
+    ] {
+        for (bytes, scheme) in [
+            (write_ktx2(&cube, format, None, &[]).unwrap().bytes, None),
+            (
+                write_ktx2_zstd(&cube, format, None, &[]).unwrap().bytes,
+                Some(SupercompressionScheme::Zstandard),
+            ),
+        ] {
+            let reader = ktx2::Reader::new(&bytes[..]).unwrap();
+            let header = reader.header();
+            assert_eq!((header.format, header.level_count, header.face_count), (Some(known), 5, 6));
+            assert_eq!(header.supercompression_scheme, scheme);
+            let (basic, type_size) = Basic::from_format(known).unwrap();
+            assert_eq!((reader.basic_dfd().unwrap(), header.type_size), (&basic, type_size), "{format:?}");
+            let sizes: Vec<_> = reader.levels().map(|level| level.uncompressed_byte_length).collect();
+            assert!(sizes.is_sorted_by(|a, b| a >= b), "{sizes:?}");
+        }
+        let bytes = write_dds(&cube, format).unwrap().bytes;
+        let dds = Dds::read(Cursor::new(&bytes)).unwrap();
+        assert_eq!((dds.get_dxgi_format(), dds.get_num_mipmap_levels()), (Some(dxgi), 5));
+        // The crate cuts the data into faces, each with all its levels.
+        let faces: Vec<_> = (0..6).map(|face| dds.get_data(face).unwrap()).collect();
+        assert!(faces.iter().all(|face| face.len() == dds.data.len() / 6));
+        assert_eq!(faces[2], faces[5]);
+    }
+}
+
+#[test]
+fn a_texel_that_is_not_finite_is_found() {
+    let mut cube = cube_with_levels(4);
+    assert_eq!(cube.first_not_finite(), None);
+    cube.smaller_levels[0][4 + 2][1] = f32::NAN;
+    assert_eq!(cube.first_not_finite().unwrap(), "level 1, face -X, row 1, column 0");
+    cube.pixels[3 * 16 + 7][0] = f32::INFINITY;
+    assert_eq!(cube.first_not_finite().unwrap(), "level 0, face -Y, row 1, column 3");
+}
+
+#[test]
+fn what_zstandard_gives_must_be_what_the_sizes_say() {
+    let bytes = write_ktx2_zstd(&cube_with_levels(4), TexelFormat::Rgb9E5, None, &[]).unwrap().bytes;
+    let error = |at: usize, value: u64| {
+        let mut changed = bytes.clone();
+        changed[at..at + 8].copy_from_slice(&value.to_le_bytes());
+        read_ktx2(&changed).unwrap_err().to_string()
+    };
+    // The level index: offset, length and uncompressed length of level 0.
+    assert!(error(96, 1 << 40).contains("declares 1099511627776 bytes for level 0; the sizes make 384"));
+    assert!(error(88, 3).contains("level 0 at byte "), "{}", error(88, 3));
+    assert!(error(80, u64::MAX).contains("past the file's"));
+    // 4096 x 4096 texels, in a file of some hundred bytes.
+    let mut bomb = bytes.clone();
+    bomb[20..24].copy_from_slice(&4096_u32.to_le_bytes());
+    bomb[24..28].copy_from_slice(&4096_u32.to_le_bytes());
+    bomb[40..44].copy_from_slice(&1_u32.to_le_bytes());
+    bomb[96..104].copy_from_slice(&(6_u64 << 26).to_le_bytes());
+    let found = read_ktx2(&bomb).unwrap_err().to_string();
+    assert!(found.contains("more than a file of"), "{found}");
 }
 
 #[test]
@@ -254,15 +381,17 @@ fn foreign_textures_are_refused_with_what_they_are() {
     };
     for (bytes, at, value, kind, message) in [
         (&ktx2, 12, 37, ErrorKind::Unsupported, "VkFormat 37 is not read"),
-        (&ktx2, 44, 2, ErrorKind::Unsupported, "supercompression scheme 2"),
+        (&ktx2, 44, 1, ErrorKind::Unsupported, "supercompression scheme 1"),
+        (&ktx2, 40, 3, ErrorKind::Damaged, "3 levels of detail, but the sizes halve to 1 in 2"),
         (&ktx2, 24, 0, ErrorKind::Unsupported, "one dimension"),
         (&ktx2, 36, 5, ErrorKind::Damaged, "a texture has 1 or 6 faces"),
-        (&ktx2, 20, 3, ErrorKind::Damaged, "declares 32 bytes; the sizes make 48"),
+        (&ktx2, 20, 3, ErrorKind::Damaged, "declares 32 bytes for level 0; the sizes make 48"),
         (&ktx2, 20, u32::MAX, ErrorKind::TooLarge, "at most"),
         (&ktx2, 60, 1 << 20, ErrorKind::Damaged, "key/value data"),
         (&dds, 128, 98, ErrorKind::Unsupported, "DXGI format 98"),
         (&dds, 84, u32::from_le_bytes(*b"DXT1"), ErrorKind::Unsupported, "DX10"),
-        (&dds, 28, 2, ErrorKind::Unsupported, "levels of detail"),
+        (&dds, 28, 2, ErrorKind::Truncated, "expected 40 bytes of pixels, found 32"),
+        (&dds, 28, 3, ErrorKind::Damaged, "3 levels of detail, but the sizes halve to 1 in 2"),
         (&dds, 16, 1, ErrorKind::Damaged, "expected 16 bytes of pixels, found 32"),
         (&dds, 16, 3, ErrorKind::Truncated, "expected 48 bytes of pixels, found 32"),
     ] {

@@ -112,7 +112,9 @@ impl Kind for ExportBrdfTable {
         let recipe = Some(context.recipe());
         let PrecisionName(precision) = parameters.precision;
         let file = match parameters.format {
-            Format::Safetensors => Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, clamped: 0 },
+            Format::Safetensors => {
+                Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
+            }
             Format::Ktx2 => texture(table, precision, recipe)?,
             Format::Exr => layers(table, precision, recipe)?,
         };
@@ -154,7 +156,7 @@ fn texture(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Res
         }
     }
     let (size, layers) = (table.size(), table.count() * channels * blocks);
-    let sizes = Texture { width: size, height: size, depth: 1, layers, faces: 1, pixels: Vec::new() };
+    let sizes = Texture { width: size, height: size, layers, ..Texture::default() };
     let entries = entries(table, &coefficient_names(table.degree().get()));
     Ok(write_ktx2_rgba(&sizes, &pixels, precision, recipe, &borrowed(&entries))?)
 }

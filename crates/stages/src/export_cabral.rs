@@ -329,7 +329,7 @@ fn encode(
             let faces = if parameters.layout == Layout::Cube { 6 } else { 1 };
             let [width, height] = size;
             let height = height / faces;
-            let texture = Texture { width, height, depth: 1, layers: 0, faces, pixels: pixels.to_vec() };
+            let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };
             Ok(write_dds(&texture, precision)?)
         }
     }

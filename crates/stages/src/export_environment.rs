@@ -204,7 +204,7 @@ impl Kind for ExportEnvironment {
         };
         let (width, faces) =
             if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
-        let texture = Texture { width, height: resolution, depth: 1, layers: 0, faces, pixels };
+        let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
         let format = (format, parameters.precision.0, parameters.overflow);
         Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
     }

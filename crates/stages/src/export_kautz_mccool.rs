@@ -160,7 +160,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     };
     let [width, height] = map_source::picture_size(texture.grid());
     let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
-    let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };
+    let volume = Texture { width, height, depth, pixels, ..Texture::default() };
     let format = (parameters.format, parameters.precision.0, parameters.overflow);
     let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
     let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {

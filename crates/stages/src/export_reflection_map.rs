@@ -409,7 +409,10 @@ fn encode(parameters: &Parameters, image: &Image, recipe: Option<&str>) -> Resul
         Format::Rgbe => Ok(write_rgbe(image, recipe)?),
         Format::Png => {
             let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);
-            Ok(Encoded { bytes: write_png(image.width(), image.height(), &codes, recipe)?, clamped: 0 })
+            Ok(Encoded {
+                bytes: write_png(image.width(), image.height(), &codes, recipe)?,
+                ..Encoded::default()
+            })
         }
     }
 }

@@ -327,7 +327,9 @@ fn file(
     let recipe = Some(context.recipe());
     let PrecisionName(precision) = parameters.precision;
     let file = match parameters.format {
-        Format::Safetensors => Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, clamped: 0 },
+        Format::Safetensors => {
+            Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
+        }
         Format::Exr => layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?,
         Format::Ktx2 => texture(map, beside, precision, recipe)?,
     };
@@ -380,7 +382,7 @@ fn texture(
     let [faces, height, width] = map.grid().shape();
     let layers = map.rows();
     let pixels = (0..layers).flat_map(|layer| row(map, layer, 0..map.grid().len())).collect();
-    let texture = Texture { width, height, depth: 1, layers, faces, pixels };
+    let texture = Texture { width, height, layers, faces, pixels, ..Texture::default() };
     let entries = entries(map, beside, &row_names(map.p().get(), map.terms()));
     Ok(write_ktx2(&texture, precision, recipe, &borrowed(&entries))?)
 }

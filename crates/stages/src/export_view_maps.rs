@@ -147,7 +147,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     }
     let [faces, height, width] = table.grid().shape();
     let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
-    let array = Texture { width, height, depth: 1, layers, faces, pixels };
+    let array = Texture { width, height, layers, faces, pixels, ..Texture::default() };
     let format = (parameters.format, parameters.precision.0, parameters.overflow);
     let mut files = map_source::encode(&array, format, "view-maps", context)?;
     let entries = table.views().into_iter().enumerate().map(|(k, direction)| {

@@ -275,7 +275,7 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened,
     let bytes = context.read(Path::new(file))?;
     let opened = if is_texture(&bytes) {
         let texture = read_texture(&bytes)?.texture;
-        let containers::Texture { width, height, depth, layers, faces, pixels } = texture;
+        let containers::Texture { width, height, depth, layers, faces, pixels, .. } = texture;
         Opened { width, height, depth, layers: layers.max(1), faces, pixels }
     } else {
         let decoded = read_image(&bytes, &ReadOptions::default())?;

@@ -1,6 +1,6 @@
 //! How `specula inspect` describes textures and reflection maps in spherical harmonics.
 
-use containers::{Precision, read_texture, tensors};
+use containers::{read_texture, tensors};
 use serde_json::{Value, json};
 
 use super::facts::{Facts, range};
@@ -17,19 +17,20 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
         (_, false, false) => "2D",
     };
     let mut shape = format!("{} x {}", texture.width, texture.height);
-    for (count, what) in [(texture.depth, "slices"), (texture.faces, "faces"), (texture.layers, "layers")] {
+    for (count, what) in [
+        (texture.depth, "slices"),
+        (texture.faces, "faces"),
+        (texture.layers, "layers"),
+        (texture.levels().len(), "levels"),
+    ] {
         if count > 1 || (what == "layers" && count > 0) {
             shape.push_str(&format!(", {count} {what}"));
         }
     }
-    let numbers = match file.precision {
-        Precision::Half => "16-bit floats",
-        Precision::Float => "32-bit floats",
-    };
     let mut facts = vec![
         ("what", format!("texture, {kind}").into()),
         ("format", file.container.into()),
-        ("shape", format!("{shape}, RGBA of {numbers}").into()),
+        ("shape", format!("{shape}, {}", file.format.name()).into()),
     ];
     let texts = file.metadata.iter().filter(|(key, _)| *key != "specula");
     let texts: serde_json::Map<String, Value> =
@@ -39,7 +40,7 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
         facts.push(("metadata", Value::Object(texts)));
     }
     let unit = if coefficients { "coefficients of radiance" } else { "linear Rec. 709" };
-    facts.extend(range(unit, texture.pixels.iter().map(|pixel| pixel.map(f64::from))));
+    facts.extend(range(unit, texture.levels().flatten().map(|pixel| pixel.map(f64::from))));
     Ok(facts)
 }
 
@@ -56,7 +57,7 @@ pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
 #[cfg(test)]
 mod tests {
     use brdf::Centre;
-    use containers::{Texture, write_dds, write_ktx2};
+    use containers::{Precision, Texture, write_dds, write_ktx2};
     use sh::Degree;
     use shrm::{MapGrid, Shrm, Terms, View};
     use sphere::Cube;
@@ -69,13 +70,13 @@ mod tests {
 
     #[test]
     fn a_texture_has_its_shape_its_texts_and_its_non_finite_values() {
-        let mut cube = Texture { width: 2, height: 2, depth: 1, layers: 9, faces: 6, pixels: Vec::new() };
+        let mut cube = Texture { width: 2, height: 2, layers: 9, faces: 6, ..Texture::default() };
         cube.pixels = vec![[1.0, -2.0, f32::NAN]; 216];
         let bytes =
             write_ktx2(&cube, Precision::Half, Some("{}"), &[("specula.basis", "real")]).unwrap().bytes;
         let facts = by_label(super::super::describe(&bytes).unwrap());
         assert_eq!(facts["what"], "texture, cube array");
-        assert_eq!(facts["shape"], "2 x 2, 6 faces, 9 layers, RGBA of 16-bit floats");
+        assert_eq!(facts["shape"], "2 x 2, 6 faces, 9 layers, RGBA16F");
         assert_eq!(facts["metadata"]["KTXorientation"], "rd");
         assert_eq!(facts["values"], "coefficients of radiance");
         assert_eq!(
@@ -85,10 +86,11 @@ mod tests {
         assert_eq!(facts["recipe"], json!({}));
 
         let volume = Texture { depth: 3, layers: 0, faces: 1, pixels: vec![[0.5; 3]; 12], ..cube };
+        let volume = Texture { smaller_levels: vec![vec![[0.25; 3]]], ..volume };
         let bytes = write_dds(&volume, Precision::Float).unwrap().bytes;
         let facts = by_label(super::super::describe(&bytes).unwrap());
         assert_eq!((&facts["what"], &facts["format"]), (&json!("texture, volume"), &json!("DDS")));
-        assert_eq!(facts["shape"], "2 x 2, 3 slices, RGBA of 32-bit floats");
+        assert_eq!(facts["shape"], "2 x 2, 3 slices, 2 levels, RGBA32F");
         assert!(facts["recipe"].as_str().unwrap().contains("beside"), "{}", facts["recipe"]);
         assert!(!facts.contains_key("metadata"));
     }

@@ -185,7 +185,7 @@ fn write(
     if several_texts {
         sort_attributes(&mut bytes);
     }
-    Ok(Encoded { bytes, clamped })
+    Ok(Encoded { bytes, clamped, negative: 0 })
 }
 
 /// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a

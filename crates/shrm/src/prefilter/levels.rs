@@ -94,8 +94,8 @@ pub enum PrefilterError {
 ///
 /// `levels[l]` has max(1, resolution >> l) texels along the edge of a face. A roughness of 0 is the
 /// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps
-/// included, otherwise of the environment; of the degree that the levels need and at least 74, the cosine's, if the
-/// light holds that.
+/// included, otherwise of the environment. It has the degree that the levels need and at least 74, the
+/// cosine's, if the light holds that.
 ///
 /// # Errors
 /// [`PrefilterError`]

@@ -241,7 +241,7 @@ fn file_numbers(file: &[u8]) -> Vec<f64> {
     }
     if containers::is_texture(file) {
         let texture = containers::read_texture(file).unwrap().texture;
-        return texture.pixels.as_flattened().iter().map(|&value| value.into()).collect();
+        return texture.levels().flatten().flatten().map(|&value| value.into()).collect();
     }
     match serde_json::from_slice(file) {
         Ok(json) => json_numbers(&json),

@@ -1,0 +1,318 @@
+//! BC6H, unsigned: a block of 4 x 4 texels in 16 bytes (Direct3D 11 functional specification, section
+//! 19.5.14).
+//!
+//! A block is two colours and, for each texel, one of 16 places on the line between them; all numbers are the
+//! bits of halves, taken as integers, so the line is about straight in logarithms. Of the format's fourteen
+//! modes those with one line are written: 11 to 14, which hold the first colour in 10, 11, 12 or 16 bits and
+//! the second in 10 or as a difference of 9, 8 or 4. Blocks that are read may have any mode.
+
+use half::f16;
+use rayon::prelude::*;
+
+use crate::precision::to_half;
+
+/// Texels along the edge of a block.
+pub(crate) const EDGE: usize = 4;
+
+const TEXELS: usize = EDGE * EDGE;
+
+/// The bytes of a block.
+const BYTES: usize = 16;
+
+/// The place of each index between the two colours, in 64ths.
+const WEIGHTS: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64];
+
+/// A mode with one line.
+struct Mode {
+    /// Its first five bits.
+    code: u128,
+    /// Of the first colour's numbers.
+    bits: u32,
+    /// Of the second's: all of them, or of a difference.
+    second: u32,
+}
+
+const MODES: [Mode; 4] = [
+    Mode { code: 0b00011, bits: 10, second: 10 },
+    Mode { code: 0b00111, bits: 11, second: 9 },
+    Mode { code: 0b01011, bits: 12, second: 8 },
+    Mode { code: 0b01111, bits: 16, second: 4 },
+];
+
+/// Images of `width` x `height` texels. Blocks past the edge repeat its texels.
+pub(crate) fn encode(width: usize, height: usize, texels: &[[f32; 3]]) -> Vec<u8> {
+    let (columns, rows) = (width.div_ceil(EDGE), height.div_ceil(EDGE));
+    let images = texels.len() / (width * height).max(1);
+    let block = |index: usize| {
+        let (image, row, column) = (index / (columns * rows), index / columns % rows, index % columns);
+        let colours: [[i32; 3]; TEXELS] = std::array::from_fn(|texel| {
+            let y = (EDGE * row + texel / EDGE).min(height - 1);
+            let x = (EDGE * column + texel % EDGE).min(width - 1);
+            // NaN is 0 by `max`.
+            texels[(image * height + y) * width + x]
+                .map(|value| i32::from(to_half(value.max(0.0)).0.to_bits()))
+        });
+        encode_block(&colours)
+    };
+    (0..images * columns * rows).into_par_iter().flat_map_iter(block).collect()
+}
+
+/// The colours of images of `width` x `height` texels.
+pub(crate) fn decode(width: usize, height: usize, bytes: &[u8]) -> Vec<[f32; 3]> {
+    let (columns, rows) = (width.div_ceil(EDGE), height.div_ceil(EDGE));
+    let images = bytes.len() / (columns * rows * BYTES).max(1);
+    let mut texels = vec![[0.0; 3]; images * width * height];
+    let strips =
+        texels.par_chunks_mut((width * height).max(1)).zip(bytes.par_chunks_exact(columns * rows * BYTES));
+    strips.for_each(|(texels, blocks)| {
+        for (index, block) in blocks.chunks_exact(BYTES).enumerate() {
+            let mut colours = [0_u16; 3 * TEXELS];
+            bcdec_rs::bc6h_half(block, &mut colours, 3 * EDGE, false);
+            let (top, left) = (index / columns * EDGE, index % columns * EDGE);
+            for y in 0..EDGE.min(height - top) {
+                for x in 0..EDGE.min(width - left) {
+                    let colour = &colours[3 * (EDGE * y + x)..];
+                    let value = |channel: usize| f16::from_bits(colour[channel]).to_f32();
+                    texels[(top + y) * width + left + x] = [value(0), value(1), value(2)];
+                }
+            }
+        }
+    });
+    texels
+}
+
+/// A line through colour space, as it is stored.
+struct Line {
+    ends: [[i32; 3]; 2],
+    indices: [usize; TEXELS],
+    /// The sum of squares over texels and channels.
+    error: f64,
+}
+
+fn encode_block(colours: &[[i32; 3]; TEXELS]) -> [u8; BYTES] {
+    let ends = ends(colours);
+    let best = MODES
+        .iter()
+        .filter_map(|mode| Some((mode, fit(mode, colours, ends)?)))
+        .min_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
+    // Mode 11 stores any two colours.
+    best.map_or([0; BYTES], |(mode, line)| store(mode, &line))
+}
+
+/// The ends of the colours' extent along their principal axis.
+fn ends(colours: &[[i32; 3]; TEXELS]) -> [[f64; 3]; 2] {
+    let colours = colours.map(|colour| colour.map(f64::from));
+    let mean: [f64; 3] = std::array::from_fn(|channel| {
+        colours.iter().map(|colour| colour[channel]).sum::<f64>() / TEXELS as f64
+    });
+    let around =
+        colours.map(|colour| std::array::from_fn::<f64, 3, _>(|channel| colour[channel] - mean[channel]));
+    // The power method, from the axis of the widest channel on.
+    let covariance: [[f64; 3]; 3] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| around.iter().map(|colour| colour[i] * colour[j]).sum())
+    });
+    let widest = (0..3).max_by(|&a, &b| covariance[a][a].total_cmp(&covariance[b][b])).unwrap_or(0);
+    let mut axis = covariance[widest];
+    for _ in 0..8 {
+        let length = axis.iter().map(|value| value * value).sum::<f64>().sqrt();
+        if length == 0.0 {
+            return [mean; 2];
+        }
+        axis = axis.map(|value| value / length);
+        axis = std::array::from_fn(|i| (0..3).map(|j| covariance[i][j] * axis[j]).sum());
+    }
+    let length = axis.iter().map(|value| value * value).sum::<f64>().sqrt();
+    if length == 0.0 {
+        return [mean; 2];
+    }
+    let axis = axis.map(|value| value / length);
+    let along = around.map(|colour| (0..3).map(|channel| colour[channel] * axis[channel]).sum::<f64>());
+    let (low, high) = along.iter().fold((f64::MAX, f64::MIN), |(low, high), t| (low.min(*t), high.max(*t)));
+    [low, high].map(|t| std::array::from_fn(|channel| mean[channel] + t * axis[channel]))
+}
+
+/// The best line of a mode from these ends on, refined by least squares; `None` if a difference between its
+/// ends does not fit.
+fn fit(mode: &Mode, colours: &[[i32; 3]; TEXELS], mut ends: [[f64; 3]; 2]) -> Option<Line> {
+    let mut best: Option<Line> = None;
+    for _ in 0..3 {
+        let quantised = ends.map(|end| end.map(|value| quantise(value, mode.bits)));
+        let line = place(mode, colours, quantised);
+        let Some(line) = line else { break };
+        ends = least_squares(colours, &line.indices).unwrap_or(ends);
+        if best.as_ref().is_none_or(|best| line.error < best.error) {
+            best = Some(line);
+        }
+    }
+    best
+}
+
+/// The nearest index of each texel.
+fn place(mode: &Mode, colours: &[[i32; 3]; TEXELS], mut ends: [[i32; 3]; 2]) -> Option<Line> {
+    let wide = ends.map(|end| end.map(|value| unquantise(value, mode.bits)));
+    let palette = WEIGHTS.map(|weight| {
+        std::array::from_fn::<i32, 3, _>(|channel| {
+            finish((wide[0][channel] * (64 - weight) + wide[1][channel] * weight + 32) >> 6)
+        })
+    });
+    let mut error = 0.0;
+    let mut indices = colours.map(|colour| {
+        let distance = |entry: &[i32; 3]| -> f64 {
+            (0..3).map(|channel| f64::from(entry[channel] - colour[channel]).powi(2)).sum()
+        };
+        let nearest =
+            (0..16).min_by(|&a, &b| distance(&palette[a]).total_cmp(&distance(&palette[b]))).unwrap_or(0);
+        error += distance(&palette[nearest]);
+        nearest
+    });
+    // The highest bit of the first index is not stored, and is 0.
+    if indices[0] >= 8 {
+        ends.reverse();
+        indices = indices.map(|index| 15 - index);
+    }
+    let reach = 1 << (mode.second - 1);
+    let fits = |channel: usize| (-reach..reach).contains(&(ends[1][channel] - ends[0][channel]));
+    (mode.bits == mode.second || (0..3).all(fits)).then_some(Line { ends, indices, error })
+}
+
+/// The ends that suit indices best, in the integers of halves.
+fn least_squares(colours: &[[i32; 3]; TEXELS], indices: &[usize; TEXELS]) -> Option<[[f64; 3]; 2]> {
+    let share = indices.map(|index| f64::from(WEIGHTS[index]) / 64.0);
+    let sum = |value: &dyn Fn(usize) -> f64| (0..TEXELS).map(value).sum::<f64>();
+    let (aa, ab, bb) = (
+        sum(&|i| (1.0 - share[i]).powi(2)),
+        sum(&|i| (1.0 - share[i]) * share[i]),
+        sum(&|i| share[i].powi(2)),
+    );
+    let determinant = aa * bb - ab * ab;
+    if determinant < 1e-9 {
+        return None;
+    }
+    let mut ends = [[0.0; 3]; 2];
+    for channel in 0..3 {
+        let value = |i: usize| f64::from(colours[i][channel]);
+        let (a, b) = (sum(&|i| (1.0 - share[i]) * value(i)), sum(&|i| share[i] * value(i)));
+        ends[0][channel] = (a * bb - b * ab) / determinant;
+        ends[1][channel] = (b * aa - a * ab) / determinant;
+    }
+    Some(ends)
+}
+
+/// The number of `bits` bits that [`unquantise`] and [`finish`] take nearest to a half's integer.
+fn quantise(value: f64, bits: u32) -> i32 {
+    let most = (1 << bits) - 1;
+    let wide = value.clamp(0.0, 31743.0) * 64.0 / 31.0;
+    let guess = ((wide * f64::from(1 << bits) - 32768.0) / 65536.0).round() as i32;
+    let distance = |code: i32| (f64::from(finish(unquantise(code, bits))) - value).abs();
+    let candidates = (guess - 1..=guess + 1).map(|code| code.clamp(0, most));
+    candidates.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+fn unquantise(code: i32, bits: u32) -> i32 {
+    match code {
+        _ if bits >= 15 => code,
+        0 => 0,
+        _ if code == (1 << bits) - 1 => 0xffff,
+        _ => ((code << 16) + 0x8000) >> bits,
+    }
+}
+
+/// From 16 bits to the bits of a half, at most those of 65504.
+fn finish(wide: i32) -> i32 {
+    (wide * 31) >> 6
+}
+
+fn store(mode: &Mode, line: &Line) -> [u8; BYTES] {
+    let (mut block, mut at) = (mode.code, 5);
+    let mut put = |value: i32, bits: u32| {
+        let mask = (1_u128 << bits) - 1;
+        block |= (value as u128 & mask) << at;
+        at += bits;
+    };
+    let [first, second] = line.ends;
+    for value in first {
+        put(value, 10);
+    }
+    for (low, high) in first.into_iter().zip(second) {
+        let is_difference = mode.bits != mode.second;
+        put(if is_difference { high - low } else { high }, mode.second);
+        // The first colour's bits past ten, the highest first.
+        for bit in (10..mode.bits).rev() {
+            put(low >> bit & 1, 1);
+        }
+    }
+    for (texel, &index) in line.indices.iter().enumerate() {
+        put(index as i32, if texel == 0 { 3 } else { 4 });
+    }
+    block.to_le_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the decoder makes of a stored block is what the encoder thought, in every mode.
+    #[test]
+    fn a_decoder_reads_every_mode_that_is_written() {
+        let mut seen = [0; 4];
+        for seed in 0..4000_u32 {
+            let random =
+                |k: u32| (seed.wrapping_mul(2_654_435_761).wrapping_add(k.wrapping_mul(40_503)) >> 8) % 4096;
+            let spread = [4096, 600, 60, 2][seed as usize % 4];
+            let colours: [[i32; 3]; TEXELS] = std::array::from_fn(|texel| {
+                std::array::from_fn(|channel| {
+                    let base = 7 * random(channel as u32) % 27_000;
+                    (base + random(texel as u32 * 17 + 3) % spread + random(99 + channel as u32) % spread)
+                        as i32
+                })
+            });
+            let ends = ends(&colours);
+            for (number, mode) in MODES.iter().enumerate() {
+                let Some(line) = fit(mode, &colours, ends) else { continue };
+                seen[number] += 1;
+                let mut found = [0_u16; 3 * TEXELS];
+                bcdec_rs::bc6h_half(&store(mode, &line), &mut found, 3 * EDGE, false);
+                let error: f64 = found
+                    .iter()
+                    .zip(colours.as_flattened())
+                    .map(|(found, given)| f64::from(i32::from(*found) - given).powi(2))
+                    .sum();
+                assert!(
+                    (error - line.error).abs() < 1e-6 * (1.0 + error),
+                    "mode {number}: {error} {}",
+                    line.error
+                );
+            }
+        }
+        assert!(seen.iter().all(|count| *count > 50), "{seen:?}");
+    }
+
+    /// A gradient of one colour, of 0.1 % and of 10 % from texel to texel. The ends have 12 bits at most
+    /// here, which are steps of half a percent, and places on the line are sixteenths of two stops.
+    #[test]
+    fn a_smooth_block_is_nearly_kept() {
+        for (factor, most) in [(1.0, 2e-3), (1.001, 4e-3), (1.1, 0.06)] {
+            let texels: Vec<[f32; 3]> =
+                (0..16).map(|i| [3.0, 1.0, 0.2].map(|value: f32| value * f32::powi(factor, i))).collect();
+            for (found, given) in decode(4, 4, &encode(4, 4, &texels)).iter().zip(&texels) {
+                for channel in 0..3 {
+                    let error = (found[channel] / given[channel] - 1.0).abs();
+                    assert!(error < most, "{factor}: {found:?} instead of {given:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn images_of_any_size_have_whole_blocks() {
+        for (width, height) in [(1, 1), (2, 2), (5, 3), (8, 8)] {
+            let texels = vec![[1.0, 2.0, 4.0]; 2 * width * height];
+            let bytes = encode(width, height, &texels);
+            assert_eq!(bytes.len(), 2 * width.div_ceil(4) * height.div_ceil(4) * BYTES);
+            assert_eq!(decode(width, height, &bytes), texels);
+        }
+        // Negative numbers, NaN and infinity have the nearest that the format has.
+        let odd = vec![[-1.0, f32::NAN, f32::INFINITY]; 16];
+        assert!(decode(4, 4, &encode(4, 4, &odd)).iter().all(|found| *found == [0.0, 0.0, 65504.0]));
+    }
+}

@@ -1,0 +1,301 @@
+//! How a texel of a texture is stored: the formats, and packing and unpacking them.
+
+use half::f16;
+use rayon::prelude::*;
+
+use crate::bc6h;
+use crate::precision::{Precision, to_half};
+
+/// The stored numbers of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TexelFormat {
+    /// Four halves, the last 1.
+    Rgba16F,
+    /// Four floats, the last 1.
+    Rgba32F,
+    /// Two halves: red and green.
+    Rg16F,
+    /// Three mantissas of 9 bits with an exponent of 5 bits together: nothing negative.
+    Rgb9E5,
+    /// Two floats of 11 bits and one of 10, without a sign.
+    R11G11B10F,
+    /// Blocks of 4 x 4 texels in 16 bytes (BC6H, unsigned): nothing negative.
+    Bc6h,
+}
+
+impl TexelFormat {
+    /// Every format.
+    pub const ALL: [Self; 6] =
+        [Self::Rgba16F, Self::Rgba32F, Self::Rg16F, Self::Rgb9E5, Self::R11G11B10F, Self::Bc6h];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rgba16F => "RGBA16F",
+            Self::Rgba32F => "RGBA32F",
+            Self::Rg16F => "RG16F",
+            Self::Rgb9E5 => "RGB9E5",
+            Self::R11G11B10F => "R11G11B10F",
+            Self::Bc6h => "BC6H",
+        }
+    }
+
+    /// The largest number that it holds.
+    pub fn largest(self) -> f32 {
+        match self {
+            Self::Rgba32F => f32::MAX,
+            // The exponent 31 is of infinity; BC6H interpolates halves.
+            Self::Rgba16F | Self::Rg16F | Self::Bc6h => 65504.0,
+            Self::Rgb9E5 => 65408.0,
+            // Of the channel with 5 bits of mantissa, so that all three end together.
+            Self::R11G11B10F => 64512.0,
+        }
+    }
+
+    /// Whether it holds negative numbers.
+    pub fn is_signed(self) -> bool {
+        matches!(self, Self::Rgba16F | Self::Rgba32F | Self::Rg16F)
+    }
+
+    /// VkFormat.
+    pub(crate) fn vulkan(self) -> u32 {
+        match self {
+            Self::Rgba16F => 97,
+            Self::Rgba32F => 109,
+            Self::Rg16F => 83,
+            Self::Rgb9E5 => 123,
+            Self::R11G11B10F => 122,
+            Self::Bc6h => 143,
+        }
+    }
+
+    /// DXGI_FORMAT.
+    pub(crate) fn dxgi(self) -> u32 {
+        match self {
+            Self::Rgba16F => 10,
+            Self::Rgba32F => 2,
+            Self::Rg16F => 34,
+            Self::Rgb9E5 => 67,
+            Self::R11G11B10F => 26,
+            Self::Bc6h => 95,
+        }
+    }
+
+    /// The formats with their numbers, for messages.
+    pub(crate) fn listed(number: fn(Self) -> u32) -> String {
+        let names = Self::ALL.map(|format| format!("{} ({})", number(format), format.name()));
+        names.join(", ")
+    }
+
+    /// The bytes of a block, and the texels along its edge.
+    pub(crate) fn block(self) -> (usize, usize) {
+        match self {
+            Self::Rgba16F => (8, 1),
+            Self::Rgba32F => (16, 1),
+            Self::Rg16F | Self::Rgb9E5 | Self::R11G11B10F => (4, 1),
+            Self::Bc6h => (16, bc6h::EDGE),
+        }
+    }
+
+    /// The bytes of an image; `None` if they overflow.
+    pub(crate) fn image_bytes(self, width: usize, height: usize) -> Option<usize> {
+        let (bytes, edge) = self.block();
+        width.div_ceil(edge).checked_mul(height.div_ceil(edge))?.checked_mul(bytes)
+    }
+
+    /// Images of `width` x `height` texels, one after the other, as they are stored.
+    pub(crate) fn pack(self, width: usize, height: usize, texels: &[[f32; 3]]) -> Packed {
+        let (negative, clamped) = texels
+            .par_iter()
+            .map(|texel| {
+                let texel = if self == Self::Rg16F { &texel[..2] } else { &texel[..] };
+                let count = |is: &dyn Fn(f32) -> bool| texel.iter().filter(|value| is(**value)).count();
+                let negative = if self.is_signed() { 0 } else { count(&|value| value < 0.0) };
+                let past = |value: f32| value > self.largest() || self.is_signed() && value < -self.largest();
+                (negative, count(&past))
+            })
+            .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let words = |word: fn(&[f32; 3]) -> u32| -> Vec<u8> {
+            texels.par_iter().flat_map_iter(|texel| word(texel).to_le_bytes()).collect()
+        };
+        let half = |value: f32| u32::from(to_half(value).0.to_bits());
+        let bytes = match self {
+            Self::Rgba16F => {
+                let texel =
+                    |[r, g, b]: &[f32; 3]| [*r, *g, *b, 1.0].map(|value| to_half(value).0.to_le_bytes());
+                texels.par_iter().flat_map_iter(|rgb| texel(rgb).into_iter().flatten()).collect()
+            }
+            Self::Rgba32F => {
+                let texel = |[r, g, b]: &[f32; 3]| [*r, *g, *b, 1.0].map(f32::to_le_bytes);
+                texels.par_iter().flat_map_iter(|rgb| texel(rgb).into_iter().flatten()).collect()
+            }
+            Self::Rg16F => texels
+                .par_iter()
+                .flat_map_iter(|[r, g, _]| (half(*r) | half(*g) << 16).to_le_bytes())
+                .collect(),
+            Self::Rgb9E5 => words(shared_exponent),
+            Self::R11G11B10F => words(packed_floats),
+            Self::Bc6h => bc6h::encode(width, height, texels),
+        };
+        Packed { bytes, clamped, negative }
+    }
+
+    /// The colours of images of `width` x `height` texels, whose bytes are complete; an alpha is ignored, and
+    /// the blue of two channels is 0.
+    pub(crate) fn unpack(self, width: usize, height: usize, bytes: &[u8]) -> Vec<[f32; 3]> {
+        let half = |bytes: &[u8]| f16::from_le_bytes([bytes[0], bytes[1]]).to_f32();
+        let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+        let word = |bytes: &[u8]| u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+        let texels = bytes.par_chunks_exact(self.block().0);
+        match self {
+            Self::Rgba16F => texels.map(|b| [half(b), half(&b[2..]), half(&b[4..])]).collect(),
+            Self::Rgba32F => texels.map(|b| [float(b), float(&b[4..]), float(&b[8..])]).collect(),
+            Self::Rg16F => texels.map(|b| [half(b), half(&b[2..]), 0.0]).collect(),
+            Self::Rgb9E5 => texels.map(|b| of_shared_exponent(word(b))).collect(),
+            Self::R11G11B10F => texels.map(|b| of_packed_floats(word(b))).collect(),
+            Self::Bc6h => bc6h::decode(width, height, bytes),
+        }
+    }
+}
+
+impl From<Precision> for TexelFormat {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::Half => Self::Rgba16F,
+            Precision::Float => Self::Rgba32F,
+        }
+    }
+}
+
+/// Stored texels, and what could not be kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Packed {
+    pub(crate) bytes: Vec<u8>,
+    /// Numbers past the largest.
+    pub(crate) clamped: usize,
+    /// Negative numbers that became 0.
+    pub(crate) negative: usize,
+}
+
+/// RGB9E5 (EXT_texture_shared_exponent): red in the lowest 9 bits, the exponent in the highest 5.
+fn shared_exponent(texel: &[f32; 3]) -> u32 {
+    const BIAS: i32 = 15;
+    const MANTISSA: i32 = 9;
+    // NaN is 0 by `max`.
+    let rgb = texel.map(|value| f64::from(value.max(0.0).min(TexelFormat::Rgb9E5.largest())));
+    let largest = rgb.iter().fold(0.0_f64, |a, b| a.max(*b));
+    // The exponent of 2^-(BIAS + 1) is stored as 0.
+    let floor = if largest > 0.0 { exponent(largest) } else { i32::MIN };
+    let shared = floor.max(-BIAS - 1) + 1 + BIAS;
+    let quantised = |shared: i32| rgb.map(|value| (value * power(BIAS + MANTISSA - shared) + 0.5).floor());
+    let shared = if quantised(shared).contains(&512.0) { shared + 1 } else { shared };
+    let [r, g, b] = quantised(shared).map(|value| value as u32);
+    r | g << 9 | b << 18 | (shared as u32) << 27
+}
+
+fn of_shared_exponent(word: u32) -> [f32; 3] {
+    let scale = power((word >> 27) as i32 - 24) as f32;
+    [word, word >> 9, word >> 18].map(|bits| (bits & 511) as f32 * scale)
+}
+
+/// R11G11B10F: red in the lowest 11 bits.
+fn packed_floats(texel: &[f32; 3]) -> u32 {
+    let [r, g, b] = texel.map(|value| f64::from(value.max(0.0).min(TexelFormat::R11G11B10F.largest())));
+    unsigned_float(r, 6) | unsigned_float(g, 6) << 11 | unsigned_float(b, 5) << 22
+}
+
+fn of_packed_floats(word: u32) -> [f32; 3] {
+    [
+        of_unsigned_float(word & 0x7ff, 6),
+        of_unsigned_float(word >> 11 & 0x7ff, 6),
+        of_unsigned_float(word >> 22, 5),
+    ]
+}
+
+/// The nearest float with 5 bits of exponent and `mantissa` bits, ties to even.
+fn unsigned_float(value: f64, mantissa: i32) -> u32 {
+    if value < power(-14) {
+        // What rounds up to 2^-14 has the code of that.
+        return (value * power(14 + mantissa)).round_ties_even() as u32;
+    }
+    let exponent = exponent(value);
+    let fraction = (value * power(mantissa - exponent)).round_ties_even() as i32 - (1 << mantissa);
+    // A fraction that rounds up to 1 carries into the exponent.
+    (((exponent + 15) << mantissa) + fraction) as u32
+}
+
+fn of_unsigned_float(code: u32, mantissa: i32) -> f32 {
+    let (exponent, fraction) = (code >> mantissa, code & ((1 << mantissa) - 1));
+    match (exponent, fraction) {
+        (31, 0) => f32::INFINITY,
+        (31, _) => f32::NAN,
+        (0, _) => fraction as f32 * power(-14 - mantissa) as f32,
+        _ => ((1 << mantissa) + fraction) as f32 * power(exponent as i32 - 15 - mantissa) as f32,
+    }
+}
+
+/// floor(log2(value)) of a positive, normal number.
+fn exponent(value: f64) -> i32 {
+    ((value.to_bits() >> 52) & 0x7ff) as i32 - 1023
+}
+
+/// 2^exponent, for the exponents of floats.
+fn power(exponent: i32) -> f64 {
+    f64::from(exponent).exp2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every code comes back, and a number goes to the nearest code.
+    #[test]
+    fn every_unsigned_float_comes_back() {
+        for mantissa in [5, 6] {
+            for code in 0..31 << mantissa {
+                let value = f64::from(of_unsigned_float(code, mantissa));
+                assert_eq!(unsigned_float(value, mantissa), code);
+                let next = f64::from(of_unsigned_float(code + 1, mantissa));
+                if next.is_finite() {
+                    assert_eq!(unsigned_float(0.51 * value + 0.49 * next, mantissa), code);
+                    assert_eq!(unsigned_float(0.49 * value + 0.51 * next, mantissa), code + 1);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_shared_exponent_is_within_half_a_step() {
+        for step in 0..200_000_u32 {
+            let value = |k: u32| (f64::from(step.wrapping_mul(k) % 65_537) / 2048.0 - 16.0).exp2() as f32;
+            let texel = [value(7), value(31), value(127)];
+            let largest = texel.iter().fold(0.0_f32, |a, b| a.max(*b));
+            let found = of_shared_exponent(shared_exponent(&texel));
+            let step = f64::from(largest) / 256.0 + power(-24);
+            for (found, given) in found.iter().zip(texel) {
+                let clamped = given.min(65408.0);
+                assert!(f64::from((found - clamped).abs()) <= 0.5001 * step, "{texel:?} became {found:?}");
+            }
+        }
+        assert_eq!(of_shared_exponent(shared_exponent(&[1.0, 0.5, 2.0])), [1.0, 0.5, 2.0]);
+        assert_eq!(of_shared_exponent(shared_exponent(&[-1.0, 1e9, f32::NAN])), [0.0, 65408.0, 0.0]);
+        assert_eq!(of_shared_exponent(shared_exponent(&[0.0; 3])), [0.0; 3]);
+        // 511.75 / 512 rounds up to 1, which takes the next exponent.
+        assert_eq!(of_shared_exponent(shared_exponent(&[511.75 / 512.0; 3])), [1.0; 3]);
+    }
+
+    #[test]
+    fn what_a_format_cannot_hold_is_counted() {
+        let texels = [[-1.0, 1e6, 0.5], [0.25, -0.5, 70000.0]];
+        let counts = |format: TexelFormat| {
+            let packed = format.pack(2, 1, &texels);
+            (packed.clamped, packed.negative)
+        };
+        assert_eq!(counts(TexelFormat::Rgba32F), (0, 0));
+        assert_eq!(counts(TexelFormat::Rgba16F), (2, 0));
+        assert_eq!(counts(TexelFormat::Rg16F), (1, 0));
+        for format in [TexelFormat::Rgb9E5, TexelFormat::R11G11B10F, TexelFormat::Bc6h] {
+            assert_eq!(counts(format), (2, 2), "{format:?}");
+        }
+    }
+}
