@@ -23,16 +23,20 @@ const HEADER: usize = 64;
 /// What the number at byte 12 is in a file of this machine's order.
 const ORDER: u32 = 0x0403_0201;
 
+/// GL_R11F_G11F_B10F, and the type that OpenGL has for it, GL_UNSIGNED_INT_10F_11F_11F_REV.
+const PACKED_FLOATS: u32 = 0x8c3a;
+const PACKED_FLOATS_TYPE: u32 = 0x8c3b;
+
 /// OpenGL's names of a format: type, size of a number, format, internal format.
 fn names(format: TexelFormat) -> Option<[u32; 4]> {
     const RGB: u32 = 0x1907;
     const RGBA: u32 = 0x1908;
     match format {
-        // GL_HALF_FLOAT, GL_RGBA16F; GL_FLOAT, GL_RGBA32F; GL_UNSIGNED_INT_10F_11F_11F_REV,
-        // GL_R11F_G11F_B10F.
+        // GL_HALF_FLOAT, GL_RGBA16F; GL_FLOAT, GL_RGBA32F. Of packed floats Filament, as cmgen, knows
+        // GL_R11F_G11F_B10F as the type, too.
         TexelFormat::Rgba16F => Some([0x140b, 2, RGBA, 0x881a]),
         TexelFormat::Rgba32F => Some([0x1406, 4, RGBA, 0x8814]),
-        TexelFormat::R11G11B10F => Some([0x8c3b, 4, RGB, 0x8c3a]),
+        TexelFormat::R11G11B10F => Some([PACKED_FLOATS, 4, RGB, PACKED_FLOATS]),
         _ => None,
     }
 }
@@ -141,6 +145,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     if order != ORDER {
         return Err(Error::unsupported("files of the other byte order are not read"));
     }
+    let kind = if kind == PACKED_FLOATS_TYPE { PACKED_FLOATS } else { kind };
     let known =
         |format: &TexelFormat| names(*format).is_some_and(|names| (names[0], names[3]) == (kind, internal));
     let Some(format) = TexelFormat::ALL.into_iter().find(known) else {

@@ -4,6 +4,7 @@
 //! Each fact was read in the engine's source, and seen in the engine where it runs in a browser.
 
 use engine::{Choice, choice};
+use sphere::DVec3;
 
 choice! {
     /// An engine that loads light.
@@ -26,6 +27,35 @@ choice! {
         Unity = "unity",
         /// Unreal Engine.
         Unreal = "unreal",
+    }
+}
+
+choice! {
+    /// How the texels of an engine's file are stored.
+    pub(crate) enum EngineFormat {
+        /// Four halves.
+        Rgba16F = "rgba16f",
+        /// Four floats.
+        Rgba32F = "rgba32f",
+        /// Three mantissas with one exponent, 4 bytes.
+        Rgb9E5 = "rgb9e5",
+        /// Three small floats, 4 bytes.
+        R11G11B10F = "r11g11b10f",
+        /// Blocks of BC6H, 1 byte.
+        Bc6h = "bc6h",
+        /// PNG with a divisor in its alpha, up to 255.
+        Rgbd = "rgbd",
+        /// An OpenEXR image in halves.
+        Exr = "exr",
+        /// A Radiance image.
+        Hdr = "hdr",
+    }
+}
+
+impl EngineFormat {
+    /// Its word in a manifest.
+    pub(crate) fn name(self) -> &'static str {
+        Self::words().into_iter().find(|(.., format)| *format == self).map_or("", |(word, ..)| word)
     }
 }
 
@@ -59,6 +89,34 @@ impl EnginePreset {
     /// Its word in a manifest.
     pub(crate) fn name(self) -> &'static str {
         Self::words().into_iter().find(|(.., preset)| *preset == self).map_or("", |(word, ..)| word)
+    }
+
+    /// The formats that the engine loads, the one to prefer first.
+    pub(crate) fn formats(self) -> &'static [EngineFormat] {
+        use EngineFormat::{Bc6h, Exr, Hdr, R11G11B10F, Rgb9E5, Rgba16F, Rgba32F, Rgbd};
+        match self {
+            Self::Three => &[Rgba16F, Bc6h],
+            Self::Filament => &[R11G11B10F, Rgba16F],
+            Self::Babylon => &[Rgbd, Rgba16F, Rgba32F],
+            Self::Bevy => &[Rgb9E5, Rgba16F, Bc6h],
+            Self::Gltf => &[Rgbd],
+            Self::Godot | Self::Blender | Self::Unity => &[Exr, Hdr],
+            Self::Unreal => &[Hdr],
+        }
+    }
+
+    /// The direction, in the frame of files (+Y up, the centre of a lat-long image looks along +Z), of which
+    /// the texel at cube coordinates c (KTX2's face table) holds the light.
+    ///
+    /// A cube lies where the engine lays the same lat-long image, so each is the engine's own lookup of cubes
+    /// after that of lat-long images. Bevy loads no lat-long image; its centre is +X, as for three.js.
+    pub(crate) fn direction_at(self, c: DVec3) -> DVec3 {
+        match self {
+            Self::Three => DVec3::new(-c.z, c.y, -c.x),
+            Self::Filament => c,
+            Self::Bevy => DVec3::new(c.z, c.y, c.x),
+            _ => DVec3::new(-c.x, c.y, c.z),
+        }
     }
 
     /// Whether the engine loads a cube with prefiltered levels.
@@ -98,6 +156,13 @@ impl EnginePreset {
         };
         Ok((0..=n).map(roughness).collect())
     }
+
+    /// The edge of a cube with as many levels as are given.
+    pub(crate) fn size_with(self, levels: usize) -> Option<usize> {
+        let (_, last) = self.levels()?;
+        let size = u32::try_from(levels.max(1) - 1).ok().and_then(|n| last.checked_shl(n))?;
+        Some(size.max(2 * last).max(16))
+    }
 }
 
 /// The power of two with the least ratio to a size; of two, the larger.
@@ -127,6 +192,7 @@ mod tests {
                 let roughness = preset.roughness(size).unwrap();
                 assert_eq!((roughness[0], *roughness.last().unwrap()), (0.0, 1.0), "{preset:?} {size}");
                 assert!(roughness.is_sorted(), "{preset:?} {roughness:?}");
+                assert_eq!(preset.size_with(roughness.len()), Some(size));
             }
         }
     }

@@ -12,6 +12,8 @@
 //! | `filament` | right-handed, +Y up: polynomials of what a white diffuse surface reflects | 2 |
 //! | `three` | right-handed, +Y up, no phase, radiance | 2 |
 //! | `babylon` | left-handed, +Y up, Condon-Shortley signs: what a white diffuse surface reflects | 2 |
+//! | `babylon-env` | left-handed, +Y up: the polynomial in an `.env` file | 2 |
+//! | `gltf` | left-handed, +Y up, Condon-Shortley signs: irradiance, of EXT_lights_image_based | 2 |
 //!
 //! A preset with a lower degree than the lighting holds the first coefficients (nine for degree 2), and the
 //! build notes it. A diffuse surface loses little: degree 2 holds over 99 % of the energy of its cosine.
@@ -97,6 +99,26 @@
 //! - source: Babylon.js Maths/sphericalPolynomial.ts; Misc/HighDynamicRange/cubemapToSphericalPolynomial.ts;
 //!   harmonicsFunctions.fx, computeEnvironmentIrradiance
 //!
+//! `babylon-env`
+//!
+//! - frame: left-handed, +Y up: x = -y, y = z, z = x of Specula's frame, the frame of a cube's faces
+//! - yaw: the centre of a lat-long image looks along +Z, its right quarter along +X (panoramaToCubemap.ts)
+//! - signs: coefficients of x, y, z, xx, yy, zz, yz, zx, xy; a constant is in xx, yy and zz
+//! - scale: (A_l / pi)^2 times radiance: what a white diffuse surface reflects, convolved with the cosine
+//!   once more, as the files of Babylon.js have it
+//! - source: Babylon.js Misc/environmentTextureTools.ts, CreateEnvTextureAsync; Maths/sphericalPolynomial.ts;
+//!   seen in the engine
+//!
+//! `gltf`
+//!
+//! - frame: left-handed, +Y up: x = -y, y = z, z = x of Specula's frame, the frame of a cube's faces
+//! - yaw: the centre of a lat-long image looks along +Z, its right quarter along +X, as in Babylon.js, the
+//!   extension's reader
+//! - signs: Condon-Shortley phase: odd m carry a minus; row l*l + l + m
+//! - scale: A_l times radiance: irradiance, orthonormal basis; irradianceCoefficients
+//! - source: glTF EXT_lights_image_based; Babylon.js loaders/glTF/2.0/Extensions/EXT_lights_image_based.ts;
+//!   seen in the engine
+//!
 //! ## Safetensors
 //!
 //! `format = "safetensors"` writes the tensor `sh` of shape [(degree + 1)^2, 3], f64, in row order l*l + l +
@@ -120,15 +142,14 @@
 //! path = "{environment}/sh"
 //! ```
 
-use std::f64::consts::PI;
-
 use containers::lighting_json::{self, Preset};
 use containers::tensors;
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use sh::{Degree, Expansion, Penalty, non_negative};
+use sh::Degree;
 
 use crate::artifacts;
 use crate::choices::LampsName;
+use crate::irradiance::{MOST_WINDOWED, windowed};
 
 choice! {
     /// The container.
@@ -157,6 +178,10 @@ choice! {
         Three,
         /// Babylon.js.
         Babylon,
+        /// The polynomial in an `.env` file of Babylon.js.
+        BabylonEnv,
+        /// EXT_lights_image_based of glTF.
+        Gltf,
     }
 }
 
@@ -169,9 +194,6 @@ choice! {
         None = "none",
     }
 }
-
-/// The highest degree that a window is sought for: probes of few coefficients.
-const MOST_WINDOWED: usize = 8;
 
 parameters! {
     /// Parameters of `export-sh`.
@@ -251,71 +273,5 @@ impl Kind for ExportSh {
             return Ok(Output::Files(vec![tensors::encode_lighting(&lighting, recipe)?]));
         }
         Ok(Output::Files(vec![lighting_json::encode(&lighting, preset, recipe)?]))
-    }
-}
-
-/// The series with the least window under which the irradiance is nowhere negative.
-fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
-    let mut irradiance = series.clone();
-    for l in 0..=series.degree().get() {
-        let factor = cosine(l);
-        for row in &mut irradiance.coefficients_mut()[l * l..(l + 1) * (l + 1)] {
-            *row = row.map(|value| value * factor);
-        }
-    }
-    match non_negative(&irradiance) {
-        Ok(found) if found.penalty > Penalty::ZERO => {
-            context.note(format!(
-                "window laplacian with lambda {:.3e}: the least irradiance is {:.4} instead of {:.4}",
-                found.penalty.get(),
-                found.after.value,
-                found.before.value
-            ));
-            sh::Window::Laplacian(found.penalty).apply(&series)
-        }
-        // Without a positive mean no window helps, and nothing is changed.
-        _ => series,
-    }
-}
-
-/// A_l, the factor of the clamped cosine: pi, 2 pi / 3, pi / 4, 0, -pi / 24 ... (Ramamoorthi and Hanrahan
-/// 2001).
-fn cosine(l: usize) -> f64 {
-    match l {
-        0 => PI,
-        1 => 2.0 * PI / 3.0,
-        l if l % 2 == 1 => 0.0,
-        l => {
-            // l! / (2^l (l/2)!^2), factor by factor.
-            let central: f64 = (1..=l / 2).map(|k| (2 * k - 1) as f64 / (2 * k) as f64).product();
-            let sign = if l % 4 == 2 { 1.0 } else { -1.0 };
-            2.0 * PI * sign * central / ((l + 2) * (l - 1)) as f64
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The integral of the cosine over the upper half times P_l, by the midpoint rule.
-    #[test]
-    fn the_cosine_has_its_factors() {
-        for l in 0..=MOST_WINDOWED {
-            let steps = 20_000;
-            let mut row = vec![0.0; l + 1];
-            let mut sum = 0.0;
-            for step in 0..steps {
-                let x = (f64::from(step) + 0.5) / f64::from(steps);
-                sh::zonal_into(x, &mut row);
-                sum += 2.0 * PI * x * row[l] / f64::from(steps);
-            }
-            assert!(
-                (sum * sh::lambda(l) - cosine(l)).abs() < 1e-6,
-                "{l}: {} {}",
-                sum * sh::lambda(l),
-                cosine(l)
-            );
-        }
     }
 }

@@ -13,10 +13,13 @@ mod colour;
 mod contact_sheet;
 mod convolve;
 mod degree_pair;
+mod engine_files;
 mod engine_preset;
+mod engine_readme;
 mod exec;
 mod export_brdf_table;
 mod export_cabral;
+mod export_engine;
 mod export_environment;
 mod export_gltf;
 mod export_kautz_mccool;
@@ -29,6 +32,7 @@ mod import_environment;
 mod import_material;
 mod import_mesh;
 mod import_reflection_maps;
+mod irradiance;
 mod light_field;
 mod light_mismatch;
 mod map_index;
@@ -58,6 +62,7 @@ mod subtract_lights;
 mod sum_lighting;
 mod table_picture;
 mod tabulate_brdf;
+mod test_pattern;
 #[cfg(test)]
 mod testkit;
 mod vector;
@@ -94,6 +99,8 @@ pub fn kinds() -> engine::Kinds {
         .with(shade_vertices::ShadeVertices)
         .with(convolve::Convolve)
         .with(prefilter::Prefilter)
+        .with(test_pattern::TestPattern)
+        .with(export_engine::ExportEngine)
         .with(export_environment::ExportEnvironment)
         .with(export_reflection_map::ExportReflectionMap)
         .with(export_sh::ExportSh)

@@ -102,7 +102,7 @@ impl Parameters {
     fn levels(&self) -> Result<Vec<f64>, (&'static str, String)> {
         let Self { preset, roughness, resolution, .. } = self;
         match (preset, roughness) {
-            (Some(_), Some(_)) => Err(("roughness", "the preset already gives the levels".into())),
+            (Some(preset), Some(roughness)) => Err(("roughness", both(*preset, roughness, *resolution))),
             (preset, None) => {
                 let preset = preset.unwrap_or(EnginePreset::Three);
                 preset
@@ -201,6 +201,20 @@ impl Kind for Prefilter {
             ));
         }
         Output::artifact(artifacts::Prefiltered(prefiltered))
+    }
+}
+
+/// What is wrong with a list of roughnesses beside a preset.
+fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
+    match (preset.roughness(resolution), preset.size_with(roughness.len())) {
+        (Ok(levels), Some(size)) if levels.len() != roughness.len() => format!(
+            "{} levels, but {} reads {} of a cube of {resolution}; the nearest resolution that fits is {size}, \
+             and the preset alone gives its levels",
+            roughness.len(),
+            preset.name(),
+            levels.len()
+        ),
+        _ => "the preset already gives the levels".into(),
     }
 }
 

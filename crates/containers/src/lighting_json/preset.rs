@@ -29,6 +29,10 @@ pub enum Preset {
     Three,
     /// Babylon.js.
     Babylon,
+    /// The polynomial in an `.env` file of Babylon.js.
+    BabylonEnv,
+    /// EXT_lights_image_based of glTF.
+    Gltf,
 }
 
 /// What a preset means, in the words of its files.
@@ -74,8 +78,17 @@ const NO_PHASE: &str = "no Condon-Shortley phase: l = 1 rows are 0.488603 (y, z,
 
 impl Preset {
     /// Every preset.
-    pub const ALL: [Self; 7] =
-        [Self::Specula, Self::DirectX, Self::Unreal, Self::Unity, Self::Filament, Self::Three, Self::Babylon];
+    pub const ALL: [Self; 9] = [
+        Self::Specula,
+        Self::DirectX,
+        Self::Unreal,
+        Self::Unity,
+        Self::Filament,
+        Self::Three,
+        Self::Babylon,
+        Self::BabylonEnv,
+        Self::Gltf,
+    ];
 
     /// The name in manifests and files.
     pub const fn name(self) -> &'static str {
@@ -87,6 +100,8 @@ impl Preset {
             Self::Filament => "filament",
             Self::Three => "three",
             Self::Babylon => "babylon",
+            Self::BabylonEnv => "babylon-env",
+            Self::Gltf => "gltf",
         }
     }
 
@@ -147,6 +162,20 @@ impl Preset {
                 scale: "A_l / pi times radiance, orthonormal basis: SphericalPolynomial.FromHarmonics(SphericalHarmonics.FromArray(coefficients)); preScaledHarmonics then applies the basis' constants",
                 source: "Babylon.js Maths/sphericalPolynomial.ts; Misc/HighDynamicRange/cubemapToSphericalPolynomial.ts; harmonicsFunctions.fx, computeEnvironmentIrradiance",
             },
+            Self::BabylonEnv => &Definition {
+                frame: "left-handed, +Y up: x = -y, y = z, z = x of Specula's frame, the frame of a cube's faces",
+                yaw: "the centre of a lat-long image looks along +Z, its right quarter along +X (panoramaToCubemap.ts)",
+                signs: "coefficients of x, y, z, xx, yy, zz, yz, zx, xy; a constant is in xx, yy and zz",
+                scale: "(A_l / pi)^2 times radiance: what a white diffuse surface reflects, convolved with the cosine once more, as the files of Babylon.js have it",
+                source: "Babylon.js Misc/environmentTextureTools.ts, CreateEnvTextureAsync; Maths/sphericalPolynomial.ts; seen in the engine",
+            },
+            Self::Gltf => &Definition {
+                frame: "left-handed, +Y up: x = -y, y = z, z = x of Specula's frame, the frame of a cube's faces",
+                yaw: "the centre of a lat-long image looks along +Z, its right quarter along +X, as in Babylon.js, the extension's reader",
+                signs: PHASE,
+                scale: "A_l times radiance: irradiance, orthonormal basis; irradianceCoefficients",
+                source: "glTF EXT_lights_image_based; Babylon.js loaders/glTF/2.0/Extensions/EXT_lights_image_based.ts; seen in the engine",
+            },
         }
     }
 
@@ -170,10 +199,13 @@ impl Preset {
             Self::Specula | Self::Three => {}
             Self::DirectX | Self::Unreal => scale(&mut lighting, phase),
             Self::Babylon => scale(&mut lighting, |l, m| phase(l, m) * reflected(l)),
+            Self::BabylonEnv => scale(&mut lighting, |l, m| reflected(l).powi(2) * constant(l, m)),
+            Self::Gltf => scale(&mut lighting, |l, m| phase(l, m) * PI * reflected(l)),
             Self::Unity | Self::Filament => scale(&mut lighting, |l, m| reflected(l) * constant(l, m)),
         }
         match self {
             Self::Unity => unity(&lighting),
+            Self::BabylonEnv => babylon_env(&lighting),
             _ => vec![Table {
                 name: "coefficients",
                 rows: lighting.coefficients().iter().map(|row| row.to_vec()).collect(),
@@ -196,7 +228,7 @@ impl Preset {
     fn frame(self) -> Option<fn(DVec3) -> DVec3> {
         match self {
             Self::Specula => None,
-            Self::DirectX | Self::Babylon => Some(to_cube),
+            Self::DirectX | Self::Babylon | Self::BabylonEnv | Self::Gltf => Some(to_cube),
             Self::Unreal => Some(|w| DVec3::new(-w.y, -w.x, w.z)),
             Self::Unity => Some(|w| DVec3::new(w.x, w.z, w.y)),
             Self::Filament => Some(to_file),
@@ -253,6 +285,24 @@ fn unity(polynomial: &Expansion) -> Vec<Table> {
     ]
 }
 
+/// The polynomial of an `.env` file. On the sphere 1 is xx + yy + zz, and 3zz - 1 is 2zz - xx - yy.
+fn babylon_env(polynomial: &Expansion) -> Vec<Table> {
+    let c = polynomial.coefficients();
+    let single =
+        |name, of: &dyn Fn(usize) -> f64| Table { name, rows: vec![(0..3).map(of).collect()], single: true };
+    vec![
+        single("x", &|k| c[3][k]),
+        single("y", &|k| c[1][k]),
+        single("z", &|k| c[2][k]),
+        single("xx", &|k| c[0][k] - c[6][k] + c[8][k]),
+        single("yy", &|k| c[0][k] - c[6][k] - c[8][k]),
+        single("zz", &|k| c[0][k] + 2.0 * c[6][k]),
+        single("yz", &|k| c[5][k]),
+        single("zx", &|k| c[7][k]),
+        single("xy", &|k| c[4][k]),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -298,7 +348,7 @@ mod tests {
             // u = atan2(z, x) / (2 pi) + 0.5.
             Preset::Three => [c, up, s],
             // u = atan2(z', x') / (2 pi) + 0.5, and the front face, +z, has x' = 1 and z' to the right, +x.
-            Preset::Babylon => [s, up, c],
+            Preset::Babylon | Preset::BabylonEnv | Preset::Gltf => [s, up, c],
         }
     }
 
@@ -363,6 +413,14 @@ mod tests {
             Preset::Filament => sum(&polynomials),
             // preScaleForRendering multiplies by the signed constants; the shader sums the polynomials.
             Preset::Babylon => sum(&product(product(printed, signs), polynomials)),
+            // The shader sums the polynomial as it stands.
+            Preset::BabylonEnv => {
+                let names = ["x", "y", "z", "xx", "yy", "zz", "yz", "zx", "xy"];
+                let values = [x, y, z, x * x, y * y, z * z, y * z, z * x, x * y];
+                let terms = names.map(|name| row(&file[name]));
+                [0, 1, 2].map(|c| terms.iter().zip(values).map(|(row, value)| row[c] * value).sum())
+            }
+            Preset::Gltf => sum(&product(product(printed, signs), polynomials)),
             Preset::Unity => {
                 let dot = |name: &str, v: [f64; 4]| -> f64 {
                     row(&file[name]).iter().zip(v).map(|(a, b)| a * b).sum()
@@ -395,6 +453,13 @@ mod tests {
                 if matches!(preset, Preset::Unity | Preset::Filament | Preset::Babylon) {
                     scale(&mut expected, |l, _| [PI, TAU / 3.0, PI / 4.0][l] / PI);
                 }
+                if preset == Preset::Gltf {
+                    scale(&mut expected, |l, _| [PI, TAU / 3.0, PI / 4.0][l]);
+                }
+                if preset == Preset::BabylonEnv {
+                    // Irradiance over pi, times the cosine's factors over pi once more.
+                    scale(&mut expected, |l, _| [1.0, 4.0 / 9.0, 1.0 / 16.0][l]);
+                }
                 let basis = Basis::new(kept);
                 for i in 0..60 {
                     let (u, v) = ((i as f64 * 0.618_034) % 1.0, (i as f64 + 0.5) / 60.0);
@@ -403,6 +468,7 @@ mod tests {
                     // Six printed digits of nine constants, coefficients below 0.5; else rounding.
                     let tolerance = match preset {
                         Preset::Unreal | Preset::Three | Preset::Babylon => 9.0 * 0.5 * 1.5e-6,
+                        Preset::Gltf => PI * 9.0 * 0.5 * 1.5e-6,
                         _ => 1e-13,
                     };
                     for c in 0..3 {

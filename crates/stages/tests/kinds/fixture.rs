@@ -154,10 +154,19 @@ impl Case {
 
     /// What an item makes.
     pub(crate) fn product(&self) -> Product {
+        self.configure().unwrap().product(&self.types())
+    }
+
+    /// The errors that parameters have because of what arrives.
+    pub(crate) fn input_errors(&self) -> Vec<String> {
+        self.configure().unwrap().check_inputs(&self.types()).into_iter().map(|(_, error)| error).collect()
+    }
+
+    fn types(&self) -> Vec<(&str, &'static str)> {
         let mut types: Vec<_> =
             self.inputs.iter().map(|(port, _, handle)| (*port, handle.type_name())).collect();
         types.dedup();
-        self.configure().unwrap().product(&types)
+        types
     }
 
     /// Runs it twice, and checks that the output is of the declared product, that both runs agree, and that

@@ -7,6 +7,7 @@ mod brdf_table;
 mod brute_force;
 mod circular_lights;
 mod corpus;
+mod engines;
 #[cfg(unix)]
 mod exec;
 mod explicit_maps;

@@ -28,6 +28,8 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("project-brdf", 4, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
     ("convolve", 6, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
     ("prefilter", 1, [378.00000000, 377.99386302, 377.99386302, 6.74991529, 2.72676554]),
+    ("test-pattern", 1, [69120.00000000, 80728.32351506, 80728.32351506, -16.72471017, 9.55116206]),
+    ("export-engine", 1, [41485.00000000, 106930.37743258, 106930.37743258, 6458.97296959, 63254.02285021]),
     ("export-environment", 1, [450.00000000, 1272.79492188, 1272.79492188, 12.06839440, 5.73886325]),
     ("export-reflection-map", 5, [1296.00000000, 518.40527344, 518.40527344, 1.53200292, -0.96969274]),
     ("export-shrm", 4, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
@@ -84,6 +86,10 @@ fn fixture(kind: &str) -> Case {
         }
         "prefilter" => case("prefilter", "roughness = [0.0, 0.2, 1.0]\nresolution = 4")
             .input("environment", environment(16, sky)),
+        "export-engine" => {
+            case("export-engine", "preset = \"bevy\"\nresolution = 32").input("light", environment(16, sky))
+        }
+        "test-pattern" => case("test-pattern", "preset = \"gltf\"\nresolution = 32"),
         "export-environment" => {
             case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
                 .input("environment", environment(16, sky))
@@ -242,6 +248,13 @@ fn file_numbers(file: &[u8]) -> Vec<f64> {
     if containers::is_texture(file) {
         let texture = containers::read_texture(file).unwrap().texture;
         return texture.levels().flatten().flatten().map(|&value| value.into()).collect();
+    }
+    if let Ok(light) = containers::read_gltf_image_based_light(file) {
+        return light.cube.levels().flatten().flatten().map(|&value| value.into()).collect();
+    }
+    if file.first().is_some_and(u8::is_ascii_uppercase) && str::from_utf8(file).is_ok() {
+        // A README has no numbers that count.
+        return Vec::new();
     }
     match serde_json::from_slice(file) {
         Ok(json) => json_numbers(&json),

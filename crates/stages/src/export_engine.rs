@@ -1,0 +1,323 @@
+//! Writes an environment as the files that an engine loads as light: prefiltered, turned, and in its format.
+//!
+//! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
+//! prefiltered as `prefilter` does by default.
+//!
+//! | `preset` | files | level l of 0 to n holds | formats |
+//! | --- | --- | --- | --- |
+//! | `three` (r187 or later) | `.ktx2`, or `.dds` for BC6H; `-irradiance.json` | r = 1 - sqrt(1 - l / n), to 8 texels | `rgba16f`, `bc6h` |
+//! | `filament` | `.ktx`, with the irradiance under the key `sh`; `-sh.txt` | the same r, to 16 texels | `r11g11b10f`, `rgba16f` |
+//! | `babylon` | `.env`, with the irradiance; or `.dds` and `-irradiance.json` | r^2 = 2^(l / 0.8) / size, to 1 texel | `rgbd`, `rgba16f`, `rgba32f` |
+//! | `bevy` | `-specular.ktx2`, `-diffuse.ktx2` | r = l / n, to 16 texels; one level of irradiance over pi | `rgb9e5`, `rgba16f`, `bc6h` |
+//! | `gltf` | `.gltf` with EXT_lights_image_based | r^2 = size^(l / n - 1), to 16 texels | `rgbd` |
+//! | `godot`, `blender` | `.exr` or `.hdr`, lat-long | the engine filters | `exr`, `hdr` |
+//! | `unity` | the same, and `-irradiance.json` | the engine filters | `exr`, `hdr` |
+//! | `unreal` | `.hdr`, lat-long, and `-irradiance.json` | the engine filters | `hdr` |
+//!
+//! The first format is the default. r is the roughness of GGX; level 0 is a mirror, the last level
+//! irradiance over pi. KTX2 files are compressed with Zstandard.
+//!
+//! ## Where the light comes from
+//!
+//! A cube lies in each engine as the same lat-long image does. With d the direction in the frame of files (+Y
+//! up, the centre of a lat-long image looks along +Z) and c the coordinates of a cube's faces (KTX2), the
+//! texel at c holds the light from
+//!
+//! | `preset` | d at c |
+//! | --- | --- |
+//! | `three` | (-c.z, c.y, -c.x) |
+//! | `filament` | (c.x, c.y, c.z): mirrored in relation to KTX2, as the engine wants it |
+//! | `babylon`, `gltf` | (-c.x, c.y, c.z) |
+//! | `bevy` | (c.z, c.y, c.x) |
+//!
+//! So the centre of a lat-long image is +X in three.js and Bevy, and +Z in Filament and Babylon.js.
+//! `test-pattern` makes files by which you can see that in your engine.
+//!
+//! ## What does not fit
+//!
+//! Halves end at 65504, `rgb9e5` at 65408, `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped,
+//! counted and warned of, or fails with `overflow = "error"`. `bounds.json` has the largest value, the
+//! counts, and the error of each level: what the prefilter leaves out as it was estimated, and what the
+//! format rounds as it is read back, both as RMS in relation to the level's largest value.
+//!
+//! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
+//! which it is nowhere negative is applied here, too.
+//!
+//! ## Files
+//!
+//! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
+//! and `bounds.json`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.light]
+//! kind = "export-engine"
+//! input = "environment"
+//! preset = "babylon"
+//! path = "{environment}/babylon"
+//! ```
+
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use envmap::Environment;
+use serde_json::{Value, json};
+use sh::{Degree, Expansion, Transform};
+use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter_unless};
+use sphere::LatLong;
+
+use crate::artifacts;
+use crate::choices::{MOST, Overflow};
+use crate::engine_files::{self, EngineFiles, names};
+use crate::engine_preset::{EngineFormat, EnginePreset};
+use crate::engine_readme::readme;
+use crate::irradiance::windowed;
+
+/// What files are called before their endings.
+const STEM: &str = "environment";
+
+/// The port of the light.
+const LIGHT: &str = "light";
+
+/// Texels along the edge of a face, if nothing says how many.
+const DEFAULT_EDGE: usize = 256;
+
+parameters! {
+    /// Parameters of `export-engine`.
+    pub(crate) struct Parameters {
+        /// The engine.
+        preset: EnginePreset = EnginePreset::Three,
+        /// How texels are stored. Default: the first of the preset's formats.
+        format: Option<EngineFormat> = None,
+        /// Of an environment: texels along the edge of a face, 256 if it is not given; rows of a lat-long
+        /// image, by default those of the environment.
+        #[range(1..=MOST)]
+        resolution: Option<usize> = None,
+        /// What happens to values past the format's largest: they become it, or the item fails.
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+impl Parameters {
+    fn format(&self) -> EngineFormat {
+        self.format.unwrap_or(self.preset.formats()[0])
+    }
+}
+
+/// What is wrong with a format for an engine, if something is.
+pub(crate) fn check_format(
+    preset: EnginePreset,
+    format: Option<EngineFormat>,
+) -> Option<(&'static str, String)> {
+    let known = preset.formats();
+    if format.is_none_or(|format| known.contains(&format)) {
+        return None;
+    }
+    let words: Vec<String> = known.iter().map(|format| format!("{:?}", format.name())).collect();
+    Some(("format", format!("{} loads {}", preset.name(), words.join(" or "))))
+}
+
+/// The kind `export-engine`.
+pub(crate) struct ExportEngine;
+
+impl Kind for ExportEngine {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-engine";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[
+        shrm::revisions::PREFILTER,
+        sh::revisions::TRANSFORM,
+        sh::revisions::WINDOW,
+        envmap::revisions::RESAMPLING,
+    ];
+    const TEXT: &'static str = include_str!("export_engine.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>(LIGHT).or::<artifacts::Prefiltered>()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let mut files = names(parameters.preset, parameters.format(), STEM);
+        files.extend(["/README.txt".into(), "/bounds.json".into()]);
+        Product::Files(files)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let preset = parameters.preset;
+        let size = parameters.resolution.filter(|_| preset.has_levels());
+        let size = size.and_then(|size| preset.roughness(size).err()).map(|error| ("resolution", error));
+        check_format(preset, parameters.format).into_iter().chain(size).collect()
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let is_cube = types.contains(&(LIGHT, artifacts::Prefiltered::TYPE));
+        let mut errors = Vec::new();
+        if is_cube && !parameters.preset.has_levels() {
+            let name = parameters.preset.name();
+            errors
+                .push(("preset", format!("{name} filters a lat-long image itself; connect an environment")));
+        }
+        if is_cube && parameters.resolution.is_some() {
+            errors.push(("resolution", "a prefiltered cube has its size already".into()));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let (preset, format) = (parameters.preset, parameters.format());
+        let recipe = Some(context.recipe());
+        let (made, levels) = if context.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
+            let cube = context.get::<artifacts::Prefiltered>(LIGHT)?;
+            check_levels(preset, &cube.0)?;
+            cube_files((preset, format), &cube.0, context)?
+        } else {
+            let environment = &context.get::<artifacts::Environment>(LIGHT)?.0;
+            if preset.has_levels() {
+                let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
+                let cube = prefiltered(preset, environment, edge, context)?;
+                cube_files((preset, format), &cube, context)?
+            } else {
+                let resized = match parameters.resolution {
+                    Some(rows) if rows != environment.grid().height => {
+                        Some(environment.resized(LatLong::with_rows(rows))?)
+                    }
+                    _ => None,
+                };
+                let environment = resized.as_ref().unwrap_or(environment);
+                let irradiance = nine(&light_of(environment)?, context);
+                let made = engine_files::of_lat_long((preset, format), environment, &irradiance, recipe)?;
+                (made, vec![json!({ "rows": environment.grid().height })])
+            }
+        };
+        context.check_cancelled()?;
+        report((&made, format), parameters.overflow, context)?;
+        let bounds = bounds((preset, format), &made, levels, context)?;
+        let text = readme(preset, format, &names(preset, format, STEM));
+        Ok(Output::Files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
+    }
+}
+
+/// An environment prefiltered with an engine's levels.
+fn prefiltered(
+    preset: EnginePreset,
+    environment: &Environment,
+    edge: usize,
+    context: &Context<'_>,
+) -> Result<Prefiltered, Failure> {
+    let roughness = preset.roughness(edge).map_err(Failure::new)?;
+    let stop = || context.check_cancelled().is_err();
+    let made =
+        prefilter_unless(environment, None, Distribution::Ggx, &roughness, edge, MethodChoice::Auto, &stop);
+    context.check_cancelled()?;
+    made.map_err(|error| Failure::new(error.to_string()))
+}
+
+/// Whether a cube has the levels that an engine looks for.
+fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure> {
+    let edge = cube.levels.first().map_or(0, |level| level.map.cube().edge);
+    let help = format!("give preset = {:?} to the stage of kind prefilter", preset.name());
+    let expected = preset.roughness(edge).map_err(|error| Failure::new(error).help(help.as_str()))?;
+    if cube.levels.len() != expected.len() {
+        let fits = preset.size_with(cube.levels.len()).unwrap_or(edge);
+        let (found, name, wanted) = (cube.levels.len(), preset.name(), expected.len());
+        return Err(Failure::new(format!(
+            "the cube has {found} levels; {name} looks for {wanted} in a cube of {edge}; the nearest size that fits \
+             {found} is {fits}"
+        ))
+        .help(help.as_str()));
+    }
+    for (l, (level, expected)) in cube.levels.iter().zip(&expected).enumerate() {
+        if (level.roughness - expected).abs() > 1e-6 {
+            let (found, name) = (level.roughness, preset.name());
+            let text = format!("level {l} has roughness {found:.4}; {name} looks for {expected:.4} there");
+            return Err(Failure::new(text).help(help.as_str()));
+        }
+    }
+    if cube.distribution != Distribution::Ggx {
+        return Err(Failure::new(
+            "the cube is not prefiltered with GGX, the lobe of the engines' reflections",
+        )
+        .help("give distribution = \"ggx\" to the stage of kind prefilter"));
+    }
+    Ok(())
+}
+
+/// An environment's series of degree 2.
+fn light_of(environment: &Environment) -> Result<Expansion, Failure> {
+    Ok(Transform::new(environment.grid(), Degree::new(2)?)?.analyse(environment.pixels()))
+}
+
+/// Nine coefficients, without ringing.
+fn nine(light: &Expansion, context: &Context<'_>) -> Expansion {
+    windowed(light.to_degree(Degree::new(2).unwrap_or(light.degree())), context)
+}
+
+/// The files of a cube, and what `bounds.json` says of its levels.
+fn cube_files(
+    of: (EnginePreset, EngineFormat),
+    cube: &Prefiltered,
+    context: &Context<'_>,
+) -> Result<(EngineFiles, Vec<Value>), Failure> {
+    let maps: Vec<_> = cube.levels.iter().map(|level| &level.map).collect();
+    let irradiance = nine(&cube.series, context);
+    let made = engine_files::of_levels(of, &maps, (&cube.series, &irradiance), Some(context.recipe()))?;
+    let level = |level: &shrm::PrefilteredLevel| {
+        let (method, degree) = match level.method {
+            LevelMethod::Resampled => ("resampled", None),
+            LevelMethod::Series { degree } => ("sh", Some(degree)),
+            LevelMethod::Quadrature => ("quadrature", None),
+        };
+        json!({
+            "size": level.map.cube().edge, "roughness": level.roughness, "method": method, "degree": degree,
+            "negative": level.negative, "error": level.error,
+        })
+    };
+    Ok((made, cube.levels.iter().map(level).collect()))
+}
+
+/// Warns of what the format could not hold, or fails.
+pub(crate) fn report(
+    (made, format): (&EngineFiles, EngineFormat),
+    overflow: Overflow,
+    context: &Context<'_>,
+) -> Result<(), Failure> {
+    let (most, name) = (engine_files::largest(format), format.name());
+    if made.clamped > 0 {
+        let text = format!("{} values exceed {most}, the largest of {name}", made.clamped);
+        match overflow {
+            Overflow::Clamp => context.warn(format!("{text}, and were clamped to it")),
+            Overflow::Error => {
+                return Err(Failure::new(text)
+                    .help("lower the exposure of import-environment, choose another format, or overflow = \"clamp\""));
+            }
+        }
+    }
+    if made.negative > 0 {
+        context.warn(format!("{} negative values became 0, for {name} has no sign", made.negative));
+    }
+    Ok(())
+}
+
+/// The JSON with the largest value, what was clamped, and the error of each level.
+fn bounds(
+    (preset, format): (EnginePreset, EngineFormat),
+    made: &EngineFiles,
+    mut levels: Vec<Value>,
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Failure> {
+    for (level, stored) in levels.iter_mut().zip(&made.errors) {
+        level["stored_error"] = json!(stored);
+    }
+    let recipe: Value = serde_json::from_str(context.recipe())?;
+    let bounds = json!({
+        "preset": preset.name(),
+        "format": format.name(),
+        "largest": made.largest,
+        "format_largest": engine_files::largest(format),
+        "clamped": made.clamped,
+        "negative": made.negative,
+        "levels": levels,
+        "specula": recipe,
+    });
+    Ok((serde_json::to_string_pretty(&bounds)? + "\n").into_bytes())
+}

@@ -1,0 +1,276 @@
+//! `export-engine` and `test-pattern`.
+
+use containers::{Texture, read_babylon_env, read_gltf_image_based_light, read_image, read_texture};
+use serde_json::Value;
+use sphere::{Cube, DVec3, Face, LatLong, to_cube, to_file};
+use stages::artifacts::{Environment, Prefiltered};
+
+use crate::fixture::{Case, case, environment, sky};
+
+/// Preset, format, the largest error of a value of about 2, and d at c.
+type Engine = (&'static str, &'static str, f64, fn(DVec3) -> DVec3);
+
+/// What the table of facts says, which was read back from the engines.
+const CUBES: [Engine; 11] = [
+    ("three", "rgba16f", 0.001, three),
+    ("three", "bc6h", 0.08, three),
+    ("filament", "r11g11b10f", 0.04, filament),
+    ("filament", "rgba16f", 0.001, filament),
+    ("babylon", "rgbd", 0.02, babylon),
+    ("babylon", "rgba16f", 0.001, babylon),
+    ("babylon", "rgba32f", 1e-6, babylon),
+    ("bevy", "rgb9e5", 0.01, bevy),
+    ("bevy", "rgba16f", 0.001, bevy),
+    ("bevy", "bc6h", 0.08, bevy),
+    ("gltf", "rgbd", 0.02, babylon),
+];
+
+fn three(c: DVec3) -> DVec3 {
+    DVec3::new(-c.z, c.y, -c.x)
+}
+
+fn filament(c: DVec3) -> DVec3 {
+    c
+}
+
+fn babylon(c: DVec3) -> DVec3 {
+    DVec3::new(-c.x, c.y, c.z)
+}
+
+fn bevy(c: DVec3) -> DVec3 {
+    DVec3::new(c.z, c.y, c.x)
+}
+
+/// The cube in an engine's file, by the reader of its container.
+fn cube_of(file: &[u8]) -> Texture {
+    if file.starts_with(b"{") {
+        return read_gltf_image_based_light(file).unwrap().cube;
+    }
+    match read_texture(file) {
+        Ok(file) => file.texture,
+        Err(_) => read_babylon_env(file).unwrap().cube,
+    }
+}
+
+/// The cube coordinate of a texel, from KTX2's table of faces.
+fn coordinate(edge: usize, index: usize) -> DVec3 {
+    let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
+    to_cube(Cube { edge }.direction(Face::ALL[face], row, column).vector())
+}
+
+/// The named file of a case.
+fn file(case: &Case, name: &str) -> Vec<u8> {
+    let engine::Product::Files(names) = case.product() else { panic!("no files") };
+    let index = names.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name} of {names:?}"));
+    case.files()[index].clone()
+}
+
+fn pattern(preset: &str, format: &str) -> Case {
+    case("test-pattern", &format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = 32"))
+}
+
+/// The factor of degree 1 of GGX, by the midpoint rule.
+fn slope(roughness: f64) -> f64 {
+    if roughness == 0.0 {
+        return 1.0;
+    }
+    let squared = roughness.powi(4);
+    let (mut above, mut below) = (0.0, 0.0);
+    for step in 0..200_000 {
+        // Points crowd where the lobe is.
+        let share = (f64::from(step) + 0.5) / 200_000.0;
+        let (mu, width) = (1.0 - share.powi(4), 4.0 * share.powi(3));
+        let weight = width * mu / (1.0 + squared - (1.0 - squared) * mu).powi(2);
+        above += weight * mu;
+        below += weight;
+    }
+    above / below
+}
+
+/// The roughness of each level, as the engines' shaders look it up.
+fn levels(preset: &str, size: f64, count: usize) -> Vec<f64> {
+    let n = (count - 1) as f64;
+    let level = |l: usize| {
+        let share = l as f64 / n;
+        match preset {
+            "three" | "filament" => 1.0 - (1.0 - share).sqrt(),
+            "bevy" => share,
+            _ if l == 0 => 0.0,
+            "babylon" => ((l as f64 / 0.8).exp2() / size).min(1.0).sqrt(),
+            _ => size.powf(share - 1.0).sqrt(),
+        }
+    };
+    (0..count).map(level).collect()
+}
+
+/// The texel at c holds 2 + 1.5 k d of the direction that the engine sees there.
+#[test]
+fn every_texel_looks_where_the_engine_does() {
+    for (preset, format, most, direction_at) in CUBES {
+        let case = pattern(preset, format);
+        let cube = cube_of(&case.files()[0]);
+        let roughness = levels(preset, 32.0, cube.levels().len());
+        for ((level, texels), roughness) in cube.levels().enumerate().zip(roughness) {
+            let [edge, ..] = cube.level_size(level);
+            let slope = 1.5 * slope(roughness);
+            for (index, found) in texels.iter().enumerate() {
+                let d = direction_at(coordinate(edge, index)).to_array();
+                for channel in 0..3 {
+                    let expected = 2.0 + slope * d[channel];
+                    let error = (f64::from(found[channel]) - expected).abs();
+                    assert!(error < 2.0 * most, "{preset} {format} level {level}: {found:?}, d {d:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_level_is_marked_down_to_the_engines_last() {
+    for (preset, format, ..) in CUBES {
+        let case = pattern(preset, format);
+        let engine::Product::Files(names) = case.product() else { panic!("no files") };
+        let index = names.iter().position(|name| name.contains("-lod")).unwrap();
+        let cube = cube_of(&case.files()[index]);
+        let last = match preset {
+            "three" => 8,
+            "babylon" => 1,
+            _ => 16,
+        };
+        assert_eq!(cube.level_size(cube.levels().len() - 1)[0], last, "{preset}");
+        for (level, texels) in cube.levels().enumerate() {
+            let marked = texels.iter().flatten().all(|value| (value - (1 + level) as f32).abs() < 0.03);
+            assert!(marked, "{preset} {format}: level {level} is {:?}", texels[0]);
+        }
+    }
+}
+
+/// 2 + d of the pattern, where each engine finds its irradiance over pi.
+#[test]
+fn irradiance_is_that_of_the_pattern() {
+    let sh = String::from_utf8(file(&pattern("filament", "r11g11b10f"), "/pattern-orient-sh.txt")).unwrap();
+    let lines: Vec<Vec<f64>> =
+        sh.lines().map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect()).collect();
+    // 1, y, z, x of Filament's world, which is the frame of files here.
+    let expected = [[2.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
+    assert_eq!(lines.len(), 9);
+    for (row, line) in lines.iter().enumerate() {
+        for channel in 0..3 {
+            let expected = expected.get(row).map_or(0.0, |row| row[channel]);
+            assert!((line[channel] - expected).abs() < 1e-12, "{sh}");
+        }
+    }
+    let cube =
+        read_texture(&file(&pattern("bevy", "rgba16f"), "/pattern-orient-diffuse.ktx2")).unwrap().texture;
+    assert_eq!((cube.width, cube.levels().len()), (32, 1));
+    for (index, found) in cube.pixels.iter().enumerate() {
+        let d = bevy(coordinate(32, index)).to_array();
+        assert!(
+            (0..3).all(|channel| (f64::from(found[channel]) - 2.0 - d[channel]).abs() < 0.002),
+            "{found:?}"
+        );
+    }
+    let env = read_babylon_env(&pattern("babylon", "rgbd").files()[0]).unwrap().irradiance.unwrap();
+    // x is -x of files; degree 1 is convolved twice, and a constant is in the squares.
+    let close = |found: [f64; 3], expected: [f64; 3]| (0..3).all(|c| (found[c] - expected[c]).abs() < 1e-12);
+    assert!(close(env.x, [-2.0 / 3.0, 0.0, 0.0]) && close(env.y, [0.0, 2.0 / 3.0, 0.0]), "{env:?}");
+    assert!(close(env.xx, [2.0; 3]) && close(env.zz, [2.0; 3]) && close(env.xy, [0.0; 3]), "{env:?}");
+    let gltf = read_gltf_image_based_light(&pattern("gltf", "rgbd").files()[0]).unwrap().irradiance;
+    let (k0, k1) = ((0.25 / std::f64::consts::PI).sqrt(), (0.75 / std::f64::consts::PI).sqrt());
+    let e = std::f64::consts::PI;
+    assert!(close(gltf[0], [2.0 * e / k0; 3]) && close(gltf[1], [0.0, -e / k1, 0.0]), "{gltf:?}");
+    assert!(close(gltf[2], [0.0, 0.0, e / k1]) && close(gltf[3], [e / k1, 0.0, 0.0]), "{gltf:?}");
+}
+
+#[test]
+fn engines_that_filter_have_the_image_as_it_is() {
+    for (preset, name) in [("blender", "/pattern-orient.exr"), ("unreal", "/pattern-orient.hdr")] {
+        let case = case("test-pattern", &format!("preset = \"{preset}\"\nresolution = 32"));
+        let image = read_image(&file(&case, name), &Default::default()).unwrap().image;
+        let grid = LatLong::with_rows(32);
+        for (index, found) in image.pixels().iter().enumerate() {
+            let d = to_file(grid.direction(index / 64, index % 64).vector()).to_array();
+            let near = |channel: usize| (f64::from(found[channel]) - 2.0 - 1.5 * d[channel]).abs() < 0.02;
+            assert!((0..3).all(near), "{preset}: {found:?} {d:?}");
+        }
+    }
+}
+
+fn export(parameters: &str, light: Environment) -> Case {
+    case("export-engine", parameters).input("light", light)
+}
+
+#[test]
+fn bounds_name_the_largest_value_and_the_error_of_each_level() {
+    let bright = environment(32, |w| if w.z > 0.98 { [9e5, 300.0, 1.0] } else { sky(w) });
+    let of = |preset: &str, overflow: &str| {
+        let parameters = format!("preset = \"{preset}\"\nresolution = 32\noverflow = \"{overflow}\"");
+        export(&parameters, bright.clone())
+    };
+    for (preset, largest) in
+        [("three", 65504.0), ("filament", 64512.0), ("bevy", 65408.0), ("babylon", 255.0)]
+    {
+        let ran = of(preset, "clamp").run().unwrap();
+        assert!(
+            ran.warnings[0].contains(&format!("values exceed {largest}, the largest of ")),
+            "{:?}",
+            ran.warnings
+        );
+        let bounds: Value = serde_json::from_slice(&file(&of(preset, "clamp"), "/bounds.json")).unwrap();
+        assert_eq!(bounds["format_largest"], largest);
+        assert!(bounds["clamped"].as_u64().unwrap() > 0 && bounds["largest"].as_f64().unwrap() > 8e5);
+        let levels = bounds["levels"].as_array().unwrap();
+        assert!(levels.iter().all(|level| level["stored_error"].as_f64().is_some()), "{bounds}");
+        assert_eq!((&levels[0]["size"], &levels[0]["method"]), (&32.into(), &"resampled".into()));
+        let failure = of(preset, "error").failure();
+        assert!(failure.contains("values exceed"), "{failure}");
+    }
+    let text = String::from_utf8(file(&of("bevy", "clamp"), "/README.txt")).unwrap();
+    assert!(
+        text.contains("environment-specular.ktx2") && text.contains("environment-diffuse.ktx2"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_cube_must_have_the_levels_that_the_engine_looks_for() {
+    let cube = |parameters: &str| {
+        let cube = case("prefilter", parameters).input("environment", environment(32, sky));
+        (*cube.artifact::<Prefiltered>()).clone()
+    };
+    let export = |preset: &str, cube: Prefiltered| {
+        case("export-engine", &format!("preset = \"{preset}\"")).input("light", cube)
+    };
+    let three = cube("preset = \"three\"\nresolution = 32");
+    assert_eq!(cube_of(&export("three", three.clone()).files()[0]).levels().len(), 3);
+    let failure = export("babylon", three.clone()).failure();
+    assert!(
+        failure.contains("3 levels; babylon looks for 6 in a cube of 32; the nearest size that fits 3 is"),
+        "{failure}"
+    );
+    let failure = export("bevy", cube("roughness = [0.0, 0.5]\nresolution = 32")).failure();
+    assert!(failure.contains("level 1 has roughness 0.5000; bevy looks for 1.0000 there"), "{failure}");
+    let failure =
+        export("three", cube("preset = \"three\"\nresolution = 32\ndistribution = \"charlie\"")).failure();
+    assert!(failure.contains("not prefiltered with GGX"), "{failure}");
+    let errors = export("unity", three).input_errors();
+    assert_eq!(errors, ["preset: unity filters a lat-long image itself; connect an environment"]);
+}
+
+#[test]
+fn what_an_engine_does_not_load_is_refused() {
+    for (parameters, expected) in [
+        ("preset = \"three\"\nformat = \"rgb9e5\"", "format: three loads \"rgba16f\" or \"bc6h\""),
+        (
+            "preset = \"filament\"\nresolution = 100",
+            "resolution: the faces for filament are a power of two from 32",
+        ),
+        ("preset = \"cryengine\"", "\"three\" or \"filament\" or \"babylon\" or \"bevy\" or \"gltf\""),
+    ] {
+        for errors in
+            [export(parameters, environment(16, sky)).errors(), case("test-pattern", parameters).errors()]
+        {
+            assert!(errors.len() == 1 && errors[0].contains(expected), "{errors:?}");
+        }
+    }
+}
