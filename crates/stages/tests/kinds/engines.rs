@@ -10,10 +10,10 @@ use crate::fixture::{Case, case, environment, sky};
 /// Preset, format, the largest error of a value of about 2, and d at c.
 type Engine = (&'static str, &'static str, f64, fn(DVec3) -> DVec3);
 
-/// What the table of facts says, which was read back from the engines.
+/// As it was read back from the engines. A block of BC6H holds a line of colours, and these fill a plane.
 const CUBES: [Engine; 11] = [
     ("three", "rgba16f", 0.001, three),
-    ("three", "bc6h", 0.08, three),
+    ("three", "bc6h", 0.1, three),
     ("filament", "r11g11b10f", 0.04, filament),
     ("filament", "rgba16f", 0.001, filament),
     ("babylon", "rgbd", 0.02, babylon),
@@ -21,7 +21,7 @@ const CUBES: [Engine; 11] = [
     ("babylon", "rgba32f", 1e-6, babylon),
     ("bevy", "rgb9e5", 0.01, bevy),
     ("bevy", "rgba16f", 0.001, bevy),
-    ("bevy", "bc6h", 0.08, bevy),
+    ("bevy", "bc6h", 0.1, bevy),
     ("gltf", "rgbd", 0.02, babylon),
 ];
 
