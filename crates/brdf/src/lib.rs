@@ -3,6 +3,7 @@
 mod checks;
 mod clamped_cosine;
 mod coefficients;
+mod environment_brdf;
 mod measured;
 mod measured_anisotropic;
 mod models;
@@ -17,6 +18,7 @@ pub mod zernike;
 pub use checks::{Albedo, Checks, albedo, checks};
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre, SurfaceView};
+pub use environment_brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use measured_anisotropic::{MeasuredAnisotropic, from_half_and_difference, half_and_difference};
 pub use models::*;
@@ -28,6 +30,7 @@ pub use table::{
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
+    pub use crate::environment_brdf::REVISION as ENVIRONMENT_BRDF;
     pub use crate::models::REVISION as MODELS;
     pub use crate::non_negative::REVISION as NON_NEGATIVE;
     pub use crate::projection::REVISION as PROJECTION;

@@ -5,10 +5,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use brdf::{KajiyaKay, Lafortune, LafortuneLobe, Lambert, Material, Microfacet, Phong};
+use brdf::{
+    KajiyaKay, Lafortune, LafortuneLobe, Lambert, Material, Microfacet, Phong, Visibility, environment_brdf,
+    sheen_albedo,
+};
 use glam::{DMat3, DVec3};
 use serde_json::Value;
 use sphere::Direction;
+use test_data::reference;
 
 fn numbers<const N: usize>(value: &Value) -> [f64; N] {
     std::array::from_fn(|index| value[index].as_f64().unwrap())
@@ -128,4 +132,36 @@ fn models_are_those_of_the_reference_values() {
         eprintln!("{file}: {worst:.1e}");
         assert!(worst < 1e-8, "{file}: {worst:e}");
     }
+}
+
+/// `engines/dfg.json`: the directional albedos that engines keep in a table.
+#[test]
+fn directional_albedos_are_those_of_the_reference() {
+    let Some(file) = reference("directional_albedos", "engines/dfg.json") else { return };
+    let rows = file["rows"].as_array().unwrap();
+    let mut largest = 0.0_f64;
+    for row in rows {
+        let number = |value: &Value| value.as_f64().unwrap();
+        let (roughness, view) = (number(&row["roughness"]), number(&row["NoV"]));
+        let mut check = |name: &str, found: f64, expected: f64| {
+            // Relative where a value passes 1.
+            let error = (found - expected).abs() / expected.max(1.0);
+            assert!(
+                error < 1e-5,
+                "{name} at roughness {roughness}, n.v {view}: {found} instead of {expected}"
+            );
+            largest = largest.max(error);
+        };
+        for (name, visibility) in [
+            ("correlated", Visibility::Correlated),
+            ("uncorrelated", Visibility::Uncorrelated),
+            ("karis", Visibility::Karis),
+        ] {
+            let found = environment_brdf(visibility, roughness, view);
+            check(name, found.scale, number(&row[name]["scale"]));
+            check(name, found.bias, number(&row[name]["bias"]));
+        }
+        check("charlie", sheen_albedo(roughness, view), number(&row["charlie"]));
+    }
+    eprintln!("{} rows, largest error {largest:.1e}", rows.len());
 }

@@ -13,6 +13,7 @@ mod colour;
 mod contact_sheet;
 mod convolve;
 mod degree_pair;
+mod dfg;
 mod engine_files;
 mod engine_preset;
 mod engine_readme;
@@ -99,6 +100,7 @@ pub fn kinds() -> engine::Kinds {
         .with(shade_vertices::ShadeVertices)
         .with(convolve::Convolve)
         .with(prefilter::Prefilter)
+        .with(dfg::Dfg)
         .with(test_pattern::TestPattern)
         .with(export_engine::ExportEngine)
         .with(export_environment::ExportEnvironment)

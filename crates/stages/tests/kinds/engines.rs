@@ -198,6 +198,46 @@ fn engines_that_filter_have_the_image_as_it_is() {
     }
 }
 
+/// Each variant at the texel centres of `engines/dfg.json`, read back from halves.
+#[test]
+fn tables_of_albedos_are_those_of_the_reference() {
+    let Some(reference) = test_data::reference("tables_of_albedos", "engines/dfg.json") else { return };
+    for format in ["ktx2", "dds", "exr"] {
+        let most = if format == "exr" { 1e-5 } else { 1e-3 };
+        for variant in ["correlated", "uncorrelated", "karis", "filament"] {
+            let parameters =
+                format!("variant = \"{variant}\"\nsize = 6\nsheen = true\nformat = \"{format}\"");
+            let file = case("dfg", &parameters).files()[0].clone();
+            let pixels = match format {
+                "exr" => read_image(&file, &Default::default()).unwrap().image.into_pixels(),
+                _ => read_texture(&file).unwrap().texture.pixels,
+            };
+            let rows = reference["rows"].as_array().unwrap();
+            let mut found = 0;
+            for row in rows {
+                let number = |value: &Value| value.as_f64().unwrap();
+                let column = (6.0 * number(&row["NoV"]) - 0.5).round() as usize;
+                let roughness = number(&row["roughness"]);
+                // Filament's first row is r = 1, the second 11/12, so that the smoothest is missing.
+                let (line, names) = match variant {
+                    "filament" => ((6.5 - 6.0 * roughness).round() as usize, ["x", "y"]),
+                    _ => ((6.0 * roughness - 0.5).round() as usize, ["scale", "bias"]),
+                };
+                let Some(pixel) = pixels.get(6 * line + column) else { continue };
+                let [red, green] = names.map(|name| &row[variant][name]);
+                let expected = [red, green, &row["charlie"]].map(number);
+                for channel in 0..3 {
+                    let error =
+                        (f64::from(pixel[channel]) - expected[channel]).abs() / expected[channel].max(1.0);
+                    assert!(error < most, "{variant} {format}: {pixel:?} instead of {expected:?}");
+                }
+                found += 1;
+            }
+            assert_eq!(found, if variant == "filament" { 30 } else { 36 });
+        }
+    }
+}
+
 fn export(parameters: &str, light: Environment) -> Case {
     case("export-engine", parameters).input("light", light)
 }

@@ -28,6 +28,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("project-brdf", 4, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
     ("convolve", 6, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
     ("prefilter", 1, [378.00000000, 377.99386302, 377.99386302, 6.74991529, 2.72676554]),
+    ("dfg", 2, [48.00000000, 16.43887138, 16.43887138, -0.67852147, 2.15037524]),
     ("test-pattern", 1, [69120.00000000, 80728.32351506, 80728.32351506, -16.72471017, 9.55116206]),
     ("export-engine", 1, [41485.00000000, 106930.37743258, 106930.37743258, 6458.97296959, 63254.02285021]),
     ("export-environment", 1, [450.00000000, 1272.79492188, 1272.79492188, 12.06839440, 5.73886325]),
@@ -90,6 +91,7 @@ fn fixture(kind: &str) -> Case {
             case("export-engine", "preset = \"bevy\"\nresolution = 32").input("light", environment(16, sky))
         }
         "test-pattern" => case("test-pattern", "preset = \"gltf\"\nresolution = 32"),
+        "dfg" => case("dfg", "size = 4\nsheen = true\nvariant = \"filament\""),
         "export-environment" => {
             case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
                 .input("environment", environment(16, sky))
