@@ -256,3 +256,64 @@ fn shells_and_man_know_every_command() {
     let page = |name: &str| fs::read_to_string(project.path("man").join(name)).unwrap();
     assert!(page("specula.1").contains("reflection maps") && page("specula-convert.1").contains("yaw"));
 }
+
+#[test]
+fn a_test_pattern_is_written_for_each_engine() {
+    let project = assets_alone();
+    for (preset, files) in [
+        ("three", &["README.txt", "pattern-axes-irradiance.json", "pattern-axes.ktx2"][..]),
+        ("babylon", &["README.txt", "pattern-axes.env", "pattern-lod.env"]),
+        ("unreal", &["README.txt", "pattern-axes-irradiance.json", "pattern-axes.hdr"]),
+    ] {
+        project.ok(&["test-pattern", "--preset", preset, "-r", "32", preset]);
+        let found: Vec<_> = support::files_below(&project.path(preset)).into_keys().collect();
+        assert_eq!(found[..3], *files, "{found:?}");
+    }
+    let run = project.specula(&["test-pattern", "--preset", "quake", "out"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("\"quake\" is not \"three\" or \"filament\""), "{}", run.stderr);
+    assert!(!project.path("out").exists() && !project.path(".specula").exists());
+}
+
+/// Through every convention and back.
+#[test]
+fn lighting_is_converted_between_engines() {
+    let project = assets_alone();
+    project.ok(&["test-pattern", "--preset", "babylon", "-r", "32", "babylon"]);
+    let run = project.ok(&["convert-sh", "babylon/pattern-orient.env", "--to", "filament", "-o", "sh.txt"]);
+    assert!(
+        run.stderr.contains("from  babylon-env\n") && run.stderr.contains("to    filament\n"),
+        "{}",
+        run.stderr
+    );
+    let mut last = "sh.txt".to_owned();
+    let mut from = "filament".to_owned();
+    for to in ["three", "unity", "directx", "unreal", "gltf", "babylon", "specula", "babylon-env", "filament"]
+    {
+        let next = format!("{to}.json");
+        project.ok(&["convert-sh", &last, "--from", &from, "--to", to, "-o", &next]);
+        (last, from) = (next, to.to_owned());
+    }
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(project.path(&last)).unwrap()).unwrap();
+    // 2 + d: red for x, green for y, blue for z of Filament's world; rows 1, y, z, x.
+    for (row, expected) in
+        [[2.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].into_iter().enumerate()
+    {
+        for (channel, expected) in expected.into_iter().enumerate() {
+            let found = json["coefficients"][row][channel].as_f64().unwrap();
+            assert!((found - expected).abs() < 1e-14, "{json}");
+        }
+    }
+    project.write("long.txt", &"1 2 3\n".repeat(16));
+    project.write("cut.json", "{\"preset\": \"three\", \"coefficients\": [[1");
+    for (arguments, message) in [
+        (["long.txt", "--from", "filament", "--to", "three"], "A_3 is 0"),
+        (["sh.txt", "--from", "quake", "--to", "three"], "\"quake\" is not a preset"),
+        (["three.json", "--from", "unity", "--to", "three"], "expected `unity`, found `three`"),
+        (["cut.json", "--from", "three", "--to", "unity"], "the JSON ends too early"),
+        (["missing", "--from", "three", "--to", "unity"], "cannot read missing"),
+    ] {
+        let run = project.specula(&[&["convert-sh"][..], &arguments].concat());
+        assert!(run.code == Some(2) && run.stderr.contains(message), "{arguments:?}: {}", run.stderr);
+    }
+}

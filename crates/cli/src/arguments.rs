@@ -102,6 +102,10 @@ pub(crate) enum Command {
     },
     /// Write environments in another layout, size or format, without a manifest
     Convert(ConvertArguments),
+    /// Convert lighting in spherical harmonics from one engine's convention to another's
+    ConvertSh(ConvertShArguments),
+    /// Write files that show where an engine looks, which level it reads and how bright it is
+    TestPattern(TestPatternArguments),
     /// Write a manifest for the images, materials and meshes in a folder, or a starter manifest
     Init {
         /// The folder to write it into
@@ -150,6 +154,8 @@ impl Command {
             | Self::Schema { .. }
             | Self::Inspect { .. }
             | Self::Convert(_)
+            | Self::ConvertSh(_)
+            | Self::TestPattern(_)
             | Self::Preview(_)
             | Self::Init { .. }
             | Self::Completions { .. }
@@ -359,6 +365,37 @@ pub(crate) struct ConvertArguments {
     /// Print the manifest that does the same, and convert nothing
     #[arg(long)]
     pub(crate) manifest: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ConvertShArguments {
+    /// JSON of export-sh, an .env file, a glTF document with EXT_lights_image_based, or text with 27 numbers
+    pub(crate) input: PathBuf,
+    /// The convention of the input: specula, directx, unreal, unity, filament, three, babylon, babylon-env or
+    /// gltf [default: as the file says]
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) from: Option<String>,
+    /// The convention to write
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) to: String,
+    /// The file to write: JSON, or rows of numbers if it ends with .txt [default: JSON to standard output]
+    #[arg(long, short, value_name = "OUT")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct TestPatternArguments {
+    /// The folder to write the files into
+    pub(crate) output: PathBuf,
+    /// The engine: three, filament, babylon, bevy, gltf, godot, blender, unity or unreal
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: String,
+    /// How texels are stored, such as rgba16f or bc6h [default: what the engine prefers]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<String>,
+    /// Texels along the edge of a face, or rows of a lat-long image [default: 64]
+    #[arg(long, short, value_name = "N")]
+    pub(crate) resolution: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

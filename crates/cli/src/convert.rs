@@ -6,15 +6,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use engine::{BuildOptions, Cancel, Event, Kinds, Plan};
+use engine::Kinds;
 
-use crate::arguments::{ConvertArguments, MANIFEST};
+use crate::arguments::ConvertArguments;
 use crate::assets::{self, Assets};
-use crate::build::{exit_of, stop_on_interrupt};
-use crate::build_reporter::BuildReporter;
 use crate::exit::Exit;
-use crate::print::{self, say};
-use crate::quantity::count;
+use crate::one_build;
+use crate::print;
 use crate::standard_pipeline::Conversion;
 
 /// The endings of what is written, with the formats of `export-environment`.
@@ -95,52 +93,15 @@ impl Request {
 }
 
 fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, Exit> {
-    let failed = |what: String, error: std::io::Error| {
-        print::error(&[what, error.to_string()], None);
-        Exit::System
-    };
-    let folder = tempfile::Builder::new().prefix("specula-convert-").tempdir();
-    let folder = folder.map_err(|error| failed("cannot create a temporary folder".into(), error))?;
     let files: Result<Vec<_>, _> = request.files.iter().map(std::path::absolute).collect();
-    let files = files.map_err(|error| failed("cannot find the current folder".into(), error))?;
-    let path = if request.is_folder { "{environment}" } else { "converted" };
-    let manifest = folder.path().join(MANIFEST);
-    let text = request.conversion.manifest(&assets::source_of(&files, folder.path()), path);
-    fs::write(&manifest, &text)
-        .map_err(|error| failed(format!("cannot write {}", manifest.display()), error))?;
-    let plan = Plan::load(&manifest, kinds).map_err(|diagnostics| {
-        // The options are the parameters: whoever typed them knows no manifest.
-        for diagnostic in diagnostics.shown() {
-            let parts = [Some(&diagnostic.message), diagnostic.expected.as_ref()];
-            let chain: Vec<String> = parts.into_iter().flatten().cloned().collect();
-            print::error(&chain, diagnostic.help.as_deref());
-        }
-        Exit::Usage
+    let files = files.map_err(|error| {
+        print::error(&["cannot find the current folder".into(), error.to_string()], None);
+        Exit::System
     })?;
-    let cancel = Cancel::default();
-    stop_on_interrupt(&cancel, || {});
-    let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
-    let reporter = BuildReporter::quiet();
-    let summary = engine::build(&plan, &options, &cancel, &|event: Event| reporter.show(&event));
-    reporter.show_failures();
-    let summary = summary.map_err(print::failure)?;
-    let mut written = 0;
-    for item in plan.items.iter() {
-        let made: Vec<_> = item.files.iter().filter(|file| plan.out.join(file).exists()).collect();
-        if made.is_empty() || made.len() < item.files.len() {
-            continue;
-        }
-        for file in made {
-            let place = place(file, &arguments.output, request.is_folder);
-            put(&plan.out.join(file), &place)
-                .map_err(|error| failed(format!("cannot write {}", place.display()), error))?;
-            written += 1;
-        }
-    }
-    if written > 0 {
-        say!("Wrote {} to {}.", count(written, "file"), arguments.output.display());
-    }
-    Ok(exit_of(&summary))
+    let path = if request.is_folder { "{environment}" } else { "converted" };
+    let text = |folder: &Path| request.conversion.manifest(&assets::source_of(&files, folder), path);
+    let place = |file: &str| place(file, &arguments.output, request.is_folder);
+    one_build::build(text, kinds, &arguments.output, place)
 }
 
 /// Where a file that was made belongs.
@@ -153,12 +114,4 @@ fn place(file: &str, output: &Path, is_folder: bool) -> PathBuf {
         Some((_, face)) => output.join(face),
         None => output.to_path_buf(),
     }
-}
-
-/// Moves a file to a place, where it appears as a whole.
-fn put(from: &Path, to: &Path) -> std::io::Result<()> {
-    if let Some(parent) = to.parent() {
-        fs::create_dir_all(parent)?;
-    }
-    engine::replace_file(to, &engine::read_file(from)?)
 }

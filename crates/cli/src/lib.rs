@@ -16,6 +16,7 @@ mod cache;
 mod check;
 mod completions;
 mod convert;
+mod convert_sh;
 mod escape;
 mod exit;
 mod explain;
@@ -25,6 +26,7 @@ mod inspect;
 mod lists;
 mod manifest;
 mod manual;
+mod one_build;
 mod outstanding;
 mod panics;
 mod png_file;
@@ -37,6 +39,7 @@ mod schema;
 mod screen;
 mod standard_pipeline;
 mod terminal;
+mod test_pattern;
 mod timings;
 mod verify;
 mod watch;
@@ -84,6 +87,8 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Schema { subject } => Ok(schema::run(subject, kinds)),
         Command::Inspect { file, json, picture } => inspect::run(&file, json, picture.as_deref()),
         Command::Convert(arguments) => convert::run(&arguments, kinds),
+        Command::ConvertSh(arguments) => convert_sh::run(&arguments),
+        Command::TestPattern(arguments) => test_pattern::run(&arguments, kinds),
         Command::Init { folder, sample } => Ok(init::run(&folder, sample, kinds)),
         Command::Completions { shell } => Ok(completions::run(shell)),
         Command::Complete { words } => Ok(completions::complete(&words, kinds)),

@@ -95,6 +95,52 @@ pub fn decode(bytes: &[u8]) -> Result<Expansion, Error> {
     })
 }
 
+/// Lighting from the JSON of any preset, and that preset. `from` is what the file is if it does not say so
+/// itself.
+///
+/// # Errors
+/// If the bytes are not JSON, name no preset or another one, lack a table, or hold what the preset cannot
+/// ([`Preset::revert`]).
+pub fn decode_any(bytes: &[u8], from: Option<Preset>) -> Result<(Preset, Lighting), Error> {
+    refuse_non_files(bytes)?;
+    let file: serde_json::Value = serde_json::from_slice(bytes).map_err(|error| match error.is_eof() {
+        true => Error::truncated(format!("the JSON ends too early: {error}")),
+        false => Error::damaged(format!("not JSON: {error}")),
+    })?;
+    let named = file["preset"].as_str();
+    let preset = match (named, from) {
+        (Some(name), _) => Some(
+            Preset::from_name(name)
+                .ok_or_else(|| Error::unsupported(format!("`preset`: {name:?} is not known")))?,
+        ),
+        (None, from) => from,
+    };
+    let preset = preset.ok_or_else(|| Error::damaged("expected a member `preset`, found none"))?;
+    if let Some(from) = from.filter(|from| *from != preset) {
+        let (found, expected) = (preset.name(), from.name());
+        return Err(Error::damaged(format!("`preset`: expected `{expected}`, found `{found}`")));
+    }
+    let numbers = |value: &serde_json::Value| -> Option<Vec<f64>> {
+        value.as_array()?.iter().map(serde_json::Value::as_f64).collect()
+    };
+    let table = |(name, _): (&'static str, usize)| -> Result<Vec<Vec<f64>>, Error> {
+        let rows =
+            file[name].as_array().ok_or_else(|| Error::damaged(format!("expected a member `{name}`")))?;
+        let single = || numbers(&file[name]).map(|row| vec![row]);
+        let rows = rows.iter().map(numbers).collect::<Option<Vec<_>>>().or_else(single);
+        rows.ok_or_else(|| Error::damaged(format!("`{name}`: expected rows of numbers")))
+    };
+    let tables = preset.tables(Degree::ZERO).into_iter().map(table).collect::<Result<Vec<_>, _>>()?;
+    let series = preset.revert(&tables)?;
+    let row = |value: &serde_json::Value| {
+        let row = numbers(value).and_then(|row| <[f64; 7]>::try_from(row).ok());
+        let light = row.and_then(|row| Preset::light(row, preset));
+        light.ok_or_else(|| Error::damaged("`lights`: expected rows of seven finite numbers"))
+    };
+    let lights = file["lights"].as_array().map_or(Ok(Vec::new()), |rows| rows.iter().map(row).collect())?;
+    Ok((preset, Lighting { series, lights }))
+}
+
 pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
     #[derive(Deserialize)]
     struct File<'a> {

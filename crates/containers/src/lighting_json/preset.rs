@@ -8,9 +8,10 @@
 use std::f64::consts::PI;
 
 use sh::{Degree, Expansion, Light};
-use sphere::{DVec3, to_cube, to_file};
+use sphere::{DVec3, Direction, from_cube, from_file, to_cube, to_file};
 
 use super::frame;
+use crate::error::Error;
 
 /// An engine's convention for lighting in spherical harmonics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -195,14 +196,7 @@ impl Preset {
         if let Some(to) = self.frame() {
             lighting = frame::seen_in(&lighting, to);
         }
-        match self {
-            Self::Specula | Self::Three => {}
-            Self::DirectX | Self::Unreal => scale(&mut lighting, phase),
-            Self::Babylon => scale(&mut lighting, |l, m| phase(l, m) * reflected(l)),
-            Self::BabylonEnv => scale(&mut lighting, |l, m| reflected(l).powi(2) * constant(l, m)),
-            Self::Gltf => scale(&mut lighting, |l, m| phase(l, m) * PI * reflected(l)),
-            Self::Unity | Self::Filament => scale(&mut lighting, |l, m| reflected(l) * constant(l, m)),
-        }
+        scale(&mut lighting, |l, m| self.factor(l, m));
         match self {
             Self::Unity => unity(&lighting),
             Self::BabylonEnv => babylon_env(&lighting),
@@ -214,6 +208,94 @@ impl Preset {
         }
     }
 
+    /// The factor of the coefficient (l, m) of radiance, in the engine's frame.
+    fn factor(self, l: usize, m: isize) -> f64 {
+        match self {
+            Self::Specula | Self::Three => 1.0,
+            Self::DirectX | Self::Unreal => phase(l, m),
+            Self::Babylon => phase(l, m) * reflected(l),
+            Self::BabylonEnv => reflected(l).powi(2) * constant(l, m),
+            Self::Gltf => phase(l, m) * PI * reflected(l),
+            Self::Unity | Self::Filament => reflected(l) * constant(l, m),
+        }
+    }
+
+    /// Whether the coefficients are of irradiance: A_3 is 0, so that radiance past degree 2 is lost.
+    pub fn is_irradiance(self) -> bool {
+        !matches!(self, Self::Specula | Self::Three | Self::DirectX | Self::Unreal)
+    }
+
+    /// The names of the tables of the preset's file, and how many rows each has for a degree.
+    pub fn tables(self, degree: Degree) -> Vec<(&'static str, usize)> {
+        self.convert(&Expansion::zero(degree)).iter().map(|table| (table.name, table.rows.len())).collect()
+    }
+
+    /// The lighting whose file has these tables, in the order of [`Preset::tables`]: the inverse of
+    /// [`Preset::convert`].
+    ///
+    /// # Errors
+    /// If the rows are not those of a degree that the preset has, or not of three numbers (of four in Unity's
+    /// first six tables), or a number is not finite.
+    pub fn revert(self, tables: &[Vec<Vec<f64>>]) -> Result<Expansion, Error> {
+        let damaged = |message: String| Error::damaged(format!("preset {}: {message}", self.name()));
+        let mut rows = Vec::new();
+        for row in tables.iter().flatten() {
+            if let Some(wrong) = row.iter().find(|value| !value.is_finite()) {
+                return Err(damaged(format!("{wrong} is not finite")));
+            }
+            // Unity has a constant in the fourth number.
+            let wanted = if self == Self::Unity { 4 } else { 3 };
+            let row = <[f64; 4]>::try_from([row.as_slice(), &vec![0.0; 4 - row.len().min(4)]].concat())
+                .ok()
+                .filter(|_| row.len() == wanted);
+            let row = row.ok_or_else(|| damaged(format!("expected rows of {wanted} numbers")))?;
+            rows.push(row);
+        }
+        let rows = match (self, rows.as_slice()) {
+            (Self::Unity, &[red, green, blue, red2, green2, blue2, last]) => {
+                unity_rows([[red, red2], [green, green2], [blue, blue2]], last)
+            }
+            (Self::Unity, rows) => return Err(damaged(format!("expected 7 rows, found {}", rows.len()))),
+            _ => rows.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+        };
+        let rows = match <[[f64; 3]; 9]>::try_from(rows) {
+            Ok(rows) if self == Self::BabylonEnv => babylon_env_rows(rows),
+            Ok(rows) => rows.to_vec(),
+            Err(rows) => rows,
+        };
+        let count = rows.len();
+        let degree =
+            Degree::new(count.isqrt().saturating_sub(1)).ok().filter(|degree| degree.rows() == count);
+        let Some(degree) = degree else {
+            return Err(damaged(format!("{count} rows are not (degree + 1)^2 of a degree")));
+        };
+        if degree.get() > 2 && self.is_irradiance() {
+            return Err(damaged(format!(
+                "degree {}: radiance past degree 2 is not in irradiance, for A_3 is 0; give the first 9 rows",
+                degree.get()
+            )));
+        }
+        if self.degree(degree) != degree.get() {
+            return Err(damaged(format!("expected degree {}, found {}", self.degree(degree), degree.get())));
+        }
+        let mut lighting = Expansion::from_coefficients(degree, rows)
+            .ok_or_else(|| damaged("the rows do not fit".into()))?;
+        scale(&mut lighting, |l, m| 1.0 / self.factor(l, m));
+        Ok(match self.frame_back() {
+            Some(to) => frame::seen_in(&lighting, to),
+            None => lighting,
+        })
+    }
+
+    /// A light from a row of its file: direction, angular radius in radians, irradiance.
+    pub(super) fn light([x, y, z, radius, r, g, b]: [f64; 7], preset: Self) -> Option<Light> {
+        let direction = DVec3::new(x, y, z);
+        let direction = preset.frame_back().map_or(direction, |to| to(direction));
+        let finite = [radius, r, g, b].iter().all(|value| value.is_finite());
+        let direction = Direction::new(direction).filter(|_| finite)?;
+        Some(Light { direction, radius, irradiance: [r, g, b] })
+    }
+
     /// Lights in the engine's frame: direction, angular radius in radians, irradiance.
     pub(super) fn lights(self, lights: &[Light]) -> Table {
         let row = |light: &Light| {
@@ -222,6 +304,18 @@ impl Preset {
             [&direction.to_array()[..], &[light.radius], &light.irradiance].concat()
         };
         Table { name: "lights", rows: lights.iter().map(row).collect(), single: false }
+    }
+
+    /// From the engine's frame to ours.
+    fn frame_back(self) -> Option<fn(DVec3) -> DVec3> {
+        match self {
+            Self::Specula => None,
+            Self::DirectX | Self::Babylon | Self::BabylonEnv | Self::Gltf => Some(from_cube),
+            Self::Unreal => Some(|v| DVec3::new(-v.y, -v.x, v.z)),
+            Self::Unity => Some(|v| DVec3::new(v.x, v.z, v.y)),
+            Self::Filament => Some(from_file),
+            Self::Three => Some(|v| DVec3::new(v.x, -v.z, v.y)),
+        }
     }
 
     /// From our frame to the engine's.
@@ -235,6 +329,38 @@ impl Preset {
             Self::Three => Some(|w| DVec3::new(w.x, w.z, -w.y)),
         }
     }
+}
+
+/// The coefficients of 1; y, z, x; xy, yz, 3zz - 1, zx, xx - yy from Unity's vectors.
+fn unity_rows(channels: [[[f64; 4]; 2]; 3], last: [f64; 4]) -> Vec<[f64; 3]> {
+    let of = |of: &dyn Fn(&[[f64; 4]; 2]) -> f64| channels.each_ref().map(of);
+    vec![
+        of(&|[linear, quadratic]| linear[3] + quadratic[2] / 3.0),
+        of(&|[linear, _]| linear[1]),
+        of(&|[linear, _]| linear[2]),
+        of(&|[linear, _]| linear[0]),
+        of(&|[_, quadratic]| quadratic[0]),
+        of(&|[_, quadratic]| quadratic[1]),
+        of(&|[_, quadratic]| quadratic[2] / 3.0),
+        of(&|[_, quadratic]| quadratic[3]),
+        [last[0], last[1], last[2]],
+    ]
+}
+
+/// The same from the polynomial of an `.env` file.
+fn babylon_env_rows([x, y, z, xx, yy, zz, yz, zx, xy]: [[f64; 3]; 9]) -> Vec<[f64; 3]> {
+    let of = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
+    vec![
+        of(&|k| (xx[k] + yy[k] + zz[k]) / 3.0),
+        y,
+        z,
+        x,
+        xy,
+        yz,
+        of(&|k| (2.0 * zz[k] - xx[k] - yy[k]) / 6.0),
+        zx,
+        of(&|k| 0.5 * (xx[k] - yy[k])),
+    ]
 }
 
 /// Multiplies each row by a factor of (l, m).
@@ -309,7 +435,6 @@ mod tests {
 
     use serde_json::Value;
     use sh::Basis;
-    use sphere::Direction;
 
     use super::super::{decode, encode};
     use super::*;
@@ -478,6 +603,29 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn each_sh_preset_is_reverted() {
+        for preset in Preset::ALL {
+            for degree in [1, 2, 5] {
+                let kept = Degree::new(preset.degree(Degree::new(degree).unwrap())).unwrap();
+                let lighting = lighting(degree).to_degree(kept);
+                let tables = preset.convert(&lighting);
+                let rows: Vec<_> = tables.iter().map(|table| table.rows.clone()).collect();
+                // Unity's last vector has four numbers as the others.
+                let found = preset.revert(&rows).unwrap();
+                let pairs =
+                    found.coefficients().as_flattened().iter().zip(lighting.coefficients().as_flattened());
+                for (found, expected) in pairs {
+                    assert!((found - expected).abs() < 1e-14, "{}: {found} {expected}", preset.name());
+                }
+                let broken = preset.revert(&[vec![vec![1.0; 3]; 5]]).unwrap_err().to_string();
+                assert!(broken.contains(preset.name()), "{broken}");
+            }
+        }
+        let error = Preset::Gltf.revert(&[vec![vec![1.0; 3]; 16]]).unwrap_err().to_string();
+        assert!(error.contains("A_3 is 0"), "{error}");
     }
 
     /// Constants as they stand in DirectXMath's `sh_eval_basis_5`.

@@ -1,0 +1,18 @@
+//! `specula test-pattern`: files that show where an engine looks, without a manifest.
+
+use engine::Kinds;
+
+use crate::arguments::TestPatternArguments;
+use crate::exit::Exit;
+use crate::one_build;
+
+pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let TestPatternArguments { output, preset, format, resolution } = arguments;
+    let text = |key: &str, value: &str| format!("{key} = {}\n", toml::Value::from(value));
+    let mut manifest =
+        "schema = 1\n[stage.pattern]\nkind = \"test-pattern\"\npath = \"pattern\"\n".to_owned();
+    manifest += &text("preset", preset);
+    manifest += &format.as_ref().map_or_else(String::new, |format| text("format", format));
+    manifest += &resolution.map_or_else(String::new, |resolution| format!("resolution = {resolution}\n"));
+    one_build::build(|_| manifest, kinds, output, |file| output.join(file.trim_start_matches("pattern/")))
+}
