@@ -296,6 +296,7 @@ mod tests {
         sum.light.map(|light| light / sum.weight)
     }
 
+    /// Texels are 3 degrees wide here, and the sun is one or two of them.
     #[test]
     fn blocks_give_what_all_pixels_give() {
         let sun = Direction::from_angles(1.0, 0.4);
@@ -326,7 +327,7 @@ mod tests {
                 peak = peak.max(expected[0]);
                 (0..3).for_each(|channel| worst = worst.max((found[channel] - expected[channel]).abs()));
             }
-            assert!(worst < 6e-3 * peak, "{distribution:?} {roughness}: {:e}", worst / peak);
+            assert!(worst < 8e-3 * peak, "{distribution:?} {roughness}: {:e}", worst / peak);
         }
     }
 
