@@ -19,8 +19,11 @@ const UNIT: f64 = (1u64 << 58) as f64;
 
 /// The bright texels of a picture.
 pub(crate) struct BrightTexels {
+    width: usize,
     /// Whether each texel is bright; empty if none is.
     is_bright: Vec<bool>,
+    /// For each texel, the number of bright ones above and to the left of it and itself; empty if none is.
+    counts: Vec<u32>,
     /// The bright texels, ascending.
     texels: Vec<usize>,
     /// The solid angle that each received.
@@ -63,13 +66,32 @@ impl BrightTexels {
         if texels.is_empty() {
             is_bright = Vec::new();
         }
+        let mut counts = vec![0; is_bright.len()];
+        for (row, is_bright) in is_bright.chunks(width).enumerate() {
+            let mut in_row = 0;
+            for (column, is_bright) in is_bright.iter().enumerate() {
+                in_row += u32::from(*is_bright);
+                let above = if row == 0 { 0 } else { counts[(row - 1) * width + column] };
+                counts[row * width + column] = above + in_row;
+            }
+        }
         let given = texels.iter().map(|_| AtomicU64::new(0)).collect();
-        Self { is_bright, texels, given }
+        Self { width, is_bright, counts, texels, given }
     }
 
     /// Whether the picture has none.
     pub(crate) fn is_empty(&self) -> bool {
         self.texels.is_empty()
+    }
+
+    /// Whether one of the texels in these columns and rows is bright, first and last included.
+    pub(crate) fn is_within(&self, columns: [usize; 2], rows: [usize; 2]) -> bool {
+        let count = |column: usize, row: usize| match (column, row) {
+            (0, _) | (_, 0) => 0,
+            _ => self.counts[(row - 1) * self.width + column - 1],
+        };
+        let [(left, right), (top, bottom)] = [columns, rows].map(|[first, last]| (first, last + 1));
+        count(right, bottom) + count(left, top) > count(left, bottom) + count(right, top)
     }
 
     /// Adds to the solid angle that a texel received; returns whether the texel is bright.

@@ -6,12 +6,13 @@ use sphere::{AngularProbe, Cube, Direction, LatLong, MirrorBall, OpenExrCube, Op
 
 use crate::area;
 use crate::audit::audit;
-use crate::canvas::{CubeCanvas, LatLongCanvas, MOST_TEXELS};
+use crate::canvas::{LatLongCanvas, MOST_TEXELS};
 use crate::cube_map::CubeMap;
 use crate::error::Error;
 use crate::image::Image;
+use crate::lat_long_on_cube::LatLongOnCube;
 use crate::layout::Layout;
-use crate::resample::{resample, resample_unless};
+use crate::resample::{resample, resample_points, resample_unless};
 use crate::texels::{Texels, Turned};
 
 /// Distant light: linear Rec. 709 radiance on a lat-long grid in Specula's frame.
@@ -105,7 +106,8 @@ impl Environment {
     pub fn cube_map(&self, cube: Cube) -> Result<CubeMap, Error> {
         let edge = cube.edge;
         checked(LatLong { width: edge, height: edge.saturating_mul(6) })?;
-        let pixels = resample(self.grid, self.grid.width, &self.pixels, &CubeCanvas(cube));
+        let points = LatLongOnCube::new(self.grid, cube);
+        let pixels = resample_points(self.grid, self.grid.width, &self.pixels, &points, &|| false);
         Ok(CubeMap::from_complete(cube, pixels))
     }
 

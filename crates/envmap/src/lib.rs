@@ -15,6 +15,7 @@ mod exposure;
 mod faces;
 mod image;
 mod lamps;
+mod lat_long_on_cube;
 mod layout;
 mod pixel_audit;
 mod resample;
@@ -39,6 +40,7 @@ pub use without_lights::WithoutLights;
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::lamps::REVISION as LAMPS;
+    pub use crate::lat_long_on_cube::REVISION as CUBE_MAP;
     pub use crate::resample::REVISION as RESAMPLING;
     pub use crate::without_lights::REVISION as WITHOUT_LIGHTS;
 }

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::bright_texels::BrightTexels;
 use crate::canvas::{Canvas, MOST_POINTS};
-use crate::texels::Texels;
+use crate::texels::{Taps, Texels};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -43,6 +43,88 @@ pub(crate) fn resample_unless<T: Texels, C: Canvas>(
     canvas: &C,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<[f32; 3]> {
+    resample_points(picture, width, pixels, &OnCanvas { picture, canvas }, stop)
+}
+
+/// The points of a picture under the texels of a grid.
+pub(crate) trait Points: Sync + Sized {
+    /// The grid.
+    type Canvas: Canvas;
+
+    /// The grid.
+    fn canvas(&self) -> &Self::Canvas;
+
+    /// Calls `visit` with what makes up the picture at each point of a texel, and the point's solid angle.
+    fn visit(&self, row: usize, column: usize, visit: impl FnMut(Taps, f64));
+
+    /// The mean of the picture over the points of a texel.
+    fn mean(&self, pixels: &[[f32; 3]], row: usize, column: usize) -> [f32; 3] {
+        by_taps(self, pixels, row, column)
+    }
+
+    /// Whether a bright texel may be among the taps of a texel.
+    fn is_lit_by(&self, _bright: &BrightTexels, _row: usize, _column: usize) -> bool {
+        true
+    }
+}
+
+/// The mean of a picture over the points of a texel.
+pub(crate) fn by_taps<P: Points>(points: &P, pixels: &[[f32; 3]], row: usize, column: usize) -> [f32; 3] {
+    let mut sum = [0.0; 3];
+    let mut total = 0.0;
+    points.visit(row, column, |taps, solid_angle| {
+        let value = taps.blend(pixels);
+        (0..3).for_each(|channel| sum[channel] += solid_angle * value[channel]);
+        total += solid_angle;
+    });
+    sum.map(|sum| (sum / total) as f32)
+}
+
+/// Points by their directions.
+struct OnCanvas<'a, T, C> {
+    picture: T,
+    canvas: &'a C,
+}
+
+impl<T: Texels, C: Canvas> Points for OnCanvas<'_, T, C> {
+    type Canvas = C;
+
+    fn canvas(&self) -> &C {
+        self.canvas
+    }
+
+    fn visit(&self, row: usize, column: usize, mut visit: impl FnMut(Taps, f64)) {
+        let (across, down) = points_of_texel(self.picture, self.canvas, row, column);
+        self.canvas.points(row, column, across, down, |direction, solid_angle| {
+            visit(self.picture.taps(direction), solid_angle);
+        });
+    }
+}
+
+/// How many points a texel needs across and down.
+pub(crate) fn points_of_texel(
+    picture: impl Texels,
+    canvas: &impl Canvas,
+    row: usize,
+    column: usize,
+) -> (usize, usize) {
+    let (centre, across, down) = canvas.extent(row, column);
+    let side = picture.side(centre, across.hypot(down) / 2.0);
+    // If both grids are equal, rounding must not add a point.
+    let points =
+        |extent: f64| (PER_TEXEL * extent / side - 0.01).ceil().clamp(1.0, MOST_POINTS as f64) as usize;
+    (points(across), points(down))
+}
+
+/// The means of a picture over the texels of a grid, by points.
+pub(crate) fn resample_points<T: Texels, P: Points>(
+    picture: T,
+    width: usize,
+    pixels: &[[f32; 3]],
+    points: &P,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<[f32; 3]> {
+    let canvas = points.canvas();
     let bright = BrightTexels::find(picture, width, pixels);
     let lit: Vec<AtomicBool> = (0..if bright.is_empty() { 0 } else { canvas.width() * canvas.rows() })
         .map(|_| AtomicBool::new(false))
@@ -50,14 +132,18 @@ pub(crate) fn resample_unless<T: Texels, C: Canvas>(
     let mut out = vec![[0.0; 3]; canvas.width() * canvas.rows()];
     out.par_chunks_mut(canvas.width()).enumerate().filter(|_| !stop()).for_each(|(row, values)| {
         for (column, value) in values.iter_mut().enumerate() {
-            if bright.is_empty() {
-                *value = mean(picture, pixels, canvas, row, column, |_, _| {});
-            } else {
-                let mut is_lit = false;
-                *value = mean(picture, pixels, canvas, row, column, |texel, solid_angle| {
-                    is_lit |= bright.give(texel, solid_angle);
+            let mut is_lit = false;
+            if !bright.is_empty() && points.is_lit_by(&bright, row, column) {
+                points.visit(row, column, |taps, solid_angle| {
+                    for (texel, weight) in taps.index.into_iter().zip(taps.weight) {
+                        is_lit |= bright.give(texel, weight * solid_angle);
+                    }
                 });
-                lit[row * canvas.width() + column].store(is_lit, Ordering::Relaxed);
+            }
+            if is_lit {
+                lit[row * canvas.width() + column].store(true, Ordering::Relaxed);
+            } else {
+                *value = points.mean(pixels, row, column);
             }
         }
     });
@@ -70,7 +156,7 @@ pub(crate) fn resample_unless<T: Texels, C: Canvas>(
     out.par_chunks_mut(canvas.width()).enumerate().filter(|_| !stop()).for_each(|(row, values)| {
         for (column, value) in values.iter_mut().enumerate() {
             if lit[row * canvas.width() + column].load(Ordering::Relaxed) {
-                *value = mean(picture, &balanced, canvas, row, column, |_, _| {});
+                *value = points.mean(&balanced, row, column);
             }
         }
     });
@@ -85,35 +171,4 @@ pub(crate) fn resample_unless<T: Texels, C: Canvas>(
         }
     }
     out
-}
-
-/// The mean of the picture over one texel of the canvas; `give` is called with the solid angle that each tap
-/// received.
-fn mean<T: Texels, C: Canvas>(
-    picture: T,
-    pixels: &[[f32; 3]],
-    canvas: &C,
-    row: usize,
-    column: usize,
-    mut give: impl FnMut(usize, f64),
-) -> [f32; 3] {
-    let (centre, across, down) = canvas.extent(row, column);
-    let side = picture.side(centre, across.hypot(down) / 2.0);
-    // If both grids are equal, rounding must not add a point.
-    let points =
-        |extent: f64| (PER_TEXEL * extent / side - 0.01).ceil().clamp(1.0, MOST_POINTS as f64) as usize;
-    let mut sum = [0.0; 3];
-    let mut total = 0.0;
-    canvas.points(row, column, points(across), points(down), |direction, solid_angle| {
-        let taps = picture.taps(direction);
-        let value = taps.blend(pixels);
-        for channel in 0..3 {
-            sum[channel] += solid_angle * value[channel];
-        }
-        total += solid_angle;
-        for (texel, weight) in taps.index.into_iter().zip(taps.weight) {
-            give(texel, weight * solid_angle);
-        }
-    });
-    sum.map(|sum| (sum / total) as f32)
 }

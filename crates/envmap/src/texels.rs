@@ -69,32 +69,40 @@ fn bilinear(x: f64, y: f64) -> [f64; 4] {
     [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y]
 }
 
-impl Texels for LatLong {
-    fn taps(self, direction: Direction) -> Taps {
-        let (x, y) = self.position(direction);
+impl Taps {
+    /// The taps at continuous coordinates of a lat-long image: a texel's centre is at whole numbers. The
+    /// column may be up to a turn past either side, the row half a texel.
+    pub(crate) fn of_lat_long(grid: LatLong, x: f64, y: f64) -> Self {
+        let (width, height) = (grid.width as isize, grid.height as isize);
         let top = below(y);
         let lower = y - top as f64;
-        let half_turn = self.width as f64 / 2.0;
         // A row past a pole is the first row seen from the other side, half a turn away.
         let across = |row: isize| {
-            let (row, x) = if row < 0 {
-                (0, x + half_turn)
-            } else if row as usize >= self.height {
-                (self.height - 1, x + half_turn)
-            } else {
-                (row as usize, x)
+            let (inside, x) = match row {
+                row if row < 0 => (0, x + 0.5 * width as f64),
+                row if row >= height => (height - 1, x + 0.5 * width as f64),
+                row => (row, x),
             };
-            // x lies between -1 / 2 and width + (width - 1) / 2.
-            let left = below(x);
-            let column = if left < 0 { self.width - 1 } else { left as usize };
-            let column = if column < self.width { column } else { column - self.width };
-            let next = if column + 1 == self.width { 0 } else { column + 1 };
-            (row * self.width + column, row * self.width + next, x - left as f64)
+            let left = (x + width as f64) as isize - width;
+            let wrapped = |column: isize| match column {
+                column if column < 0 => column + width,
+                column if column >= width => (column - width) % width,
+                column => column,
+            };
+            let start = inside * width;
+            ((start + wrapped(left)) as usize, (start + wrapped(left + 1)) as usize, x - left as f64)
         };
         let (a, b, x0) = across(top);
         let (c, d, x1) = across(top + 1);
         let upper = 1.0 - lower;
-        Taps { index: [a, b, c, d], weight: [(1.0 - x0) * upper, x0 * upper, (1.0 - x1) * lower, x1 * lower] }
+        Self { index: [a, b, c, d], weight: [(1.0 - x0) * upper, x0 * upper, (1.0 - x1) * lower, x1 * lower] }
+    }
+}
+
+impl Texels for LatLong {
+    fn taps(self, direction: Direction) -> Taps {
+        let (x, y) = self.position(direction);
+        Taps::of_lat_long(self, x, y)
     }
 
     fn side(self, direction: Direction, radius: f64) -> f64 {

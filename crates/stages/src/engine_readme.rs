@@ -61,10 +61,10 @@ In JavaScript: engine.createIblFromKtx1( '{first}' ), which takes the irradiance
 
 const texture = BABYLON.CubeTexture.CreateFromPrefilteredData( '{first}', scene );
 scene.environmentTexture = texture;
-material.brdf.mixIblRadianceWithIrradiance = false;
 
-Without the last line Babylon.js mixes rough reflections with the irradiance.
 {polynomial}
+Babylon.js mixes rough reflections with the irradiance. Leave mixIblRadianceWithIrradiance as it is: the
+levels alone are further from brute force, because they do not bend toward the normal.
 "
             )
         }

@@ -128,7 +128,7 @@ impl Kind for ExportEngine {
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
         sh::revisions::WINDOW,
-        envmap::revisions::RESAMPLING,
+        envmap::revisions::CUBE_MAP,
     ];
     const TEXT: &'static str = include_str!("export_engine.rs");
 

@@ -153,7 +153,7 @@ impl Kind for ExportEnvironment {
 
     const NAME: &'static str = "export-environment";
     const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
+    const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("export_environment.rs");
 
     fn ports() -> Vec<Port> {

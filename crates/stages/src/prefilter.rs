@@ -152,7 +152,7 @@ impl Kind for Prefilter {
     const NAME: &'static str = "prefilter";
     const REVISION: u32 = 1;
     const KERNELS: &'static [u32] =
-        &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::RESAMPLING];
+        &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("prefilter.rs");
     const SLOW: bool = true;
 
@@ -208,8 +208,8 @@ impl Kind for Prefilter {
 fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
     match (preset.roughness(resolution), preset.size_with(roughness.len())) {
         (Ok(levels), Some(size)) if levels.len() != roughness.len() => format!(
-            "{} levels, but {} reads {} of a cube of {resolution}; the nearest resolution that fits is {size}, \
-             and the preset alone gives its levels",
+            "a list of length {}, but {} reads {} levels of a cube of {resolution}; the nearest resolution that \
+             fits is {size}, and the preset alone gives its levels",
             roughness.len(),
             preset.name(),
             levels.len()

@@ -90,7 +90,7 @@ impl Kind for TestPattern {
     const NAME: &'static str = "test-pattern";
     const REVISION: u32 = 1;
     const KERNELS: &'static [u32] =
-        &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::RESAMPLING];
+        &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("test_pattern.rs");
 
     fn ports() -> Vec<Port> {

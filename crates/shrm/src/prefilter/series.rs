@@ -16,8 +16,8 @@ const SUMMED: usize = 40;
 /// The prefilter of a series at the centres of a cube's texels: six faces in file order, rows from the top.
 ///
 /// What is past [`PrefilterKernel::degree`] is left out, and what the series does not have is 0. Values may
-/// be negative where the light is: a series rings. Accuracy: rounding to f32 up to degree 40, 1e-5 of the
-/// largest above (interpolation; tests compare with sums).
+/// be negative where the light is: a series rings. Accuracy: rounding to f32 up to degree 40, 1e-4 of the
+/// largest above (interpolation, under a point light; tests compare with sums).
 ///
 /// # Errors
 /// [`TransformError::Empty`] if the cube has no texel.
@@ -44,7 +44,7 @@ pub fn prefilter_series(
     if cube.is_empty() {
         return Err(TransformError::Empty { columns: 0, rows: 0 });
     }
-    let grid = LatLong::with_rows(fast_rows(2 * degree.get()));
+    let grid = LatLong::with_rows(fast_rows(degree.get() * 3 / 2));
     let rows: Vec<[f32; 3]> = Synthesis::new(grid, degree)?.synthesise(&filtered);
     Ok(interpolate(grid, &rows, cube))
 }
@@ -74,7 +74,7 @@ mod tests {
             let largest = expected.as_flattened().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             let errors = found.as_flattened().iter().zip(expected.as_flattened());
             let worst = errors.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max) / largest;
-            assert!(worst < 1e-5, "roughness {roughness}: {worst:e}");
+            assert!(worst < 1e-4, "roughness {roughness}: {worst:e}");
         }
     }
 

@@ -64,7 +64,15 @@ fn a_lighting_of_too_low_degree_is_noted_or_refused() {
 #[test]
 fn levels_that_do_not_fit_are_refused_with_the_size_that_does() {
     for (parameters, expected) in [
-        ("preset = \"three\"\nroughness = [1.0]", "roughness: the preset already"),
+        (
+            "preset = \"three\"\nroughness = [1.0]",
+            "roughness: a list of length 1, but three reads 6 levels of a cube of 256; the nearest resolution that \
+             fits is 16",
+        ),
+        (
+            "preset = \"three\"\nroughness = [0.0, 1.0]\nresolution = 16",
+            "roughness: the preset already gives the levels",
+        ),
         (
             "preset = \"three\"\nresolution = 100",
             "resolution: the faces for three are a power of two from 16",
