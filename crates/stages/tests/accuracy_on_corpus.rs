@@ -116,15 +116,22 @@ fn shrms_of_real_environments_stay_within_the_bound() {
     }
 }
 
-/// The prefiltered radiance about a direction by a sum over all pixels, each at its centre.
-fn prefiltered_by_pixels(light: &Environment, kernel: &PrefilterKernel, normal: Direction) -> [f64; 3] {
-    let (grid, pixels) = (light.grid(), light.pixels());
+/// The prefiltered radiance about a direction by a sum over all pixels, each at its centre. `directions` are
+/// those of the pixels.
+fn prefiltered_by_pixels(
+    light: &Environment,
+    directions: &[Direction],
+    kernel: &PrefilterKernel,
+    normal: Direction,
+) -> [f64; 3] {
     let (mut sum, mut whole) = ([0.0; 3], 0.0);
-    for row in 0..grid.height {
-        for column in 0..grid.width {
-            let mu = normal.dot(grid.direction(row, column));
-            let weight = kernel.weight(mu) * grid.solid_angle(row);
-            (0..3).for_each(|c| sum[c] += weight * f64::from(pixels[row * grid.width + column][c]));
+    let width = light.grid().width;
+    for (row, (pixels, directions)) in light.pixels().chunks(width).zip(directions.chunks(width)).enumerate()
+    {
+        let solid_angle = light.grid().solid_angle(row);
+        for (pixel, direction) in pixels.iter().zip(directions) {
+            let weight = kernel.weight(normal.dot(*direction)) * solid_angle;
+            (0..3).for_each(|channel| sum[channel] += weight * f64::from(pixel[channel]));
             whole += weight;
         }
     }
@@ -136,9 +143,11 @@ fn prefiltered_by_pixels(light: &Environment, kernel: &PrefilterKernel, normal: 
 #[test]
 fn prefiltered_photographs_are_the_sums_over_their_pixels() {
     let test = "prefiltered_photographs_are_the_sums_over_their_pixels";
-    for file in ["cc0/sunrise.hdr", "cc0/studio.hdr", "cc0/forest.hdr", "cc0/night.hdr", "cc0/apartment.hdr"]
-    {
+    for file in ["cc0/sunrise.hdr", "cc0/studio.hdr", "cc0/night.hdr"] {
         let Some(light) = environment(test, file, Layout::LatLong, 512) else { return };
+        let grid = light.grid();
+        let directions: Vec<_> =
+            (0..grid.len()).map(|index| grid.direction(index / grid.width, index % grid.width)).collect();
         for roughness in [0.15, 0.25, 0.4, 0.55, 0.8, 1.0] {
             let kernel = PrefilterKernel::new(Distribution::Ggx, roughness).unwrap();
             let cube = Cube { edge: 32 };
@@ -147,14 +156,15 @@ fn prefiltered_photographs_are_the_sums_over_their_pixels() {
             let pixels = level.map.pixels();
             let brightness = |index: &usize| pixels[*index].iter().sum::<f32>();
             let brightest = (0..cube.len()).max_by(|a, b| brightness(a).total_cmp(&brightness(b))).unwrap();
-            // Every 61st texel, and the brightest with those around it.
+            // Every 199th texel, and the brightest with those around it.
             let around = (0..cube.len()).filter(|index| index.abs_diff(brightest) <= 3);
-            let texels: Vec<usize> = (0..cube.len()).step_by(61).chain(around).collect();
+            let texels: Vec<usize> = (0..cube.len()).step_by(199).chain(around).collect();
             let expected: Vec<[f64; 3]> = texels
                 .par_iter()
                 .map(|texel| {
                     let (face, row, column) = (texel / 1024, texel / 32 % 32, texel % 32);
-                    prefiltered_by_pixels(&light, &kernel, cube.direction(Face::ALL[face], row, column))
+                    let normal = cube.direction(Face::ALL[face], row, column);
+                    prefiltered_by_pixels(&light, &directions, &kernel, normal)
                 })
                 .collect();
             let peak = expected.as_flattened().iter().fold(0.0_f64, |a, b| a.max(*b));
