@@ -5,13 +5,13 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::Path;
 
-use engine::{Event, ItemName, Summary};
+use engine::{Event, ItemName, Summary, Traffic};
 use parking_lot::{Mutex, MutexGuard};
 
 use crate::arguments::BuildArguments;
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
-use crate::quantity::{count, duration};
+use crate::quantity::{bytes, count, duration};
 use crate::reasons;
 use crate::screen::Screen;
 
@@ -58,11 +58,16 @@ impl BuildReporter {
                 let limit = limit_milliseconds.map(|limit| format!(", at most {}", duration(limit)));
                 self.important("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));
             }
-            Event::UpToDate { item } => {
-                if self.verbose {
-                    self.line("up to date", item);
+            Event::UpToDate { item, host } => {
+                match host {
+                    Some(_) if self.verbose => self.line("shared cache", item),
+                    None if self.verbose => self.line("up to date", item),
+                    _ => {}
                 }
                 self.screen.settled();
+            }
+            Event::SharedCache { host, message } => {
+                self.important("warning", format_args!("shared cache {host}: {message}"));
             }
             Event::Started { item, reasons } => {
                 let why = || reasons::lines(reasons).join("; ");
@@ -185,7 +190,18 @@ impl BuildReporter {
 
 fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     let Summary {
-        ran, up_to_date, failed, skipped, kept, published, removed, cancelled, milliseconds, ..
+        ran,
+        up_to_date,
+        failed,
+        skipped,
+        kept,
+        published,
+        removed,
+        cancelled,
+        milliseconds,
+        shared,
+        ref shared_traffic,
+        ..
     } = *summary;
     let time = duration(milliseconds);
     let out = out.display();
@@ -202,7 +218,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         };
         return vec![format!("{runs}{changes} Nothing was written.")];
     }
-    if ran + failed + skipped == 0 && !cancelled {
+    if ran + failed + skipped + shared == 0 && !cancelled {
         let items = format!(
             "Up to date: {} an earlier build ({time}).",
             if up_to_date == 1 { "1 item matches".into() } else { format!("all {up_to_date} items match") }
@@ -215,7 +231,11 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         };
         return vec![items, files];
     }
-    let mut counts = vec![format!("{} ran", count(ran, "item")), format!("{up_to_date} up to date")];
+    let up_to_date = match shared {
+        0 => format!("{up_to_date} up to date"),
+        _ => format!("{} up to date, {shared} from the shared cache", up_to_date - shared),
+    };
+    let mut counts = vec![format!("{} ran", count(ran, "item")), up_to_date];
     if failed > 0 {
         counts.push(format!("{failed} FAILED"));
     }
@@ -224,6 +244,11 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     }
     let mut lines = vec![format!("{} in {time}.", counts.join(", "))];
     lines.push(format!("{} published, {removed} removed in {out}.", count(published, "file")));
+    lines.extend(shared_traffic.filter(|traffic| traffic.calls > 0).map(|traffic| {
+        let Traffic { calls, received, sent } = traffic;
+        let amounts = format!("{} received, {} sent", bytes(received), bytes(sent));
+        format!("Shared cache: {amounts}, in {}.", count(calls as usize, "call"))
+    }));
     if kept > 0 {
         lines.push("The last good outputs of the items that did not run are kept.".into());
     }

@@ -49,7 +49,7 @@ impl OutstandingErrors {
                 self.failures.values_mut().for_each(|failure| (failure.waiting, failure.is_new) = (0, false));
                 self.build = None;
             }
-            Event::UpToDate { item } | Event::Finished { item, .. } => {
+            Event::UpToDate { item, .. } | Event::Finished { item, .. } => {
                 self.seen.insert(item.clone());
                 if self.failures.remove(item).is_some() {
                     return Transition::Fixed;

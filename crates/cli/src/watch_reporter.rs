@@ -123,7 +123,7 @@ impl WatchReporter {
                 self.screen.begin(*items);
             }
             Event::Waiting { holder, .. } => self.line("waiting", &format!("for {holder}")),
-            Event::UpToDate { item } => {
+            Event::UpToDate { item, .. } => {
                 self.screen.settled();
                 if self.verbose {
                     self.line("", &format!("{item} is up to date"));

@@ -13,6 +13,7 @@ use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
 use crate::selection::Selection;
 use crate::session::LastBuild;
+use crate::shared_cache::{SharedBlobs, SharedCacheOptions};
 use crate::state::State;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
@@ -45,6 +46,8 @@ pub struct BuildOptions {
     pub repeat_warnings: bool,
     /// The items that somebody looks at, which go first.
     pub wanted: Wanted,
+    /// The cache that other machines share with this one.
+    pub shared: Option<SharedCacheOptions>,
 }
 
 /// Builds once: [`BuildSession::build`] with threads of its own, and nothing is kept in memory afterwards.
@@ -143,6 +146,14 @@ impl BuildSession {
         let stop = || cancel.is_cancelled() || running.is_outdated();
         self.pool.install(|| check.check_files(&readers, changes.as_ref(), &stop));
         check.mark_gone()?;
+        if let Some(options) = &options.shared {
+            let shared = SharedBlobs::new(Arc::clone(&options.cache));
+            shared.add_recorded(&state.journal);
+            let needed = self.pool.install(|| check.find_shared(options, &shared, &stop));
+            shared.receive(&state.store, &needed, &stop);
+            state.store.connect(Arc::new(shared));
+            report_trouble(options, events)?;
+        }
         let context = RunContext {
             check: &check,
             publisher: &publisher,
@@ -154,6 +165,7 @@ impl BuildSession {
             gate: Arc::default(),
             wanted: &options.wanted,
             repeat_warnings: options.repeat_warnings,
+            shared: options.shared.as_ref(),
         };
         let jobs = self.pool.current_num_threads();
         let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
@@ -169,6 +181,11 @@ impl BuildSession {
         self.end_reads();
         publisher.finish()?;
         outcome?;
+        if let Some(options) = &options.shared {
+            let traffic = options.cache.finish(&|| cancel.is_cancelled());
+            scheduler.summary.shared_traffic = Some(traffic);
+            report_trouble(options, events)?;
+        }
         let before = check.known().or(before.as_ref());
         let complete = scheduler.complete_items(before.map(|known| &known.complete[..]));
         let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
@@ -216,7 +233,7 @@ impl BuildSession {
                 }
                 Some(Forecast::Current { outputs, .. }) => {
                     summary.up_to_date += 1;
-                    events(Event::UpToDate { item: item.clone() });
+                    events(Event::UpToDate { item: item.clone(), host: None });
                     for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
                         if publisher.is_in_place(file, blob.digest) {
                             continue;
@@ -236,6 +253,17 @@ impl BuildSession {
         }
         Ok(summary)
     }
+}
+
+/// Reports what is wrong with a shared cache, if something is.
+fn report_trouble(options: &SharedCacheOptions, events: &(dyn Fn(Event) + Sync)) -> Result<(), Error> {
+    let Some(message) = options.cache.trouble() else { return Ok(()) };
+    if options.is_required {
+        let help = "the build continues without the cache if --remote-required is not given";
+        return Err(Error::new(ErrorKind::Io, message).with_help(help));
+    }
+    events(Event::SharedCache { host: options.cache.host(), message });
+    Ok(())
 }
 
 /// Reports the end of a build, which took as long as the clock says.

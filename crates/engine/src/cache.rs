@@ -176,7 +176,11 @@ pub fn verify(folder: &Path, timeout: LockTimeout, waiting: &dyn Fn(String)) -> 
             state.store.get(*digest)?;
         }
     }
-    let missing = inventory.in_effect.iter().filter(|digest| !inventory.blobs.contains_key(digest));
+    let elsewhere = inventory.items.iter().filter(|made| made.shared.is_some());
+    let elsewhere = elsewhere.flat_map(|made| &made.outputs).map(|blob| blob.digest).collect::<HashSet<_>>();
+    let is_missing =
+        |digest: &&Digest| !inventory.blobs.contains_key(*digest) && !elsewhere.contains(*digest);
+    let missing = inventory.in_effect.iter().filter(is_missing);
     lost.extend(missing.map(|digest| (*digest, false)));
     lost.sort_unstable();
     verified.lost = lost.into_iter().map(|(digest, damaged)| inventory.lost(digest, damaged)).collect();
@@ -274,6 +278,9 @@ struct RecordOutputs {
     outputs: Vec<Blob>,
     #[serde(default)]
     gone: bool,
+    /// Whether a shared cache has them.
+    #[serde(default)]
+    shared: Option<serde::de::IgnoredAny>,
 }
 
 /// Every blob, and the records that name it.

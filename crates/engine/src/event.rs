@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::{Diagnostics, Digest, ItemKey, Timestamp};
+use crate::{Diagnostics, Digest, ItemKey, Timestamp, Traffic};
 
 /// An event as `--json` prints it: one object on a line of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -149,6 +149,17 @@ pub enum Event {
     UpToDate {
         /// The item.
         item: ItemName,
+        /// The shared cache in which its result was found, if it was not in the cache of this folder.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        host: Option<String>,
+    },
+    /// The shared cache cannot be used, or not fully; the build goes on without. Reported once for everything
+    /// that followed from it.
+    SharedCache {
+        /// The cache.
+        host: String,
+        /// What is wrong, and what that means for the build.
+        message: String,
     },
     /// An item starts to run; in a dry run, it would run.
     Started {
@@ -316,6 +327,12 @@ pub struct Summary {
     pub ran: usize,
     /// Items that were up to date.
     pub up_to_date: usize,
+    /// How many of them have a result that was found in a shared cache.
+    #[serde(default)]
+    pub shared: usize,
+    /// What was received from a shared cache, and sent to it; `null` without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared_traffic: Option<Traffic>,
     /// Items that failed.
     pub failed: usize,
     /// How many of them failed because of the system rather than the project: a disk is full, a folder cannot

@@ -193,6 +193,12 @@ pub trait Kind: Send + Sync + 'static {
         Vec::new()
     }
 
+    /// Whether other machines may use the results of a stage with these parameters, from a cache that they
+    /// share. False if a result depends on something that is not in its key, such as a device.
+    fn is_shared(_parameters: &Self::Parameters) -> bool {
+        true
+    }
+
     /// Makes the output of one item.
     ///
     /// # Errors
@@ -263,6 +269,10 @@ pub trait Configured: Send + Sync {
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let _ = types;
         Vec::new()
+    }
+    /// [`Kind::is_shared`].
+    fn is_shared(&self) -> bool {
+        true
     }
     /// [`Kind::run`].
     ///
@@ -409,6 +419,10 @@ impl<K: Kind> Configured for Stage<K> {
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let errors = K::check_inputs(&self.0, types).into_iter();
         errors.map(|(name, message)| (name, format!("{name}: {message}"))).collect()
+    }
+
+    fn is_shared(&self) -> bool {
+        K::is_shared(&self.0)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::shared_cache::Shared;
 use crate::store::Blob;
 use crate::{Digest, ItemKey, ItemName, Reason, Timestamp};
 
@@ -44,6 +45,9 @@ pub(crate) struct Record {
     /// made the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) from_cache: Option<FromCache>,
+    /// Where the outputs are, if a shared cache had them: perhaps only there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) shared: Option<Shared>,
     pub(crate) warnings: Vec<String>,
     pub(crate) notes: Vec<String>,
     pub(crate) failure: Option<Vec<String>>,
@@ -103,6 +107,18 @@ pub struct FromCache {
     pub item: ItemName,
     /// That item's manifest: the manifests of one folder share the cache.
     pub manifest: String,
+    /// The shared cache that had it, and the machine that made it; `None` if it was made here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared: Option<SharedOrigin>,
+}
+
+/// The shared cache that a result came from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SharedOrigin {
+    /// The cache: `cache.studio:8980`.
+    pub host: String,
+    /// The machine whose run made the result.
+    pub machine: String,
 }
 
 /// The cause of a rerun: the file, parameter or kind that changed first.

@@ -21,11 +21,12 @@ use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
+use crate::shared_cache::{Description, NamedFiles, ResultDescription, SharedCacheOptions, action};
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
-    Product, Read, Reason, Timestamp, Wanted,
+    Product, Read, Reason, Timestamp, Upload, Wanted,
 };
 
 /// What all running items share.
@@ -44,6 +45,8 @@ pub(crate) struct RunContext<'a> {
     pub(crate) gate: Arc<Gate>,
     /// Whether the warnings of results that are up to date are reported again.
     pub(crate) repeat_warnings: bool,
+    /// Where results are also stored.
+    pub(crate) shared: Option<&'a SharedCacheOptions>,
 }
 
 /// The artifacts at a port, sorted by key.
@@ -178,6 +181,7 @@ impl RunContext<'_> {
             reasons: request.reasons,
             causes: worth_keeping(&request.causes),
             from_cache: None,
+            shared: None,
             warnings: outcome.warnings.clone(),
             notes: outcome.notes.clone(),
             failure: stored.as_ref().err().map(|failure| failure.chain.clone()),
@@ -188,6 +192,9 @@ impl RunContext<'_> {
         }
         lines.push(Line::new(Tag::Item, self.check.subject(request.item), Some(&record)));
         state.journal.append(&lines)?;
+        if stored.is_ok() {
+            self.share(request.item, &record);
+        }
         outcome.made = match stored {
             Err(failure) => Err(failure),
             Ok(Stored { outputs, value, files }) => {
@@ -206,6 +213,35 @@ impl RunContext<'_> {
             }
         };
         Ok(outcome)
+    }
+
+    /// Gives a result to the shared cache.
+    fn share(&self, item: ItemIndex, record: &Record) {
+        let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
+        let Some(options) = self.shared.filter(|_| stage.configured.is_shared()) else { return };
+        let files = |reads: &[FileRead]| -> NamedFiles {
+            reads.iter().map(|read| (read.path.clone(), read.listing, read.digest)).collect()
+        };
+        let (expected, read) = (self.check.expected_reads(item), files(&record.reads));
+        let described = |description: Description| serde_json::to_vec(&description).unwrap_or_default();
+        let mut entries = Vec::new();
+        let mut all = expected.clone();
+        let further = read.difference(&expected).map(|(path, listing, _)| (path.clone(), *listing));
+        let further = further.collect::<Vec<_>>();
+        if !further.is_empty() {
+            all.extend(read);
+            let first = action(&options.platform, record.key, &expected);
+            entries.push((first, described(Description::Reads(further))));
+        }
+        let result = Description::Result(Box::new(ResultDescription::of(record, &options.machine)));
+        entries.push((action(&options.platform, record.key, &all), described(result)));
+        let digests = record.outputs.iter().map(|blob| blob.digest).collect::<Vec<_>>();
+        let store = Arc::clone(&self.check.state.store);
+        options.cache.store(Upload {
+            entries,
+            outputs: digests.len(),
+            read: Box::new(move |index| store.get(digests[index]).ok().flatten()),
+        });
     }
 
     /// Whether an item's files are published with these outputs, and no file is left that it exported before.

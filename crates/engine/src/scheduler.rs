@@ -26,6 +26,7 @@ use crate::record::{Record, worth_keeping};
 use crate::run::{Outcome, RunContext, RunRequest, message_of};
 use crate::running::Dependencies;
 use crate::selection::Selection;
+use crate::shared_cache::Shared;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, UpToDateCheck};
 use crate::{
@@ -331,6 +332,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             }
             Freshness::Current { outputs, restored } => {
                 if let Some(record) = restored {
+                    self.summary.shared += usize::from(self.check.is_from_shared(item));
                     let record = self.restore(item, *record);
                     self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
                 }
@@ -361,7 +363,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             source: self.check.source(item),
             reasons,
             causes: worth_keeping(&causes),
-            from_cache: Some(FromCache { since, item: maker.clone(), manifest: made_by.into() }),
+            from_cache: Some(FromCache {
+                since,
+                item: maker.clone(),
+                manifest: made_by.into(),
+                shared: found.shared.as_ref().map(Shared::origin),
+            }),
             ..found.clone()
         };
         self.items[item].causes = causes;
@@ -527,7 +534,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     /// Reports that an item is up to date, and what its run warned of.
     fn report_up_to_date(&mut self, item: ItemIndex) {
         let name = self.check.name(item);
-        self.report(Event::UpToDate { item: name.clone() });
+        let host = self.check.shared_host(item);
+        self.report(Event::UpToDate { item: name.clone(), host });
         if self.context.repeat_warnings && self.check.latest(item).is_some_and(|latest| latest.has_warned()) {
             for message in self.check.record(item).into_iter().flat_map(|record| record.warnings) {
                 self.report(Event::Warning { item: name.clone(), message });

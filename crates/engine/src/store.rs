@@ -11,10 +11,12 @@ use std::hash::{BuildHasherDefault, Hasher};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
 use crate::regular::{read_file, replace_through};
+use crate::shared_cache::SharedBlobs;
 use crate::{Digest, Error, parallel, platform};
 
 /// A stored output: its digest and size.
@@ -66,6 +68,8 @@ pub(crate) struct Store {
     next: AtomicU64,
     /// The number of bytes that have been stored through this.
     stored: AtomicU64,
+    /// What a shared cache has of what is not here.
+    shared: OnceLock<Arc<SharedBlobs>>,
 }
 
 /// Asked for at least this many blobs, the store lists its folders.
@@ -104,12 +108,27 @@ impl Presence<'_> {
 
 impl Store {
     pub(crate) fn new(state: &Path) -> Self {
-        Self { folder: state.to_path_buf(), next: AtomicU64::new(0), stored: AtomicU64::new(0) }
+        Self {
+            folder: state.to_path_buf(),
+            next: AtomicU64::new(0),
+            stored: AtomicU64::new(0),
+            shared: OnceLock::new(),
+        }
+    }
+
+    /// Lets it get from a shared cache what is not here.
+    pub(crate) fn connect(&self, shared: Arc<SharedBlobs>) {
+        let _ = self.shared.set(shared);
     }
 
     /// Whether a blob exists, by its name and size.
     pub(crate) fn has(&self, blob: &Blob) -> bool {
         fs::metadata(self.path(blob.digest)).is_ok_and(|metadata| metadata.len() == blob.bytes)
+    }
+
+    /// Whether a blob exists, by its name.
+    pub(crate) fn exists(&self, digest: Digest) -> bool {
+        fs::metadata(self.path(digest)).is_ok()
     }
 
     /// Stores bytes.
@@ -168,20 +187,25 @@ impl Store {
         sizes.map(|bytes| Amount { count: 1, bytes }).fold(Amount::default(), |all, one| all + one)
     }
 
-    /// The bytes of a blob; `None` if it does not exist or is damaged. A damaged one is removed.
+    /// The bytes of a blob; `None` if it does not exist or is damaged. A damaged one is removed. One that a
+    /// shared cache has is received and stored.
     ///
     /// # Errors
-    /// If the file exists and cannot be read.
+    /// If the file exists and cannot be read, or what was received cannot be stored.
     pub(crate) fn get(&self, digest: Digest) -> Result<Option<Vec<u8>>, Error> {
         match self.read(digest)? {
-            BlobFile::Intact(bytes) => Ok(Some(bytes)),
+            BlobFile::Intact(bytes) => return Ok(Some(bytes)),
             BlobFile::Damaged => {
                 let place = self.path(digest);
                 platform::remove(&place).map_err(|error| Error::io(&error, "remove the damaged", &place))?;
-                Ok(None)
             }
-            BlobFile::Missing => Ok(None),
+            BlobFile::Missing => {}
         }
+        let received = self.shared.get().and_then(|shared| shared.get(digest));
+        if let Some(bytes) = &received {
+            self.put(bytes)?;
+        }
+        Ok(received)
     }
 
     /// Reads a blob and compares it with its digest; nothing is written.

@@ -141,7 +141,7 @@ fn log(events: &[Event]) -> String {
         let _ = match event {
             Event::Planned { stages, items, .. } => writeln!(text, "planned {stages} stages, {items} items"),
             Event::Waiting { holder, .. } => writeln!(text, "waiting for {holder}"),
-            Event::UpToDate { item } => writeln!(text, "up to date {item}"),
+            Event::UpToDate { item, .. } => writeln!(text, "up to date {item}"),
             Event::Started { item, reasons } => {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
                 writeln!(text, "run {item}: {}", reasons.join("; "))

@@ -19,6 +19,7 @@ use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::selection::Selection;
+use crate::shared_cache::Shared;
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
@@ -276,7 +277,12 @@ impl<'a> Records<'a> {
         let digests = record.inputs.iter().map(|used| used.digest);
         let inputs = inputs.into_iter().zip(digests).map(|(used, digest)| InputUsed { digest, ..used });
         let (maker, manifest) = record.maker();
-        let from_cache = FromCache { since: record.started, item: maker.clone(), manifest: manifest.into() };
+        let from_cache = FromCache {
+            since: record.started,
+            item: maker.clone(),
+            manifest: manifest.into(),
+            shared: record.shared.as_ref().map(Shared::origin),
+        };
         is_like.then(|| Record {
             item: self.check.name(item),
             inputs: inputs.collect(),

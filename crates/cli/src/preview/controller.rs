@@ -268,7 +268,7 @@ impl<'a> PreviewController<'a> {
         match event {
             Event::Planned { .. } => (self.built, work.load_plan) = (false, true),
             // Light and material are shown before their maps are made, and these before they are exported.
-            Event::Finished { item, .. } | Event::UpToDate { item } => {
+            Event::Finished { item, .. } | Event::UpToDate { item, .. } => {
                 work.load_results |= self.parts.contains(item);
             }
             Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),

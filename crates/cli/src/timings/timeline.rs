@@ -120,7 +120,7 @@ impl Timeline {
                 let Some(item) = index(item) else { return };
                 self.reasons[item] = reasons::lines(reasons).join("; ");
             }
-            Event::UpToDate { item } => {
+            Event::UpToDate { item, .. } => {
                 let now = nanoseconds(self.clock.elapsed().as_secs_f64() * 1e3);
                 self.set(item, ItemOutcome::UpToDate(now));
             }

@@ -98,6 +98,7 @@ const UNDERSTOOD: u32 = 1;
 const GONE: u32 = 2;
 const FAILED: u32 = 4;
 const WARNED: u32 = 8;
+const SHARED: u32 = 16;
 const LISTING: u32 = 2;
 const THERE: u32 = 4;
 const SETTLED: u32 = 2;
@@ -153,6 +154,7 @@ pub(super) struct ItemFields {
     failure: Option<serde::de::IgnoredAny>,
     #[serde(default)]
     warnings: Vec<serde::de::IgnoredAny>,
+    shared: Option<serde::de::IgnoredAny>,
     outputs: Vec<Blob>,
     reads: Vec<FileRead>,
     #[serde(default)]
@@ -267,7 +269,8 @@ impl Tables {
             flags: UNDERSTOOD
                 | flag(fields.gone, GONE)
                 | flag(fields.failure.is_some(), FAILED)
-                | flag(!fields.warnings.is_empty(), WARNED),
+                | flag(!fields.warnings.is_empty(), WARNED)
+                | flag(fields.shared.is_some(), SHARED),
         }
     }
 
@@ -427,6 +430,11 @@ impl<'a> LatestRecord<'a> {
     /// Whether the run warned.
     pub(crate) fn has_warned(&self) -> bool {
         self.entry.flags & WARNED != 0
+    }
+
+    /// Whether its outputs came from a shared cache, and are perhaps only there.
+    pub(crate) fn is_shared(&self) -> bool {
+        self.entry.flags & SHARED != 0
     }
 
     /// How long it took.

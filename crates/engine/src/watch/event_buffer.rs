@@ -33,7 +33,7 @@ impl OutstandingErrors {
     fn update(&mut self, event: &Event) {
         match event {
             Event::Planned { .. } => self.build = None,
-            Event::UpToDate { item } | Event::Finished { item, .. } => _ = self.items.remove(item),
+            Event::UpToDate { item, .. } | Event::Finished { item, .. } => _ = self.items.remove(item),
             Event::Failed { item, error, help } => {
                 self.items.insert(item.clone(), (error.clone(), help.clone()));
             }
@@ -105,7 +105,7 @@ impl State<'_> {
         let is_known = |item| build.is_some() || items.contains_key(item);
         match event {
             Event::Finished { .. } | Event::Published { .. } | Event::Removed { .. } => true,
-            Event::UpToDate { item } => items.contains_key(item),
+            Event::UpToDate { item, .. } => items.contains_key(item),
             Event::Started { item, .. } | Event::Warning { item, .. } => !is_known(item),
             Event::Failed { item, error, help } => {
                 let before = items.get(item).map(|(error, help)| (error, help));

@@ -1,0 +1,282 @@
+//! A cache of results that several machines share, as the engine sees it: a trait of a few calls. Crate
+//! `remote` implements it for servers of the Remote Execution API.
+//!
+//! A result is found by its [`Action`]: the item's key, and the files that it reads with their digests. Which
+//! files an item reads is known only after it ran. So an action names at first the item's source alone; if
+//! the item reads further files, what is stored under that action are their names, and the result is stored
+//! under an action that names all of them. The result is that of equal contents, whoever made it.
+//!
+//! Nothing is believed. A stored description must fit the item (its key, its reads, the number of its
+//! outputs), and each blob must have the digest that the description gives; otherwise the item runs. What
+//! fails at the other end costs one warning, and the build goes on without.
+
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::Debug;
+use std::path::{Component, Path};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use parking_lot::Mutex;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::journal::{Journal, LatestRecord, Tag};
+use crate::record::Record;
+use crate::store::{Blob, Store};
+use crate::{Digest, FileRead, ItemName, SharedOrigin, Timestamp};
+
+/// To be raised when the descriptions that are stored would be misunderstood by other versions.
+const FORMAT: u32 = 1;
+
+/// Names of further files are followed this often before an item runs.
+pub(crate) const ROUNDS: usize = 4;
+
+/// An item that read more files than this is not looked for.
+pub(crate) const MOST_READS: usize = 4096;
+
+/// A blob on the server: its digest there (SHA-256), and its size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SharedBlob {
+    /// The digest by which the server knows it.
+    pub hash: Digest,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// What is stored under an action.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SharedResult {
+    /// The engine's description.
+    pub description: Vec<u8>,
+    /// The outputs, in order.
+    pub outputs: Vec<SharedBlob>,
+}
+
+/// A result to store. Its outputs are read when they are sent, so that few are in memory at a time.
+pub struct Upload {
+    /// The actions and what is stored under each; the last one has the outputs.
+    pub entries: Vec<(Vec<u8>, Vec<u8>)>,
+    /// The number of outputs.
+    pub outputs: usize,
+    /// Reads an output; `None` if it is gone.
+    pub read: Box<dyn Fn(usize) -> Option<Vec<u8>> + Send>,
+}
+
+/// What a build had of the cache.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Traffic {
+    /// The calls made.
+    pub calls: u64,
+    /// The bytes of outputs received.
+    pub received: u64,
+    /// The bytes of outputs sent.
+    pub sent: u64,
+}
+
+/// A cache on another machine. Calls block; they come from several threads at once.
+///
+/// An implementation that cannot reach its server answers as an empty cache would, and says why in
+/// [`SharedCache::trouble`].
+pub trait SharedCache: Debug + Send + Sync {
+    /// Where it is, for messages: `cache.studio:8980`.
+    fn host(&self) -> String;
+
+    /// What is stored under each action; `None` if nothing is.
+    fn find(&self, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>>;
+
+    /// Reads blobs, and gives each to `each` with its index, in any order and few at a time; `None` if it is
+    /// not there any more. Stops early once `each` returns false.
+    fn read(&self, blobs: &[SharedBlob], each: &mut dyn FnMut(usize, Option<Vec<u8>>) -> bool);
+
+    /// Stores a result, at some time before [`SharedCache::finish`] returns.
+    fn store(&self, upload: Upload);
+
+    /// Waits for what is still to be sent, unless `stop` returns true. Returns the traffic since the last
+    /// call.
+    fn finish(&self, stop: &dyn Fn() -> bool) -> Traffic;
+
+    /// What went wrong since the last call, if something did: one message for everything that followed.
+    fn trouble(&self) -> Option<String>;
+}
+
+/// How a build uses a shared cache.
+#[derive(Clone, Debug)]
+pub struct SharedCacheOptions {
+    /// The cache.
+    pub cache: Arc<dyn SharedCache>,
+    /// What results depend on beside their actions: a machine with another platform finds none of ours.
+    pub platform: String,
+    /// The name of this machine, for those who use its results.
+    pub machine: String,
+    /// Whether everything that is found is received; if not, only what this build needs.
+    pub download_all: bool,
+    /// Whether a build without the cache is an error.
+    pub is_required: bool,
+}
+
+/// Where the outputs of a record are, if they came from a shared cache.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Shared {
+    pub(crate) host: String,
+    /// The machine that made them.
+    pub(crate) machine: String,
+    pub(crate) blobs: Vec<SharedBlob>,
+}
+
+impl Shared {
+    /// The same for people.
+    pub(crate) fn origin(&self) -> SharedOrigin {
+        SharedOrigin { host: self.host.clone(), machine: self.machine.clone() }
+    }
+}
+
+/// The files that an action names: path, whether its listing is meant, digest.
+pub(crate) type NamedFiles = BTreeSet<(String, bool, Option<Digest>)>;
+
+/// An action: the canonical text of everything that a result depends on.
+pub(crate) fn action(platform: &str, key: Digest, files: &NamedFiles) -> Vec<u8> {
+    let text = serde_json::json!({ "specula": FORMAT, "platform": platform, "key": key, "files": files });
+    text.to_string().into_bytes()
+}
+
+/// What is stored under an action.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Description {
+    /// The item reads further files: their paths, and whether their listings are meant.
+    Reads(Vec<(String, bool)>),
+    /// The result.
+    Result(Box<ResultDescription>),
+}
+
+/// A result, as far as another machine needs it.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct ResultDescription {
+    key: Digest,
+    machine: String,
+    manifest: String,
+    item: ItemName,
+    version: String,
+    kind: String,
+    revision: u32,
+    reads: Vec<FileRead>,
+    outputs: Vec<Blob>,
+    started: Timestamp,
+    milliseconds: f64,
+    warnings: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl ResultDescription {
+    pub(crate) fn of(record: &Record, machine: &str) -> Self {
+        let reads = record.reads.iter().map(|read| FileRead { modified: None, ..read.clone() });
+        Self {
+            key: record.key,
+            machine: machine.into(),
+            manifest: record.manifest.clone(),
+            item: record.item.clone(),
+            version: record.version.clone(),
+            kind: record.kind.clone(),
+            revision: record.revision,
+            reads: reads.collect(),
+            outputs: record.outputs.clone(),
+            started: record.started,
+            milliseconds: record.milliseconds,
+            warnings: record.warnings.clone(),
+            notes: record.notes.clone(),
+        }
+    }
+
+    /// The record of an item that has this result; `None` if it does not fit the key or its blobs.
+    pub(crate) fn record(
+        self,
+        key: Digest,
+        host: &str,
+        blobs: Vec<SharedBlob>,
+        like: Record,
+    ) -> Option<Record> {
+        let fits = self.key == key
+            && self.kind == like.kind
+            && self.revision == like.revision
+            && self.outputs.len() == blobs.len()
+            && self.outputs.iter().zip(&blobs).all(|(output, blob)| output.bytes == blob.bytes);
+        fits.then(|| Record {
+            // The maker of the result.
+            manifest: self.manifest,
+            item: self.item,
+            version: self.version,
+            reads: self.reads,
+            outputs: self.outputs,
+            started: self.started,
+            milliseconds: self.milliseconds,
+            warnings: self.warnings,
+            notes: self.notes,
+            shared: Some(Shared { host: host.into(), machine: self.machine, blobs }),
+            ..like
+        })
+    }
+}
+
+/// The blobs that are on a server and perhaps not here, for the store.
+#[derive(Debug)]
+pub(crate) struct SharedBlobs {
+    cache: Arc<dyn SharedCache>,
+    known: Mutex<HashMap<Digest, SharedBlob>>,
+    received: AtomicU64,
+}
+
+impl SharedBlobs {
+    pub(crate) fn new(cache: Arc<dyn SharedCache>) -> Self {
+        Self { cache, known: Mutex::default(), received: AtomicU64::new(0) }
+    }
+
+    /// Remembers where the outputs of records of earlier builds are.
+    pub(crate) fn add_recorded(&self, journal: &Journal) {
+        let is_shared = |(subject, latest): (_, LatestRecord<'_>)| latest.is_shared().then_some(subject);
+        let subjects = journal.latest_records().filter_map(is_shared).collect::<Vec<_>>();
+        for (_, record) in journal.contents_of::<Record>(Tag::Item, &subjects) {
+            self.add(&record);
+        }
+    }
+
+    /// Remembers where the outputs of a record are.
+    pub(crate) fn add(&self, record: &Record) {
+        let blobs = record.shared.iter().flat_map(|shared| &shared.blobs);
+        self.known.lock().extend(record.outputs.iter().map(|output| output.digest).zip(blobs.copied()));
+    }
+
+    /// A blob of the server; `None` if it is not there, or is not what it should be.
+    pub(crate) fn get(&self, digest: Digest) -> Option<Vec<u8>> {
+        let blob = *self.known.lock().get(&digest)?;
+        let mut found = None;
+        self.cache.read(&[blob], &mut |_, bytes| {
+            found = bytes.filter(|bytes| Digest::of(bytes) == digest);
+            true
+        });
+        self.received.fetch_add(u64::from(found.is_some()), Ordering::Relaxed);
+        found
+    }
+
+    /// Receives blobs into a store, few at a time. What cannot be received or stored is left out: it is asked
+    /// for again when it is needed.
+    pub(crate) fn receive(&self, store: &Store, digests: &[Digest], stop: &(dyn Fn() -> bool + Sync)) {
+        let (digests, blobs): (Vec<_>, Vec<_>) = {
+            let known = self.known.lock();
+            digests.iter().filter_map(|digest| Some((*digest, *known.get(digest)?))).unzip()
+        };
+        self.cache.read(&blobs, &mut |index, bytes| {
+            let good = bytes.filter(|bytes| Digest::of(bytes) == digests[index]);
+            let is_stored = good.is_none_or(|bytes| store.put(&bytes).is_ok());
+            is_stored && !stop()
+        });
+    }
+}
+
+/// Whether a server may ask for the digest of a file: it has to be in the manifest's folder or in that of the
+/// item's source. Paths are those of records.
+pub(crate) fn may_ask_for(path: &str, source: Option<&str>) -> bool {
+    let path = Path::new(path);
+    let is_plain = path.components().all(|part| !matches!(part, Component::ParentDir));
+    let beside = source.and_then(|source| Path::new(source).parent());
+    is_plain && (path.is_relative() || beside.is_some_and(|folder| path.starts_with(folder)))
+}

@@ -1,0 +1,245 @@
+//! The cache as the engine sees it.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Sender, channel, sync_channel};
+use std::time::Duration;
+
+use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
+use engine::{SharedBlob, SharedCache, SharedResult, Traffic, Upload};
+use parking_lot::Mutex;
+use re::action_cache_client::ActionCacheClient;
+use tokio::sync::Semaphore;
+use tokio::task::JoinSet;
+use tonic::Code;
+
+use crate::Address;
+use crate::blobs::{batches, receive};
+use crate::connection::{Connection, ConnectionError, LARGEST_MESSAGE, Server, said};
+use crate::protocol::{action, blob, digest_of, shared_result};
+use crate::uploader::{self, Job};
+
+/// Questions that are asked at a time.
+const QUESTIONS: usize = 256;
+
+/// Calls for blobs that are made at a time.
+const BLOB_CALLS: usize = 8;
+
+/// How often a wait looks whether it should stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Whether results are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UploadChoice {
+    /// If the server lets us.
+    #[default]
+    Auto,
+    /// Never.
+    Never,
+    /// Always: a warning if the server does not let us.
+    Always,
+}
+
+/// Certificates, as PEM.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// The authority that the server's certificate is checked with; `None`: those of the system.
+    pub authority: Option<Vec<u8>>,
+    /// Our certificate and its key.
+    pub client: Option<(Vec<u8>, Vec<u8>)>,
+}
+
+impl fmt::Debug for TlsFiles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (authority, client) = (self.authority.is_some(), self.client.is_some());
+        f.debug_struct("TlsFiles").field("authority", &authority).field("client", &client).finish()
+    }
+}
+
+/// Options of a cache.
+#[derive(Clone, PartialEq, Eq)]
+pub struct RemoteOptions {
+    /// The server.
+    pub address: Address,
+    /// The instance of the server; empty if it has one only.
+    pub instance: String,
+    /// Headers of every call. Secret: they are in no message.
+    pub headers: Vec<(String, String)>,
+    /// Certificates.
+    pub tls: TlsFiles,
+    /// The time limit of a call.
+    pub timeout: Duration,
+    /// Whether results are stored.
+    pub upload: UploadChoice,
+    /// Whether large blobs are compressed if the server offers it.
+    pub compress: bool,
+}
+
+impl fmt::Debug for RemoteOptions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let headers = self.headers.iter().map(|(name, _)| name).collect::<Vec<_>>();
+        f.debug_struct("RemoteOptions")
+            .field("address", &self.address)
+            .field("instance", &self.instance)
+            .field("headers", &headers)
+            .finish_non_exhaustive()
+    }
+}
+
+/// A cache on a server.
+#[derive(Debug)]
+pub struct RemoteCache {
+    connection: Arc<Connection>,
+    /// To the thread that stores results, which the first result starts.
+    jobs: Mutex<Option<Sender<Job>>>,
+}
+
+impl RemoteCache {
+    /// A cache with these options. It is connected at its first use.
+    ///
+    /// # Errors
+    /// If the options cannot be those of a connection.
+    pub fn new(options: RemoteOptions) -> Result<Self, ConnectionError> {
+        Ok(Self { connection: Arc::new(Connection::new(options)?), jobs: Mutex::default() })
+    }
+}
+
+impl SharedCache for RemoteCache {
+    fn host(&self) -> String {
+        self.connection.options.address.host().to_owned()
+    }
+
+    fn find(&self, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>> {
+        let mut found = vec![None; actions.len()];
+        let Some(server) = self.connection.server() else { return found };
+        self.connection.runtime.block_on(async {
+            let limit = Arc::new(Semaphore::new(QUESTIONS));
+            let mut tasks = JoinSet::new();
+            for (index, text) in actions.iter().enumerate() {
+                let Ok(permit) = Arc::clone(&limit).acquire_owned().await else { break };
+                if self.connection.is_broken() {
+                    break;
+                }
+                let (connection, server) = (Arc::clone(&self.connection), server.clone());
+                let action = action(text).action;
+                tasks.spawn(async move {
+                    let _permit = permit;
+                    (index, find(&connection, &server, &action).await)
+                });
+            }
+            while let Some(Ok((index, result))) = tasks.join_next().await {
+                found[index] = result;
+            }
+        });
+        found
+    }
+
+    fn read(&self, blobs: &[SharedBlob], each: &mut dyn FnMut(usize, Option<Vec<u8>>) -> bool) {
+        let Some(server) = self.connection.server().filter(|_| !blobs.is_empty()) else { return };
+        let (sender, mut receiver) = tokio::sync::mpsc::channel(BLOB_CALLS);
+        let batches = batches(blobs, server.batch).into_iter();
+        let batches = batches.map(|batch| batch.into_iter().map(|index| (index, blobs[index])).collect());
+        let batches = batches.collect::<Vec<Vec<_>>>();
+        let (connection, server) = (Arc::clone(&self.connection), server.clone());
+        self.connection.runtime.spawn(async move {
+            let limit = Arc::new(Semaphore::new(BLOB_CALLS));
+            for wanted in batches {
+                let Ok(permit) = Arc::clone(&limit).acquire_owned().await else { return };
+                if connection.is_broken() || sender.is_closed() {
+                    return;
+                }
+                let (connection, server, sender) = (Arc::clone(&connection), server.clone(), sender.clone());
+                tokio::spawn(async move {
+                    receive(&connection, &server, &wanted, &sender).await;
+                    drop(permit);
+                });
+            }
+        });
+        while let Some((index, bytes)) = receiver.blocking_recv() {
+            if !each(index, bytes) {
+                return;
+            }
+        }
+    }
+
+    fn store(&self, upload: Upload) {
+        if !self.connection.may_store.load(Ordering::Relaxed) || self.connection.is_broken() {
+            return;
+        }
+        let mut jobs = self.jobs.lock();
+        let sender = jobs.get_or_insert_with(|| {
+            let (sender, receiver) = channel();
+            let connection = Arc::clone(&self.connection);
+            // If no thread starts, its receiver is gone, and so is what is sent.
+            let _ = std::thread::Builder::new()
+                .name("specula upload".into())
+                .spawn(move || uploader::run(&connection, &receiver));
+            sender
+        });
+        let _ = sender.send(Job::Upload(upload));
+    }
+
+    fn finish(&self, stop: &dyn Fn() -> bool) -> Traffic {
+        let jobs = self.jobs.lock().clone();
+        if let Some(jobs) = jobs {
+            let (done, stored) = sync_channel(1);
+            if jobs.send(Job::Flush(done)).is_ok() {
+                while !stop() && stored.recv_timeout(LOOK) == Err(std::sync::mpsc::RecvTimeoutError::Timeout)
+                {
+                }
+            }
+        }
+        let Connection { calls, received, sent, .. } = &*self.connection;
+        let [calls, received, sent] = [calls, received, sent].map(|count| count.swap(0, Ordering::Relaxed));
+        Traffic { calls, received, sent }
+    }
+
+    fn trouble(&self) -> Option<String> {
+        self.connection.take_trouble()
+    }
+}
+
+/// What is stored under an action.
+async fn find(connection: &Connection, server: &Server, action: &[u8]) -> Option<SharedResult> {
+    let ask = || async {
+        let request = re::GetActionResultRequest {
+            instance_name: connection.options.instance.clone(),
+            action_digest: Some(digest_of(action)),
+            inline_stdout: true,
+            digest_function: re::digest_function::Value::Sha256 as i32,
+            ..Default::default()
+        };
+        ActionCacheClient::new(server.channel.clone())
+            .max_decoding_message_size(LARGEST_MESSAGE)
+            .get_action_result(connection.request(request))
+            .await
+    };
+    let result = match connection.call(ask).await {
+        Ok(result) => result.into_inner(),
+        Err(status) if status.code() == Code::NotFound => return None,
+        Err(status) => {
+            let address = &connection.options.address;
+            connection.give_up(format!("{address} does not find results: {}", said(&status)));
+            return None;
+        }
+    };
+    let description = match &result.stdout_digest {
+        Some(named) if result.stdout_raw.is_empty() => description(connection, server, named).await?,
+        _ => result.stdout_raw.clone(),
+    };
+    let found = shared_result(&result, description);
+    if found.is_none() {
+        let address = &connection.options.address;
+        connection.say(format!("{address} has a result that does not fit its action; its item is made here"));
+    }
+    found
+}
+
+/// A description that the server did not send with its result.
+async fn description(connection: &Connection, server: &Server, named: &re::Digest) -> Option<Vec<u8>> {
+    let named = blob(named).filter(|blob| blob.bytes <= server.batch)?;
+    let (sender, mut receiver) = tokio::sync::mpsc::channel(1);
+    receive(connection, server, &[(0, named)], &sender).await;
+    receiver.recv().await?.1
+}

@@ -1,0 +1,280 @@
+//! The connection to a server: made at the first call, used by all, and given up at the first error that is
+//! not an answer.
+
+use std::error::Error as _;
+use std::future::Future;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
+use parking_lot::Mutex;
+use prost::Message as _;
+use re::capabilities_client::CapabilitiesClient;
+use tokio::runtime::Runtime;
+use tonic::metadata::{AsciiMetadataKey, AsciiMetadataValue, MetadataValue};
+use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Identity};
+use tonic::{Code, Request, Status};
+
+use crate::cache::{RemoteOptions, UploadChoice};
+
+/// A call that a busy server or a lost connection broke off is made again so many times, after pauses that
+/// start with this and grow fourfold.
+const RETRIES: u32 = 3;
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// The longest wait for a connection.
+const CONNECTING: Duration = Duration::from_secs(10);
+
+/// Messages of blobs are larger than gRPC's default limit of 4 MiB allows.
+pub(crate) const LARGEST_MESSAGE: usize = 16 << 20;
+
+/// Options that no connection can have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConnectionError {
+    /// A header's name or value has characters that headers cannot have.
+    #[error("the header {0:?} is not NAME=VALUE in printable ASCII")]
+    Header(String),
+    /// Certificates are for encrypted connections.
+    #[error("certificates are given, but {0} is not encrypted: expected grpcs://")]
+    NotEncrypted(String),
+    /// Threads cannot be started.
+    #[error("cannot start threads: {0}")]
+    Threads(String),
+}
+
+/// What a server said of itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Server {
+    pub(crate) channel: Channel,
+    /// Whether large blobs are compressed.
+    pub(crate) has_zstd: bool,
+    /// The most bytes of blobs in one message.
+    pub(crate) batch: u64,
+}
+
+/// A connection.
+#[derive(Debug)]
+pub(crate) struct Connection {
+    pub(crate) runtime: Runtime,
+    pub(crate) options: RemoteOptions,
+    endpoint: Endpoint,
+    headers: Vec<(AsciiMetadataKey, AsciiMetadataValue)>,
+    server: OnceLock<Option<Server>>,
+    is_broken: AtomicBool,
+    pub(crate) may_store: AtomicBool,
+    trouble: Mutex<Option<String>>,
+    pub(crate) calls: AtomicU64,
+    pub(crate) received: AtomicU64,
+    pub(crate) sent: AtomicU64,
+}
+
+impl Connection {
+    pub(crate) fn new(options: RemoteOptions) -> Result<Self, ConnectionError> {
+        let headers = options.headers.iter().map(|(name, value)| {
+            let error = || ConnectionError::Header(name.clone());
+            let name = name.to_ascii_lowercase().parse::<AsciiMetadataKey>().map_err(|_| error())?;
+            Ok((name, value.parse::<AsciiMetadataValue>().map_err(|_| error())?))
+        });
+        let headers = headers.collect::<Result<Vec<_>, _>>()?;
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .thread_name("specula remote")
+            .enable_all()
+            .build()
+            .map_err(|error| ConnectionError::Threads(error.to_string()))?;
+        let endpoint = endpoint(&options)?;
+        Ok(Self {
+            runtime,
+            may_store: AtomicBool::new(options.upload != UploadChoice::Never),
+            options,
+            endpoint,
+            headers,
+            server: OnceLock::new(),
+            is_broken: AtomicBool::new(false),
+            trouble: Mutex::default(),
+            calls: AtomicU64::new(0),
+            received: AtomicU64::new(0),
+            sent: AtomicU64::new(0),
+        })
+    }
+
+    /// The server; `None` if it cannot be used. Must not be called from the runtime's own threads.
+    pub(crate) fn server(&self) -> Option<&Server> {
+        let server = self.server.get_or_init(|| match self.runtime.block_on(self.connect()) {
+            Ok(server) => Some(server),
+            Err(message) => {
+                self.give_up(message);
+                None
+            }
+        });
+        server.as_ref().filter(|_| !self.is_broken())
+    }
+
+    async fn connect(&self) -> Result<Server, String> {
+        let address = &self.options.address;
+        let channel = self.endpoint.connect().await;
+        let channel = channel.map_err(|error| format!("cannot connect to {address}: {}", chain(&error)))?;
+        let ask = || async {
+            let request = re::GetCapabilitiesRequest { instance_name: self.options.instance.clone() };
+            CapabilitiesClient::new(channel.clone()).get_capabilities(self.request(request)).await
+        };
+        let answer = self
+            .call(ask)
+            .await
+            .map_err(|status| format!("{address} does not say what it can: {}", said(&status)))?;
+        let cache = answer.into_inner().cache_capabilities.unwrap_or_default();
+        let functions = &cache.digest_functions;
+        if !functions.is_empty() && !functions.contains(&(re::digest_function::Value::Sha256 as i32)) {
+            return Err(format!("{address} does not know blobs by SHA-256"));
+        }
+        let may_update = cache.action_cache_update_capabilities.is_some_and(|update| update.update_enabled);
+        if !may_update
+            && self.may_store.swap(false, Ordering::Relaxed)
+            && self.options.upload == UploadChoice::Always
+        {
+            self.say(format!("{address} does not let us store results"));
+        }
+        let limit = u64::try_from(cache.max_batch_total_size_bytes).ok().filter(|limit| *limit > 0);
+        let zstd = re::compressor::Value::Zstd as i32;
+        Ok(Server {
+            channel,
+            has_zstd: self.options.compress && cache.supported_compressors.contains(&zstd),
+            batch: limit.map_or(crate::BATCH, |limit| limit.min(crate::BATCH)),
+        })
+    }
+
+    /// A request with the headers.
+    pub(crate) fn request<T>(&self, message: T) -> Request<T> {
+        let mut request = Request::new(message);
+        let details =
+            re::ToolDetails { tool_name: "specula".into(), tool_version: env!("CARGO_PKG_VERSION").into() };
+        let about = re::RequestMetadata { tool_details: Some(details), ..Default::default() };
+        let about = MetadataValue::from_bytes(&about.encode_to_vec());
+        let metadata = request.metadata_mut();
+        metadata.insert_bin("build.bazel.remote.execution.v2.requestmetadata-bin", about);
+        for (name, value) in &self.headers {
+            metadata.insert(name.clone(), value.clone());
+        }
+        request
+    }
+
+    /// Makes a call, again if it was broken off.
+    pub(crate) async fn call<T, F: Future<Output = Result<T, Status>>>(
+        &self,
+        make: impl Fn() -> F,
+    ) -> Result<T, Status> {
+        let mut pause = PAUSE;
+        for attempt in 0.. {
+            self.calls.fetch_add(1, Ordering::Relaxed);
+            match make().await {
+                Err(status) if attempt < RETRIES && is_passing(&status) && !self.is_broken() => {
+                    tokio::time::sleep(pause).await;
+                    pause *= 4;
+                }
+                answer => return answer,
+            }
+        }
+        Err(Status::unavailable("no attempt is left"))
+    }
+
+    /// The name of a blob's stream.
+    pub(crate) fn resource(&self, name: &str) -> String {
+        match self.options.instance.as_str() {
+            "" => name.to_owned(),
+            instance => format!("{instance}/{name}"),
+        }
+    }
+
+    pub(crate) fn is_broken(&self) -> bool {
+        self.is_broken.load(Ordering::Relaxed)
+    }
+
+    /// Makes no more calls, and says why if nothing was said before.
+    pub(crate) fn give_up(&self, why: String) {
+        if !self.is_broken.swap(true, Ordering::Relaxed) {
+            self.say(format!("{why}; the build goes on without it"));
+        }
+    }
+
+    /// Stores nothing any more.
+    pub(crate) fn stop_storing(&self, why: &Status) {
+        if self.may_store.swap(false, Ordering::Relaxed) {
+            self.say(format!(
+                "{} does not store results: {}; it is still read",
+                self.options.address,
+                said(why)
+            ));
+        }
+    }
+
+    /// Says what is wrong, unless something else is waiting to be said.
+    pub(crate) fn say(&self, message: String) {
+        self.trouble.lock().get_or_insert(message);
+    }
+
+    pub(crate) fn take_trouble(&self) -> Option<String> {
+        self.trouble.lock().take()
+    }
+}
+
+fn endpoint(options: &RemoteOptions) -> Result<Endpoint, ConnectionError> {
+    let uri = options.address.uri();
+    let error = |error: tonic::transport::Error| ConnectionError::Threads(chain(&error));
+    let endpoint = Endpoint::from_shared(uri).map_err(error)?;
+    let mut endpoint = endpoint
+        .connect_timeout(options.timeout.min(CONNECTING))
+        .timeout(options.timeout)
+        .initial_stream_window_size(Some(4 << 20))
+        .initial_connection_window_size(Some(16 << 20))
+        .user_agent("specula")
+        .map_err(error)?;
+    let tls = &options.tls;
+    if options.address.is_encrypted() {
+        let mut config = ClientTlsConfig::new();
+        config = match &tls.authority {
+            Some(pem) => config.ca_certificate(Certificate::from_pem(pem)),
+            None => config.with_native_roots(),
+        };
+        if let Some((certificate, key)) = &tls.client {
+            config = config.identity(Identity::from_pem(certificate, key));
+        }
+        endpoint = endpoint.tls_config(config).map_err(error)?;
+    } else if tls.authority.is_some() || tls.client.is_some() {
+        return Err(ConnectionError::NotEncrypted(options.address.to_string()));
+    }
+    Ok(endpoint)
+}
+
+/// Whether the same call may succeed a little later.
+fn is_passing(status: &Status) -> bool {
+    matches!(status.code(), Code::Unavailable | Code::Aborted)
+}
+
+/// What a status says, on one line.
+pub(crate) fn said(status: &Status) -> String {
+    let text = match status.message() {
+        "" => format!("{:?}", status.code()),
+        message => format!("{:?}: {message}", status.code()),
+    };
+    let advice = match status.code() {
+        Code::Unauthenticated | Code::PermissionDenied => {
+            " (is --remote-header authorization=... right and not expired?)"
+        }
+        Code::DeadlineExceeded | Code::Cancelled => " (--remote-timeout sets the time limit)",
+        _ => "",
+    };
+    text.replace(['\n', '\r'], " ") + advice
+}
+
+/// An error with its causes.
+fn chain(error: &tonic::transport::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        text += &format!(": {cause}");
+        source = cause.source();
+    }
+    text
+}
