@@ -9,6 +9,7 @@ use crate::arguments::BuildArguments;
 use crate::build_reporter::BuildReporter;
 use crate::exit::Exit;
 use crate::print::{EventStream, say};
+use crate::remote_options::shared_cache;
 use crate::timings::{self, Timeline};
 use crate::{manifest, print};
 
@@ -21,6 +22,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exi
         dry_run: arguments.dry_run,
         lock_timeout: lock_timeout(arguments.wait),
         repeat_warnings: true,
+        shared: shared_cache(&arguments.remote, &arguments.manifest.manifest)?,
         ..BuildOptions::default()
     };
     let cancel = Cancel::default();

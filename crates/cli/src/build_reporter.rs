@@ -11,7 +11,7 @@ use parking_lot::{Mutex, MutexGuard};
 use crate::arguments::BuildArguments;
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
-use crate::quantity::{bytes, count, duration};
+use crate::quantity::{count, duration, size};
 use crate::reasons;
 use crate::screen::Screen;
 
@@ -246,7 +246,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     lines.push(format!("{} published, {removed} removed in {out}.", count(published, "file")));
     lines.extend(shared_traffic.filter(|traffic| traffic.calls > 0).map(|traffic| {
         let Traffic { calls, received, sent } = traffic;
-        let amounts = format!("{} received, {} sent", bytes(received), bytes(sent));
+        let amounts = format!("{} received, {} sent", size(received), size(sent));
         format!("Shared cache: {amounts}, in {}.", count(calls as usize, "call"))
     }));
     if kept > 0 {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use engine::{Cause, Explanation, FileState, ItemName, Kinds, LastRun};
+use engine::{Cause, Explanation, FileState, FromCache, ItemName, Kinds, LastRun};
 use serde_json::json;
 
 use crate::arguments::ExplainArguments;
@@ -69,8 +69,13 @@ fn verdict(found: &Explanation, describe: fn(&Cause) -> String) -> String {
             let missing = missing.map_or_else(String::new, |missing| {
                 format!(", but {} is {}", missing.file, state(&missing.state))
             });
-            let came =
-                if last.from_cache.is_some() { "its result came from the cache" } else { "it last ran" };
+            let came = match &last.from_cache {
+                Some(FromCache { shared: Some(shared), .. }) => {
+                    format!("its result came from the cache at {}, made on {},", shared.host, shared.machine)
+                }
+                Some(_) => "its result came from the cache".into(),
+                None => "it last ran".into(),
+            };
             format!("up to date{missing}; {came} because:{}", because(&last.causes))
         }
         None => "up to date".into(),
@@ -113,7 +118,11 @@ fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
         None => "  last ran".to_owned(),
         Some(from) => {
             let of = if from.manifest == manifest { "" } else { &format!(" of {}", from.manifest) };
-            format!("  came from the cache {}\n  made by {}{of}, which ran", from.since, from.item)
+            let (at, on) = match &from.shared {
+                Some(shared) => (format!(" at {}", shared.host), format!(" on {}", shared.machine)),
+                None => (String::new(), String::new()),
+            };
+            format!("  came from the cache{at} {}\n  made by {}{of}{on}, which ran", from.since, from.item)
         }
     };
     let time = quantity::duration(run.milliseconds);

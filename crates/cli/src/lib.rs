@@ -9,6 +9,8 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arguments;
+#[cfg(feature = "remote")]
+mod arithmetic;
 mod assets;
 mod build;
 mod build_reporter;
@@ -34,6 +36,7 @@ mod preview;
 mod print;
 mod quantity;
 mod reasons;
+mod remote_options;
 mod sample;
 mod schema;
 mod screen;

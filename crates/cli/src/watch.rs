@@ -9,6 +9,7 @@ use crate::arguments::WatchArguments;
 use crate::build::{exit_of, stop_on_interrupt};
 use crate::exit::Exit;
 use crate::print::EventStream;
+use crate::remote_options::shared_cache;
 use crate::screen::Screen;
 use crate::watch_reporter::{Moment, WatchReporter};
 use crate::{print, terminal};
@@ -29,12 +30,17 @@ pub(crate) fn watch(
     listener: &(dyn Fn(&Event) + Sync),
 ) -> Exit {
     let watching = &arguments.watching;
+    let shared = match shared_cache(&watching.remote, &arguments.manifest.manifest) {
+        Ok(shared) => shared,
+        Err(exit) => return exit,
+    };
     let options = WatchOptions {
         build: BuildOptions {
             stages: arguments.stages.clone(),
             jobs: watching.jobs.map(usize::from),
             keep_going: true,
             wanted: wanted.clone(),
+            shared,
             ..BuildOptions::default()
         },
         debounce: Duration::from_millis(watching.debounce),

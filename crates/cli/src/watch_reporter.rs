@@ -130,6 +130,9 @@ impl WatchReporter {
                 }
                 self.show_fixed(&mut state, &transition, item);
             }
+            Event::SharedCache { host, message } => {
+                self.line("warning", &format!("shared cache {host}: {message}"));
+            }
             Event::Started { item, reasons } => {
                 state.running.push((item.clone(), reasons.clone()));
                 self.screen.started(item);

@@ -18,7 +18,8 @@ use crate::state::State;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
-    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, Wanted,
+    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, Trouble,
+    Wanted,
 };
 
 /// Options of a build.
@@ -257,11 +258,12 @@ impl BuildSession {
 
 /// Reports what is wrong with a shared cache, if something is.
 fn report_trouble(options: &SharedCacheOptions, events: &(dyn Fn(Event) + Sync)) -> Result<(), Error> {
-    let Some(message) = options.cache.trouble() else { return Ok(()) };
-    if options.is_required {
-        let help = "the build continues without the cache if --remote-required is not given";
+    let Some(Trouble { message, is_lost }) = options.cache.trouble() else { return Ok(()) };
+    if is_lost && options.is_required {
+        let help = "without --remote-required a build goes on without the cache";
         return Err(Error::new(ErrorKind::Io, message).with_help(help));
     }
+    let message = if is_lost { format!("{message}; the build goes on without it") } else { message };
     events(Event::SharedCache { host: options.cache.host(), message });
     Ok(())
 }

@@ -84,7 +84,7 @@ pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed, SharedOrigin};
 pub use regular::{read_file, replace_file};
 pub use session::{BuildSession, WORKER};
-pub use shared_cache::{SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Upload};
+pub use shared_cache::{SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload};
 pub use snapshot::ResultsSnapshot;
 pub use spelling::nearest;
 pub use state::prepare_state_folder;

@@ -12,7 +12,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -95,8 +95,17 @@ pub trait SharedCache: Debug + Send + Sync {
     /// call.
     fn finish(&self, stop: &dyn Fn() -> bool) -> Traffic;
 
-    /// What went wrong since the last call, if something did: one message for everything that followed.
-    fn trouble(&self) -> Option<String>;
+    /// What went wrong since the last call, if something did: the first of it.
+    fn trouble(&self) -> Option<Trouble>;
+}
+
+/// What is wrong with a cache.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trouble {
+    /// What happened.
+    pub message: String,
+    /// Whether the cache is not used any more.
+    pub is_lost: bool,
 }
 
 /// How a build uses a shared cache.
@@ -112,6 +121,8 @@ pub struct SharedCacheOptions {
     pub download_all: bool,
     /// Whether a build without the cache is an error.
     pub is_required: bool,
+    /// The folders of programs (PATH), which items read beside the files of the project.
+    pub programs: Vec<PathBuf>,
 }
 
 /// Where the outputs of a record are, if they came from a shared cache.
@@ -272,11 +283,48 @@ impl SharedBlobs {
     }
 }
 
-/// Whether a server may ask for the digest of a file: it has to be in the manifest's folder or in that of the
-/// item's source. Paths are those of records.
-pub(crate) fn may_ask_for(path: &str, source: Option<&str>) -> bool {
+/// Whether a server may ask for the digest of a file: it has to be in the manifest's folder, in that of the
+/// item's source, or a program. Paths are those of records.
+pub(crate) fn may_ask_for(path: &str, source: Option<&str>, programs: &[PathBuf]) -> bool {
     let path = Path::new(path);
     let is_plain = path.components().all(|part| !matches!(part, Component::ParentDir));
     let beside = source.and_then(|source| Path::new(source).parent());
-    is_plain && (path.is_relative() || beside.is_some_and(|folder| path.starts_with(folder)))
+    let is_beside = || beside.is_some_and(|folder| path.starts_with(folder));
+    let is_program = || path.parent().is_some_and(|folder| programs.iter().any(|known| known == folder));
+    is_plain && (path.is_relative() || is_beside() || is_program())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_cannot_ask_for_files_of_others() {
+        let programs = [PathBuf::from("/usr/bin")];
+        for (path, source, expected) in [
+            ("maps/a.exr", None, true),
+            ("../other/a.exr", None, false),
+            ("maps/../../a.exr", None, false),
+            ("/home/me/.ssh/id", Some("maps/a.gltf"), false),
+            ("/library/a.bin", Some("/library/a.gltf"), true),
+            ("/library/../a.bin", Some("/library/a.gltf"), false),
+            ("/usr/bin/python3", None, true),
+            ("/usr/bin/inner/python3", None, false),
+        ] {
+            assert_eq!(may_ask_for(path, source, &programs), expected, "{path}");
+        }
+    }
+
+    #[test]
+    fn an_action_holds_all_that_a_result_depends_on() {
+        let files: NamedFiles = [("a.exr".to_owned(), false, Some(Digest([1; 32])))].into();
+        let text = action("x86", Digest([2; 32]), &files);
+        assert_eq!(text, action("x86", Digest([2; 32]), &files));
+        let others = [
+            action("arm", Digest([2; 32]), &files),
+            action("x86", Digest([3; 32]), &files),
+            action("x86", Digest([2; 32]), &NamedFiles::new()),
+        ];
+        assert!(others.iter().all(|other| *other != text));
+    }
 }

@@ -434,7 +434,9 @@ impl<'a> UpToDateCheck<'a> {
                     }
                     Ok(Description::Reads(names)) => {
                         let source = self.source(item);
-                        let is_fine = |(path, _): &(String, bool)| may_ask_for(path, source.as_deref());
+                        let is_fine = |(path, _): &(String, bool)| {
+                            may_ask_for(path, source.as_deref(), &options.programs)
+                        };
                         if names.len() > MOST_READS || !names.iter().all(is_fine) {
                             continue;
                         }

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Sender, channel, sync_channel};
 use std::time::Duration;
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
-use engine::{SharedBlob, SharedCache, SharedResult, Traffic, Upload};
+use engine::{SharedBlob, SharedCache, SharedResult, Traffic, Trouble, Upload};
 use parking_lot::Mutex;
 use re::action_cache_client::ActionCacheClient;
 use tokio::sync::Semaphore;
@@ -195,7 +195,7 @@ impl SharedCache for RemoteCache {
         Traffic { calls, received, sent }
     }
 
-    fn trouble(&self) -> Option<String> {
+    fn trouble(&self) -> Option<Trouble> {
         self.connection.take_trouble()
     }
 }

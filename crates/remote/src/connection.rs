@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
+use engine::Trouble;
 use parking_lot::Mutex;
 use prost::Message as _;
 use re::capabilities_client::CapabilitiesClient;
@@ -64,7 +65,7 @@ pub(crate) struct Connection {
     server: OnceLock<Option<Server>>,
     is_broken: AtomicBool,
     pub(crate) may_store: AtomicBool,
-    trouble: Mutex<Option<String>>,
+    trouble: Mutex<Option<Trouble>>,
     pub(crate) calls: AtomicU64,
     pub(crate) received: AtomicU64,
     pub(crate) sent: AtomicU64,
@@ -191,10 +192,11 @@ impl Connection {
         self.is_broken.load(Ordering::Relaxed)
     }
 
-    /// Makes no more calls, and says why if nothing was said before.
+    /// Makes no more calls, and says why.
     pub(crate) fn give_up(&self, why: String) {
         if !self.is_broken.swap(true, Ordering::Relaxed) {
-            self.say(format!("{why}; the build goes on without it"));
+            // Nothing that was said before matters any more.
+            *self.trouble.lock() = Some(Trouble { message: why, is_lost: true });
         }
     }
 
@@ -211,10 +213,10 @@ impl Connection {
 
     /// Says what is wrong, unless something else is waiting to be said.
     pub(crate) fn say(&self, message: String) {
-        self.trouble.lock().get_or_insert(message);
+        self.trouble.lock().get_or_insert(Trouble { message, is_lost: false });
     }
 
-    pub(crate) fn take_trouble(&self) -> Option<String> {
+    pub(crate) fn take_trouble(&self) -> Option<Trouble> {
         self.trouble.lock().take()
     }
 }

@@ -55,6 +55,12 @@
 //! or a script loads modules, list those in `tools`. Specula does not see other files that a program reads,
 //! or what it receives from the network.
 //!
+//! ## Shared caches
+//!
+//! A program may depend on its machine in ways that Specula does not see. So a cache that machines share
+//! (`--remote-cache`) has none of its results, unless `remote = true` says that equal inputs and tool files
+//! give equal results everywhere. Tool files must then be in the manifest's folder or in PATH.
+//!
 //! ## The program's environment
 //!
 //! - Its working folder is a scratch folder of the item, which is removed afterwards, even after a failure.
@@ -123,6 +129,8 @@ parameters! {
         /// Seconds after which the program is killed.
         #[range((Bound::Excluded(0.0), Bound::Included(LONGEST)))]
         timeout: f64 = 60.0,
+        /// Whether other machines may use its results; see Shared caches.
+        remote: bool = false,
     }
 }
 
@@ -164,6 +172,10 @@ impl Kind for Exec {
         errors
             .chain(parameters.formats.mismatches(types).into_iter().map(|error| ("formats", error)))
             .collect()
+    }
+
+    fn is_shared(parameters: &Parameters) -> bool {
+        parameters.remote
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {

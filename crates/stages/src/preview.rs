@@ -325,6 +325,11 @@ impl Kind for Preview {
         check(parameters)
     }
 
+    /// What a device draws is like what others draw, and not the same.
+    fn is_shared(parameters: &Parameters) -> bool {
+        parameters.backend == Backend::Cpu
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let scene = scene(parameters, context)?;
         context.check_cancelled()?;
