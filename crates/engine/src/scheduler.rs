@@ -332,7 +332,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             }
             Freshness::Current { outputs, restored } => {
                 if let Some(record) = restored {
-                    self.summary.shared += usize::from(self.check.is_from_shared(item));
                     let record = self.restore(item, *record);
                     self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
                 }

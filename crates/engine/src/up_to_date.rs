@@ -460,14 +460,15 @@ impl<'a> UpToDateCheck<'a> {
         found
     }
 
-    /// What an item is expected to read: its source.
+    /// What an item is expected to read: its source, as a file and as a folder.
     pub(crate) fn expected_reads(&self, item: ItemIndex) -> NamedFiles {
         let source = self.source(item).into_iter();
         source
-            .map(|path| {
-                let listing = self.folder.join(&path).is_dir();
-                let digest = self.current_digest(&path, listing);
-                (path, listing, digest)
+            .flat_map(|path| {
+                [false, true].map(|listing| {
+                    let digest = self.current_digest(&path, listing);
+                    (path.clone(), listing, digest)
+                })
             })
             .collect()
     }

@@ -87,6 +87,7 @@ impl Scheduler<'_, '_> {
 
     pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
+        self.summary.shared += usize::from(self.check.is_from_shared(item));
         self.report_up_to_date(item);
         self.report_all(item, events);
         self.complete(item);
@@ -105,6 +106,7 @@ impl Scheduler<'_, '_> {
             self.summary.ran -= 1;
         } else {
             self.summary.up_to_date -= 1;
+            self.summary.shared -= usize::from(self.check.is_from_shared(item));
         }
         for input in distinct(&self.check.plan.items[item].inputs) {
             self.items[input].users += 1;
