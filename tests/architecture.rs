@@ -12,6 +12,9 @@ const KERNELS: [&str; 8] = ["sphere", "sh", "sampling", "envmap", "brdf", "shrm"
 /// What only a window or a graphics device needs.
 const WINDOW: [&str; 7] = ["eframe", "egui", "naga", "preview-window", "wgpu", "wgpu-hal", "winit"];
 
+/// What only a network needs.
+const NETWORK: [&str; 7] = ["bazel-remote-apis", "hyper", "prost", "remote", "rustls", "tokio", "tonic"];
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
@@ -77,6 +80,24 @@ fn nothing_compiles_a_window_that_did_not_ask_for_one() {
     assert_absent("cli", &["gpu"], &["eframe", "egui", "preview-window", "winit"]);
     let Some(asked) = dependencies("cli", &["window"]) else { return };
     assert!(WINDOW.iter().all(|name| asked.contains(*name)), "the names above are those of today: {asked:?}");
+}
+
+#[test]
+fn nothing_compiles_a_network_that_did_not_ask_for_one() {
+    for package in ["engine", "stages", "custom-kind", "cli"] {
+        assert_absent(package, &[], &NETWORK);
+    }
+    assert_absent("remote", &["client"], &["stages", "containers", "cli"]);
+    let Some(asked) = dependencies("cli", &["remote"]) else { return };
+    assert!(
+        NETWORK.iter().all(|name| asked.contains(*name)),
+        "the names above are those of today: {asked:?}"
+    );
+    let manifest = |name: &String| fs::read_to_string(root().join("crates").join(name).join("Cargo.toml"));
+    let names = |manifest: &str| ["tokio", "tonic", "prost"].iter().any(|name| manifest.contains(*name));
+    let naming: Vec<_> =
+        crates("crates").into_iter().filter(|name| names(&manifest(name).unwrap())).collect();
+    assert_eq!(naming, ["remote"]);
 }
 
 #[test]

@@ -149,8 +149,7 @@ pub enum Event {
     UpToDate {
         /// The item.
         item: ItemName,
-        /// The shared cache in which its result was found, if it was not in the cache of this folder.
-        #[serde(skip_serializing_if = "Option::is_none")]
+        /// The shared cache in which its result was found; `null` if the cache of this folder has it.
         host: Option<String>,
     },
     /// The shared cache cannot be used, or not fully; the build goes on without. Reported once for everything
@@ -331,7 +330,6 @@ pub struct Summary {
     #[serde(default)]
     pub shared: usize,
     /// What was received from a shared cache, and sent to it; `null` without one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shared_traffic: Option<Traffic>,
     /// Items that failed.
     pub failed: usize,

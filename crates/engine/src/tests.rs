@@ -12,6 +12,7 @@ mod outdated;
 mod progress;
 mod publishing;
 mod rebuilds;
+mod shared;
 mod snapshot;
 mod watch;
 
@@ -141,7 +142,9 @@ fn log(events: &[Event]) -> String {
         let _ = match event {
             Event::Planned { stages, items, .. } => writeln!(text, "planned {stages} stages, {items} items"),
             Event::Waiting { holder, .. } => writeln!(text, "waiting for {holder}"),
-            Event::UpToDate { item, .. } => writeln!(text, "up to date {item}"),
+            Event::UpToDate { item, host: None } => writeln!(text, "up to date {item}"),
+            Event::UpToDate { item, host: Some(host) } => writeln!(text, "from {host} {item}"),
+            Event::SharedCache { host, message } => writeln!(text, "trouble at {host}: {message}"),
             Event::Started { item, reasons } => {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
                 writeln!(text, "run {item}: {}", reasons.join("; "))
