@@ -147,14 +147,18 @@ impl BuildSession {
         let stop = || cancel.is_cancelled() || running.is_outdated();
         self.pool.install(|| check.check_files(&readers, changes.as_ref(), &stop));
         check.mark_gone()?;
-        if let Some(options) = &options.shared {
-            let shared = SharedBlobs::new(Arc::clone(&options.cache));
-            shared.add_recorded(&state.journal);
-            let needed = self.pool.install(|| check.find_shared(options, &shared, &stop));
-            shared.receive(&state.store, &needed, &stop);
-            state.store.connect(Arc::new(shared));
-            report_trouble(options, events)?;
-        }
+        let shared_blobs = match &options.shared {
+            None => None,
+            Some(options) => {
+                let shared = Arc::new(SharedBlobs::new(Arc::clone(&options.cache)));
+                shared.add_recorded(&state.journal);
+                let needed = self.pool.install(|| check.find_shared(options, &shared, &stop));
+                shared.receive(&state.store, &needed, &stop);
+                state.store.connect(Arc::clone(&shared));
+                report_trouble(options, events)?;
+                Some(shared)
+            }
+        };
         let context = RunContext {
             check: &check,
             publisher: &publisher,
@@ -167,6 +171,7 @@ impl BuildSession {
             wanted: &options.wanted,
             repeat_warnings: options.repeat_warnings,
             shared: options.shared.as_ref(),
+            shared_blobs: shared_blobs.as_deref(),
         };
         let jobs = self.pool.current_num_threads();
         let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);

@@ -288,7 +288,8 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Work {
-    /// It reads and decodes the item's stored artifact, for the items that need it.
+    /// It reads and decodes the item's stored artifact, for the items that need it, or looks for the item's
+    /// result in a shared cache.
     Fetch,
     /// It runs the item, stores its outputs and publishes its files.
     Run,

@@ -21,7 +21,9 @@ use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
-use crate::shared_cache::{Description, NamedFiles, ResultDescription, SharedCacheOptions, action};
+use crate::shared_cache::{
+    Description, NamedFiles, ResultDescription, SharedBlobs, SharedCacheOptions, action,
+};
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
@@ -45,8 +47,10 @@ pub(crate) struct RunContext<'a> {
     pub(crate) gate: Arc<Gate>,
     /// Whether the warnings of results that are up to date are reported again.
     pub(crate) repeat_warnings: bool,
-    /// Where results are also stored.
+    /// Where results are also stored, and found.
     pub(crate) shared: Option<&'a SharedCacheOptions>,
+    /// What is known of its blobs.
+    pub(crate) shared_blobs: Option<&'a SharedBlobs>,
 }
 
 /// The artifacts at a port, sorted by key.
@@ -213,6 +217,13 @@ impl RunContext<'_> {
             }
         };
         Ok(outcome)
+    }
+
+    /// Looks for the result of an item in the shared cache.
+    pub(crate) fn find(&self, item: ItemIndex, key: Digest) -> Option<Record> {
+        let record = self.check.shared_record(item, key, self.shared?)?;
+        self.shared_blobs?.add(&record);
+        Some(record)
     }
 
     /// Gives a result to the shared cache.

@@ -73,6 +73,9 @@ struct Progress {
     announced: bool,
     /// Whether its stored result turned out to be lost.
     lost: bool,
+    /// Whether a shared cache was asked for its result, and had it or not.
+    is_found: bool,
+    is_missed: bool,
     /// The causes of the change of its artifact in this build.
     causes: Vec<Cause>,
     /// Whether it ran in this build.
@@ -81,6 +84,7 @@ struct Progress {
 
 enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
+    Found(ItemIndex, Option<Box<Record>>),
     Ran(ItemIndex, Result<Outcome, Error>),
     Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
     /// The engine itself panicked in a task, with this message.
@@ -170,6 +174,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 fetchers: Vec::new(),
                 announced: is_complete[index],
                 lost: false,
+                is_found: false,
+                is_missed: false,
                 causes: Vec::new(),
                 ran: false,
             });
@@ -328,22 +334,33 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         match freshness {
             Freshness::Run => {
                 self.context.running.set_dependencies(item, Dependencies::None);
-                self.run_when_ready(item);
-            }
-            Freshness::Current { outputs, restored } => {
-                if let Some(record) = restored {
-                    let record = self.restore(item, *record);
-                    self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
-                }
-                let is_published = self.context.is_published(item, &outputs);
-                self.items[item].outputs = Some(outputs);
-                if is_published {
-                    self.up_to_date(item, Vec::new());
-                } else {
+                let is_missed = |item: ItemIndex| self.items[item].is_missed;
+                let in_vain = self.check.is_missed(item, is_missed);
+                if self.context.shared.is_some() && !in_vain && self.check.may_be_shared(item) {
                     self.items[item].phase = Phase::Busy;
-                    self.push(item, Task::Publish(item));
+                    self.push(item, Task::Find(item));
+                } else {
+                    self.items[item].is_missed = in_vain;
+                    self.run_when_ready(item);
                 }
             }
+            Freshness::Current { outputs, restored } => self.take_result(item, outputs, restored),
+        }
+    }
+
+    /// Gives an item the outputs of an earlier run, or of another item or machine.
+    fn take_result(&mut self, item: ItemIndex, outputs: Vec<Blob>, restored: Option<Box<Record>>) {
+        if let Some(record) = restored {
+            let record = self.restore(item, *record);
+            self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
+        }
+        let is_published = self.context.is_published(item, &outputs);
+        self.items[item].outputs = Some(outputs);
+        if is_published {
+            self.up_to_date(item, Vec::new());
+        } else {
+            self.items[item].phase = Phase::Busy;
+            self.push(item, Task::Publish(item));
         }
     }
 
@@ -425,6 +442,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             Task::Fetch(item) => {
                 let digest = self.digest(item);
                 (item, Work::Fetch, Box::new(move || Message::Fetched(item, context.fetch(item, digest))))
+            }
+            Task::Find(item) => {
+                let key = self.key(item);
+                (
+                    item,
+                    Work::Fetch,
+                    Box::new(move || Message::Found(item, context.find(item, key).map(Box::new))),
+                )
             }
             Task::Publish(item) => {
                 let outputs = self.outputs(item).to_vec();
@@ -533,7 +558,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     /// Reports that an item is up to date, and what its run warned of.
     fn report_up_to_date(&mut self, item: ItemIndex) {
         let name = self.check.name(item);
-        let host = self.check.shared_host(item);
+        let found = self.items[item].is_found.then_some(self.context.shared).flatten();
+        let host = self.check.shared_host(item).or(found.map(|options| options.cache.host()));
         self.report(Event::UpToDate { item: name.clone(), host });
         if self.context.repeat_warnings && self.check.latest(item).is_some_and(|latest| latest.has_warned()) {
             for message in self.check.record(item).into_iter().flat_map(|record| record.warnings) {

@@ -10,6 +10,7 @@ pub(crate) fn kinds() -> Kinds {
     Kinds::new()
         .with(TextSource)
         .with(Upper)
+        .with(Private)
         .with(Suffix)
         .with(Concat)
         .with(Collect)
@@ -104,6 +105,32 @@ impl Kind for TextSource {
             }
         }
         Output::artifact(Text(text))
+    }
+}
+
+/// A text as it is, which other machines do not share.
+pub(crate) struct Private;
+
+impl Kind for Private {
+    type Parameters = Nothing;
+    const NAME: &'static str = "private";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! A text as it is.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn is_shared(_: &Nothing) -> bool {
+        false
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        Output::artifact(Text(context.get::<Text>("text")?.0.clone()))
     }
 }
 
@@ -350,6 +377,6 @@ impl Kind for WritePair {
 mod tests {
     #[test]
     fn every_kind_is_listed_once() {
-        assert_eq!(super::kinds().iter().count(), 9);
+        assert_eq!(super::kinds().iter().count(), 10);
     }
 }

@@ -56,6 +56,8 @@ pub(crate) struct UpToDateCheck<'a> {
     known: Option<KnownItems>,
     /// Results that a shared cache has of items whose own are out of date.
     shared: HashMap<ItemIndex, Record>,
+    /// The items that it was asked for in vain.
+    missed: HashSet<ItemIndex>,
 }
 
 /// What an earlier build of the plan left, so that it does not need to be checked again.
@@ -100,9 +102,21 @@ impl<'a> UpToDateCheck<'a> {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
         let manifest = plan.manifest_name();
         let (stages, latest, current) = (stage_infos(plan), Vec::new(), Vec::new());
-        let shared = HashMap::new();
-        let mut check =
-            Self { plan, state, disk, stages, folder, manifest, selected, latest, current, known, shared };
+        let (shared, missed) = (HashMap::new(), HashSet::new());
+        let mut check = Self {
+            plan,
+            state,
+            disk,
+            stages,
+            folder,
+            manifest,
+            selected,
+            latest,
+            current,
+            known,
+            shared,
+            missed,
+        };
         if check.known.is_none() {
             let latest = |item: usize| state.journal.latest(check.subject(item));
             check.latest = parallel::map(plan.items.len(), &latest);
@@ -383,7 +397,9 @@ impl<'a> UpToDateCheck<'a> {
                 }
             }
             if is_shared && !asked.is_empty() {
+                self.missed.extend(asked.iter().map(|(item, _)| *item));
                 for (item, record) in self.shared_records(&asked, options) {
+                    self.missed.remove(&item);
                     digests[item] = record.outputs.first().map(|blob| blob.digest);
                     blobs.add(&record);
                     if options.download_all || !self.plan.items[item].files.is_empty() {
@@ -403,6 +419,30 @@ impl<'a> UpToDateCheck<'a> {
             .into_iter()
             .filter(|digest| !is_left_out(*digest) && !self.state.store.exists(*digest))
             .collect()
+    }
+
+    /// Whether a shared cache was asked in vain for an item, or for one of its inputs: then it is not asked
+    /// for what comes after. `before` says so of the inputs as far as it was asked since the build began.
+    pub(crate) fn is_missed(&self, item: ItemIndex, before: impl Fn(ItemIndex) -> bool) -> bool {
+        let inputs = self.plan.items[item].inputs.iter().flatten().copied();
+        inputs.chain([item]).any(|item| self.missed.contains(&item) || before(item))
+    }
+
+    /// Whether a shared cache may have the result of an item that it was not asked for when the build began,
+    /// because some of its inputs had to be made first.
+    pub(crate) fn may_be_shared(&self, item: ItemIndex) -> bool {
+        let this = &self.plan.items[item];
+        self.plan.stages[this.stage].configured.is_shared() && !this.inputs.is_empty()
+    }
+
+    /// The result of one item with its key that a shared cache has.
+    pub(crate) fn shared_record(
+        &self,
+        item: ItemIndex,
+        key: Digest,
+        options: &SharedCacheOptions,
+    ) -> Option<Record> {
+        self.shared_records(&[(item, key)], options).pop().map(|(_, record)| record)
     }
 
     /// The results of items with their keys that a shared cache has.

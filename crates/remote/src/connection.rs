@@ -3,9 +3,8 @@
 
 use std::error::Error as _;
 use std::future::Future;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
 use engine::Trouble;
@@ -26,6 +25,9 @@ const PAUSE: Duration = Duration::from_millis(100);
 
 /// The longest wait for a connection.
 const CONNECTING: Duration = Duration::from_secs(10);
+
+/// How long a server is left alone after an error. A watcher tries it again then.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Messages of blobs are larger than gRPC's default limit of 4 MiB allows.
 pub(crate) const LARGEST_MESSAGE: usize = 16 << 20;
@@ -62,8 +64,9 @@ pub(crate) struct Connection {
     pub(crate) options: RemoteOptions,
     endpoint: Endpoint,
     headers: Vec<(AsciiMetadataKey, AsciiMetadataValue)>,
-    server: OnceLock<Option<Server>>,
-    is_broken: AtomicBool,
+    server: Mutex<Option<Server>>,
+    /// Since when no call is made.
+    broken: Mutex<Option<Instant>>,
     pub(crate) may_store: AtomicBool,
     trouble: Mutex<Option<Trouble>>,
     pub(crate) calls: AtomicU64,
@@ -92,8 +95,8 @@ impl Connection {
             options,
             endpoint,
             headers,
-            server: OnceLock::new(),
-            is_broken: AtomicBool::new(false),
+            server: Mutex::default(),
+            broken: Mutex::default(),
             trouble: Mutex::default(),
             calls: AtomicU64::new(0),
             received: AtomicU64::new(0),
@@ -102,15 +105,22 @@ impl Connection {
     }
 
     /// The server; `None` if it cannot be used. Must not be called from the runtime's own threads.
-    pub(crate) fn server(&self) -> Option<&Server> {
-        let server = self.server.get_or_init(|| match self.runtime.block_on(self.connect()) {
-            Ok(server) => Some(server),
-            Err(message) => {
-                self.give_up(message);
-                None
+    pub(crate) fn server(&self) -> Option<Server> {
+        // One thread connects, and the others wait for it.
+        let mut server = self.server.lock();
+        let broken = *self.broken.lock();
+        match broken {
+            Some(since) if since.elapsed() < PATIENCE => return None,
+            Some(_) => *self.broken.lock() = None,
+            None => {}
+        }
+        if server.is_none() {
+            match self.runtime.block_on(self.connect()) {
+                Ok(connected) => *server = Some(connected),
+                Err(message) => self.give_up(message),
             }
-        });
-        server.as_ref().filter(|_| !self.is_broken())
+        }
+        server.clone().filter(|_| !self.is_broken())
     }
 
     async fn connect(&self) -> Result<Server, String> {
@@ -189,12 +199,12 @@ impl Connection {
     }
 
     pub(crate) fn is_broken(&self) -> bool {
-        self.is_broken.load(Ordering::Relaxed)
+        self.broken.lock().is_some()
     }
 
-    /// Makes no more calls, and says why.
+    /// Makes no more calls for some time, and says why.
     pub(crate) fn give_up(&self, why: String) {
-        if !self.is_broken.swap(true, Ordering::Relaxed) {
+        if self.broken.lock().replace(Instant::now()).is_none() {
             // Nothing that was said before matters any more.
             *self.trouble.lock() = Some(Trouble { message: why, is_lost: true });
         }

@@ -110,7 +110,7 @@ fn store(connection: &Arc<Connection>, group: Group) {
         return;
     }
     let Some(server) = connection.server() else { return };
-    if let Err(status) = connection.runtime.block_on(send(connection, server, group)) {
+    if let Err(status) = connection.runtime.block_on(send(connection, &server, group)) {
         connection.stop_storing(&status);
     }
 }

@@ -23,6 +23,14 @@ impl Scheduler<'_, '_> {
                 self.reopen(item);
                 self.fail(item, &failure_of(error));
             }
+            Message::Found(item, None) => {
+                self.items[item].is_missed = true;
+                self.run_when_ready(item);
+            }
+            Message::Found(item, Some(record)) => {
+                self.items[item].is_found = true;
+                self.take_result(item, record.outputs.clone(), Some(record));
+            }
             Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
             Message::Ran(_, Err(error)) => self.fatal = Some(error),
             Message::Published(item, events, Ok(())) => self.up_to_date(item, events),
@@ -87,10 +95,14 @@ impl Scheduler<'_, '_> {
 
     pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
-        self.summary.shared += usize::from(self.check.is_from_shared(item));
+        self.summary.shared += usize::from(self.is_from_shared(item));
         self.report_up_to_date(item);
         self.report_all(item, events);
         self.complete(item);
+    }
+
+    fn is_from_shared(&self, item: ItemIndex) -> bool {
+        self.items[item].is_found || self.check.is_from_shared(item)
     }
 
     /// The artifact of an item that was up to date is no longer in the store.
@@ -106,7 +118,7 @@ impl Scheduler<'_, '_> {
             self.summary.ran -= 1;
         } else {
             self.summary.up_to_date -= 1;
-            self.summary.shared -= usize::from(self.check.is_from_shared(item));
+            self.summary.shared -= usize::from(self.is_from_shared(item));
         }
         for input in distinct(&self.check.plan.items[item].inputs) {
             self.items[input].users += 1;

@@ -12,6 +12,8 @@ pub(super) enum Task {
     Run(ItemIndex),
     Publish(ItemIndex),
     Fetch(ItemIndex),
+    /// Look for the result in a shared cache.
+    Find(ItemIndex),
 }
 
 /// What is wanted goes first, and what takes long goes last.

@@ -197,7 +197,7 @@ fn files_that_a_file_includes_are_part_of_the_action() {
 fn a_result_that_does_not_fit_is_not_taken() {
     let changes: [&dyn Fn(&mut serde_json::Value); 6] = [
         &|result| result["key"] = Digest::of(b"other").to_string().into(),
-        &|result| result["kind"] = "write".into(),
+        &|result| result["kind"] = "count".into(),
         &|result| result["revision"] = 77.into(),
         &|result| result["outputs"] = serde_json::json!([]),
         &|result| result["outputs"][0]["bytes"] = 1_000_000.into(),
@@ -225,4 +225,27 @@ fn a_cache_that_is_gone_is_a_warning_or_an_error() {
     project.options.shared.as_mut().unwrap().is_required = true;
     let (_, summary) = project.try_build();
     assert!(summary.unwrap_err().to_string().contains("it is gone"));
+}
+
+#[test]
+fn what_is_not_shared_runs_and_what_comes_after_it_is_found() {
+    let memory = Arc::<Memory>::default();
+    let with = || {
+        let project = project(&memory, "light");
+        project.edit("input = \"text\"", "input = \"own\"");
+        project.edit("[stage.loud]", "[stage.own]\nkind = \"private\"\ninput = \"text\"\n[stage.loud]");
+        project
+    };
+    with().build();
+    expect![[r"
+        planned 4 stages, 4 items
+        from memory text [a]
+        run own [a]: never built
+        ran own [a]
+        from memory loud [a]
+        from memory file [a]
+        published a.txt 5
+        ended: 1 ran, 3 up to date, 0 failed, 0 skipped, 1 published, 0 removed
+    "]]
+    .assert_eq(&with().build());
 }

@@ -61,7 +61,7 @@ path = "{text}"
         expect![[r#"
             3:1 unknown key "ouput" | expected one of: schema, out, stage | did you mean "out"?
             4:7 out = "../elsewhere" leaves the manifest's folder | expected a path inside the manifest's folder | out = "out" is the default
-            6:8 there is no kind "text-sorce" | expected one of: text-source, upper, suffix, concat, collect, count, refuse, write and 1 more | did you mean "text-source"?
+            6:8 there is no kind "text-sorce" | expected one of: text-source, upper, private, suffix, concat, collect, count, refuse and 2 more | did you mean "text-source"?
             8:8 "bad name" cannot be the name of a stage | expected only the characters A-Z, a-z, 0-9, _ and -
             11:1 unknown key "inptu" | expected one of: kind, source, path
             14:10 no file matches "skies/*.exr" | expected files in skies | skies contains dawn.txt
@@ -316,7 +316,7 @@ input = "v"
 per = ["s"]
 "#,
         expect![[r#"
-            4:8 there is no kind "text-sauce" | expected one of: text-source, upper, suffix, concat, collect, count, refuse, write and 1 more | did you mean "text-source"?
+            4:8 there is no kind "text-sauce" | expected one of: text-source, upper, private, suffix, concat, collect, count, refuse and 2 more | did you mean "text-source"?
             8:10 no file matches "*.exr" | expected files in /project | /project contains a.txt
             22:1 "text" is missing | expected text = a string
         "#]],
