@@ -252,8 +252,8 @@ pub(crate) struct BuildArguments {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Shared cache")]
 pub(crate) struct RemoteArguments {
-    /// Use the results of other machines, and give them ours: grpc://HOST:PORT, grpcs://HOST:PORT or unix:PATH
-    /// [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
+    /// Use the results of other machines, and give them ours: grpc://HOST:PORT, grpcs://HOST:PORT or
+    /// unix:PATH [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) remote_cache: Option<String>,
     /// The name of the server's instance

@@ -1,11 +1,11 @@
 //! The arithmetic of this machine: results are shared only between machines that compute alike.
 //!
 //! Kernels fix the order of their sums and where they fuse, so that their bytes are the same on every
-//! processor. The elementary functions (sine, exponential, power ...) are those of the system's library, which
-//! rounds differently with and without fused multiply-add and from one version to the next; and the decoder of
-//! DWA-compressed OpenEXR has code for several levels of x86. So the name of a platform has the processor's
-//! family, the vector extensions that change results, and a digest of the values of all these functions at
-//! many places.
+//! processor. The elementary functions (sine, exponential, power ...) are those of the system's library,
+//! which rounds differently with and without fused multiply-add and from one version to the next; and the
+//! decoder of DWA-compressed OpenEXR has code for several levels of x86. So the name of a platform has the
+//! processor's family, the vector extensions that change results, and a digest of the values of all these
+//! functions at many places.
 
 use engine::Digest;
 

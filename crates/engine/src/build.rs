@@ -13,7 +13,8 @@ use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
 use crate::selection::Selection;
 use crate::session::LastBuild;
-use crate::shared_cache::{SharedBlobs, SharedCacheOptions};
+use crate::shared_cache::SharedCacheOptions;
+use crate::shared_results::SharedBlobs;
 use crate::state::State;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
@@ -154,7 +155,8 @@ impl BuildSession {
                 shared.add_recorded(&state.journal);
                 let needed = self.pool.install(|| check.find_shared(options, &shared, &stop));
                 shared.receive(&state.store, &needed, &stop);
-                state.store.connect(Arc::clone(&shared));
+                let source = Arc::clone(&shared);
+                state.store.connect(move |digest| source.get(digest));
                 report_trouble(options, events)?;
                 Some(shared)
             }

@@ -45,6 +45,7 @@ mod scheduler;
 mod selection;
 mod session;
 mod shared_cache;
+mod shared_results;
 mod snapshot;
 mod spelling;
 mod state;
@@ -81,10 +82,12 @@ pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use range::{Number, OrAuto, Range, Ranged};
-pub use record::{Cause, FileRead, FromCache, InputUsed, SharedOrigin};
+pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};
 pub use session::{BuildSession, WORKER};
-pub use shared_cache::{SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload};
+pub use shared_cache::{
+    SharedBlob, SharedCache, SharedCacheOptions, SharedOrigin, SharedResult, Traffic, Trouble, Upload,
+};
 pub use snapshot::ResultsSnapshot;
 pub use spelling::nearest;
 pub use state::prepare_state_folder;

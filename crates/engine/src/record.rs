@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::shared_cache::Shared;
+use crate::shared_cache::{Shared, SharedOrigin};
 use crate::store::Blob;
 use crate::{Digest, ItemKey, ItemName, Reason, Timestamp};
 
@@ -110,15 +110,6 @@ pub struct FromCache {
     /// The shared cache that had it, and the machine that made it; `None` if it was made here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shared: Option<SharedOrigin>,
-}
-
-/// The shared cache that a result came from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SharedOrigin {
-    /// The cache: `cache.studio:8980`.
-    pub host: String,
-    /// The machine whose run made the result.
-    pub machine: String,
 }
 
 /// The cause of a rerun: the file, parameter or kind that changed first.

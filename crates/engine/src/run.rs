@@ -21,9 +21,8 @@ use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
-use crate::shared_cache::{
-    Description, NamedFiles, ResultDescription, SharedBlobs, SharedCacheOptions, action,
-};
+use crate::shared_cache::SharedCacheOptions;
+use crate::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action};
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
 use crate::{

@@ -6,17 +6,16 @@
 //! refers to it.
 
 use std::collections::{HashMap, HashSet};
-use std::fs;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::{fmt, fs};
 
 use serde::{Deserialize, Serialize};
 
 use crate::regular::{read_file, replace_through};
-use crate::shared_cache::SharedBlobs;
 use crate::{Digest, Error, parallel, platform};
 
 /// A stored output: its digest and size.
@@ -69,7 +68,16 @@ pub(crate) struct Store {
     /// The number of bytes that have been stored through this.
     stored: AtomicU64,
     /// What a shared cache has of what is not here.
-    shared: OnceLock<Arc<SharedBlobs>>,
+    elsewhere: OnceLock<Elsewhere>,
+}
+
+/// Where blobs are that are not here.
+struct Elsewhere(Box<dyn Fn(Digest) -> Option<Vec<u8>> + Send + Sync>);
+
+impl fmt::Debug for Elsewhere {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Elsewhere")
+    }
 }
 
 /// Asked for at least this many blobs, the store lists its folders.
@@ -112,13 +120,13 @@ impl Store {
             folder: state.to_path_buf(),
             next: AtomicU64::new(0),
             stored: AtomicU64::new(0),
-            shared: OnceLock::new(),
+            elsewhere: OnceLock::new(),
         }
     }
 
     /// Lets it get from a shared cache what is not here.
-    pub(crate) fn connect(&self, shared: Arc<SharedBlobs>) {
-        let _ = self.shared.set(shared);
+    pub(crate) fn connect(&self, get: impl Fn(Digest) -> Option<Vec<u8>> + Send + Sync + 'static) {
+        let _ = self.elsewhere.set(Elsewhere(Box::new(get)));
     }
 
     /// Whether a blob exists, by its name and size.
@@ -201,7 +209,7 @@ impl Store {
             }
             BlobFile::Missing => {}
         }
-        let received = self.shared.get().and_then(|shared| shared.get(digest));
+        let received = self.elsewhere.get().and_then(|elsewhere| elsewhere.0(digest));
         if let Some(bytes) = &received {
             self.put(bytes)?;
         }

@@ -16,10 +16,8 @@ use crate::kind::{Decoder, is_left_out};
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::running::{ChangedPaths, Dependencies};
 use crate::selection::Selection;
-use crate::shared_cache::{
-    Description, MOST_READS, NamedFiles, ROUNDS, SharedBlobs, SharedCacheOptions, SharedResult, action,
-    may_ask_for,
-};
+use crate::shared_cache::{SharedCacheOptions, SharedResult};
+use crate::shared_results::{Description, MOST_READS, NamedFiles, ROUNDS, SharedBlobs, action, may_ask_for};
 use crate::state::State;
 use crate::store::{Blob, Presence};
 use crate::{

@@ -1,6 +1,5 @@
 //! The cache as the engine sees it.
 
-use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Sender, channel, sync_channel};
@@ -14,9 +13,9 @@ use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 use tonic::Code;
 
-use crate::Address;
 use crate::blobs::{batches, receive};
 use crate::connection::{Connection, ConnectionError, LARGEST_MESSAGE, Server, said};
+use crate::options::RemoteOptions;
 use crate::protocol::{action, blob, digest_of, shared_result};
 use crate::uploader::{self, Job};
 
@@ -28,64 +27,6 @@ const BLOB_CALLS: usize = 8;
 
 /// How often a wait looks whether it should stop.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// Whether results are stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UploadChoice {
-    /// If the server lets us.
-    #[default]
-    Auto,
-    /// Never.
-    Never,
-    /// Always: a warning if the server does not let us.
-    Always,
-}
-
-/// Certificates, as PEM.
-#[derive(Clone, Default, PartialEq, Eq)]
-pub struct TlsFiles {
-    /// The authority that the server's certificate is checked with; `None`: those of the system.
-    pub authority: Option<Vec<u8>>,
-    /// Our certificate and its key.
-    pub client: Option<(Vec<u8>, Vec<u8>)>,
-}
-
-impl fmt::Debug for TlsFiles {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (authority, client) = (self.authority.is_some(), self.client.is_some());
-        f.debug_struct("TlsFiles").field("authority", &authority).field("client", &client).finish()
-    }
-}
-
-/// Options of a cache.
-#[derive(Clone, PartialEq, Eq)]
-pub struct RemoteOptions {
-    /// The server.
-    pub address: Address,
-    /// The instance of the server; empty if it has one only.
-    pub instance: String,
-    /// Headers of every call. Secret: they are in no message.
-    pub headers: Vec<(String, String)>,
-    /// Certificates.
-    pub tls: TlsFiles,
-    /// The time limit of a call.
-    pub timeout: Duration,
-    /// Whether results are stored.
-    pub upload: UploadChoice,
-    /// Whether large blobs are compressed if the server offers it.
-    pub compress: bool,
-}
-
-impl fmt::Debug for RemoteOptions {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let headers = self.headers.iter().map(|(name, _)| name).collect::<Vec<_>>();
-        f.debug_struct("RemoteOptions")
-            .field("address", &self.address)
-            .field("instance", &self.instance)
-            .field("headers", &headers)
-            .finish_non_exhaustive()
-    }
-}
 
 /// A cache on a server.
 #[derive(Debug)]

@@ -16,7 +16,7 @@ use tonic::metadata::{AsciiMetadataKey, AsciiMetadataValue, MetadataValue};
 use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Identity};
 use tonic::{Code, Request, Status};
 
-use crate::cache::{RemoteOptions, UploadChoice};
+use crate::options::{RemoteOptions, UploadChoice};
 
 /// A call that a busy server or a lost connection broke off is made again so many times, after pauses that
 /// start with this and grow fourfold.

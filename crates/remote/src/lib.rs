@@ -9,9 +9,10 @@
 //! Many calls are in flight at once. Blobs of up to [`BATCH`] bytes together share a call; larger ones are
 //! streams, compressed by Zstandard if the server offers that. Every blob's SHA-256 is checked.
 //!
-//! The first error that is not an answer ends all use of the server for a minute, and [`engine::SharedCache::trouble`]
-//! says it once: a build never waits for a server that does not answer more than its time limit and its
-//! retries. If the server is full or refuses to store, results are still found, and none is stored.
+//! The first error that is not an answer ends all use of the server for a minute, and
+//! [`engine::SharedCache::trouble`] says it once: a build never waits for a server that does not answer more
+//! than its time limit and its retries. If the server is full or refuses to store, results are still found,
+//! and none is stored.
 
 #![cfg(feature = "client")]
 
@@ -19,10 +20,12 @@ mod address;
 mod blobs;
 mod cache;
 mod connection;
+mod options;
 mod protocol;
 mod uploader;
 
 pub use address::{Address, AddressError};
 pub use blobs::BATCH;
-pub use cache::{RemoteCache, RemoteOptions, TlsFiles, UploadChoice};
+pub use cache::RemoteCache;
 pub use connection::ConnectionError;
+pub use options::{RemoteOptions, TlsFiles, UploadChoice};

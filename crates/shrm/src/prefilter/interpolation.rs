@@ -2,8 +2,8 @@
 //! through 8 x 8 pixels.
 //!
 //! Across a pole an image goes on half a turn away; along a row it repeats. A wave of w radians per pixel is
-//! off by at most 0.0011 w^8 in each direction. There are at least 3/2 as many rows as degrees, so that w is at
-//! most 2.1 and, at the degrees that a prefilter keeps at more than a tenth, below 0.6.
+//! off by at most 0.0011 w^8 in each direction. There are at least 3/2 as many rows as degrees, so that w is
+//! at most 2.1 and, at the degrees that a prefilter keeps at more than a tenth, below 0.6.
 
 use rayon::prelude::*;
 use sphere::{Cube, Face, LatLong};
