@@ -36,8 +36,8 @@ pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use mean_lobe::{MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
-    Distribution, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel, Prefiltered,
-    PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series, prefilter_unless,
+    Distribution, FastChain, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel,
+    Prefiltered, PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series, prefilter_unless,
 };
 pub use reflection::{MOST_P, Reflection, ViewDependent};
 pub use resolution::{MapLayout, Resolution};

@@ -19,15 +19,18 @@
 //!
 //! [`prefilter_series`] does it on coefficients. It is exact but for what L holds past its degree F, where
 //! k_l is small enough if F is [`PrefilterKernel::degree`]. [`LightBlocks`] sums over blocks of texels
-//! instead, for lobes that are sharper than any degree the light has.
+//! instead, for lobes that are sharper than any degree the light has. [`FastChain`] is an approximation for
+//! sharp GGX lobes in a small part of the time.
 
 mod blocks;
+mod fast;
 mod interpolation;
 mod levels;
 mod series;
 mod zonal;
 
 pub use blocks::LightBlocks;
+pub use fast::FastChain;
 pub use levels::{
     LevelMethod, MethodChoice, PrefilterError, Prefiltered, PrefilteredLevel, prefilter, prefilter_unless,
 };

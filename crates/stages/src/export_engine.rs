@@ -266,6 +266,7 @@ fn cube_files(
             LevelMethod::Resampled => ("resampled", None),
             LevelMethod::Series { degree } => ("sh", Some(degree)),
             LevelMethod::Quadrature => ("quadrature", None),
+            LevelMethod::Fast { .. } => ("fast", None),
         };
         json!({
             "size": level.map.cube().edge, "roughness": level.roughness, "method": method, "degree": degree,

@@ -39,6 +39,13 @@
 //! of sampling: a sun of three texels keeps its energy. The build notes the method, the degree and the
 //! estimated error of each level, and how many values were negative and became 0.
 //!
+//! `method = "fast"` is for previews and for many environments. GGX levels of roughness 0.034 to 0.125, which
+//! take most of the time, are then sums over a chain of coarser cubes (after Manson and Sloan 2016): a fifth
+//! of the time of harmonics, a hundredth of that of quadrature. Their error is up to 0.3 percent of the
+//! level (RMS) in soft light, 0.3 to 1.2 percent in photographs without a sun, 2 to 4 percent if a sun of
+//! few pixels is nearly all of the light, and up to 9 if that lies in a corner of the cube. The note
+//! compares 64 texels with quadrature, and may miss a sun. Other levels are made as with `auto`.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -77,6 +84,8 @@ choice! {
         Series = "sh",
         /// By quadrature over the environment's texels.
         Quadrature = "quadrature",
+        /// Sharp GGX lobes approximately, by a chain of cubes; others as with `auto`.
+        Fast = "fast",
     }
 }
 
@@ -168,7 +177,10 @@ impl Kind for Prefilter {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.levels().err().into_iter().collect()
+        let is_ggx = parameters.distribution.0 == Distribution::Ggx;
+        let not_fast = (parameters.method.0 == MethodChoice::Fast && !is_ggx)
+            .then(|| ("method", "\"fast\" is fitted to distribution = \"ggx\" alone".into()));
+        parameters.levels().err().into_iter().chain(not_fast).collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -193,7 +205,8 @@ impl Kind for Prefilter {
         }
         let sharp = |level: &&PrefilteredLevel| level.method == LevelMethod::Quadrature;
         let by_quadrature = prefiltered.levels.iter().filter(sharp).count();
-        if let (Some(lighting), MethodChoice::Auto, 1..) = (lighting, parameters.method.0, by_quadrature) {
+        let may_change = matches!(parameters.method.0, MethodChoice::Auto | MethodChoice::Fast);
+        if let (Some(lighting), true, 1..) = (lighting, may_change, by_quadrature) {
             context.note(format!(
                 "the lighting holds degree {}: {by_quadrature} of {} levels need more and are made by quadrature",
                 lighting.series.degree().get(),
@@ -224,6 +237,7 @@ fn level_note(l: usize, level: &PrefilteredLevel) -> String {
         LevelMethod::Resampled => "the environment, averaged over each texel".to_owned(),
         LevelMethod::Series { degree } => format!("spherical harmonics to degree {degree}"),
         LevelMethod::Quadrature => "quadrature".to_owned(),
+        LevelMethod::Fast { taps } => format!("fast, {taps} taps"),
     };
     let edge = level.map.cube().edge;
     let mut text = format!("level {l}, {edge} x {edge}, roughness {:.3}: {method}", level.roughness);

@@ -24,8 +24,21 @@ use super::{Distribution, PrefilterKernel};
 #[derive(Debug)]
 pub struct LightBlocks<'a> {
     environment: &'a Environment,
+    rows: Vec<Row>,
+    /// Of each column the sine and the cosine of its azimuth.
+    columns: Vec<(f64, f64)>,
     /// Above the pixels: the finest first.
     levels: Vec<Level>,
+}
+
+/// What the pixels of a row have in common.
+#[derive(Debug)]
+struct Row {
+    sin_theta: f64,
+    cos_theta: f64,
+    solid_angle: f32,
+    /// Of [`Spread`].
+    variance: f32,
 }
 
 #[derive(Debug)]
@@ -123,7 +136,16 @@ impl<'a> LightBlocks<'a> {
 
     /// The blocks of an environment.
     pub fn new(environment: &'a Environment) -> Self {
-        let mut blocks = Self { environment, levels: Vec::new() };
+        let grid = environment.grid();
+        let row = |row: usize| {
+            let (sin_theta, cos_theta) = grid.theta(row).sin_cos();
+            let (down, across) = (PI / grid.height as f64, TAU / grid.width as f64 * sin_theta);
+            let variance = ((down * down + across * across) / 12.0) as f32;
+            Row { sin_theta, cos_theta, solid_angle: grid.solid_angle(row) as f32, variance }
+        };
+        let rows = (0..grid.height).map(row).collect();
+        let columns = (0..grid.width).map(|column| grid.phi(column).sin_cos()).collect();
+        let mut blocks = Self { environment, rows, columns, levels: Vec::new() };
         loop {
             let below = blocks.grid(blocks.levels.len());
             if below.height <= 4 {
@@ -133,7 +155,12 @@ impl<'a> LightBlocks<'a> {
             let level = blocks.levels.len();
             let block = |index: usize| {
                 let place = Place { level: level + 1, row: index / grid.width, column: index % grid.width };
-                Block::of(&blocks.parts(place).map(|part| blocks.block(part)).collect::<Vec<_>>())
+                let (mut parts, mut count) = ([Block::default(); 4], 0);
+                for part in blocks.parts(place) {
+                    parts[count] = blocks.block(part);
+                    count += 1;
+                }
+                Block::of(&parts[..count])
             };
             let blocks_of_level = (0..grid.len()).into_par_iter().map(block).collect();
             blocks.levels.push(Level { grid, blocks: blocks_of_level });
@@ -149,14 +176,12 @@ impl<'a> LightBlocks<'a> {
             let Level { grid, blocks } = &self.levels[level - 1];
             return blocks[row * grid.width + column];
         }
-        let grid = self.environment.grid();
-        let solid_angle = grid.solid_angle(row) as f32;
-        let (down, across) = (PI / grid.height as f64, TAU / grid.width as f64 * grid.theta(row).sin());
-        let area = Spread {
-            direction: grid.direction(row, column).vector().as_vec3().to_array(),
-            variance: ((down * down + across * across) / 12.0) as f32,
-        };
-        let flux = self.environment.pixels()[row * grid.width + column].map(|value| value * solid_angle);
+        let &Row { sin_theta, cos_theta, solid_angle, variance } = &self.rows[row];
+        let (sin_phi, cos_phi) = self.columns[column];
+        let direction = [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta].map(|value| value as f32);
+        let area = Spread { direction, variance };
+        let pixel = self.environment.pixels()[row * self.columns.len() + column];
+        let flux = pixel.map(|value| value * solid_angle);
         Block { flux, light: area, solid_angle, area }
     }
 

@@ -1,11 +1,13 @@
 //! The levels of a prefiltered cube: for each roughness the method that suits its lobe and the light.
 
 use envmap::{CubeMap, Environment};
+use rayon::prelude::*;
 use sh::{Degree, Expansion, Lighting, Transform, TransformError, energy_per_degree};
 use sphere::{Cube, LatLong, spiral};
 
 use super::{
-    Distribution, HORIZON_DEGREE, LightBlocks, PrefilterKernel, RoughnessOutOfRange, prefilter_series,
+    Distribution, FastChain, HORIZON_DEGREE, LightBlocks, PrefilterKernel, RoughnessOutOfRange,
+    prefilter_series,
 };
 
 /// How the caller wants levels to be made.
@@ -18,6 +20,9 @@ pub enum MethodChoice {
     Series,
     /// By quadrature over blocks of texels.
     Quadrature,
+    /// GGX lobes that need more than [`FastChain::SERIES_DEGREE`] from a [`FastChain`], as far as it has an
+    /// edge for them; all others as by `Auto`.
+    Fast,
 }
 
 /// How a level was made.
@@ -32,6 +37,11 @@ pub enum LevelMethod {
     },
     /// By [`LightBlocks`].
     Quadrature,
+    /// By a [`FastChain`].
+    Fast {
+        /// The levels of the chain that have a weight.
+        taps: usize,
+    },
 }
 
 /// One level of a prefiltered cube.
@@ -45,9 +55,10 @@ pub struct PrefilteredLevel {
     pub method: LevelMethod,
     /// Values that were negative and became 0.
     pub negative: usize,
-    /// The estimated RMS error as a share of the level's largest value: of a series, what its cut leaves out,
-    /// as the light's energy per degree tells; of quadrature, the difference from blocks of a third of the
-    /// size in 64 directions. `None` for a mirror.
+    /// The estimated RMS error as a share of the level's largest value: of a series, what its cut leaves
+    /// out, as the light's energy per degree tells; of quadrature, the difference from blocks of a third of
+    /// the size in 64 directions; of a chain, the difference from blocks in 64 of its texels. `None` for a
+    /// mirror.
     pub error: Option<f64>,
 }
 
@@ -136,7 +147,13 @@ pub fn prefilter_unless(
         .zip(roughness)
         .map(|(kernel, &roughness)| match (kernel.map(|kernel| kernel.degree()), choice) {
             (None, _) => Ok(LevelMethod::Resampled),
-            (Some(degree), MethodChoice::Auto | MethodChoice::Series) if degree <= held => {
+            // How many taps is known when the chain is.
+            (Some(_), MethodChoice::Fast) if kernel.as_ref().and_then(FastChain::edge).is_some() => {
+                Ok(LevelMethod::Fast { taps: 0 })
+            }
+            (Some(degree), MethodChoice::Auto | MethodChoice::Series | MethodChoice::Fast)
+                if degree <= held =>
+            {
                 Ok(LevelMethod::Series { degree })
             }
             (Some(needed), MethodChoice::Series) => {
@@ -152,13 +169,26 @@ pub fn prefilter_unless(
     });
     let highest = needed.max().unwrap_or(0).max(HORIZON_DEGREE).min(held);
     let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX))?;
-    let mut light = Light { environment, energy: energy_per_degree(&series), series, blocks: None, stop };
-    let mut levels = Vec::with_capacity(roughness.len());
+    let fast = kernels.iter().zip(&methods).filter(|(_, method)| matches!(method, LevelMethod::Fast { .. }));
+    let chain_edge = fast.filter_map(|(kernel, _)| FastChain::edge(kernel.as_ref()?)).max();
+    let mut light =
+        Light { environment, energy: energy_per_degree(&series), series, blocks: None, chain: None, stop };
+    let mut levels: Vec<PrefilteredLevel> = Vec::with_capacity(roughness.len());
     for (l, method) in methods.into_iter().enumerate() {
         if stop() {
             return Err(PrefilterError::Stopped);
         }
         let cube = Cube { edge: (resolution >> l.min(31)).max(1) };
+        if let (LevelMethod::Fast { .. }, None, Some(edge)) = (method, &light.chain, chain_edge) {
+            let is_mirror = |level: &&PrefilteredLevel| {
+                level.method == LevelMethod::Resampled && level.map.cube().edge == edge
+            };
+            let pixel = std::f64::consts::PI / environment.grid().height as f64;
+            light.chain = Some(match levels.iter().find(is_mirror) {
+                Some(mirror) => FastChain::new(&mirror.map, pixel),
+                None => FastChain::new(&environment.cube_map(Cube { edge })?, pixel),
+            });
+        }
         levels.push(light.level(roughness[l], kernels[l].as_ref(), method, cube)?);
     }
     if stop() {
@@ -198,6 +228,8 @@ struct Light<'a> {
     energy: Vec<[f64; 3]>,
     /// Built when the first level needs them.
     blocks: Option<LightBlocks<'a>>,
+    /// For levels that are made by it: there before the first of them.
+    chain: Option<FastChain>,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -214,13 +246,21 @@ impl Light<'_> {
             let (map, negative) = without_negatives(cube, map.pixels().to_vec());
             return Ok(PrefilteredLevel { roughness, map, method, negative, error: None });
         };
-        let (texels, error) = match method {
-            LevelMethod::Series { degree } => {
-                (prefilter_series(&self.series, kernel, cube)?, self.cut_off(kernel, degree))
+        let environment = self.environment;
+        let blocks = || LightBlocks::new(environment);
+        let (texels, error, method) = match (method, &self.chain) {
+            (LevelMethod::Series { degree }, _) => {
+                (prefilter_series(&self.series, kernel, cube)?, self.cut_off(kernel, degree), method)
+            }
+            (LevelMethod::Fast { .. }, Some(chain)) => {
+                let texels = chain.prefilter(kernel, cube);
+                let error = difference(self.blocks.get_or_insert_with(blocks), kernel, cube, &texels);
+                (texels, error, LevelMethod::Fast { taps: chain.taps(kernel) })
             }
             _ => {
-                let blocks = self.blocks.get_or_insert_with(|| LightBlocks::new(self.environment));
-                (blocks.prefilter_unless(kernel, cube, self.stop), quadrature_error(blocks, kernel))
+                let blocks = self.blocks.get_or_insert_with(blocks);
+                let texels = blocks.prefilter_unless(kernel, cube, self.stop);
+                (texels, quadrature_error(blocks, kernel), LevelMethod::Quadrature)
             }
         };
         let (map, negative) = without_negatives(cube, texels);
@@ -246,9 +286,25 @@ impl Light<'_> {
     }
 }
 
+/// In how many directions errors are measured.
+const DIRECTIONS: usize = 64;
+
+/// The RMS difference from blocks, in texels that are spread evenly.
+fn difference(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel, cube: Cube, texels: &[[f32; 3]]) -> f64 {
+    let edge = cube.edge;
+    let square = |index: usize| -> f64 {
+        let (face, s, t) = cube.position(spiral(index, DIRECTIONS));
+        let [column, row] = [s, t].map(|s| ((s * edge as f64) as usize).min(edge - 1));
+        let found = texels[(face as usize * edge + row) * edge + column];
+        let expected = blocks.prefilter_at(kernel, cube.direction(face, row, column), LightBlocks::SHARE);
+        (0..3).map(|channel| (f64::from(found[channel]) - expected[channel]).powi(2)).fold(0.0, f64::max)
+    };
+    let squares: Vec<f64> = (0..DIRECTIONS).into_par_iter().map(square).collect();
+    (squares.iter().sum::<f64>() / DIRECTIONS as f64).sqrt()
+}
+
 /// The RMS difference from blocks of a third of the size.
 fn quadrature_error(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel) -> f64 {
-    const DIRECTIONS: usize = 64;
     let square = |index: usize| -> f64 {
         let normal = spiral(index, DIRECTIONS);
         let coarse = blocks.prefilter_at(kernel, normal, LightBlocks::SHARE);
