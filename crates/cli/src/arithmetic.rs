@@ -12,9 +12,9 @@ use engine::Digest;
 /// The places at which each function is evaluated.
 const PLACES: u32 = 2000;
 
-/// The platform's name: `x86_64 avx2 fma 5f2c81d0a7b34e96`.
+/// The platform's name, with the version of this program: `0.1.0 x86_64 avx2 fma 5f2c81d0a7b34e96`.
 pub(crate) fn platform() -> String {
-    let mut name = std::env::consts::ARCH.to_owned();
+    let mut name = format!("{} {}", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH);
     for (extension, is_there) in extensions() {
         if is_there {
             name += &format!(" {extension}");
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn a_machine_has_one_platform() {
         assert_eq!(platform(), platform());
-        assert!(platform().starts_with(std::env::consts::ARCH));
+        assert!(platform().contains(std::env::consts::ARCH));
         // The values are real: a part of them differs from the neighbours everywhere.
         let values = values();
         let row = 21 * 8 + 10 * 4;
