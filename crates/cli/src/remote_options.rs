@@ -37,12 +37,31 @@ const KEYS: [&str; 11] = [
     "tls-client-key",
 ];
 
+/// The cache that a watcher of this manifest shares; `None` if none is named. Of the results of a person's
+/// trials nothing is stored, unless `always` is asked for, and nobody waits for that.
+pub(crate) fn shared_cache_of_watcher(
+    arguments: &RemoteArguments,
+    manifest: &Path,
+) -> Result<Option<SharedCacheOptions>, Exit> {
+    let of_watcher = |mut options: Options| {
+        if options.upload == RemoteUpload::Auto {
+            options.upload = RemoteUpload::Never;
+        }
+        options
+    };
+    opened(options(arguments, manifest).map(|options| options.map(of_watcher)))
+}
+
 /// The cache that a build of this manifest shares; `None` if none is named.
 pub(crate) fn shared_cache(
     arguments: &RemoteArguments,
     manifest: &Path,
 ) -> Result<Option<SharedCacheOptions>, Exit> {
-    options(arguments, manifest).and_then(|options| options.map(connected).transpose()).map_err(|error| {
+    opened(options(arguments, manifest))
+}
+
+fn opened(options: Result<Option<Options>, OptionError>) -> Result<Option<SharedCacheOptions>, Exit> {
+    options.and_then(|options| options.map(connected).transpose()).map_err(|error| {
         print::error(&error.chain, error.help);
         Exit::Usage
     })

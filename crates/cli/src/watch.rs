@@ -9,7 +9,7 @@ use crate::arguments::WatchArguments;
 use crate::build::{exit_of, stop_on_interrupt};
 use crate::exit::Exit;
 use crate::print::EventStream;
-use crate::remote_options::shared_cache;
+use crate::remote_options::shared_cache_of_watcher;
 use crate::screen::Screen;
 use crate::watch_reporter::{Moment, WatchReporter};
 use crate::{print, terminal};
@@ -30,7 +30,7 @@ pub(crate) fn watch(
     listener: &(dyn Fn(&Event) + Sync),
 ) -> Exit {
     let watching = &arguments.watching;
-    let shared = match shared_cache(&watching.remote, &arguments.manifest.manifest) {
+    let shared = match shared_cache_of_watcher(&watching.remote, &arguments.manifest.manifest) {
         Ok(shared) => shared,
         Err(exit) => return exit,
     };
