@@ -17,7 +17,7 @@ use crate::build_reporter::BuildReporter;
 use crate::exit::Exit;
 use crate::print::{self, say};
 use crate::quantity;
-use crate::remote_options::shared_cache;
+use crate::remote_options::shared_cache_of_watcher;
 
 /// The size of a still that replaces a window.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
@@ -77,7 +77,7 @@ fn build(
         stages,
         jobs: arguments.watching.jobs.map(usize::from),
         keep_going: true,
-        shared: shared_cache(&arguments.watching.remote, &plan.manifest)?,
+        shared: shared_cache_of_watcher(&arguments.watching.remote, &plan.manifest)?,
         ..BuildOptions::default()
     };
     let reporter = BuildReporter::with_bar(arguments.watching.verbose);
