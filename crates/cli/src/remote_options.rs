@@ -38,7 +38,8 @@ const KEYS: [&str; 11] = [
 ];
 
 /// The cache that a watcher of this manifest shares; `None` if none is named. Of the results of a person's
-/// trials nothing is stored, unless `always` is asked for, and nobody waits for that.
+/// trials nothing is stored, unless `always` is asked for, and nobody waits for that. Everything is received:
+/// it is looked at, and the next edit needs it.
 pub(crate) fn shared_cache_of_watcher(
     arguments: &RemoteArguments,
     manifest: &Path,
@@ -47,6 +48,7 @@ pub(crate) fn shared_cache_of_watcher(
         if options.upload == RemoteUpload::Auto {
             options.upload = RemoteUpload::Never;
         }
+        options.download = RemoteDownload::All;
         options
     };
     opened(options(arguments, manifest).map(|options| options.map(of_watcher)))

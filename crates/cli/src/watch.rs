@@ -41,6 +41,7 @@ pub(crate) fn watch(
             keep_going: true,
             wanted: wanted.clone(),
             shared,
+            all_local: true,
             ..BuildOptions::default()
         },
         debounce: Duration::from_millis(watching.debounce),

@@ -50,6 +50,9 @@ pub struct BuildOptions {
     pub wanted: Wanted,
     /// The cache that other machines share with this one.
     pub shared: Option<SharedCacheOptions>,
+    /// Whether every result has to be in this folder, also those that are perhaps only in a shared cache: a
+    /// preview looks at results in the middle of the graph.
+    pub all_local: bool,
 }
 
 /// Builds once: [`BuildSession::build`] with threads of its own, and nothing is kept in memory afterwards.
@@ -142,6 +145,7 @@ impl BuildSession {
                 },
             )
         });
+        check.all_local = options.all_local;
         // Before the files are read: a change between the two would be missed.
         let mut readers = check.readers();
         readers.iter().for_each(|item| running.set_dependencies(*item, check.recorded_dependencies(*item)));

@@ -1,6 +1,6 @@
 //! What of a result is stored in a shared cache, and how it is found and checked.
 //!
-//! A result is found by its [`Action`]: the item's key, and the files that it reads with their digests. Which
+//! A result is found by its [`action`]: the item's key, and the files that it reads with their digests. Which
 //! files an item reads is known only after it ran. So an action names at first the item's source alone; if
 //! the item reads further files, what is stored under that action are their names, and the result is stored
 //! under an action that names all of them. The result is that of equal contents, whoever made it.

@@ -54,6 +54,8 @@ pub(crate) struct UpToDateCheck<'a> {
     shared: HashMap<ItemIndex, Record>,
     /// The items that it was asked for in vain.
     missed: HashSet<ItemIndex>,
+    /// Whether outputs that are perhaps only in a shared cache do not count.
+    pub(crate) all_local: bool,
 }
 
 /// What an earlier build of the plan left, so that it does not need to be checked again.
@@ -112,6 +114,7 @@ impl<'a> UpToDateCheck<'a> {
             known,
             shared,
             missed,
+            all_local: false,
         };
         if check.known.is_none() {
             let latest = |item: usize| state.journal.latest(check.subject(item));
@@ -182,9 +185,15 @@ impl<'a> UpToDateCheck<'a> {
             !latest.is_gone()
                 && latest.key() == self.key(item, |input| self.latest_digest(input))
                 && self.is_valid(item, latest.has_failed(), latest.outputs(), latest.reads())
-                && (latest.is_shared() || latest.outputs().iter().all(|blob| store.has(blob)))
+                && (self.is_elsewhere(latest.is_shared())
+                    || latest.outputs().iter().all(|blob| store.has(blob)))
         };
         self.is_known_complete(item) || self.latest(item).is_some_and(is_valid)
+    }
+
+    /// Whether outputs that came from a shared cache, or not, need not be here.
+    fn is_elsewhere(&self, is_shared: bool) -> bool {
+        is_shared && !self.all_local
     }
 
     fn is_known_complete(&self, item: ItemIndex) -> bool {
@@ -326,7 +335,9 @@ impl<'a> UpToDateCheck<'a> {
         let latest = self.latest(item).filter(|latest| !latest.is_gone() && latest.key() == key);
         let latest = latest
             .filter(|latest| self.is_valid(item, latest.has_failed(), latest.outputs(), latest.reads()));
-        if let Some(latest) = latest.filter(|latest| latest.is_shared() || is_stored(latest.outputs())) {
+        if let Some(latest) =
+            latest.filter(|latest| self.is_elsewhere(latest.is_shared()) || is_stored(latest.outputs()))
+        {
             return Freshness::Current { outputs: latest.outputs().to_vec(), restored: None };
         }
         let results = self.state.journal.results::<Record>(short(key));
@@ -335,7 +346,7 @@ impl<'a> UpToDateCheck<'a> {
         results.sort_by_key(|record| !self.is_of(item, record));
         let is_good = |record: &Record| {
             self.is_valid(item, record.failure.is_some(), &record.outputs, record.reads())
-                && (record.shared.is_some() || is_stored(&record.outputs))
+                && (self.is_elsewhere(record.shared.is_some()) || is_stored(&record.outputs))
         };
         let shared = || self.shared.get(&item).filter(|record| record.key == key).cloned();
         match results.into_iter().find(is_good).or_else(shared) {

@@ -77,6 +77,7 @@ fn build(
         stages,
         jobs: arguments.watching.jobs.map(usize::from),
         keep_going: true,
+        all_local: true,
         shared: shared_cache_of_watcher(&arguments.watching.remote, &plan.manifest)?,
         ..BuildOptions::default()
     };

@@ -163,6 +163,30 @@ fn an_input_that_is_only_there_is_received_when_an_item_runs() {
     assert!(memory.given.lock().contains(&b"light".to_vec()));
 }
 
+/// As a preview wants it: with the cache they are received, without it made.
+#[test]
+fn results_in_the_middle_are_here_if_all_have_to_be() {
+    let memory = Arc::<Memory>::default();
+    project(&memory, "light").build();
+    for with_cache in [true, false] {
+        let mut other = project(&memory, "light");
+        other.build();
+        assert!(!other.blob("light").exists());
+        other.options.all_local = true;
+        if let Some(shared) = &mut other.options.shared {
+            shared.download_all = true;
+        }
+        if !with_cache {
+            other.options.shared = None;
+        }
+        let log = other.build();
+        assert!(other.blob("light").exists() && other.blob("LIGHT").exists(), "{log}");
+        assert_eq!(log.contains("from memory text [a]"), with_cache, "{log}");
+        assert_eq!(log.contains("ran text [a]"), !with_cache, "{log}");
+        assert!(other.build().contains("0 ran, 3 up to date"));
+    }
+}
+
 #[test]
 fn what_the_server_lost_is_made_again() {
     let memory = Arc::<Memory>::default();
