@@ -127,6 +127,12 @@ pub(crate) enum Command {
         #[arg(last = true)]
         words: Vec<String>,
     },
+    /// Run the item that a build with --remote-executor put into a folder, on a worker of its server
+    #[command(hide = true)]
+    RunItem {
+        /// Its description; the folder that has it has its files
+        item: PathBuf,
+    },
     /// Write the manual pages of all commands, for `man`
     Man {
         /// The folder to write them into
@@ -160,6 +166,7 @@ impl Command {
             | Self::Init { .. }
             | Self::Completions { .. }
             | Self::Complete { .. }
+            | Self::RunItem { .. }
             | Self::Man { .. } => return None,
         };
         Some(&mut manifest.manifest)
@@ -250,12 +257,27 @@ pub(crate) struct BuildArguments {
 
 // The options of commands that build with a shared cache; docs/remote.md explains them.
 #[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Shared cache")]
+#[command(next_help_heading = "Other machines")]
 pub(crate) struct RemoteArguments {
     /// Use the results of other machines, and give them ours: grpc://HOST:PORT, grpcs://HOST:PORT or
     /// unix:PATH [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) remote_cache: Option<String>,
+    /// Run items on the workers of this server, which also has the cache unless --remote-cache names another
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) remote_executor: Option<String>,
+    /// How many items run on workers at a time [default: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub(crate) remote_jobs: Option<u16>,
+    /// What a worker must have, such as container-image=docker://...; may be repeated
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) remote_default_exec_properties: Vec<String>,
+    /// Where workers have this program; without it the program is sent
+    #[arg(long, value_name = "PATH")]
+    pub(crate) remote_program: Option<String>,
+    /// Run items here that read more than this of files [default: 64]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(0..=1 << 20))]
+    pub(crate) remote_source_limit: Option<u32>,
     /// The name of the server's instance
     #[arg(long, value_name = "NAME")]
     pub(crate) remote_instance_name: Option<String>,
@@ -275,7 +297,7 @@ pub(crate) struct RemoteArguments {
     /// Compress large results by Zstandard on their way, if the server offers that
     #[arg(long)]
     pub(crate) remote_cache_compression: bool,
-    /// Fail with exit code 4 if the cache cannot be used
+    /// Fail with exit code 4 if a server cannot be used
     #[arg(long)]
     pub(crate) remote_required: bool,
     /// The certificate authority of the server (PEM) [default: those of the system]

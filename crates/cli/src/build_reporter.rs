@@ -26,6 +26,8 @@ pub(crate) struct BuildReporter {
 
 #[derive(Default)]
 struct State {
+    /// The items that run on other machines, and the server that has them run.
+    elsewhere: HashMap<ItemName, String>,
     failures: Vec<(ItemName, Vec<String>, Option<String>)>,
     skipped: Vec<(ItemName, Option<ItemName>)>,
 }
@@ -67,22 +69,29 @@ impl BuildReporter {
                 self.screen.settled();
             }
             Event::SharedCache { host, message } => {
-                self.important("warning", format_args!("shared cache {host}: {message}"));
+                self.important("warning", format_args!("{host}: {message}"));
             }
-            Event::Started { item, reasons } => {
+            Event::Started { item, reasons, host } => {
+                let at = host.as_ref().map_or_else(String::new, |host| format!(" at {host}"));
+                match host {
+                    Some(host) => _ = self.state().elsewhere.insert(item.clone(), host.clone()),
+                    None => _ = self.state().elsewhere.remove(item),
+                }
                 let why = || reasons::lines(reasons).join("; ");
                 if self.dry_run {
                     return self.line("would run", format_args!("{item}: {}", why()));
                 }
                 if self.verbose {
-                    self.line("run", format_args!("{item}: {}", why()));
+                    self.line("run", format_args!("{item}{at}: {}", why()));
                 }
                 self.screen.started(item);
             }
             Event::Progress { item, share } => self.screen.progress(item, *share),
             Event::Finished { item, milliseconds, changed } => {
                 let same = if *changed { "" } else { "  (same result as before)" };
-                self.line(&duration(*milliseconds), format_args!("{item}{same}"));
+                let host = self.state().elsewhere.remove(item);
+                let at = host.map_or_else(String::new, |host| format!("  (at {host})"));
+                self.line(&duration(*milliseconds), format_args!("{item}{at}{same}"));
                 self.screen.ended(item);
             }
             Event::Warning { item, message } => {
@@ -191,6 +200,7 @@ impl BuildReporter {
 fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     let Summary {
         ran,
+        ran_elsewhere,
         up_to_date,
         failed,
         skipped,
@@ -235,7 +245,11 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         0 => format!("{up_to_date} up to date"),
         _ => format!("{} up to date, {shared} from the shared cache", up_to_date - shared),
     };
-    let mut counts = vec![format!("{} ran", count(ran, "item")), up_to_date];
+    let elsewhere = match ran_elsewhere {
+        0 => String::new(),
+        _ => format!(" ({ran_elsewhere} on other machines)"),
+    };
+    let mut counts = vec![format!("{} ran{elsewhere}", count(ran, "item")), up_to_date];
     if failed > 0 {
         counts.push(format!("{failed} FAILED"));
     }
@@ -247,7 +261,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     lines.extend(shared_traffic.filter(|traffic| traffic.calls > 0).map(|traffic| {
         let Traffic { calls, received, sent } = traffic;
         let amounts = format!("{} received, {} sent", size(received), size(sent));
-        format!("Shared cache: {amounts}, in {}.", count(calls as usize, "call"))
+        format!("Network: {amounts}, in {}.", count(calls as usize, "call"))
     }));
     if kept > 0 {
         lines.push("The last good outputs of the items that did not run are kept.".into());

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use engine::{Cause, Explanation, FileState, FromCache, ItemName, Kinds, LastRun};
+use engine::{Cause, Explanation, FileState, FromCache, ItemName, Kinds, LastRun, Place};
 use serde_json::json;
 
 use crate::arguments::ExplainArguments;
@@ -74,7 +74,10 @@ fn verdict(found: &Explanation, describe: fn(&Cause) -> String) -> String {
                     format!("its result came from the cache at {}, made on {},", shared.host, shared.machine)
                 }
                 Some(_) => "its result came from the cache".into(),
-                None => "it last ran".into(),
+                None => match &last.place {
+                    Some(Place::Worker { host, name }) => format!("it last ran on {name} of {host}"),
+                    _ => "it last ran".into(),
+                },
             };
             format!("up to date{missing}; {came} because:{}", because(&last.causes))
         }
@@ -115,7 +118,11 @@ fn state(state: &FileState) -> String {
 
 fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
     let mut text = match &run.from_cache {
-        None => "  last ran".to_owned(),
+        None => match &run.place {
+            Some(Place::Worker { host, name }) => format!("  last ran on {name} of {host}"),
+            Some(Place::Here { .. }) => "  last ran here".into(),
+            None => "  last ran".to_owned(),
+        },
         Some(from) => {
             let of = if from.manifest == manifest { "" } else { &format!(" of {}", from.manifest) };
             let (at, on) = match &from.shared {
@@ -127,6 +134,9 @@ fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
     };
     let time = quantity::duration(run.milliseconds);
     let _ = writeln!(text, " {} for {time} as {}, by version {}", run.started, run.kind, run.version);
+    if let (Some(Place::Here { because }), None) = (&run.place, &run.from_cache) {
+        let _ = writeln!(text, "    on no other machine, because {because}");
+    }
     if would_run {
         for first in &run.causes {
             let _ = writeln!(text, "    because {}", cause(first));

@@ -37,6 +37,7 @@ mod print;
 mod quantity;
 mod reasons;
 mod remote_options;
+mod run_item;
 mod sample;
 mod schema;
 mod screen;
@@ -95,6 +96,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Init { folder, sample } => Ok(init::run(&folder, sample, kinds)),
         Command::Completions { shell } => Ok(completions::run(shell)),
         Command::Complete { words } => Ok(completions::complete(&words, kinds)),
+        Command::RunItem { item } => run_item::run(&item, kinds),
         Command::Man { folder } => Ok(completions::write_manual(&folder)),
     };
     // A command that cannot continue returns its exit code as an error.

@@ -23,8 +23,13 @@ const HEADER: &str = "SPECULA_REMOTE_HEADER";
 const FILE: &str = "specula.toml";
 
 /// What an option may be called in `[remote]`.
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 16] = [
     "cache",
+    "executor",
+    "jobs",
+    "exec-properties",
+    "program",
+    "source-limit",
     "instance-name",
     "header-file",
     "timeout",
@@ -87,6 +92,13 @@ impl OptionError {
 #[cfg_attr(not(feature = "remote"), allow(dead_code, reason = "without a client nothing is done with them"))]
 struct Options {
     cache: String,
+    /// Where items run; empty if they all run here.
+    executor: String,
+    jobs: u64,
+    properties: Vec<(String, String)>,
+    program: Option<String>,
+    /// In MiB.
+    source_limit: u64,
     instance: String,
     headers: Vec<String>,
     header_file: Option<PathBuf>,
@@ -160,11 +172,34 @@ fn merged(
         Some((_, Value::Boolean(truth))) => Ok(Some(*truth)),
         Some(_) => Err(expected(key, "true or false")),
     };
-    let seconds = match value("timeout") {
-        None => None,
-        Some((_, Value::Integer(seconds))) if (1..=86_400).contains(seconds) => u64::try_from(*seconds).ok(),
-        Some(_) => return Err(expected("timeout", "a whole number of seconds from 1 to 86400")),
+    let number = |key: &str, what: &str, range: std::ops::RangeInclusive<i64>| match value(key) {
+        None => Ok(None),
+        Some((_, Value::Integer(number))) if range.contains(number) => Ok(u64::try_from(*number).ok()),
+        Some(_) => {
+            let (least, most) = (range.start(), range.end());
+            Err(expected(key, &format!("a whole number of {what} from {least} to {most}")))
+        }
     };
+    let seconds = number("timeout", "seconds", 1..=86_400)?;
+    let jobs = number("jobs", "items", 1..=4096)?;
+    let source_limit = number("source-limit", "MiB", 0..=1 << 20)?;
+    let mut properties = match value("exec-properties") {
+        None => Vec::new(),
+        Some((_, Value::Table(table))) => {
+            let text = |(name, value): (&String, &Value)| Some((name.clone(), value.as_str()?.to_owned()));
+            let texts = table.iter().map(text).collect::<Option<Vec<_>>>();
+            texts.ok_or_else(|| expected("exec-properties", "a table of texts"))?
+        }
+        Some(_) => return Err(expected("exec-properties", "a table of texts")),
+    };
+    for written in &arguments.remote_default_exec_properties {
+        let Some((name, value)) = written.split_once('=') else {
+            let message = format!("--remote-default-exec-properties {written:?} is not NAME=VALUE");
+            return Err(OptionError::new(message));
+        };
+        properties.retain(|(known, _)| known != name);
+        properties.push((name.to_owned(), value.to_owned()));
+    }
     let upload = match text("upload")?.as_deref() {
         None => None,
         Some("auto") => Some(RemoteUpload::Auto),
@@ -178,8 +213,15 @@ fn merged(
         Some("all") => Some(RemoteDownload::All),
         Some(_) => return Err(expected("download", "\"outputs\" or \"all\"")),
     };
+    let executor = arguments.remote_executor.clone().or(text("executor")?).unwrap_or_default();
+    let cache = arguments.remote_cache.clone().or(variable).or(text("cache")?);
     let options = Options {
-        cache: arguments.remote_cache.clone().or(variable).or(text("cache")?).unwrap_or_default(),
+        cache: cache.unwrap_or_else(|| executor.clone()),
+        executor,
+        jobs: arguments.remote_jobs.map(u64::from).or(jobs).unwrap_or(64),
+        properties,
+        program: arguments.remote_program.clone().or(text("program")?),
+        source_limit: arguments.remote_source_limit.map(u64::from).or(source_limit).unwrap_or(64),
         instance: arguments.remote_instance_name.clone().or(text("instance-name")?).unwrap_or_default(),
         headers: arguments.remote_header.clone(),
         header_file: path("header-file")?,
@@ -214,7 +256,8 @@ fn connected(options: Options) -> Result<SharedCacheOptions, OptionError> {
     use std::sync::Arc;
     use std::time::Duration;
 
-    use remote::{Address, RemoteCache, RemoteOptions, TlsFiles, UploadChoice};
+    use engine::{Executor, ExecutorOptions};
+    use remote::{Address, Program, RemoteCache, RemoteExecutor, RemoteOptions, TlsFiles, UploadChoice};
 
     let wrong = |error: &dyn std::fmt::Display| OptionError::new(error.to_string());
     let read = |file: &Option<PathBuf>| match file {
@@ -242,7 +285,7 @@ fn connected(options: Options) -> Result<SharedCacheOptions, OptionError> {
         (None, None) => None,
         _ => return Err(OptionError::new("--tls-client-certificate and --tls-client-key belong together")),
     };
-    let cache = RemoteCache::new(RemoteOptions {
+    let of_cache = RemoteOptions {
         address: Address::parse(&options.cache).map_err(|error| wrong(&error))?,
         instance: options.instance,
         headers: headers.collect::<Result<_, _>>()?,
@@ -254,9 +297,27 @@ fn connected(options: Options) -> Result<SharedCacheOptions, OptionError> {
             RemoteUpload::Always => UploadChoice::Always,
         },
         compress: options.compression,
-    })
-    .map_err(|error| wrong(&error))?;
+    };
+    let cache = RemoteCache::new(of_cache.clone()).map_err(|error| wrong(&error))?;
+    let executor = match options.executor.as_str() {
+        "" => None,
+        address => {
+            let address = Address::parse(address).map_err(|error| wrong(&error))?;
+            let program = match options.program {
+                Some(path) => Program::There(path),
+                None => Program::Sent(std::env::current_exe().map_err(|error| wrong(&error))?),
+            };
+            let of_executor = RemoteOptions { address, ..of_cache };
+            let executor = RemoteExecutor::new(&cache, of_executor, program, options.properties);
+            Some(ExecutorOptions {
+                executor: Arc::new(executor.map_err(|error| wrong(&error))?) as Arc<dyn Executor>,
+                jobs: usize::try_from(options.jobs).unwrap_or(64),
+                most_bytes: options.source_limit << 20,
+            })
+        }
+    };
     Ok(SharedCacheOptions {
+        executor,
         cache: Arc::new(cache),
         platform: crate::arithmetic::platform(),
         machine: machine_name(),

@@ -133,7 +133,7 @@ impl WatchReporter {
             Event::SharedCache { host, message } => {
                 self.line("warning", &format!("shared cache {host}: {message}"));
             }
-            Event::Started { item, reasons } => {
+            Event::Started { item, reasons, .. } => {
                 state.running.push((item.clone(), reasons.clone()));
                 self.screen.started(item);
             }

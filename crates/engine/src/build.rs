@@ -12,7 +12,7 @@ use crate::run::RunContext;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
 use crate::selection::Selection;
-use crate::session::LastBuild;
+use crate::session::{LastBuild, threads};
 use crate::shared_cache::SharedCacheOptions;
 use crate::shared_results::SharedBlobs;
 use crate::state::State;
@@ -188,7 +188,9 @@ impl BuildSession {
             scheduler.report(event_of(&item, event));
         }
         removed?;
-        let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
+        let executor = options.shared.as_ref().and_then(|shared| shared.executor.as_ref());
+        let elsewhere = executor.map(|options| threads("e", options.jobs)).transpose()?;
+        let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool, elsewhere.as_ref());
         *self.failed_on.lock() = running.read_by(&scheduler.failed);
         self.end_reads();
         publisher.finish()?;
@@ -241,7 +243,7 @@ impl BuildSession {
                 None => {}
                 Some(Forecast::Runs(reasons)) => {
                     summary.ran += 1;
-                    events(Event::Started { item, reasons });
+                    events(Event::Started { item, reasons, host: None });
                 }
                 Some(Forecast::Current { outputs, .. }) => {
                     summary.up_to_date += 1;

@@ -83,6 +83,32 @@ impl Table {
     }
 }
 
+impl Table {
+    /// A TOML text of the same content, without its comments and places. Equal tables give equal texts,
+    /// whatever the order of their entries.
+    pub fn text(&self) -> String {
+        self.plain().to_string()
+    }
+
+    fn plain(&self) -> toml::Table {
+        self.entries.iter().map(|entry| (entry.key.clone(), entry.value.plain())).collect()
+    }
+}
+
+impl Value {
+    fn plain(&self) -> toml::Value {
+        match &self.kind {
+            ValueKind::Boolean(value) => (*value).into(),
+            ValueKind::Integer(value) => (*value).into(),
+            ValueKind::Float(value) => (*value).into(),
+            // A date has no place in a stage's parameters: its text is refused as the date would be.
+            ValueKind::String(value) | ValueKind::Datetime(value) => value.clone().into(),
+            ValueKind::Array(values) => values.iter().map(Self::plain).collect::<Vec<_>>().into(),
+            ValueKind::Table(table) => table.plain().into(),
+        }
+    }
+}
+
 /// A TOML file's text and its content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Document {

@@ -166,6 +166,9 @@ pub enum Event {
         item: ItemName,
         /// Why: every difference from its last run.
         reasons: Vec<Reason>,
+        /// The server that lets another machine run it; `null` if it runs here. If it cannot run there, a
+        /// second such event without a server follows.
+        host: Option<String>,
     },
     /// An item still runs, and this share of its work is done. Reported of an item that runs for more than a
     /// second, if it knows the share, and at most ten times a second.
@@ -325,6 +328,9 @@ pub enum Changed {
 pub struct Summary {
     /// Items that ran.
     pub ran: usize,
+    /// How many of them ran on other machines.
+    #[serde(default)]
+    pub ran_elsewhere: usize,
     /// Items that were up to date.
     pub up_to_date: usize,
     /// How many of them have a result that was found in a shared cache.

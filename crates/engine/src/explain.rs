@@ -17,8 +17,8 @@ use crate::selection::{Selection, first_item, item_named};
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
-    Cancel, Cause, Digest, Error, ErrorKind, FileRead, FromCache, InputUsed, ItemIndex, ItemName, Plan,
-    Reason, Timestamp, nearest,
+    Cancel, Cause, Digest, Error, ErrorKind, FileRead, FromCache, InputUsed, ItemIndex, ItemName, Place,
+    Plan, Reason, Timestamp, nearest,
 };
 
 /// The explanation of one item.
@@ -59,6 +59,8 @@ pub struct LastRun {
     pub causes: Vec<Cause>,
     /// The origin of the result if it came from the cache; `None` if the item ran for these reasons.
     pub from_cache: Option<FromCache>,
+    /// Where it ran, in a build with other machines, and if here, why.
+    pub place: Option<Place>,
     /// Its warnings.
     pub warnings: Vec<String>,
     /// Its notes.
@@ -196,6 +198,7 @@ fn last_run(check: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> Last
         reasons: record.reasons.clone(),
         causes: check.causes_of(item, record),
         from_cache: record.from_cache.clone(),
+        place: record.place.clone(),
         warnings: record.warnings.clone(),
         notes: record.notes.clone(),
         inputs: record.inputs.clone(),

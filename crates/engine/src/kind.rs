@@ -199,6 +199,13 @@ pub trait Kind: Send + Sync + 'static {
         true
     }
 
+    /// What another machine must be that runs items of a stage with these parameters, such as
+    /// `("container-image", "docker://...")`; usually nothing. `None`: they run only on the machine of the
+    /// build. What is not shared never runs elsewhere.
+    fn properties(_parameters: &Self::Parameters) -> Option<Vec<(String, String)>> {
+        Some(Vec::new())
+    }
+
     /// Makes the output of one item.
     ///
     /// # Errors
@@ -273,6 +280,10 @@ pub trait Configured: Send + Sync {
     /// [`Kind::is_shared`].
     fn is_shared(&self) -> bool {
         true
+    }
+    /// [`Kind::properties`], and `None` for what is not shared.
+    fn properties(&self) -> Option<Vec<(String, String)>> {
+        self.is_shared().then(Vec::new)
     }
     /// [`Kind::run`].
     ///
@@ -423,6 +434,10 @@ impl<K: Kind> Configured for Stage<K> {
 
     fn is_shared(&self) -> bool {
         K::is_shared(&self.0)
+    }
+
+    fn properties(&self) -> Option<Vec<(String, String)>> {
+        K::properties(&self.0).filter(|_| K::is_shared(&self.0))
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {

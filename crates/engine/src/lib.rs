@@ -17,10 +17,12 @@ mod disk;
 mod document;
 mod error;
 mod event;
+mod executor;
 mod explain;
 mod failure;
 mod files;
 mod gate;
+mod item_request;
 mod journal;
 mod key;
 mod kind;
@@ -40,10 +42,13 @@ mod record;
 mod regular;
 mod retention;
 mod run;
+mod run_elsewhere;
+mod run_item;
 mod running;
 mod scheduler;
 mod selection;
 mod session;
+mod shared_blob;
 mod shared_cache;
 mod shared_results;
 mod snapshot;
@@ -71,6 +76,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, line_and_column};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
+pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
 pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
 pub use failure::Failure;
 pub use files::{Files, Read};
@@ -84,9 +90,11 @@ pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, 
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};
+pub use run_item::run_item;
 pub use session::{BuildSession, WORKER};
+pub use shared_blob::SharedBlob;
 pub use shared_cache::{
-    SharedBlob, SharedCache, SharedCacheOptions, SharedOrigin, SharedResult, Traffic, Trouble, Upload,
+    SharedCache, SharedCacheOptions, SharedOrigin, SharedResult, Traffic, Trouble, Upload, UploadOutputs,
 };
 pub use snapshot::ResultsSnapshot;
 pub use spelling::nearest;

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use crate::{
     Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemName, Kinds, Port, Product, RecipeReader,
-    nearest, regular,
+    Table, nearest, regular,
 };
 
 mod cycles;
@@ -44,6 +44,8 @@ pub struct Stage {
     pub kind: Arc<dyn ErasedKind>,
     /// The kind with this stage's parameters.
     pub configured: Arc<dyn Configured>,
+    /// These parameters as the manifest has them.
+    pub parameters: Table,
     /// The ports of the kind, or, if the kind accepts any port, those that the stage names.
     pub ports: Vec<Port>,
     /// The connected ports, in the order of `ports`, each with the stage that feeds it.
@@ -189,6 +191,7 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
             inputs: inputs.collect::<Option<_>>()?,
             ports: node.ports.clone(),
             configured: node.configured.clone()?,
+            parameters: node.parameters.clone(),
             product: node.product.clone()?,
             kind,
         })

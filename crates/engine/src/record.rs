@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::executor::Place;
 use crate::shared_cache::{Shared, SharedOrigin};
 use crate::store::Blob;
 use crate::{Digest, ItemKey, ItemName, Reason, Timestamp};
@@ -45,6 +46,9 @@ pub(crate) struct Record {
     /// made the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) from_cache: Option<FromCache>,
+    /// Where it ran, in a build that lets items run elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) place: Option<Place>,
     /// Where the outputs are, if a shared cache had them: perhaps only there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) shared: Option<Shared>,

@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering;
 
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
+use crate::executor::Place;
 use crate::gate::Gate;
 use crate::journal::{Line, Tag, short};
 use crate::memory::Memory;
@@ -21,7 +22,7 @@ use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
-use crate::shared_cache::SharedCacheOptions;
+use crate::shared_cache::{Shared, SharedCacheOptions, UploadOutputs};
 use crate::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action};
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
@@ -65,6 +66,8 @@ pub(crate) struct RunRequest {
     pub(crate) causes: Vec<Cause>,
     /// Whether somebody looks at it.
     pub(crate) is_wanted: bool,
+    /// Why it runs here, if other items run elsewhere.
+    pub(crate) why_here: Option<String>,
     /// The share of its work that is done.
     pub(crate) share: Arc<ShareDone>,
 }
@@ -84,6 +87,8 @@ pub(crate) struct Made {
     pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
     /// Why its files could not be published although they are stored.
     pub(crate) unpublished: Option<Failure>,
+    /// Whether that is because its outputs are gone again.
+    pub(crate) is_lost: bool,
 }
 
 /// An item runs at most this many times if the files that it reads keep changing.
@@ -106,25 +111,53 @@ impl Attempt {
     }
 }
 
-/// An output that is in the store.
-struct Stored {
-    outputs: Vec<Blob>,
+/// What a run made, and what it was.
+pub(crate) struct Ran {
+    pub(crate) stored: Result<Stored, Failure>,
+    pub(crate) reads: Vec<FileRead>,
+    /// The lines of the journal with the stamps of the files that it read.
+    pub(crate) stamps: Vec<Line>,
+    pub(crate) started: Timestamp,
+    pub(crate) milliseconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) notes: Vec<String>,
+    pub(crate) place: Option<Place>,
+    /// Where the outputs are, if they are perhaps not here.
+    pub(crate) shared: Option<Shared>,
+}
+
+impl Ran {
+    /// A run that began then and has come to nothing so far.
+    pub(crate) fn without_result(started: Timestamp) -> Self {
+        Self {
+            stored: Err(Failure::cancelled()),
+            reads: Vec::new(),
+            stamps: Vec::new(),
+            started,
+            milliseconds: 0.0,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+            place: None,
+            shared: None,
+        }
+    }
+}
+
+/// An output that is in the store, or known to be on a server.
+pub(crate) struct Stored {
+    pub(crate) outputs: Vec<Blob>,
     /// The value of an artifact.
-    value: Option<Arc<dyn Any + Send + Sync>>,
+    pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
     /// The contents of exported files.
-    files: Option<Vec<Vec<u8>>>,
+    pub(crate) files: Option<Vec<Vec<u8>>>,
 }
 
 impl RunContext<'_> {
-    /// Runs an item, stores and records its outputs, and publishes its files.
+    /// Runs an item here, stores and records its outputs, and publishes its files.
     ///
     /// # Errors
     /// If the journal cannot be written, so that nothing can be recorded.
     pub(crate) fn run(&self, request: RunRequest) -> Result<Outcome, Error> {
-        let state = self.check.state;
-        let item = &self.check.plan.items[request.item];
-        let stage = &self.check.plan.stages[item.stage];
-        let info = &self.check.stages[item.stage];
         let started = Timestamp::now();
         let (attempt, time) = own_time(|| {
             let mut attempt = self.attempt(&request);
@@ -136,7 +169,6 @@ impl RunContext<'_> {
             }
             attempt
         });
-        let milliseconds = time.as_secs_f64() * 1e3;
         let Attempt { output, changing, reader, reads, warnings, notes } = attempt;
         let output = match changing {
             Some(path) if output.is_ok() => {
@@ -151,12 +183,34 @@ impl RunContext<'_> {
             }
             output => output,
         };
+        let made = Ran {
+            stored: output.and_then(|output| self.stored(output)),
+            reads: self.reads(&reader, &reads),
+            stamps: self.disk.stamps_of(&reader, &reads),
+            started,
+            milliseconds: time.as_secs_f64() * 1e3,
+            warnings,
+            notes,
+            place: request.why_here.clone().map(|because| Place::Here { because }),
+            shared: None,
+        };
+        self.conclude(request, made)
+    }
+
+    /// Records what a run made, wherever it ran, and publishes its files.
+    ///
+    /// # Errors
+    /// If the journal cannot be written, so that nothing can be recorded.
+    pub(crate) fn conclude(&self, request: RunRequest, ran: Ran) -> Result<Outcome, Error> {
+        let state = self.check.state;
+        let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
+        let info = &self.check.stages[self.check.plan.items[request.item].stage];
+        let Ran { stored, reads, stamps, started, milliseconds, warnings, notes, place, shared } = ran;
         // A kind says what is wrong inside its source; which file of the project that is, is known only here.
-        let output = output.map_err(|failure| match self.check.source(request.item) {
+        let stored = stored.map_err(|failure| match self.check.source(request.item) {
             Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
             _ => failure,
         });
-        let stored = output.and_then(|output| self.stored(output));
         let mut outcome =
             Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, events: Vec::new() };
         if let Err(failure) = &stored
@@ -177,19 +231,20 @@ impl RunContext<'_> {
             parameters: info.parameters.clone(),
             source: self.check.source(request.item),
             inputs: request.inputs,
-            reads: self.reads(&reader, &reads),
+            reads,
             outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
             started,
             milliseconds,
             reasons: request.reasons,
             causes: worth_keeping(&request.causes),
             from_cache: None,
-            shared: None,
+            place,
+            shared,
             warnings: outcome.warnings.clone(),
             notes: outcome.notes.clone(),
             failure: stored.as_ref().err().map(|failure| failure.chain.clone()),
         };
-        let mut lines = self.disk.stamps_of(&reader, &reads);
+        let mut lines = stamps;
         if stored.is_ok() {
             lines.push(Line::new(Tag::Result, short(record.key), Some(&record)));
         }
@@ -205,6 +260,7 @@ impl RunContext<'_> {
                     self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
                 }
                 let published = self.publish(request.item, &outputs, files, &mut outcome.events);
+                let is_lost = matches!(published, Err(PublishError::ResultLost));
                 let unpublished = match published {
                     Ok(()) => None,
                     Err(PublishError::ResultLost) => {
@@ -212,7 +268,7 @@ impl RunContext<'_> {
                     }
                     Err(PublishError::Error(error)) => Some(failure_of(error)),
                 };
-                Ok(Made { outputs, value, unpublished })
+                Ok(Made { outputs, value, unpublished, is_lost })
             }
         };
         Ok(outcome)
@@ -247,11 +303,14 @@ impl RunContext<'_> {
         entries.push((action(&options.platform, record.key, &all), described(result)));
         let digests = record.outputs.iter().map(|blob| blob.digest).collect::<Vec<_>>();
         let store = Arc::clone(&self.check.state.store);
-        options.cache.store(Upload {
-            entries,
-            outputs: digests.len(),
-            read: Box::new(move |index| store.get(digests[index]).ok().flatten()),
-        });
+        let outputs = match &record.shared {
+            Some(shared) => UploadOutputs::There(shared.blobs.clone()),
+            None => UploadOutputs::Here {
+                count: digests.len(),
+                read: Box::new(move |index| store.get(digests[index]).ok().flatten()),
+            },
+        };
+        options.cache.store(Upload { entries, outputs });
     }
 
     /// Whether an item's files are published with these outputs, and no file is left that it exported before.

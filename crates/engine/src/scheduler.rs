@@ -3,9 +3,9 @@
 //! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
 //! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
 //! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
-//! first. `tasks.rs` says which of the ready tasks is next, and `wanted.rs` what becomes of those that
-//! somebody waits for. An artifact is kept in memory only while an item
-//! may need it, except for those that the session keeps.
+//! first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and `wanted.rs`
+//! what becomes of those that somebody waits for. An artifact is kept in memory only while an item may need
+//! it, except for those that the session keeps.
 //!
 //! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
 //! be the one that has to do the work.
@@ -24,6 +24,7 @@ use crate::own_time::own_time;
 use crate::publish::{PublishError, PublishEvent};
 use crate::record::{Record, worth_keeping};
 use crate::run::{Outcome, RunContext, RunRequest, message_of};
+use crate::run_elsewhere::Elsewhere;
 use crate::running::Dependencies;
 use crate::selection::Selection;
 use crate::shared_cache::Shared;
@@ -33,12 +34,15 @@ use crate::{
     Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work, parallel,
 };
 
+mod lanes;
 mod outcomes;
 mod progress;
+mod reports;
 mod tasks;
 
 use progress::RunningItems;
-use tasks::{Task, Tasks};
+pub(crate) use reports::event_of;
+use tasks::{Lane, Task, Tasks};
 
 /// The progress of an item.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,12 +84,15 @@ struct Progress {
     causes: Vec<Cause>,
     /// Whether it ran in this build.
     ran: bool,
+    /// Why it runs here, if other items run elsewhere.
+    why_here: Option<String>,
 }
 
 enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Found(ItemIndex, Option<Box<Record>>),
     Ran(ItemIndex, Result<Outcome, Error>),
+    RanElsewhere(ItemIndex, Result<Elsewhere, Error>),
     Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
     /// The engine itself panicked in a task, with this message.
     Panicked(ItemIndex, String),
@@ -95,7 +102,7 @@ enum Message {
 struct WorkSpan {
     item: ItemIndex,
     work: Work,
-    is_wanted: bool,
+    lane: Lane,
     worker: usize,
     begun: Instant,
     took: Duration,
@@ -124,8 +131,12 @@ pub(crate) struct Scheduler<'a, 'e> {
     was_complete: Vec<bool>,
     to_check: BinaryHeap<Reverse<ItemIndex>>,
     tasks: Tasks,
-    /// The tasks in work, of items that are not wanted and of those that are.
-    busy: [usize; 2],
+    /// The tasks for other machines.
+    elsewhere: Tasks,
+    /// Whether it was said that items cannot run there.
+    has_told: bool,
+    /// The tasks in work, by lane.
+    busy: [usize; 3],
     running: RunningItems,
     pub(crate) summary: Summary,
     /// The items that failed, except for those that failed because of the system.
@@ -178,6 +189,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 is_missed: false,
                 causes: Vec::new(),
                 ran: false,
+                why_here: None,
             });
         }
         for (progress, consumers) in items.iter_mut().zip(&consumers) {
@@ -200,7 +212,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             was_complete: is_complete,
             to_check,
             tasks: Tasks::default(),
-            busy: [0; 2],
+            elsewhere: Tasks::default(),
+            has_told: false,
+            busy: [0; 3],
             running: RunningItems::default(),
             summary: Summary::default(),
             failed: Vec::new(),
@@ -208,11 +222,17 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Finishes every item: those that are wanted on threads of their own.
+    /// Finishes every item: those that are wanted on threads of their own, and so those for which threads of
+    /// `elsewhere` wait.
     ///
     /// # Errors
     /// If the journal cannot be written.
-    pub(crate) fn finish_all(&mut self, pool: &ThreadPool, wanted: &ThreadPool) -> Result<(), Error> {
+    pub(crate) fn finish_all(
+        &mut self,
+        pool: &ThreadPool,
+        wanted: &ThreadPool,
+        elsewhere: Option<&ThreadPool>,
+    ) -> Result<(), Error> {
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if self.is_stopping() {
@@ -229,7 +249,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
         let (sender, receiver) = channel();
         pool.in_place_scope(|scope| {
-            wanted.in_place_scope(|wanted| self.run_tasks([scope, wanted], &sender, &receiver));
+            wanted.in_place_scope(|wanted| {
+                elsewhere.unwrap_or(pool).in_place_scope(|elsewhere| {
+                    self.run_tasks([scope, wanted, elsewhere], &sender, &receiver);
+                });
+            });
         });
         if let Some(error) = self.fatal.take() {
             return Err(error);
@@ -238,10 +262,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Runs all tasks, each in the scope for items that are not wanted, or in that for those that are.
+    /// Runs all tasks, each in the scope of its lane.
     fn run_tasks<'s>(
         &mut self,
-        scopes: [&Scope<'s>; 2],
+        scopes: [&Scope<'s>; 3],
         sender: &Sender<(WorkSpan, Message)>,
         receiver: &Receiver<(WorkSpan, Message)>,
     ) where
@@ -253,15 +277,15 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             while let Some(item) = self.next_to_check() {
                 self.check_item(item);
             }
-            while let Some((task, is_wanted)) = self.next_task() {
-                self.start(task, is_wanted, scopes[usize::from(is_wanted)], sender);
+            while let Some((task, lane)) = self.next_task() {
+                self.start(task, lane, scopes[lane as usize], sender);
             }
-            if self.busy == [0; 2] {
+            if self.busy == [0; 3] {
                 break;
             }
             // Meanwhile something else may be wanted.
             if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
-                self.busy[usize::from(span.is_wanted)] -= 1;
+                self.busy[span.lane as usize] -= 1;
                 if span.work == Work::Run {
                     self.running.ended(span.item);
                 }
@@ -305,19 +329,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             self.wanted_version = Some(version);
             self.is_wanted = self.context.wanted.among(self.check.plan);
             self.tasks.want(&self.is_wanted);
+            self.elsewhere.want(&self.is_wanted);
         }
-    }
-
-    /// The most urgent task, if a thread is free for it, and whether it is wanted.
-    fn next_task(&mut self) -> Option<(Task, bool)> {
-        let [others, wanted] = self.busy;
-        let may_start = if self.tasks.has_wanted() {
-            wanted < self.jobs
-        } else {
-            // Others would pause at once.
-            wanted == 0 && others < self.jobs
-        };
-        if may_start && !self.is_stopping() { self.tasks.pop() } else { None }
     }
 
     fn next_to_check(&mut self) -> Option<ItemIndex> {
@@ -399,9 +412,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         record
     }
 
-    /// Runs an item as soon as the artifacts that it needs are in memory.
+    /// Runs an item as soon as the artifacts that it needs are in memory, or on another machine.
     fn run_when_ready(&mut self, item: ItemIndex) {
         self.items[item].phase = Phase::Busy;
+        if self.runs_elsewhere(item) {
+            return self.elsewhere.push(item, Task::Run(item), self.check, &self.is_wanted);
+        }
         for input in distinct(&self.check.plan.items[item].inputs) {
             if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
                 self.items[input].handle = self.context.value_in_memory(input, self.digest(input));
@@ -424,20 +440,16 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.tasks.push(item, task, self.check, &self.is_wanted);
     }
 
-    fn start<'s>(
-        &mut self,
-        task: Task,
-        is_wanted: bool,
-        scope: &Scope<'s>,
-        sender: &Sender<(WorkSpan, Message)>,
-    ) where
+    fn start<'s>(&mut self, task: Task, lane: Lane, scope: &Scope<'s>, sender: &Sender<(WorkSpan, Message)>)
+    where
         'a: 's,
     {
         let context = self.context;
         let sender = sender.clone();
-        self.busy[usize::from(is_wanted)] += 1;
+        self.busy[lane as usize] += 1;
+        let is_wanted = lane == Lane::Wanted;
         let gate = is_wanted.then(|| self.context.gate.close());
-        let first_worker = if is_wanted { self.jobs } else { 0 };
+        let first_worker = lane as usize * self.jobs;
         let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
             Task::Fetch(item) => {
                 let digest = self.digest(item);
@@ -464,8 +476,17 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 let request = self.request(item, is_wanted);
                 self.items[item].causes.clone_from(&request.causes);
                 self.running.started(item, Arc::clone(&request.share), self.clock.elapsed());
-                self.report(Event::Started { item: self.check.name(item), reasons: request.reasons.clone() });
-                (item, Work::Run, Box::new(move || Message::Ran(item, context.run(request))))
+                let elsewhere = self.executor().filter(|_| lane == Lane::Elsewhere);
+                let host = elsewhere.map(|options| options.executor.host());
+                let (name, reasons) = (self.check.name(item), request.reasons.clone());
+                self.report(Event::Started { item: name, reasons, host });
+                let act: Box<dyn FnOnce() -> Message + Send + 'a> = match elsewhere {
+                    None => Box::new(move || Message::Ran(item, context.run(request))),
+                    Some(options) => {
+                        Box::new(move || Message::RanElsewhere(item, context.run_elsewhere(request, options)))
+                    }
+                };
+                (item, Work::Run, act)
             }
         };
         scope.spawn(move |_| {
@@ -475,25 +496,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 .unwrap_or_else(|panic| Message::Panicked(item, message_of(panic.as_ref()).to_owned()));
             drop(gate);
             let worker = first_worker + rayon::current_thread_index().unwrap_or(0);
-            let span = WorkSpan { item, work, is_wanted, worker, begun, took: begun.elapsed() };
+            let span = WorkSpan { item, work, lane, worker, begun, took: begun.elapsed() };
             let _ = sender.send((span, message));
-        });
-    }
-
-    fn report_progress(&mut self) {
-        for (item, share) in self.running.due(self.clock.elapsed()) {
-            self.report(Event::Progress { item: self.check.name(item), share });
-        }
-    }
-
-    fn report_span(&mut self, span: &WorkSpan) {
-        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
-        self.report(Event::TaskTimed {
-            item: self.check.name(span.item),
-            work: span.work,
-            worker: span.worker,
-            start_milliseconds: milliseconds(span.begun.saturating_duration_since(self.clock)),
-            milliseconds: milliseconds(span.took),
         });
     }
 
@@ -521,6 +525,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             reasons,
             causes,
             is_wanted,
+            why_here: self.items[item].why_here.clone(),
             share: Arc::default(),
         }
     }
@@ -546,48 +551,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
 
     fn digest(&self, item: ItemIndex) -> Digest {
         self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
-    }
-
-    fn report_all(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
-        let name = self.check.name(item);
-        for event in events {
-            self.report(event_of(&name, event));
-        }
-    }
-
-    /// Reports that an item is up to date, and what its run warned of.
-    fn report_up_to_date(&mut self, item: ItemIndex) {
-        let name = self.check.name(item);
-        let found = self.items[item].is_found.then_some(self.context.shared).flatten();
-        let host = self.check.shared_host(item).or(found.map(|options| options.cache.host()));
-        self.report(Event::UpToDate { item: name.clone(), host });
-        if self.context.repeat_warnings && self.check.latest(item).is_some_and(|latest| latest.has_warned()) {
-            for message in self.check.record(item).into_iter().flat_map(|record| record.warnings) {
-                self.report(Event::Warning { item: name.clone(), message });
-            }
-        }
-    }
-
-    /// Reports an event, and counts files.
-    pub(crate) fn report(&mut self, event: Event) {
-        match &event {
-            Event::Published { .. } => self.summary.published += 1,
-            Event::Removed { .. } => self.summary.removed += 1,
-            _ => {}
-        }
-        (self.events)(event);
-    }
-}
-
-/// The event for a publishing step.
-pub(crate) fn event_of(name: &ItemName, event: PublishEvent) -> Event {
-    match event {
-        PublishEvent::Published { file, bytes, restored } => {
-            Event::Published { item: name.clone(), file, bytes, restored }
-        }
-        PublishEvent::Removed { file } => Event::Removed { file },
-        PublishEvent::Warning(message) => Event::Warning { item: name.clone(), message },
-        PublishEvent::Note(message) => Event::Note { item: name.clone(), message },
     }
 }
 

@@ -39,6 +39,16 @@ pub struct BuildSession {
     pub(crate) failed_on: PathSet,
 }
 
+/// So many threads.
+///
+/// # Errors
+/// If they cannot be started.
+pub(crate) fn threads(name: &'static str, jobs: usize) -> Result<ThreadPool, Error> {
+    let pool = ThreadPoolBuilder::new().num_threads(jobs);
+    let built = pool.thread_name(move |index| format!("{WORKER} {name}{index}")).build();
+    built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))
+}
+
 /// Paths that several threads share.
 #[derive(Debug, Default)]
 pub(crate) struct PathSet(Mutex<HashSet<PathBuf>>);
@@ -91,12 +101,7 @@ impl BuildSession {
     /// If threads cannot be started.
     pub fn new(jobs: Option<usize>, memory: u64) -> Result<Self, Error> {
         // 0 means the number of available cores.
-        let pool = |name: &'static str| {
-            let pool = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0));
-            let built = pool.thread_name(move |index| format!("{WORKER} {name}{index}")).build();
-            built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))
-        };
-        let (pool, wanted_pool) = (pool("")?, pool("w")?);
+        let (pool, wanted_pool) = (threads("", jobs.unwrap_or(0))?, threads("w", jobs.unwrap_or(0))?);
         Ok(Self {
             pool,
             wanted_pool,

@@ -8,16 +8,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Digest;
-
-/// A blob on the server: its digest there (SHA-256), and its size.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SharedBlob {
-    /// The digest by which the server knows it.
-    pub hash: Digest,
-    /// Its size.
-    pub bytes: u64,
-}
+use crate::executor::ExecutorOptions;
+use crate::shared_blob::SharedBlob;
 
 /// What is stored under an action.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,10 +24,21 @@ pub struct SharedResult {
 pub struct Upload {
     /// The actions and what is stored under each; the last one has the outputs.
     pub entries: Vec<(Vec<u8>, Vec<u8>)>,
-    /// The number of outputs.
-    pub outputs: usize,
-    /// Reads an output; `None` if it is gone.
-    pub read: Box<dyn Fn(usize) -> Option<Vec<u8>> + Send>,
+    /// The outputs.
+    pub outputs: UploadOutputs,
+}
+
+/// The outputs of a result to store.
+pub enum UploadOutputs {
+    /// They are here.
+    Here {
+        /// How many there are.
+        count: usize,
+        /// Reads one; `None` if it is gone.
+        read: Box<dyn Fn(usize) -> Option<Vec<u8>> + Send>,
+    },
+    /// They are on the server, which made them.
+    There(Vec<SharedBlob>),
 }
 
 /// What a build had of the cache.
@@ -97,6 +100,8 @@ pub struct SharedCacheOptions {
     pub download_all: bool,
     /// Whether a build without the cache is an error.
     pub is_required: bool,
+    /// The machines that run items; `None`: all run here.
+    pub executor: Option<ExecutorOptions>,
     /// The folders of programs (PATH), which items read beside the files of the project.
     pub programs: Vec<PathBuf>,
 }

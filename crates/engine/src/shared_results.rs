@@ -18,7 +18,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::journal::{Journal, LatestRecord, Tag};
 use crate::record::Record;
-use crate::shared_cache::{Shared, SharedBlob, SharedCache};
+use crate::shared_blob::SharedBlob;
+use crate::shared_cache::{Shared, SharedCache};
 use crate::store::{Blob, Store};
 use crate::{Digest, FileRead, ItemName, Timestamp};
 
@@ -139,21 +140,40 @@ impl SharedBlobs {
         }
     }
 
+    /// The name of a blob on the server, which `hash` finds out if it is not known; `None` if that has none.
+    pub(crate) fn name_of(
+        &self,
+        digest: Digest,
+        hash: impl FnOnce() -> Option<SharedBlob>,
+    ) -> Option<SharedBlob> {
+        if let Some(known) = self.known.lock().get(&digest) {
+            return Some(*known);
+        }
+        let blob = hash()?;
+        self.known.lock().insert(digest, blob);
+        Some(blob)
+    }
+
     /// Remembers where the outputs of a record are.
     pub(crate) fn add(&self, record: &Record) {
         let blobs = record.shared.iter().flat_map(|shared| &shared.blobs);
         self.known.lock().extend(record.outputs.iter().map(|output| output.digest).zip(blobs.copied()));
     }
 
-    /// A blob of the server; `None` if it is not there, or is not what it should be.
-    pub(crate) fn get(&self, digest: Digest) -> Option<Vec<u8>> {
-        let blob = *self.known.lock().get(&digest)?;
+    /// The bytes of a small blob that the server has just made.
+    pub(crate) fn bytes(&self, blob: SharedBlob) -> Option<Vec<u8>> {
         let mut found = None;
         self.cache.read(&[blob], &mut |_, bytes| {
-            found = bytes.filter(|bytes| Digest::of(bytes) == digest);
+            found = bytes;
             true
         });
         found
+    }
+
+    /// A blob of the server; `None` if it is not there, or is not what it should be.
+    pub(crate) fn get(&self, digest: Digest) -> Option<Vec<u8>> {
+        let blob = *self.known.lock().get(&digest)?;
+        self.bytes(blob).filter(|bytes| Digest::of(bytes) == digest)
     }
 
     /// Receives blobs into a store, few at a time. What cannot be received or stored is left out: it is asked
@@ -175,7 +195,17 @@ impl SharedBlobs {
 /// item's source, or a program. Paths are those of records.
 pub(crate) fn may_ask_for(path: &str, source: Option<&str>, programs: &[PathBuf]) -> bool {
     let path = Path::new(path);
-    let is_plain = path.components().all(|part| !matches!(part, Component::ParentDir));
+    // `a/../b` is inside, `a/../../b` is not.
+    let mut depth = 0_i32;
+    let is_plain = path.components().all(|part| {
+        depth += match part {
+            Component::Normal(_) => 1,
+            Component::ParentDir if path.is_relative() => -1,
+            Component::ParentDir => i32::MIN / 2,
+            _ => 0,
+        };
+        depth >= 0
+    });
     let beside = source.and_then(|source| Path::new(source).parent());
     let is_beside = || beside.is_some_and(|folder| path.starts_with(folder));
     let is_program = || path.parent().is_some_and(|folder| programs.iter().any(|known| known == folder));
@@ -191,6 +221,7 @@ mod tests {
         let programs = [PathBuf::from("/usr/bin")];
         for (path, source, expected) in [
             ("maps/a.exr", None, true),
+            ("maps/../a.exr", None, true),
             ("../other/a.exr", None, false),
             ("maps/../../a.exr", None, false),
             ("/home/me/.ssh/id", Some("maps/a.gltf"), false),

@@ -4,6 +4,7 @@ mod artifacts;
 mod cache;
 mod changed;
 mod determinism;
+mod elsewhere;
 mod explanations;
 mod failures;
 mod hostile;
@@ -145,9 +146,10 @@ fn log(events: &[Event]) -> String {
             Event::UpToDate { item, host: None } => writeln!(text, "up to date {item}"),
             Event::UpToDate { item, host: Some(host) } => writeln!(text, "from {host} {item}"),
             Event::SharedCache { host, message } => writeln!(text, "trouble at {host}: {message}"),
-            Event::Started { item, reasons } => {
+            Event::Started { item, reasons, host } => {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
-                writeln!(text, "run {item}: {}", reasons.join("; "))
+                let place = host.as_ref().map_or_else(String::new, |host| format!(" at {host}"));
+                writeln!(text, "run {item}{place}: {}", reasons.join("; "))
             }
             Event::TaskTimed { .. } | Event::Progress { .. } => Ok(()),
             Event::Warning { item, message } => writeln!(text, "warning {item}: {message}"),

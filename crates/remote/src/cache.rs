@@ -14,7 +14,7 @@ use tokio::task::JoinSet;
 use tonic::Code;
 
 use crate::blobs::{batches, receive};
-use crate::connection::{Connection, ConnectionError, LARGEST_MESSAGE, Server, said};
+use crate::connection::{Connection, ConnectionError, LARGEST_MESSAGE, Purpose, Server, said};
 use crate::options::RemoteOptions;
 use crate::protocol::{action, blob, digest_of, shared_result};
 use crate::uploader::{self, Job};
@@ -26,12 +26,12 @@ const QUESTIONS: usize = 256;
 const BLOB_CALLS: usize = 8;
 
 /// How often a wait looks whether it should stop.
-const LOOK: Duration = Duration::from_millis(50);
+pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
 /// A cache on a server.
 #[derive(Debug)]
 pub struct RemoteCache {
-    connection: Arc<Connection>,
+    pub(crate) connection: Arc<Connection>,
     /// To the thread that stores results, which the first result starts.
     jobs: Mutex<Option<Sender<Job>>>,
 }
@@ -42,7 +42,7 @@ impl RemoteCache {
     /// # Errors
     /// If the options cannot be those of a connection.
     pub fn new(options: RemoteOptions) -> Result<Self, ConnectionError> {
-        Ok(Self { connection: Arc::new(Connection::new(options)?), jobs: Mutex::default() })
+        Ok(Self { connection: Arc::new(Connection::new(options, Purpose::Cache)?), jobs: Mutex::default() })
     }
 }
 

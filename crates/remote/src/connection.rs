@@ -20,11 +20,14 @@ use crate::options::{RemoteOptions, UploadChoice};
 
 /// A call that a busy server or a lost connection broke off is made again so many times, after pauses that
 /// start with this and grow fourfold.
-const RETRIES: u32 = 3;
-const PAUSE: Duration = Duration::from_millis(100);
+pub(crate) const RETRIES: u32 = 3;
+pub(crate) const PAUSE: Duration = Duration::from_millis(100);
 
 /// The longest wait for a connection.
 const CONNECTING: Duration = Duration::from_secs(10);
+
+/// How often it is looked whether a server that runs something is still there.
+const PING: Duration = Duration::from_secs(30);
 
 /// How long a server is left alone after an error. A watcher tries it again then.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -47,6 +50,16 @@ pub enum ConnectionError {
     Threads(String),
 }
 
+/// What a connection is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Blobs and results.
+    Cache,
+    /// Running actions. A call lasts as long as its action, so it has no time limit; that the server is still
+    /// there is seen by pings.
+    Execution,
+}
+
 /// What a server said of itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Server {
@@ -62,6 +75,7 @@ pub(crate) struct Server {
 pub(crate) struct Connection {
     pub(crate) runtime: Runtime,
     pub(crate) options: RemoteOptions,
+    purpose: Purpose,
     endpoint: Endpoint,
     headers: Vec<(AsciiMetadataKey, AsciiMetadataValue)>,
     server: Mutex<Option<Server>>,
@@ -69,13 +83,15 @@ pub(crate) struct Connection {
     broken: Mutex<Option<Instant>>,
     pub(crate) may_store: AtomicBool,
     trouble: Mutex<Option<Trouble>>,
+    /// Held by whoever sends large blobs.
+    pub(crate) turn: tokio::sync::Mutex<()>,
     pub(crate) calls: AtomicU64,
     pub(crate) received: AtomicU64,
     pub(crate) sent: AtomicU64,
 }
 
 impl Connection {
-    pub(crate) fn new(options: RemoteOptions) -> Result<Self, ConnectionError> {
+    pub(crate) fn new(options: RemoteOptions, purpose: Purpose) -> Result<Self, ConnectionError> {
         let headers = options.headers.iter().map(|(name, value)| {
             let error = || ConnectionError::Header(name.clone());
             let name = name.to_ascii_lowercase().parse::<AsciiMetadataKey>().map_err(|_| error())?;
@@ -88,16 +104,18 @@ impl Connection {
             .enable_all()
             .build()
             .map_err(|error| ConnectionError::Threads(error.to_string()))?;
-        let endpoint = endpoint(&options)?;
+        let endpoint = endpoint(&options, purpose)?;
         Ok(Self {
             runtime,
             may_store: AtomicBool::new(options.upload != UploadChoice::Never),
             options,
+            purpose,
             endpoint,
             headers,
             server: Mutex::default(),
             broken: Mutex::default(),
             trouble: Mutex::default(),
+            turn: tokio::sync::Mutex::default(),
             calls: AtomicU64::new(0),
             received: AtomicU64::new(0),
             sent: AtomicU64::new(0),
@@ -135,13 +153,19 @@ impl Connection {
             .call(ask)
             .await
             .map_err(|status| format!("{address} does not say what it can: {}", said(&status)))?;
-        let cache = answer.into_inner().cache_capabilities.unwrap_or_default();
+        let capabilities = answer.into_inner();
+        let runs = capabilities.execution_capabilities.is_some_and(|execution| execution.exec_enabled);
+        if self.purpose == Purpose::Execution && !runs {
+            return Err(format!("{address} runs no actions"));
+        }
+        let cache = capabilities.cache_capabilities.unwrap_or_default();
         let functions = &cache.digest_functions;
         if !functions.is_empty() && !functions.contains(&(re::digest_function::Value::Sha256 as i32)) {
             return Err(format!("{address} does not know blobs by SHA-256"));
         }
         let may_update = cache.action_cache_update_capabilities.is_some_and(|update| update.update_enabled);
         if !may_update
+            && self.purpose == Purpose::Cache
             && self.may_store.swap(false, Ordering::Relaxed)
             && self.options.upload == UploadChoice::Always
         {
@@ -231,17 +255,23 @@ impl Connection {
     }
 }
 
-fn endpoint(options: &RemoteOptions) -> Result<Endpoint, ConnectionError> {
+fn endpoint(options: &RemoteOptions, purpose: Purpose) -> Result<Endpoint, ConnectionError> {
     let uri = options.address.uri();
     let error = |error: tonic::transport::Error| ConnectionError::Threads(chain(&error));
     let endpoint = Endpoint::from_shared(uri).map_err(error)?;
     let mut endpoint = endpoint
         .connect_timeout(options.timeout.min(CONNECTING))
-        .timeout(options.timeout)
         .initial_stream_window_size(Some(4 << 20))
         .initial_connection_window_size(Some(16 << 20))
         .user_agent("specula")
         .map_err(error)?;
+    endpoint = match purpose {
+        Purpose::Cache => endpoint.timeout(options.timeout),
+        Purpose::Execution => endpoint
+            .http2_keep_alive_interval(PING)
+            .keep_alive_timeout(options.timeout)
+            .keep_alive_while_idle(true),
+    };
     let tls = &options.tls;
     if options.address.is_encrypted() {
         let mut config = ClientTlsConfig::new();
@@ -260,7 +290,7 @@ fn endpoint(options: &RemoteOptions) -> Result<Endpoint, ConnectionError> {
 }
 
 /// Whether the same call may succeed a little later.
-fn is_passing(status: &Status) -> bool {
+pub(crate) fn is_passing(status: &Status) -> bool {
     matches!(status.code(), Code::Unavailable | Code::Aborted)
 }
 

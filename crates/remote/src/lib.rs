@@ -6,6 +6,9 @@
 //! of the `Action` finds an `ActionResult` with the engine's description in `stdout_raw` and the outputs as
 //! files named `0`, `1` and so on.
 //!
+//! [`RemoteExecutor`] is the engine's [`engine::Executor`]: an item runs on a worker of the server as
+//! `specula run-item item.json`, in an input root that has everything that it needs.
+//!
 //! Many calls are in flight at once. Blobs of up to [`BATCH`] bytes together share a call; larger ones are
 //! streams, compressed by Zstandard if the server offers that. Every blob's SHA-256 is checked.
 //!
@@ -20,12 +23,15 @@ mod address;
 mod blobs;
 mod cache;
 mod connection;
+mod executor;
 mod options;
 mod protocol;
+mod sending;
 mod uploader;
 
 pub use address::{Address, AddressError};
 pub use blobs::BATCH;
 pub use cache::RemoteCache;
 pub use connection::ConnectionError;
+pub use executor::{Program, RemoteExecutor};
 pub use options::{RemoteOptions, TlsFiles, UploadChoice};

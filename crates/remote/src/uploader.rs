@@ -6,25 +6,20 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender};
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
-use bazel_remote_apis::google::bytestream::WriteRequest;
-use bazel_remote_apis::google::bytestream::byte_stream_client::ByteStreamClient;
-use engine::{SharedBlob, Upload};
+use engine::{SharedBlob, Upload, UploadOutputs};
 use re::action_cache_client::ActionCacheClient;
 use tokio::task::JoinSet;
 use tonic::Status;
 
-use crate::blobs::{batches, storage};
 use crate::connection::{Connection, LARGEST_MESSAGE, Server};
-use crate::protocol::{ActionMessages, action, action_result, blob, digest, digest_of, sha256};
+use crate::protocol::{ActionMessages, action, action_result, digest_of, sha256};
+use crate::sending::send_missing;
 
 /// Outputs of at most about so many bytes are in memory at a time.
 const GROUP: u64 = 32 << 20;
 
 /// The most results of a group.
 const MOST_IN_GROUP: usize = 256;
-
-/// A message of a stream.
-const PIECE: usize = 1 << 20;
 
 /// What the thread is told.
 pub(crate) enum Job {
@@ -51,11 +46,17 @@ impl Group {
 
     /// Adds a result with everything that it needs, unless an output is gone.
     fn add(&mut self, upload: &Upload) {
-        let mut outputs = Vec::with_capacity(upload.outputs);
-        for index in 0..upload.outputs {
-            let Some(bytes) = (upload.read)(index) else { return };
-            outputs.push(self.add_blob(bytes));
-        }
+        let outputs = match &upload.outputs {
+            UploadOutputs::There(blobs) => blobs.clone(),
+            UploadOutputs::Here { count, read } => {
+                let mut outputs = Vec::with_capacity(*count);
+                for index in 0..*count {
+                    let Some(bytes) = read(index) else { return };
+                    outputs.push(self.add_blob(bytes));
+                }
+                outputs
+            }
+        };
         let last = upload.entries.len().saturating_sub(1);
         for (index, (text, description)) in upload.entries.iter().enumerate() {
             let ActionMessages { action, others } = action(text);
@@ -117,17 +118,9 @@ fn store(connection: &Arc<Connection>, group: Group) {
 
 async fn send(connection: &Arc<Connection>, server: &Server, group: Group) -> Result<(), Status> {
     let Group { mut blobs, results, .. } = group;
-    let missing = missing(connection, server, blobs.values().map(|(blob, _)| *blob).collect()).await?;
-    for batch in batches(&missing, server.batch) {
-        let parts =
-            batch.into_iter().filter_map(|index| blobs.remove(&missing[index].hash.0)).collect::<Vec<_>>();
-        let bytes = parts.iter().map(|(blob, _)| blob.bytes).sum::<u64>();
-        match &parts[..] {
-            [(large, data)] if large.bytes > server.batch => write(connection, server, *large, data).await?,
-            _ => update(connection, server, &parts).await?,
-        }
-        connection.sent.fetch_add(bytes, Ordering::Relaxed);
-    }
+    let all = blobs.values().map(|(blob, _)| *blob).collect();
+    let mut take = |blob: SharedBlob| blobs.remove(&blob.hash.0).map(|(_, bytes)| bytes);
+    send_missing(connection, server, all, &mut take).await?;
     let mut tasks = JoinSet::new();
     for (name, result) in results {
         let (connection, server) = (Arc::clone(connection), server.clone());
@@ -152,90 +145,4 @@ async fn send(connection: &Arc<Connection>, server: &Server, group: Group) -> Re
         stored.unwrap_or_else(|_| Err(Status::internal("a task ended early")))?;
     }
     Ok(())
-}
-
-/// Those of the blobs that the server lacks.
-async fn missing(
-    connection: &Connection,
-    server: &Server,
-    blobs: Vec<SharedBlob>,
-) -> Result<Vec<SharedBlob>, Status> {
-    let ask = || async {
-        let request = re::FindMissingBlobsRequest {
-            instance_name: connection.options.instance.clone(),
-            blob_digests: blobs.iter().map(|blob| digest(*blob)).collect(),
-            digest_function: re::digest_function::Value::Sha256 as i32,
-        };
-        storage(&server.channel).find_missing_blobs(connection.request(request)).await
-    };
-    let answer = connection.call(ask).await?.into_inner();
-    Ok(answer.missing_blob_digests.iter().filter_map(blob).collect())
-}
-
-async fn update(
-    connection: &Connection,
-    server: &Server,
-    parts: &[(SharedBlob, Vec<u8>)],
-) -> Result<(), Status> {
-    let store = || async {
-        let requests = parts.iter().map(|(blob, data)| re::batch_update_blobs_request::Request {
-            digest: Some(digest(*blob)),
-            data: data.clone(),
-            ..Default::default()
-        });
-        let request = re::BatchUpdateBlobsRequest {
-            instance_name: connection.options.instance.clone(),
-            requests: requests.collect(),
-            digest_function: re::digest_function::Value::Sha256 as i32,
-        };
-        storage(&server.channel).batch_update_blobs(connection.request(request)).await
-    };
-    let answer = connection.call(store).await?.into_inner();
-    let refused = answer.responses.into_iter().filter_map(|one| one.status).find(|status| status.code != 0);
-    match refused {
-        Some(status) => Err(Status::new(status.code.into(), status.message)),
-        None => Ok(()),
-    }
-}
-
-/// Sends a large blob as a stream.
-async fn write(
-    connection: &Connection,
-    server: &Server,
-    large: SharedBlob,
-    data: &[u8],
-) -> Result<(), Status> {
-    let re::Digest { hash, .. } = digest(large);
-    let packed = server
-        .has_zstd
-        .then(|| ruzstd::encoding::compress_to_vec(data, ruzstd::encoding::CompressionLevel::Fastest));
-    let (folder, data) = match &packed {
-        Some(packed) => ("compressed-blobs/zstd", &packed[..]),
-        None => ("blobs", data),
-    };
-    // A name for this attempt that no other has: of the blob, the process and its count of calls.
-    let send = || async {
-        let attempt = (std::process::id(), connection.calls.load(Ordering::Relaxed));
-        let unique = digest_of(format!("{hash} {attempt:?}").as_bytes()).hash;
-        let unique = format!(
-            "{}-{}-4{}-8{}-{}",
-            &unique[..8],
-            &unique[8..12],
-            &unique[12..15],
-            &unique[15..18],
-            &unique[18..30]
-        );
-        let name = connection.resource(&format!("uploads/{unique}/{folder}/{hash}/{}", large.bytes));
-        let pieces = data.chunks(PIECE).enumerate().map(|(index, piece)| WriteRequest {
-            resource_name: if index == 0 { name.clone() } else { String::new() },
-            write_offset: (index * PIECE) as i64,
-            finish_write: (index + 1) * PIECE >= data.len(),
-            data: piece.to_vec(),
-        });
-        let pieces = tokio_stream::iter(pieces.collect::<Vec<_>>());
-        let mut client =
-            ByteStreamClient::new(server.channel.clone()).max_encoding_message_size(LARGEST_MESSAGE);
-        client.write(connection.request(pieces)).await
-    };
-    connection.call(send).await.map(drop)
 }

@@ -29,7 +29,11 @@ fn timeline(items: usize, work: &[(Index, usize, f64, f64)]) -> Timeline {
         summary: Summary::default(),
     };
     for &(item, worker, start, end) in work {
-        timeline.record(&Event::Started { item: name(item), reasons: vec![engine::Reason::NeverBuilt] });
+        timeline.record(&Event::Started {
+            item: name(item),
+            reasons: vec![engine::Reason::NeverBuilt],
+            host: None,
+        });
         let (start_milliseconds, milliseconds) = (start, end - start);
         let work = Work::Run;
         timeline.record(&Event::TaskTimed {

@@ -116,7 +116,7 @@ impl Timeline {
                     own: 0,
                 });
             }
-            Event::Started { item, reasons } => {
+            Event::Started { item, reasons, .. } => {
                 let Some(item) = index(item) else { return };
                 self.reasons[item] = reasons::lines(reasons).join("; ");
             }

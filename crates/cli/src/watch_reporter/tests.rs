@@ -69,7 +69,7 @@ fn noticed(changes: &[(&str, Changed)]) -> Event {
 }
 
 fn started(item: &ItemName, reason: Reason) -> Event {
-    Event::Started { item: item.clone(), reasons: vec![reason] }
+    Event::Started { item: item.clone(), reasons: vec![reason], host: None }
 }
 
 fn finished(item: &ItemName) -> Event {

@@ -40,6 +40,8 @@ pub(crate) struct Node {
     pub(crate) header: Range<usize>,
     pub(crate) kind: Option<Arc<dyn ErasedKind>>,
     pub(crate) configured: Option<Arc<dyn Configured>>,
+    /// Its parameters as they are written.
+    pub(crate) parameters: Table,
     /// The kind's ports, or, if the kind accepts any port, those that the stage names.
     pub(crate) ports: Vec<Port>,
     /// In the order of `ports`.
@@ -411,10 +413,15 @@ fn connect(
         .map(|stage| {
             let kind = kind(stage, kinds, errors);
             let ports = kind.as_ref().map(|kind| kind.ports_named(&names(stage)));
+            let parameters =
+                kind.as_ref().map(|kind| parameters(stage, kind.as_ref(), errors)).unwrap_or_default();
+            let configured = kind.as_ref().map(|kind| kind.configure(&parameters));
             Node {
                 name: stage.name.value.clone(),
                 header: stage.header.clone(),
-                configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), errors)),
+                configured: configured
+                    .and_then(|configured| configured.map_err(|found| errors.extend(found)).ok()),
+                parameters,
                 edges: edges(
                     stage,
                     kind.as_deref().zip(ports.as_deref()),
@@ -446,11 +453,8 @@ fn kind(stage: &Declaration, kinds: &Kinds, errors: &mut Vec<Diagnostic>) -> Opt
     kind
 }
 
-fn configure(
-    stage: &Declaration,
-    kind: &dyn ErasedKind,
-    errors: &mut Vec<Diagnostic>,
-) -> Option<Arc<dyn Configured>> {
+/// The parameters of a stage: the entries of its table less those that the engine owns.
+fn parameters(stage: &Declaration, kind: &dyn ErasedKind, errors: &mut Vec<Diagnostic>) -> Table {
     // Unknown keys are reported here rather than by the kind, because they may be misspelt keys of the
     // engine.
     let fields: Vec<_> = kind.fields().into_iter().map(|field| field.name).collect();
@@ -465,7 +469,7 @@ fn configure(
     unknown_keys(&stage.parameters, &owned.chain(fields.iter().cloned()).collect::<Vec<_>>(), errors);
     let mut table = Table { span: stage.parameters.span.clone(), entries: stage.parameters.entries.clone() };
     table.entries.retain(|entry| fields.contains(&entry.key));
-    kind.configure(&table).map_err(|found| errors.extend(found)).ok()
+    table
 }
 
 fn source(

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::{Message, Phase, Scheduler, Task, distinct};
 use crate::publish::{PublishError, PublishEvent};
 use crate::run::{Made, Outcome, failure_of};
+use crate::run_elsewhere::Elsewhere;
 use crate::{Error, ErrorKind, Event, Failure, ItemIndex, ItemName};
 
 impl Scheduler<'_, '_> {
@@ -32,7 +33,20 @@ impl Scheduler<'_, '_> {
                 self.take_result(item, record.outputs.clone(), Some(record));
             }
             Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
-            Message::Ran(_, Err(error)) => self.fatal = Some(error),
+            Message::RanElsewhere(item, Ok(Elsewhere::Ran(outcome))) => {
+                self.summary.ran_elsewhere += usize::from(outcome.made.is_ok());
+                self.handle_outcome(item, outcome);
+            }
+            Message::RanElsewhere(item, Ok(Elsewhere::Here(why))) => {
+                self.items[item].why_here = Some(why);
+                self.run_when_ready(item);
+            }
+            Message::RanElsewhere(item, Ok(Elsewhere::Unable(why))) => {
+                self.report_unable(&why);
+                self.items[item].why_here = Some(why);
+                self.run_when_ready(item);
+            }
+            Message::Ran(_, Err(error)) | Message::RanElsewhere(_, Err(error)) => self.fatal = Some(error),
             Message::Published(item, events, Ok(())) => self.up_to_date(item, events),
             Message::Published(item, _, Err(PublishError::ResultLost)) => {
                 self.items[item].lost = true;
@@ -68,7 +82,7 @@ impl Scheduler<'_, '_> {
         for message in notes {
             self.report(Event::Note { item: name.clone(), message });
         }
-        let Made { outputs, value, unpublished } = match made {
+        let Made { outputs, value, unpublished, .. } = match made {
             Ok(made) => made,
             Err(failure) => return self.fail(item, &failure),
         };
@@ -116,6 +130,7 @@ impl Scheduler<'_, '_> {
     fn reopen(&mut self, item: ItemIndex) {
         if self.items[item].ran {
             self.summary.ran -= 1;
+            self.summary.ran_elsewhere -= usize::from(self.has_run_elsewhere(item));
         } else {
             self.summary.up_to_date -= 1;
             self.summary.shared -= usize::from(self.is_from_shared(item));

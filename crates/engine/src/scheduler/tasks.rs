@@ -16,6 +16,17 @@ pub(super) enum Task {
     Find(ItemIndex),
 }
 
+/// Where a task is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lane {
+    /// On the threads for items that nobody waits for.
+    Others,
+    /// On those for items that somebody looks at.
+    Wanted,
+    /// On another machine; a thread here waits for it.
+    Elsewhere,
+}
+
 /// What is wanted goes first, and what takes long goes last.
 ///
 /// Of the rest, exports go before artifacts, and artifacts of later stages before those of earlier ones, so

@@ -8,11 +8,14 @@ use expect_test::expect;
 use parking_lot::Mutex;
 
 use super::Project;
-use crate::{Digest, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload};
+use crate::{
+    Digest, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
+    UploadOutputs,
+};
 
 /// A server that keeps everything, by itself.
 #[derive(Default)]
-struct Memory {
+pub(super) struct Memory {
     results: Mutex<HashMap<Vec<u8>, SharedResult>>,
     blobs: Mutex<HashMap<Digest, Vec<u8>>>,
     /// Blobs that were given away.
@@ -27,6 +30,21 @@ impl std::fmt::Debug for Memory {
 }
 
 impl Memory {
+    /// The name of bytes: any digest but the engine's own.
+    pub(super) fn name(bytes: &[u8]) -> SharedBlob {
+        SharedBlob { hash: Digest::of(&[bytes, b"!"].concat()), bytes: bytes.len() as u64 }
+    }
+
+    pub(super) fn keep(&self, bytes: &[u8]) -> SharedBlob {
+        let blob = Self::name(bytes);
+        self.blobs.lock().insert(blob.hash, bytes.to_vec());
+        blob
+    }
+
+    pub(super) fn bytes(&self, blob: SharedBlob) -> Option<Vec<u8>> {
+        self.blobs.lock().get(&blob.hash).cloned()
+    }
+
     /// Changes the description of every result.
     fn forge(&self, change: impl Fn(&mut serde_json::Value)) {
         for result in self.results.lock().values_mut() {
@@ -61,15 +79,12 @@ impl SharedCache for Memory {
     }
 
     fn store(&self, upload: Upload) {
-        let mut outputs = Vec::new();
-        for index in 0..upload.outputs {
-            let bytes = (upload.read)(index).expect("it was just made");
-            // Any digest but the engine's own.
-            let blob =
-                SharedBlob { hash: Digest::of(&[&bytes[..], b"!"].concat()), bytes: bytes.len() as u64 };
-            self.blobs.lock().insert(blob.hash, bytes);
-            outputs.push(blob);
-        }
+        let outputs = match upload.outputs {
+            UploadOutputs::There(blobs) => blobs,
+            UploadOutputs::Here { count, read } => {
+                (0..count).map(|index| self.keep(&read(index).expect("it was just made"))).collect()
+            }
+        };
         let last = upload.entries.len() - 1;
         for (index, (action, description)) in upload.entries.into_iter().enumerate() {
             let outputs = if index == last { outputs.clone() } else { Vec::new() };
@@ -102,8 +117,14 @@ path = "{text}"
 "#;
 
 fn project(memory: &Arc<Memory>, text: &str) -> Project {
-    let mut project = Project::new(MANIFEST);
+    let project = with_cache(memory, MANIFEST);
     project.write("a.txt", text);
+    project
+}
+
+/// A folder that shares its results through this memory.
+pub(super) fn with_cache(memory: &Arc<Memory>, manifest: &str) -> Project {
+    let mut project = Project::new(manifest);
     project.options.jobs = Some(1);
     project.options.shared = Some(SharedCacheOptions {
         cache: Arc::clone(memory) as Arc<dyn SharedCache>,
@@ -111,6 +132,7 @@ fn project(memory: &Arc<Memory>, text: &str) -> Project {
         machine: "nightly".into(),
         download_all: false,
         is_required: false,
+        executor: None,
         programs: Vec::new(),
     });
     project

@@ -195,6 +195,7 @@ impl UpToDateCheck<'_> {
             reasons: Vec::new(),
             causes: Vec::new(),
             from_cache: None,
+            place: None,
             shared: None,
             warnings: Vec::new(),
             notes: Vec::new(),

@@ -97,7 +97,7 @@ impl Built {
     /// Each item of `graded` that ran, with the reasons.
     fn graded(&self) -> Vec<(String, Vec<Reason>)> {
         let started = self.events.iter().filter_map(|event| match event {
-            Event::Started { item, reasons } if item.stage == "graded" => {
+            Event::Started { item, reasons, .. } if item.stage == "graded" => {
                 Some((item.to_string(), reasons.clone()))
             }
             _ => None,

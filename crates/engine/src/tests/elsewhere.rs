@@ -1,0 +1,276 @@
+//! Items that run on other machines, which are folders here.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use expect_test::expect;
+use parking_lot::Mutex;
+
+use super::shared::{Memory, with_cache};
+use super::{Project, log};
+use crate::testkit::kinds;
+use crate::{Executor, ExecutorOptions, Kinds, RemoteEnd, RemoteError, RemoteRun, SharedBlob, run_item};
+
+/// A machine that has nothing but what it is sent.
+struct Worker {
+    memory: Arc<Memory>,
+    kinds: Kinds,
+    runs: AtomicUsize,
+    /// The files of each run.
+    sent: Mutex<Vec<Vec<String>>>,
+    /// What goes wrong.
+    fault: Fault,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fault {
+    None,
+    /// It cannot run the program.
+    NoProgram,
+    /// It says that failures are known from before.
+    KnownFailures,
+    /// It does not keep what was made.
+    Forgets,
+}
+
+impl std::fmt::Debug for Worker {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Worker")
+    }
+}
+
+impl Executor for Worker {
+    fn host(&self) -> String {
+        "cluster".into()
+    }
+
+    fn is_available(&self) -> bool {
+        true
+    }
+
+    fn blob(&self, bytes: &[u8]) -> SharedBlob {
+        Memory::name(bytes)
+    }
+
+    fn run(&self, run: &RemoteRun<'_>, stop: &dyn Fn() -> bool) -> Result<RemoteEnd, RemoteError> {
+        if stop() {
+            return Err(RemoteError::Stopped);
+        }
+        self.runs.fetch_add(1, Ordering::Relaxed);
+        if self.fault == Fault::NoProgram {
+            let message = "libc.so.6: version GLIBC_9.9 not found".into();
+            let outputs = vec![None; run.outputs.len()];
+            return Ok(RemoteEnd { exit_code: 127, message, outputs, ..RemoteEnd::default() });
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let mut names = Vec::new();
+        for (index, file) in run.files.iter().enumerate() {
+            let bytes = self.memory.bytes(file.blob).or_else(|| (run.read)(index));
+            let bytes = bytes.ok_or(RemoteError::InputGone(index))?;
+            assert_eq!(Memory::name(&bytes), file.blob);
+            self.memory.keep(&bytes);
+            let place = folder.path().join(&file.path);
+            std::fs::create_dir_all(place.parent().unwrap()).unwrap();
+            std::fs::write(place, bytes).unwrap();
+            names.push(file.path.clone());
+        }
+        self.sent.lock().push(names);
+        assert_eq!(run.arguments, ["run-item", "item.json"]);
+        let failed = run_item(folder.path(), &self.kinds).unwrap();
+        let outputs = run.outputs.iter().map(|output| {
+            let bytes = std::fs::read(folder.path().join(output)).ok()?;
+            let is_kept = self.fault != Fault::Forgets || output.ends_with(".json");
+            is_kept.then(|| self.memory.keep(&bytes)).or(Some(Memory::name(&bytes)))
+        });
+        let is_known = self.fault == Fault::KnownFailures && failed.is_some() && !run.is_fresh;
+        Ok(RemoteEnd {
+            outputs: outputs.collect(),
+            exit_code: i32::from(failed.is_some()),
+            worker: "rack 7".into(),
+            is_known,
+            ..RemoteEnd::default()
+        })
+    }
+}
+
+const MANIFEST: &str = r#"
+schema = 1
+[stage.text]
+kind = "text-source"
+source = "texts/*.txt"
+[stage.loud]
+kind = "upper"
+input = "text"
+[stage.marked]
+kind = "suffix"
+input = "loud"
+text = "!"
+[stage.file]
+kind = "write"
+input = "marked"
+path = "{text}"
+"#;
+
+fn project(fault: Fault) -> (Project, Arc<Worker>) {
+    let memory = Arc::<Memory>::default();
+    let mut project = with_cache(&memory, MANIFEST);
+    let worker =
+        Arc::new(Worker { memory, kinds: kinds(), runs: AtomicUsize::new(0), sent: Mutex::default(), fault });
+    let executor = Arc::clone(&worker) as Arc<dyn Executor>;
+    let options = ExecutorOptions { executor, jobs: 1, most_bytes: 1000 };
+    project.options.shared.as_mut().unwrap().executor = Some(options);
+    project.write("texts/a.txt", "light");
+    (project, worker)
+}
+
+#[test]
+fn items_run_elsewhere_and_only_their_files_come_back() {
+    let (project, worker) = project(Fault::None);
+    expect![[r"
+        planned 4 stages, 4 items
+        run text [a] at cluster: never built
+        ran text [a]
+        run loud [a] at cluster: never built
+        ran loud [a]
+        run marked [a] at cluster: never built
+        ran marked [a]
+        run file [a] at cluster: never built
+        ran file [a]
+        published a.txt 6
+        ended: 4 ran, 0 up to date, 0 failed, 0 skipped, 1 published, 0 removed
+    "]]
+    .assert_eq(&project.build());
+    assert_eq!(project.read("out/a.txt"), "LIGHT!");
+    assert!(!project.blob("LIGHT").exists(), "nobody here needs it");
+    expect![[r#"
+        item.json files/texts/a.txt
+        item.json artifacts
+        item.json artifacts
+        item.json artifacts
+    "#]]
+    .assert_eq(&worker.sent.lock().iter().fold(String::new(), |mut text, names| {
+        let short = names.iter().map(|name| if name.starts_with("artifacts/") { "artifacts" } else { name });
+        let _ = writeln!(text, "{}", short.collect::<Vec<_>>().join(" "));
+        text
+    }));
+    expect![[r"
+        planned 4 stages, 4 items
+        up to date text [a]
+        up to date loud [a]
+        up to date marked [a]
+        up to date file [a]
+        ended: 0 ran, 4 up to date, 0 failed, 0 skipped, 0 published, 0 removed
+    "]]
+    .assert_eq(&project.build());
+    let last = project.explain("file [a]").remove(0).last.unwrap();
+    let place = serde_json::to_string(&last.place).unwrap();
+    assert_eq!(place, r#"{"worker":{"host":"cluster","name":"rack 7"}}"#);
+}
+
+#[test]
+fn results_are_those_of_this_machine() {
+    let (there, _) = project(Fault::None);
+    there.build();
+    let here = with_cache(&Arc::default(), MANIFEST);
+    here.write("texts/a.txt", "light");
+    here.build();
+    assert_eq!(there.files("out"), here.files("out"));
+    let digests = |project: &Project| project.explain("marked [a]").remove(0).last.unwrap().results;
+    assert_eq!(digests(&there), digests(&here));
+}
+
+#[test]
+fn files_that_an_item_names_while_it_runs_are_sent_with_it_again() {
+    let (project, worker) = project(Fault::None);
+    project.write("texts/a.txt", "include ../more/b\ninclude c\n");
+    project.write("more/b", "one ");
+    project.write("texts/c", "two");
+    project.build();
+    assert_eq!(project.read("out/a.txt"), "ONE TWO!");
+    let sent = worker.sent.lock().iter().take(3).map(Vec::len).collect::<Vec<_>>();
+    assert_eq!(sent, [2, 3, 4]);
+    let reads = project.explain("text [a]").remove(0).last.unwrap().reads;
+    let names = reads.iter().map(|read| read.path.as_str()).collect::<Vec<_>>();
+    assert_eq!(names, ["texts/a.txt", "texts/a.txt", "texts/../more/b", "texts/c"]);
+
+    // Now they are expected, and a change of one is seen.
+    worker.sent.lock().clear();
+    project.write("texts/c", "three");
+    assert!(project.build().contains("run text [a] at cluster: file texts/c"));
+    assert_eq!(worker.sent.lock()[0].len(), 4);
+    assert_eq!(project.read("out/a.txt"), "ONE THREE!");
+}
+
+#[test]
+fn a_file_of_somebody_else_is_not_sent() {
+    let (project, worker) = project(Fault::None);
+    let other = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(other.path(), "secret").unwrap();
+    project.write("texts/a.txt", &format!("include {}\n", other.path().display()));
+    project.build();
+    assert_eq!(project.read("out/a.txt"), "SECRET!", "it runs here instead");
+    assert!(worker.sent.lock().iter().flatten().all(|name| !name.starts_with("elsewhere")));
+    let last = project.explain("text [a]").remove(0).last.unwrap();
+    let place = serde_json::to_string(&last.place).unwrap();
+    assert_eq!(place, r#"{"here":{"because":"it reads files that are not of the project"}}"#);
+}
+
+#[test]
+fn large_files_are_read_here() {
+    let (project, _) = project(Fault::None);
+    project.write("texts/a.txt", &"x".repeat(1001));
+    let log = project.build();
+    assert!(log.contains("run text [a]: never built\n"), "{log}");
+    assert!(log.contains("run loud [a] at cluster: never built\n"), "{log}");
+}
+
+#[test]
+fn a_failure_names_its_machine_and_its_file() {
+    for fault in [Fault::None, Fault::KnownFailures] {
+        let (project, worker) = project(fault);
+        std::fs::write(project.path("texts/a.txt"), b"\xff").unwrap();
+        let (events, _) = project.try_build();
+        let log = log(&events);
+        let expected = "FAILED text [a]: source texts/a.txt: on rack 7 of cluster: invalid utf-8 sequence";
+        assert!(log.contains(expected), "{log}");
+        // What is known of a failure is not believed.
+        assert_eq!(worker.runs.load(Ordering::Relaxed), if fault == Fault::None { 1 } else { 2 });
+    }
+}
+
+#[test]
+fn what_cannot_run_there_runs_here_and_is_said_once() {
+    for fault in [Fault::NoProgram, Fault::Forgets] {
+        let (project, _) = project(fault);
+        let log = project.build();
+        assert_eq!(project.read("out/a.txt"), "LIGHT!", "{log}");
+        let told = usize::from(fault == Fault::NoProgram);
+        assert_eq!(log.matches("trouble at cluster").count(), told, "{fault:?}: {log}");
+        assert!(log.contains("ended: 4 ran, 0 up to date, 0 failed"), "{fault:?}: {log}");
+    }
+    let (mut project, _) = project(Fault::NoProgram);
+    project.options.shared.as_mut().unwrap().is_required = true;
+    let error = project.try_build().1.unwrap_err();
+    assert!(error.to_string().contains("GLIBC_9.9"), "{error}");
+}
+
+#[test]
+fn a_result_that_was_made_elsewhere_is_in_the_cache_for_others() {
+    let (project, worker) = project(Fault::None);
+    project.build();
+    let other = with_cache(&worker.memory, MANIFEST);
+    other.write("texts/a.txt", "light");
+    let log = other.build();
+    assert!(log.contains("ended: 0 ran, 4 up to date"), "{log}");
+    assert_eq!(other.files("out"), project.files("out"));
+}
+
+#[test]
+fn a_cancelled_build_stops_what_runs_elsewhere() {
+    let (project, worker) = project(Fault::None);
+    project.cancel.cancel();
+    let summary = project.try_build().1.unwrap();
+    assert!(summary.cancelled);
+    assert_eq!(worker.runs.load(Ordering::Relaxed), 0);
+}
