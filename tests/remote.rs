@@ -5,99 +5,12 @@
 
 mod support;
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::net::TcpListener;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::process::Stdio;
+use std::time::Instant;
 
-use support::{Project, files_below, ran, root, uniform};
-use tempfile::TempDir;
-
-/// The server's program; `None` if it cannot be had here.
-fn program(test: &str) -> Option<&'static PathBuf> {
-    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let program = PROGRAM.get_or_init(|| {
-        let install = Command::new("bash").arg(root().join("tests/remote/install-casd.sh")).output().ok()?;
-        let path = PathBuf::from(String::from_utf8(install.stdout).ok()?.trim());
-        install.status.success().then_some(path)
-    });
-    if program.is_none() {
-        test_data::skip(test, "buildbox-casd cannot be installed (tests/remote/install-casd.sh says why)");
-    }
-    program.as_ref()
-}
-
-/// A server with a cache of its own, killed at the end.
-struct Server {
-    program: &'static Path,
-    port: u16,
-    cache: TempDir,
-    child: Child,
-}
-
-impl Server {
-    fn start(test: &str) -> Option<Self> {
-        let program = program(test)?;
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-        let cache = tempfile::tempdir().unwrap();
-        let child = spawn(program, port, cache.path());
-        Some(Self { program, port, cache, child })
-    }
-
-    fn address(&self) -> String {
-        format!("--remote-cache=grpc://127.0.0.1:{}", self.port)
-    }
-
-    fn kill(&mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
-    }
-
-    fn restart(&mut self) {
-        self.child = spawn(self.program, self.port, self.cache.path());
-    }
-
-    /// The files of the blobs that it holds.
-    fn blobs(&self) -> Vec<PathBuf> {
-        let folder = self.cache.path().join("cas/objects");
-        files_below(&folder).into_keys().map(|name| folder.join(name)).collect()
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn spawn(program: &Path, port: u16, cache: &Path) -> Child {
-    let mut command = Command::new(program);
-    command.arg(format!("--bind=127.0.0.1:{port}")).arg(cache);
-    let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let deadline = Instant::now() + Duration::from_secs(30);
-    while std::net::TcpStream::connect(("127.0.0.1", port)).is_err() {
-        assert!(Instant::now() < deadline, "buildbox-casd does not listen");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    child
-}
-
-/// The summary of a build with these options.
-fn built(project: &Project, arguments: &[&str]) -> (serde_json::Value, Vec<serde_json::Value>) {
-    let events = project.events(arguments);
-    let end = events.last().expect("the build ends").clone();
-    assert_eq!(end["event"], "ended", "{events:#?}");
-    (end, events)
-}
-
-fn warnings(events: &[serde_json::Value]) -> Vec<&str> {
-    let of_cache = events.iter().filter(|event| event["event"] == "shared-cache");
-    of_cache.map(|event| event["message"].as_str().unwrap()).collect()
-}
+use support::casd::{Server, assert_same, built, warnings};
+use support::{Project, files_below, ran, uniform};
 
 fn blobs_of(project: &Project) -> usize {
     files_below(&project.path(".specula/blobs")).len()
@@ -339,12 +252,4 @@ fn a_client_that_is_killed_leaves_nothing_half_stored() {
     }
     assert!(killed >= kills / 2, "{killed} of {round} builds were still running");
     assert!(!expected.is_empty());
-}
-
-fn assert_same(found: &BTreeMap<String, Vec<u8>>, expected: &BTreeMap<String, Vec<u8>>, round: u64) {
-    let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
-    assert_eq!(names(found), names(expected), "round {round}");
-    for (name, bytes) in expected {
-        assert!(found[name] == *bytes, "round {round}: {name} differs");
-    }
 }

@@ -152,10 +152,10 @@ pub enum Event {
         /// The shared cache in which its result was found; `null` if the cache of this folder has it.
         host: Option<String>,
     },
-    /// The shared cache cannot be used, or not fully; the build goes on without. Reported once for everything
-    /// that followed from it.
+    /// A server, that of the shared cache or of the workers, cannot be used, or not fully; the build goes on
+    /// without. Reported once for everything that followed from it.
     SharedCache {
-        /// The cache.
+        /// The server.
         host: String,
         /// What is wrong, and what that means for the build.
         message: String,

@@ -92,7 +92,14 @@ impl RunContext<'_> {
             };
             let report = end.outputs.first().copied().flatten().and_then(|blob| blobs.bytes(blob));
             let report = report.and_then(|bytes| serde_json::from_slice::<ItemReport>(&bytes).ok());
-            let Some(report) = report else { return unable(no_report(&end, &host)) };
+            let Some(report) = report else {
+                // The machine may have been lost; what is known of that is not asked for again.
+                if is_fresh {
+                    return unable(no_report(&end, &host));
+                }
+                is_fresh = true;
+                continue;
+            };
             match &report.end {
                 ItemEnd::Needs(needs) => {
                     let source = self.check.source(item);

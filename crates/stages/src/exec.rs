@@ -55,11 +55,17 @@
 //! or a script loads modules, list those in `tools`. Specula does not see other files that a program reads,
 //! or what it receives from the network.
 //!
-//! ## Shared caches
+//! ## Other machines
 //!
 //! A program may depend on its machine in ways that Specula does not see. So a cache that machines share
 //! (`--remote-cache`) has none of its results, unless `remote = true` says that equal inputs and tool files
 //! give equal results everywhere. Tool files must then be in the manifest's folder or in PATH.
+//!
+//! With `remote = true` the program may also run on another machine (`--remote-executor`), which gets the
+//! inputs and the tool files of the manifest's folder. A program that is found in PATH has to be the same
+//! file there; if it is another, the item runs here. `platform` says what the machine must have, such as
+//! `platform = { container-image = "docker://studio/tools:7" }`; it is part of the key. A stage with
+//! variables in `env` always runs here.
 //!
 //! ## The program's environment
 //!
@@ -109,7 +115,7 @@ use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 use self::command::{Command, Piece};
 use self::exchange::{Formats, ProgramOutput};
 use self::process::Process;
-use self::tools::Variables;
+use self::tools::{Platform, Variables};
 use crate::artifacts::{Environment, Lighting};
 
 parameters! {
@@ -129,8 +135,10 @@ parameters! {
         /// Seconds after which the program is killed.
         #[range((Bound::Excluded(0.0), Bound::Included(LONGEST)))]
         timeout: f64 = 60.0,
-        /// Whether other machines may use its results; see Shared caches.
+        /// Whether other machines may use its results, and run it; see Other machines.
         remote: bool = false,
+        /// What another machine must have that runs it; see Other machines.
+        platform: Platform = Platform::default(),
     }
 }
 
@@ -160,10 +168,14 @@ impl Kind for Exec {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        match parameters.tools.iter().any(|tool| tool.is_empty() || tool.contains('\0')) {
-            true => vec![("tools", "a name is empty or contains a NUL".into())],
-            false => Vec::new(),
+        let mut errors = Vec::new();
+        if parameters.tools.iter().any(|tool| tool.is_empty() || tool.contains('\0')) {
+            errors.push(("tools", "a name is empty or contains a NUL".into()));
         }
+        if !parameters.platform.0.is_empty() && !parameters.remote {
+            errors.push(("platform", "only a stage with remote = true runs on another machine".into()));
+        }
+        errors
     }
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
@@ -176,6 +188,10 @@ impl Kind for Exec {
 
     fn is_shared(parameters: &Parameters) -> bool {
         parameters.remote
+    }
+
+    fn properties(parameters: &Parameters) -> Option<Vec<(String, String)>> {
+        parameters.env.is_empty().then(|| parameters.platform.0.clone())
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {

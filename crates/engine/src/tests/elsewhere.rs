@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use expect_test::expect;
 use parking_lot::Mutex;
@@ -10,7 +11,9 @@ use parking_lot::Mutex;
 use super::shared::{Memory, with_cache};
 use super::{Project, log};
 use crate::testkit::kinds;
-use crate::{Executor, ExecutorOptions, Kinds, RemoteEnd, RemoteError, RemoteRun, SharedBlob, run_item};
+use crate::{
+    BuildSession, Executor, ExecutorOptions, Kinds, RemoteEnd, RemoteError, RemoteRun, SharedBlob, run_item,
+};
 
 /// A machine that has nothing but what it is sent.
 struct Worker {
@@ -32,6 +35,8 @@ enum Fault {
     KnownFailures,
     /// It does not keep what was made.
     Forgets,
+    /// It never ends.
+    Hangs,
 }
 
 impl std::fmt::Debug for Worker {
@@ -58,6 +63,12 @@ impl Executor for Worker {
             return Err(RemoteError::Stopped);
         }
         self.runs.fetch_add(1, Ordering::Relaxed);
+        while self.fault == Fault::Hangs {
+            if stop() {
+                return Err(RemoteError::Stopped);
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
         if self.fault == Fault::NoProgram {
             let message = "libc.so.6: version GLIBC_9.9 not found".into();
             let outputs = vec![None; run.outputs.len()];
@@ -264,6 +275,28 @@ fn a_result_that_was_made_elsewhere_is_in_the_cache_for_others() {
     let log = other.build();
     assert!(log.contains("ended: 0 ran, 4 up to date"), "{log}");
     assert_eq!(other.files("out"), project.files("out"));
+}
+
+#[test]
+fn an_edit_makes_a_run_elsewhere_stale() {
+    let (project, worker) = project(Fault::Hangs);
+    let session = BuildSession::new(Some(1), 0).unwrap();
+    let plan = project.plan();
+    let summary = std::thread::scope(|scope| {
+        let build = scope.spawn(|| session.build(&plan, &project.options, &project.cancel, &|_| {}));
+        while worker.runs.load(Ordering::Relaxed) == 0 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // Of no concern to the item.
+        project.write("texts/other", "dark");
+        session.outdate(&[project.path("texts/other")], None);
+        std::thread::sleep(Duration::from_millis(50));
+        assert!(!build.is_finished());
+        project.write("texts/a.txt", "dark");
+        session.outdate(&[project.path("texts/a.txt")], None);
+        build.join().unwrap().unwrap()
+    });
+    assert!(summary.cancelled && summary.ran == 0, "{summary:?}");
 }
 
 #[test]

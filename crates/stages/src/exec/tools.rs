@@ -5,7 +5,7 @@ use std::env;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use engine::{Context, Diagnostic, Digest, Failure, Parameter, Value};
+use engine::{Context, Diagnostic, Digest, Entry, Failure, Parameter, Value, ValueKind, unexpected};
 
 use super::command::{Command, Piece};
 
@@ -46,6 +46,38 @@ impl Parameter for Variables {
 
     fn schema() -> serde_json::Value {
         serde_json::json!({ "type": "array", "items": { "type": "string", "minLength": 1 } })
+    }
+}
+
+impl Variables {
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// What another machine must have: names and values, sorted by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Platform(pub(super) Vec<(String, String)>);
+
+impl Parameter for Platform {
+    fn expected() -> String {
+        "a table of texts".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
+        let property = |entry: &Entry| Ok((entry.key.clone(), String::parse(&entry.value)?));
+        let mut properties = table.entries.iter().map(property).collect::<Result<Vec<_>, _>>()?;
+        properties.sort_unstable();
+        Ok(Self(properties))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.0.iter().map(|(name, value)| (name.clone(), serde_json::Value::from(value.as_str()))).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        serde_json::json!({ "type": "object", "additionalProperties": { "type": "string" } })
     }
 }
 
