@@ -103,6 +103,42 @@ fn files_that_a_file_names_are_found_by_their_contents() {
 }
 
 #[test]
+fn many_results_are_found_in_few_calls() {
+    let Some(server) = Server::start("many_results_are_found") else { return };
+    let address = server.address();
+    let project = |edited: &str| {
+        let manifest = "schema = 1\n[stage.material]\nkind = \"import-material\"\nsource = \"paints/*.toml\"\n\
+                        [stage.coefficients]\nkind = \"project-brdf\"\ninput = \"material\"\ndegree = [2, 0]\n";
+        let project = Project::new(manifest);
+        for paint in 0..300 {
+            let exponent = if format!("{paint}") == edited { 99 } else { 1 + paint % 50 };
+            let text = format!("model = \"phong\"\nexponent = {exponent}.{paint}\n");
+            project.write(&format!("paints/{paint}.toml"), &text);
+        }
+        project
+    };
+    let calls = |summary: &serde_json::Value| summary["shared_traffic"]["calls"].as_u64().unwrap();
+    let first = project("");
+    built(&first, &[&address]);
+    let (second, _) = built(&project(""), &[&address]);
+    assert_eq!((&second["ran"], &second["shared"]), (&0.into(), &600.into()), "{second}");
+    assert!(calls(&second) < 20, "{second}");
+    // A list is a shorter way, and nothing else: what it lacks is asked for, and runs.
+    let (third, _) = built(&project("7"), &[&address, "--remote-upload=never"]);
+    assert_eq!((&third["ran"], &third["shared"]), (&2.into(), &598.into()), "{third}");
+    assert!(calls(&third) < 30, "{third}");
+    // A server that has forgotten one result has forgotten its list, and still has every other result.
+    let (_, lost) = files_below(&first.path(".specula/blobs")).pop_first().unwrap();
+    let lost = server.blobs().into_iter().find(|blob| fs::read(blob).unwrap() == lost).unwrap();
+    fs::remove_file(lost).unwrap();
+    let (fourth, _) = built(&project(""), &[&address]);
+    let ran = fourth["ran"].as_u64().unwrap();
+    // If it is a material, the item after it is not asked for.
+    assert!((1..=2).contains(&ran) && calls(&fourth) > 200, "{fourth}");
+    assert_eq!(fourth["shared"], 600 - ran, "{fourth}");
+}
+
+#[test]
 fn a_reader_stores_nothing() {
     let Some(server) = Server::start("a_reader_stores_nothing") else { return };
     let address = server.address();

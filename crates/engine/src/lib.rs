@@ -94,7 +94,8 @@ pub use run_item::run_item;
 pub use session::{BuildSession, WORKER};
 pub use shared_blob::SharedBlob;
 pub use shared_cache::{
-    SharedCache, SharedCacheOptions, SharedOrigin, SharedResult, Traffic, Trouble, Upload, UploadOutputs,
+    Question, SharedCache, SharedCacheOptions, SharedOrigin, SharedResult, Traffic, Trouble, Upload,
+    UploadOutputs,
 };
 pub use snapshot::ResultsSnapshot;
 pub use spelling::nearest;

@@ -23,7 +23,7 @@ use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
 use crate::shared_cache::{Shared, SharedCacheOptions, UploadOutputs};
-use crate::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action};
+use crate::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action, list};
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
@@ -310,7 +310,9 @@ impl RunContext<'_> {
                 read: Box::new(move |index| store.get(digests[index]).ok().flatten()),
             },
         };
-        options.cache.store(Upload { entries, outputs });
+        let this = &self.check.plan.items[item];
+        let (list, item) = (list(&options.platform, self.check.plan, this.stage), this.key.to_string());
+        options.cache.store(Upload { list, item, entries, outputs });
     }
 
     /// Whether an item's files are published with these outputs, and no file is left that it exported before.

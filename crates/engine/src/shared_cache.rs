@@ -20,8 +20,21 @@ pub struct SharedResult {
     pub outputs: Vec<SharedBlob>,
 }
 
+/// A question for the result of an item.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// The item, among those of its list.
+    pub item: String,
+    /// The action.
+    pub action: Vec<u8>,
+}
+
 /// A result to store. Its outputs are read when they are sent, so that few are in memory at a time.
 pub struct Upload {
+    /// The list that the item belongs to, as in [`SharedCache::find`].
+    pub list: Vec<u8>,
+    /// The item, among those of the list.
+    pub item: String,
     /// The actions and what is stored under each; the last one has the outputs.
     pub entries: Vec<(Vec<u8>, Vec<u8>)>,
     /// The outputs.
@@ -60,8 +73,9 @@ pub trait SharedCache: Debug + Send + Sync {
     /// Where it is, for messages: `cache.studio:8980`.
     fn host(&self) -> String;
 
-    /// What is stored under each action; `None` if nothing is.
-    fn find(&self, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>>;
+    /// What is stored under each action; `None` if nothing is. `list` names what the items have in common,
+    /// so that an implementation may find many results at once.
+    fn find(&self, list: &[u8], questions: &[Question]) -> Vec<Option<SharedResult>>;
 
     /// Reads blobs, and gives each to `each` with its index, in any order and few at a time; `None` if it is
     /// not there any more. Stops early once `each` returns false.

@@ -21,7 +21,7 @@ use crate::record::Record;
 use crate::shared_blob::SharedBlob;
 use crate::shared_cache::{Shared, SharedCache};
 use crate::store::{Blob, Store};
-use crate::{Digest, FileRead, ItemName, Timestamp};
+use crate::{Digest, FileRead, ItemName, Plan, Timestamp};
 
 /// To be raised when the descriptions that are stored would be misunderstood by other versions.
 const FORMAT: u32 = 1;
@@ -38,6 +38,16 @@ pub(crate) type NamedFiles = BTreeSet<(String, bool, Option<Digest>)>;
 /// An action: the canonical text of everything that a result depends on.
 pub(crate) fn action(platform: &str, key: Digest, files: &NamedFiles) -> Vec<u8> {
     let text = serde_json::json!({ "specula": FORMAT, "platform": platform, "key": key, "files": files });
+    text.to_string().into_bytes()
+}
+
+/// The name of the list of a stage's results: the same in every copy of a project.
+pub(crate) fn list(platform: &str, plan: &Plan, stage: usize) -> Vec<u8> {
+    let stages = plan.stages.iter().map(|stage| stage.name.as_str()).collect::<Vec<_>>();
+    let (manifest, stage) = (plan.manifest_name(), stages[stage]);
+    let text = serde_json::json!({
+        "specula": FORMAT, "platform": platform, "manifest": manifest, "stages": stages, "stage": stage,
+    });
     text.to_string().into_bytes()
 }
 

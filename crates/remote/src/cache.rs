@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Sender, channel, sync_channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel, sync_channel};
 use std::time::Duration;
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
-use engine::{SharedBlob, SharedCache, SharedResult, Traffic, Trouble, Upload};
+use engine::{Question, SharedBlob, SharedCache, SharedResult, Traffic, Trouble, Upload};
 use parking_lot::Mutex;
 use re::action_cache_client::ActionCacheClient;
 use tokio::sync::Semaphore;
@@ -15,6 +15,7 @@ use tonic::Code;
 
 use crate::blobs::{batches, receive};
 use crate::connection::{Connection, ConnectionError, LARGEST_MESSAGE, Purpose, Server, said};
+use crate::lists::{Lists, part_count, part_name};
 use crate::options::RemoteOptions;
 use crate::protocol::{action, blob, digest_of, shared_result};
 use crate::uploader::{self, Job};
@@ -32,6 +33,7 @@ pub(crate) const LOOK: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub struct RemoteCache {
     pub(crate) connection: Arc<Connection>,
+    lists: Arc<Lists>,
     /// To the thread that stores results, which the first result starts.
     jobs: Mutex<Option<Sender<Job>>>,
 }
@@ -42,18 +44,13 @@ impl RemoteCache {
     /// # Errors
     /// If the options cannot be those of a connection.
     pub fn new(options: RemoteOptions) -> Result<Self, ConnectionError> {
-        Ok(Self { connection: Arc::new(Connection::new(options, Purpose::Cache)?), jobs: Mutex::default() })
-    }
-}
-
-impl SharedCache for RemoteCache {
-    fn host(&self) -> String {
-        self.connection.options.address.host().to_owned()
+        let connection = Arc::new(Connection::new(options, Purpose::Cache)?);
+        Ok(Self { connection, lists: Arc::default(), jobs: Mutex::default() })
     }
 
-    fn find(&self, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>> {
+    /// What is stored under each action, by itself.
+    fn find_each(&self, server: &Server, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>> {
         let mut found = vec![None; actions.len()];
-        let Some(server) = self.connection.server() else { return found };
         self.connection.runtime.block_on(async {
             let limit = Arc::new(Semaphore::new(QUESTIONS));
             let mut tasks = JoinSet::new();
@@ -73,6 +70,54 @@ impl SharedCache for RemoteCache {
                 found[index] = result;
             }
         });
+        found
+    }
+
+    /// Receives a list.
+    fn load(&self, server: &Server, list: &[u8]) {
+        let first = self.find_each(server, &[part_name(list, 0)]).pop().flatten();
+        let count = first.as_ref().map_or(0, part_count);
+        let names = (1..count).map(|part| part_name(list, part)).collect::<Vec<_>>();
+        let others = self.find_each(server, &names);
+        self.lists.loaded(list, first.into_iter().chain(others.into_iter().flatten()).collect());
+    }
+
+    fn send(&self, job: Job) -> bool {
+        let mut jobs = self.jobs.lock();
+        let sender = jobs.get_or_insert_with(|| {
+            let (sender, receiver) = channel();
+            let (connection, lists) = (Arc::clone(&self.connection), Arc::clone(&self.lists));
+            // If no thread starts, its receiver is gone, and so is what is sent.
+            let _ = std::thread::Builder::new()
+                .name("specula upload".into())
+                .spawn(move || uploader::run(&connection, &lists, &receiver));
+            sender
+        });
+        sender.send(job).is_ok()
+    }
+}
+
+impl SharedCache for RemoteCache {
+    fn host(&self) -> String {
+        self.connection.options.address.host().to_owned()
+    }
+
+    fn find(&self, list: &[u8], questions: &[Question]) -> Vec<Option<SharedResult>> {
+        let Some(server) = self.connection.server() else { return vec![None; questions.len()] };
+        if self.lists.is_worth_loading(list, questions.len()) {
+            self.load(&server, list);
+        }
+        let listed = |one: &Question| self.lists.find(list, &one.item, &one.action);
+        let mut found = questions.iter().map(listed).collect::<Vec<_>>();
+        let open = (0..questions.len()).filter(|index| found[*index].is_none()).collect::<Vec<_>>();
+        let actions = open.iter().map(|index| questions[*index].action.clone()).collect::<Vec<_>>();
+        for (index, result) in open.into_iter().zip(self.find_each(&server, &actions)) {
+            let Question { item, action } = &questions[index];
+            if let Some(result) = &result {
+                self.lists.add(list, item, action, result.clone());
+            }
+            found[index] = result;
+        }
         found
     }
 
@@ -108,29 +153,28 @@ impl SharedCache for RemoteCache {
         if !self.connection.may_store.load(Ordering::Relaxed) || self.connection.is_broken() {
             return;
         }
-        let mut jobs = self.jobs.lock();
-        let sender = jobs.get_or_insert_with(|| {
-            let (sender, receiver) = channel();
-            let connection = Arc::clone(&self.connection);
-            // If no thread starts, its receiver is gone, and so is what is sent.
-            let _ = std::thread::Builder::new()
-                .name("specula upload".into())
-                .spawn(move || uploader::run(&connection, &receiver));
-            sender
-        });
-        let _ = sender.send(Job::Upload(upload));
+        self.send(Job::Upload(upload));
     }
 
     fn finish(&self, stop: &dyn Fn() -> bool) -> Traffic {
-        let jobs = self.jobs.lock().clone();
-        if let Some(jobs) = jobs {
+        let may_store =
+            || self.connection.may_store.load(Ordering::Relaxed) && !self.connection.is_broken() && !stop();
+        let flush = || {
             let (done, stored) = sync_channel(1);
-            if jobs.send(Job::Flush(done)).is_ok() {
-                while !stop() && stored.recv_timeout(LOOK) == Err(std::sync::mpsc::RecvTimeoutError::Timeout)
-                {
-                }
+            let is_sent = self.jobs.lock().is_some() && self.send(Job::Flush(done));
+            while is_sent && !stop() && stored.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {}
+        };
+        flush();
+        for (list, is_loaded) in self.lists.changed() {
+            if !may_store() {
+                break;
             }
+            if let (false, Some(server)) = (is_loaded, self.connection.server()) {
+                self.load(&server, &list);
+            }
+            self.send(Job::List(list));
         }
+        flush();
         let Connection { calls, received, sent, .. } = &*self.connection;
         let [calls, received, sent] = [calls, received, sent].map(|count| count.swap(0, Ordering::Relaxed));
         Traffic { calls, received, sent }

@@ -24,6 +24,7 @@ mod blobs;
 mod cache;
 mod connection;
 mod executor;
+mod lists;
 mod options;
 mod protocol;
 mod sending;

@@ -6,12 +6,13 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender};
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
-use engine::{SharedBlob, Upload, UploadOutputs};
+use engine::{SharedBlob, SharedResult, Upload, UploadOutputs};
 use re::action_cache_client::ActionCacheClient;
 use tokio::task::JoinSet;
 use tonic::Status;
 
 use crate::connection::{Connection, LARGEST_MESSAGE, Server};
+use crate::lists::{Lists, Part};
 use crate::protocol::{ActionMessages, action, action_result, digest_of, sha256};
 use crate::sending::send_missing;
 
@@ -24,6 +25,8 @@ const MOST_IN_GROUP: usize = 256;
 /// What the thread is told.
 pub(crate) enum Job {
     Upload(Upload),
+    /// Store a list of results.
+    List(Vec<u8>),
     /// Answer when everything before is stored.
     Flush(SyncSender<()>),
 }
@@ -34,6 +37,8 @@ struct Group {
     blobs: HashMap<[u8; 32], (SharedBlob, Vec<u8>)>,
     bytes: u64,
     results: Vec<(re::Digest, re::ActionResult)>,
+    /// The results with their lists, items and actions.
+    listed: Vec<(Vec<u8>, String, Vec<u8>, SharedResult)>,
 }
 
 impl Group {
@@ -59,12 +64,18 @@ impl Group {
         };
         let last = upload.entries.len().saturating_sub(1);
         for (index, (text, description)) in upload.entries.iter().enumerate() {
-            let ActionMessages { action, others } = action(text);
-            let name = digest_of(&action);
-            others.into_iter().chain([action]).for_each(|bytes| _ = self.add_blob(bytes));
             let outputs = if index == last { &outputs[..] } else { &[] };
-            self.results.push((name, action_result(description.clone(), outputs)));
+            self.add_result(text, description.clone(), outputs);
+            let result = SharedResult { description: description.clone(), outputs: outputs.to_vec() };
+            self.listed.push((upload.list.clone(), upload.item.clone(), text.clone(), result));
         }
+    }
+
+    fn add_result(&mut self, text: &[u8], description: Vec<u8>, outputs: &[SharedBlob]) {
+        let ActionMessages { action, others } = action(text);
+        let name = digest_of(&action);
+        others.into_iter().chain([action]).for_each(|bytes| _ = self.add_blob(bytes));
+        self.results.push((name, action_result(description, outputs)));
     }
 
     fn is_full(&self) -> bool {
@@ -73,14 +84,14 @@ impl Group {
 }
 
 /// Stores what arrives, until nobody can send any more.
-pub(crate) fn run(connection: &Arc<Connection>, jobs: &Receiver<Job>) {
+pub(crate) fn run(connection: &Arc<Connection>, lists: &Lists, jobs: &Receiver<Job>) {
     let mut group = Group::default();
     loop {
         // What is there is stored when there is nothing to add at once.
         let job = match jobs.try_recv() {
             Ok(job) => job,
             Err(_) => {
-                store(connection, std::mem::take(&mut group));
+                store(connection, lists, std::mem::take(&mut group));
                 match jobs.recv() {
                     Ok(job) => job,
                     Err(_) => return,
@@ -95,24 +106,35 @@ pub(crate) fn run(connection: &Arc<Connection>, jobs: &Receiver<Job>) {
                 }
             }
             Job::Upload(_) => {}
+            Job::List(list) => {
+                for Part { name, text, outputs } in lists.parts(&list) {
+                    group.add_result(&name, text, &outputs);
+                }
+            }
             Job::Flush(done) => {
-                store(connection, std::mem::take(&mut group));
+                store(connection, lists, std::mem::take(&mut group));
                 let _ = done.send(());
             }
         }
         if group.is_full() {
-            store(connection, std::mem::take(&mut group));
+            store(connection, lists, std::mem::take(&mut group));
         }
     }
 }
 
-fn store(connection: &Arc<Connection>, group: Group) {
+fn store(connection: &Arc<Connection>, lists: &Lists, mut group: Group) {
     if group.results.is_empty() || !connection.may_store.load(Ordering::Relaxed) {
         return;
     }
     let Some(server) = connection.server() else { return };
-    if let Err(status) = connection.runtime.block_on(send(connection, &server, group)) {
-        connection.stop_storing(&status);
+    let listed = std::mem::take(&mut group.listed);
+    match connection.runtime.block_on(send(connection, &server, group)) {
+        Ok(()) => {
+            listed.into_iter().for_each(|(list, item, action, result)| {
+                lists.add(&list, &item, &action, result);
+            });
+        }
+        Err(status) => connection.stop_storing(&status),
     }
 }
 

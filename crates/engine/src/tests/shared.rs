@@ -9,7 +9,7 @@ use parking_lot::Mutex;
 
 use super::Project;
 use crate::{
-    Digest, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
+    Digest, Question, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
     UploadOutputs,
 };
 
@@ -62,10 +62,10 @@ impl SharedCache for Memory {
         "memory".into()
     }
 
-    fn find(&self, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>> {
+    fn find(&self, _: &[u8], questions: &[Question]) -> Vec<Option<SharedResult>> {
         let results = self.results.lock();
         let is_gone = self.is_gone.load(Ordering::Relaxed);
-        actions.iter().map(|action| results.get(action).filter(|_| !is_gone).cloned()).collect()
+        questions.iter().map(|one| results.get(&one.action).filter(|_| !is_gone).cloned()).collect()
     }
 
     fn read(&self, blobs: &[SharedBlob], each: &mut dyn FnMut(usize, Option<Vec<u8>>) -> bool) {

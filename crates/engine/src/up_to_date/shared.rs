@@ -5,8 +5,10 @@ use std::collections::HashSet;
 use super::{Freshness, UpToDateCheck};
 use crate::kind::is_left_out;
 use crate::record::Record;
-use crate::shared_cache::{SharedCacheOptions, SharedResult};
-use crate::shared_results::{Description, MOST_READS, NamedFiles, ROUNDS, SharedBlobs, action, may_ask_for};
+use crate::shared_cache::{Question, SharedCacheOptions, SharedResult};
+use crate::shared_results::{
+    Description, MOST_READS, NamedFiles, ROUNDS, SharedBlobs, action, list, may_ask_for,
+};
 use crate::{Digest, ItemIndex, Timestamp};
 
 impl UpToDateCheck<'_> {
@@ -105,19 +107,24 @@ impl UpToDateCheck<'_> {
         self.shared_records(&[(item, key)], options).pop().map(|(_, record)| record)
     }
 
-    /// The results of items with their keys that a shared cache has.
+    /// The results of items of one stage with their keys that a shared cache has.
     fn shared_records(
         &self,
         asked: &[(ItemIndex, Digest)],
         options: &SharedCacheOptions,
     ) -> Vec<(ItemIndex, Record)> {
         let host = options.cache.host();
+        let Some((first, _)) = asked.first() else { return Vec::new() };
+        let list = list(&options.platform, self.plan, self.plan.items[*first].stage);
         let mut found = Vec::new();
         let mut open =
             asked.iter().map(|(item, key)| (*item, *key, self.expected_reads(*item))).collect::<Vec<_>>();
         for _ in 0..ROUNDS {
-            let actions = open.iter().map(|(_, key, files)| action(&options.platform, *key, files));
-            let answers = options.cache.find(&actions.collect::<Vec<_>>());
+            let questions = open.iter().map(|(item, key, files)| Question {
+                item: self.plan.items[*item].key.to_string(),
+                action: action(&options.platform, *key, files),
+            });
+            let answers = options.cache.find(&list, &questions.collect::<Vec<_>>());
             let mut further = Vec::new();
             for ((item, key, mut files), answer) in open.into_iter().zip(answers) {
                 let Some(SharedResult { description, outputs }) = answer else { continue };
