@@ -227,9 +227,16 @@ fn a_server_without_workers_is_only_a_cache() {
     let project = Project::small();
     let (summary, events) = build_on(&project, &server);
     assert_eq!((counts(&summary)[1], &summary["failed"]), (0, &0.into()), "{summary}");
-    assert!(warnings(&events).len() <= 1, "{:?}", warnings(&events));
-    let (summary, _) = build_on(&Project::small(), &server);
-    assert_eq!(summary["ran"], 0, "{summary}");
+    let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
+    let expected = format!("{} runs no actions; what cannot run there runs here", server.url());
+    assert_eq!(warning, expected);
+    let (summary, events) = build_on(&Project::small(), &server);
+    assert_eq!((&summary["ran"], warnings(&events)), (&0.into(), vec![]), "{summary}");
+    let other = Project::small();
+    other.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 7\n"));
+    let [executor, program] = server.executor();
+    let run = other.specula(&["build", &executor, &program, "--remote-required"]);
+    assert!(run.code == Some(4) && run.stderr.contains("runs no actions"), "{run:?}");
 }
 
 /// The programs of workers that run now in the sandboxes of a server.

@@ -72,6 +72,9 @@ pub trait Executor: Debug + Send + Sync {
     /// Whether the server can be used at present.
     fn is_available(&self) -> bool;
 
+    /// Why the server cannot be used, if that was not asked before.
+    fn trouble(&self) -> Option<String>;
+
     /// The name of bytes on the server.
     fn blob(&self, bytes: &[u8]) -> SharedBlob;
 

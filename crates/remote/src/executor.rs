@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -200,7 +201,7 @@ impl RemoteExecutor {
         sent: &Messages,
         is_fresh: bool,
         name: &mut String,
-        stopped: impl Future<Output = ()>,
+        mut stopped: Pin<&mut impl Future<Output = ()>>,
     ) -> Result<re::ExecuteResponse, Broken> {
         let client =
             || ExecutionClient::new(server.channel.clone()).max_decoding_message_size(LARGEST_MESSAGE);
@@ -221,7 +222,6 @@ impl RemoteExecutor {
             };
             client().execute(self.connection.request(request)).await
         };
-        tokio::pin!(stopped);
         let mut stream = tokio::select! {
             stream = begin => stream.map_err(broken)?.into_inner(),
             () = &mut stopped => return Err(Broken::Stopped),
@@ -286,7 +286,11 @@ impl Executor for RemoteExecutor {
     }
 
     fn is_available(&self) -> bool {
-        self.connection.server().is_some() && self.cache.server().is_some()
+        self.cache.server().is_some() && self.connection.server().is_some()
+    }
+
+    fn trouble(&self) -> Option<String> {
+        self.connection.take_trouble().map(|trouble| trouble.message)
     }
 
     fn blob(&self, bytes: &[u8]) -> SharedBlob {
@@ -308,7 +312,11 @@ impl Executor for RemoteExecutor {
                 }
             };
             let done = self.connection.runtime.block_on(async {
-                self.send(&cache, &sent, run).await?;
+                tokio::pin!(stopped);
+                tokio::select! {
+                    done = self.send(&cache, &sent, run) => done?,
+                    () = &mut stopped => return Err(Broken::Stopped),
+                }
                 let response = self.execute(&server, &sent, run.is_fresh, &mut name, stopped).await?;
                 Ok(self.end(&cache, run, response).await)
             });

@@ -44,6 +44,9 @@ impl<'a> Scheduler<'a, '_> {
         } else if self.items[item].lost || !self.items[item].fetchers.is_empty() {
             Some("its result was lost".into())
         } else if !options.executor.is_available() {
+            if let Some(trouble) = options.executor.trouble() {
+                self.report_unable(&trouble);
+            }
             Some(format!("{} cannot be used", options.executor.host()))
         } else {
             self.context.why_here(item, options)

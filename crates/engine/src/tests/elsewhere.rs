@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use expect_test::expect;
@@ -24,6 +24,7 @@ struct Worker {
     sent: Mutex<Vec<Vec<String>>>,
     /// What goes wrong.
     fault: Fault,
+    has_told: AtomicBool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +38,8 @@ enum Fault {
     Forgets,
     /// It never ends.
     Hangs,
+    /// Its server does not answer.
+    Gone,
 }
 
 impl std::fmt::Debug for Worker {
@@ -51,7 +54,12 @@ impl Executor for Worker {
     }
 
     fn is_available(&self) -> bool {
-        true
+        self.fault != Fault::Gone
+    }
+
+    fn trouble(&self) -> Option<String> {
+        (self.fault == Fault::Gone && !self.has_told.swap(true, Ordering::Relaxed))
+            .then(|| "it is gone".into())
     }
 
     fn blob(&self, bytes: &[u8]) -> SharedBlob {
@@ -126,8 +134,14 @@ path = "{text}"
 fn project(fault: Fault) -> (Project, Arc<Worker>) {
     let memory = Arc::<Memory>::default();
     let mut project = with_cache(&memory, MANIFEST);
-    let worker =
-        Arc::new(Worker { memory, kinds: kinds(), runs: AtomicUsize::new(0), sent: Mutex::default(), fault });
+    let worker = Arc::new(Worker {
+        memory,
+        kinds: kinds(),
+        runs: AtomicUsize::new(0),
+        sent: Mutex::default(),
+        fault,
+        has_told: AtomicBool::new(false),
+    });
     let executor = Arc::clone(&worker) as Arc<dyn Executor>;
     let options = ExecutorOptions { executor, jobs: 1, most_bytes: 1000 };
     project.options.shared.as_mut().unwrap().executor = Some(options);
@@ -252,18 +266,20 @@ fn a_failure_names_its_machine_and_its_file() {
 
 #[test]
 fn what_cannot_run_there_runs_here_and_is_said_once() {
-    for fault in [Fault::NoProgram, Fault::Forgets] {
+    for fault in [Fault::NoProgram, Fault::Forgets, Fault::Gone] {
         let (project, _) = project(fault);
         let log = project.build();
         assert_eq!(project.read("out/a.txt"), "LIGHT!", "{log}");
-        let told = usize::from(fault == Fault::NoProgram);
+        let told = usize::from(fault != Fault::Forgets);
         assert_eq!(log.matches("trouble at cluster").count(), told, "{fault:?}: {log}");
         assert!(log.contains("ended: 4 ran, 0 up to date, 0 failed"), "{fault:?}: {log}");
     }
-    let (mut project, _) = project(Fault::NoProgram);
-    project.options.shared.as_mut().unwrap().is_required = true;
-    let error = project.try_build().1.unwrap_err();
-    assert!(error.to_string().contains("GLIBC_9.9"), "{error}");
+    for (fault, expected) in [(Fault::NoProgram, "GLIBC_9.9"), (Fault::Gone, "it is gone")] {
+        let (mut project, _) = project(fault);
+        project.options.shared.as_mut().unwrap().is_required = true;
+        let error = project.try_build().1.unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
 }
 
 #[test]
