@@ -126,6 +126,22 @@ fn files_that_are_found_on_the_way_are_sent() {
 }
 
 #[test]
+fn what_the_server_has_forgotten_is_made_again() {
+    let Some(server) = Server::with_workers("what_the_server_has_forgotten") else { return };
+    let (here, there) = (Project::small(), Project::small());
+    build_on(&there, &server);
+    server.blobs().iter().for_each(|blob| std::fs::remove_file(blob).unwrap());
+    // Needs inputs that were never here, and that nobody has any more.
+    for project in [&here, &there] {
+        project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = 9\n");
+    }
+    let (summary, events) = build_on(&there, &server);
+    assert_eq!(summary["failed"], 0, "{events:#?}");
+    here.ok(&["build"]);
+    assert_same(&there.outputs(), &here.outputs(), 0);
+}
+
+#[test]
 fn a_failure_says_what_is_wrong_and_where() {
     let Some(server) = Server::with_workers("a_failure_says_what_is_wrong") else { return };
     let project = Project::small();

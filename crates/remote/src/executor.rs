@@ -173,13 +173,12 @@ impl RemoteExecutor {
             if let Some(bytes) = sent.messages.get(hash) {
                 return Some(bytes.clone());
             }
-            let bytes = match sent.files.get(hash) {
-                Some(index) => (run.read)(*index),
-                None => match &self.program {
-                    Program::Sent(file) => std::fs::read(file).ok(),
-                    Program::There(_) => None,
-                },
-            };
+            // Reading blocks, and may even ask the server.
+            let bytes = tokio::task::block_in_place(|| match (sent.files.get(hash), &self.program) {
+                (Some(index), _) => (run.read)(*index),
+                (None, Program::Sent(file)) => std::fs::read(file).ok(),
+                (None, Program::There(_)) => None,
+            });
             let bytes = bytes.filter(|bytes| sha256(bytes) == blob.hash);
             if bytes.is_none() {
                 gone = Some(sent.files.get(hash).copied().unwrap_or(usize::MAX));
@@ -330,7 +329,10 @@ impl Executor for RemoteExecutor {
                 }
                 Err(Broken::Passing(status)) => {
                     let message = format!("{address} does not run items: {}", said(&status));
-                    self.connection.give_up(message.clone());
+                    // Any other end is that of this item alone.
+                    if status.code() == Code::Unavailable {
+                        self.connection.give_up(message.clone());
+                    }
                     return Err(RemoteError::Impossible(message));
                 }
                 Err(Broken::Final(status)) => {

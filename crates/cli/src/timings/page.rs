@@ -49,8 +49,9 @@ fn facts(timeline: &Timeline, html: &mut String) {
         }
     );
     let total = timeline.total();
-    let work: Nanoseconds = (0..timeline.workers()).map(|worker| timeline.busy(worker)).sum();
-    let available = total * timeline.workers().max(1) as u64;
+    let workers = timeline.workers();
+    let work: Nanoseconds = workers.iter().map(|(worker, _)| timeline.busy(*worker)).sum();
+    let available = total * workers.len().max(1) as u64;
     let mut counts = vec![format!("{} ran", summary.ran), format!("{} up to date", summary.up_to_date)];
     for (count, word) in [(summary.failed, "failed"), (summary.skipped, "not run")] {
         if count > 0 {
@@ -91,11 +92,11 @@ fn lanes(timeline: &Timeline, html: &mut String) {
         let _ = writeln!(html, "<li><i class=\"{class}\"></i>{meaning}</li>");
     }
     html.push_str("</ul>\n<div class=\"timeline\">\n");
-    for worker in 0..timeline.workers() {
+    for (worker, name) in timeline.workers() {
         let spans = timeline.spans.iter().filter(|span| span.worker == worker).collect::<Vec<_>>();
         let rows = spans.iter().map(|span| span.depth + 1).max().unwrap_or(1);
         let busy = percent(timeline.busy(worker), total);
-        lane(&format!("worker {worker} <span>{busy}</span>"), rows, html, |html| {
+        lane(&format!("{} <span>{busy}</span>", escape(&name)), rows, html, |html| {
             for depth in 0..rows {
                 let row = spans.iter().filter(|span| span.depth == depth).map(|span| mark(timeline, span));
                 draw(timeline, &bars(row, total), depth, html);

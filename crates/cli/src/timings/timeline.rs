@@ -3,7 +3,7 @@
 //! Times are whole nanoseconds since the build began, so that rounding never makes consecutive work of one
 //! worker overlap.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::time::Instant;
 
 use engine::{Event, ItemName, Plan, Summary, Timestamp, Work};
@@ -47,6 +47,8 @@ pub(super) struct WorkSpan {
     pub(super) item: Index,
     pub(super) work: Work,
     pub(super) worker: usize,
+    /// The server that had it run elsewhere.
+    pub(super) host: Option<String>,
     pub(super) start: Nanoseconds,
     pub(super) end: Nanoseconds,
     /// How many spans of the same worker contain it.
@@ -65,6 +67,8 @@ pub(crate) struct Timeline {
     pub(super) outcomes: Vec<ItemOutcome>,
     /// Why each item ran, in words.
     pub(super) reasons: Vec<String>,
+    /// The server that has each item run elsewhere.
+    pub(super) hosts: Vec<Option<String>>,
     pub(super) spans: Vec<WorkSpan>,
     pub(super) summary: Summary,
 }
@@ -91,6 +95,7 @@ impl Timeline {
             indices: names.into_iter().zip(0..).collect(),
             outcomes: vec![ItemOutcome::NotReached; nodes.len()],
             reasons: vec![String::new(); nodes.len()],
+            hosts: vec![None; nodes.len()],
             nodes,
             spans: Vec::new(),
             summary: Summary::default(),
@@ -110,14 +115,16 @@ impl Timeline {
                     item,
                     work: *work,
                     worker: *worker,
+                    host: self.hosts[item].clone().filter(|_| *work == Work::Run),
                     start,
                     end,
                     depth: 0,
                     own: 0,
                 });
             }
-            Event::Started { item, reasons, .. } => {
+            Event::Started { item, reasons, host } => {
                 let Some(item) = index(item) else { return };
+                self.hosts[item].clone_from(host);
                 self.reasons[item] = reasons::lines(reasons).join("; ");
             }
             Event::UpToDate { item, .. } => {
@@ -167,9 +174,20 @@ impl Timeline {
         nanoseconds(self.summary.milliseconds).max(last)
     }
 
-    /// The number of workers that did something.
-    pub(super) fn workers(&self) -> usize {
-        self.spans.iter().map(|span| span.worker + 1).max().unwrap_or(0)
+    /// The workers that did something, in order, each with its name: `worker 0`, and for those that waited for
+    /// another machine `cluster.studio:8980 0`.
+    pub(super) fn workers(&self) -> Vec<(usize, String)> {
+        let mut workers = BTreeMap::<usize, Option<&str>>::new();
+        for span in &self.spans {
+            let host = workers.entry(span.worker).or_default();
+            *host = host.or(span.host.as_deref());
+        }
+        let first = workers.iter().find(|(_, host)| host.is_some()).map_or(0, |(worker, _)| *worker);
+        let name = |(worker, host): (usize, Option<&str>)| match host {
+            Some(host) => (worker, format!("{host} {}", worker - first)),
+            None => (worker, format!("worker {worker}")),
+        };
+        workers.into_iter().map(name).collect()
     }
 
     /// How long a worker worked on items.

@@ -17,9 +17,8 @@ pub(super) fn trace(timeline: &Timeline) -> String {
         named("process_name", 0, &format!("specula build {}", timeline.manifest)),
         named("thread_name", 0, "up to date"),
     ];
-    events.extend(
-        (0..timeline.workers()).map(|worker| named("thread_name", worker + 1, &format!("worker {worker}"))),
-    );
+    let workers = timeline.workers().into_iter();
+    events.extend(workers.map(|(worker, name)| named("thread_name", worker + 1, &name)));
     for span in &timeline.spans {
         let (node, outcome) = (&timeline.nodes[span.item], &timeline.outcomes[span.item]);
         let mut arguments = json!({ "kind": node.kind });
