@@ -25,7 +25,7 @@ fn timeline(items: usize, work: &[(Index, usize, f64, f64)]) -> Timeline {
             .collect(),
         outcomes: vec![ItemOutcome::NotReached; items],
         reasons: vec![String::new(); items],
-        hosts: vec![None; items],
+        is_elsewhere: vec![false; items],
         spans: Vec::new(),
         summary: Summary::default(),
     };

@@ -47,8 +47,8 @@ pub(super) struct WorkSpan {
     pub(super) item: Index,
     pub(super) work: Work,
     pub(super) worker: usize,
-    /// The server that had it run elsewhere.
-    pub(super) host: Option<String>,
+    /// Whether it waited for another machine.
+    pub(super) is_elsewhere: bool,
     pub(super) start: Nanoseconds,
     pub(super) end: Nanoseconds,
     /// How many spans of the same worker contain it.
@@ -67,8 +67,8 @@ pub(crate) struct Timeline {
     pub(super) outcomes: Vec<ItemOutcome>,
     /// Why each item ran, in words.
     pub(super) reasons: Vec<String>,
-    /// The server that has each item run elsewhere.
-    pub(super) hosts: Vec<Option<String>>,
+    /// Whether each item runs on another machine.
+    pub(super) is_elsewhere: Vec<bool>,
     pub(super) spans: Vec<WorkSpan>,
     pub(super) summary: Summary,
 }
@@ -95,7 +95,7 @@ impl Timeline {
             indices: names.into_iter().zip(0..).collect(),
             outcomes: vec![ItemOutcome::NotReached; nodes.len()],
             reasons: vec![String::new(); nodes.len()],
-            hosts: vec![None; nodes.len()],
+            is_elsewhere: vec![false; nodes.len()],
             nodes,
             spans: Vec::new(),
             summary: Summary::default(),
@@ -115,7 +115,7 @@ impl Timeline {
                     item,
                     work: *work,
                     worker: *worker,
-                    host: self.hosts[item].clone().filter(|_| *work == Work::Run),
+                    is_elsewhere: self.is_elsewhere[item] && *work == Work::Run,
                     start,
                     end,
                     depth: 0,
@@ -124,7 +124,7 @@ impl Timeline {
             }
             Event::Started { item, reasons, host } => {
                 let Some(item) = index(item) else { return };
-                self.hosts[item].clone_from(host);
+                self.is_elsewhere[item] = host.is_some();
                 self.reasons[item] = reasons::lines(reasons).join("; ");
             }
             Event::UpToDate { item, .. } => {
@@ -175,17 +175,17 @@ impl Timeline {
     }
 
     /// The workers that did something, in order, each with its name: `worker 0`, and for those that waited for
-    /// another machine `cluster.studio:8980 0`.
+    /// another machine `elsewhere 0`.
     pub(super) fn workers(&self) -> Vec<(usize, String)> {
-        let mut workers = BTreeMap::<usize, Option<&str>>::new();
+        let mut workers = BTreeMap::<usize, bool>::new();
         for span in &self.spans {
-            let host = workers.entry(span.worker).or_default();
-            *host = host.or(span.host.as_deref());
+            *workers.entry(span.worker).or_default() |= span.is_elsewhere;
         }
-        let first = workers.iter().find(|(_, host)| host.is_some()).map_or(0, |(worker, _)| *worker);
-        let name = |(worker, host): (usize, Option<&str>)| match host {
-            Some(host) => (worker, format!("{host} {}", worker - first)),
-            None => (worker, format!("worker {worker}")),
+        let first = workers.iter().find(|(_, is_elsewhere)| **is_elsewhere);
+        let first = first.map_or(0, |(worker, _)| *worker);
+        let name = |(worker, is_elsewhere): (usize, bool)| match is_elsewhere {
+            true => (worker, format!("elsewhere {}", worker - first)),
+            false => (worker, format!("worker {worker}")),
         };
         workers.into_iter().map(name).collect()
     }
