@@ -70,7 +70,8 @@ struct Group {
 /// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians;
 /// `None` if it was stopped.
 fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec<Group>> {
-    let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < reach.cos());
+    let far =
+        |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < math::cos(reach));
     let mut centres: Vec<DVec3> = Vec::new();
     for excess in bright {
         if far(&centres, excess.direction) {

@@ -109,7 +109,7 @@ pub(crate) fn points_of_texel(
     column: usize,
 ) -> (usize, usize) {
     let (centre, across, down) = canvas.extent(row, column);
-    let side = picture.side(centre, across.hypot(down) / 2.0);
+    let side = picture.side(centre, math::hypot(across, down) / 2.0);
     // If both grids are equal, rounding must not add a point.
     let points =
         |extent: f64| (PER_TEXEL * extent / side - 0.01).ceil().clamp(1.0, MOST_POINTS as f64) as usize;

@@ -104,7 +104,7 @@ impl CellTransform {
                 let length = match m {
                     0 => TAU / columns as f64,
                     // sin(m w / 2) has the period 2 columns.
-                    _ => 2.0 * step.sin() / m as f64,
+                    _ => 2.0 * math::sin(step) / m as f64,
                 };
                 let sign = if grid.falling && m % 2 == 1 { -1.0 } else { 1.0 };
                 cis(-step).map(|part| sign * length * part)
