@@ -36,4 +36,5 @@ mod relighting;
 mod report;
 mod revisions;
 mod rotate;
+mod same_bytes;
 mod vertices;

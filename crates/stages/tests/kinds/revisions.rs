@@ -16,7 +16,7 @@ use stages::artifacts::{
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
 
 /// What a kind computes in another way, as `kind, what`.
-const VARIANTS: [&str; 1] = ["reference, sampled"];
+pub(crate) const VARIANTS: [&str; 1] = ["reference, sampled"];
 
 /// Kind or variant, revision, fingerprint.
 const TABLE: &[(&str, u32, [f64; 5])] = &[
@@ -61,7 +61,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
 ];
 
 /// A small run of a kind that covers what can change.
-fn fixture(kind: &str) -> Case {
+pub(crate) fn fixture(kind: &str) -> Case {
     match kind {
         "import-environment" => {
             let pixels = (0..64).map(|i| [1.0 + (i % 8) as f32, 0.5 * (i / 8) as f32, 0.25]).collect();
@@ -316,6 +316,6 @@ fn an_output_that_changes_has_a_new_revision() {
 }
 
 /// The kind of a variant.
-fn kind_of(name: &str) -> &str {
+pub(crate) fn kind_of(name: &str) -> &str {
     name.split(", ").next().unwrap_or(name)
 }
