@@ -27,7 +27,7 @@ use crate::BrdfCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The most unknowns x_lpq: those of degrees [30, 8] and of [23, 10] are fewer.
 pub const MOST_UNKNOWNS: usize = 1500;

@@ -29,6 +29,7 @@ mod chromaticity;
 mod data_texture;
 mod dds;
 mod decoded;
+mod decoder_level;
 mod error;
 mod format;
 mod gltf;
@@ -65,6 +66,7 @@ pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata}
 pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
+pub use decoder_level::decoder_level;
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{

@@ -19,7 +19,7 @@ use crate::texels::{Taps, Texels};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The number of points along the side of a square texel of the picture.
 const PER_TEXEL: f64 = 3.0;

@@ -19,7 +19,7 @@ use crate::Environment;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The first circle, in radii of the light.
 const CIRCLE: f64 = 2.0;

@@ -165,7 +165,12 @@ pub(crate) mod single {
     /// e^x to 37 bits, at least; beyond what single precision holds, the value at 200 or -200.
     #[inline]
     fn exp_of(x: f64) -> f64 {
-        let x = x.clamp(-200.0, 200.0);
+        exp_near(x.clamp(-200.0, 200.0))
+    }
+
+    /// [`exp_of`] from -200 to 200.
+    #[inline]
+    fn exp_near(x: f64) -> f64 {
         let shifted = x * N_BY_LN2 + SHIFT;
         let r = x + (shifted - SHIFT) * (MINUS_LN2_BY_N[0] + MINUS_LN2_BY_N[1]);
         scaled(shifted.to_bits(), |_| r + r * r * (0.5 + r * (1.0 / 6.0)))
@@ -214,6 +219,11 @@ pub(crate) mod single {
     #[inline]
     pub(crate) fn log10(x: f32) -> f32 {
         if is_plain(x) { (ln_of(x) * LOG10_E) as f32 } else { libm::logf(x) }
+    }
+
+    #[cold]
+    fn rare_pow(x: f32, y: f32) -> f32 {
+        if is_plain(x) && y.is_finite() { exp_of(f64::from(y) * ln_of(x)) as f32 } else { libm::powf(x, y) }
     }
 
     /// x^y.

@@ -14,7 +14,7 @@ use crate::normals::{double, unit};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The most triangles around a vertex for which MikkTSpace is used: its time is quadratic in their number,
 /// and its stack linear. A mesh with more gets tangents as if it had no coordinates.

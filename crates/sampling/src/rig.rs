@@ -33,7 +33,7 @@ pub use masses::LightMasses;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// How light is divided into regions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -17,7 +17,7 @@ use crate::{Degree, Parallel, Sample, ZoneIntegrals};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Rows between parallels, from the north pole to the south pole, of equally wide columns.
 #[derive(Clone, Debug, PartialEq)]

@@ -22,7 +22,7 @@ use crate::{Basis, Expansion, Minimum};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The nearest non-negative function.
 #[derive(Clone, Debug, PartialEq)]

@@ -21,7 +21,7 @@ use crate::wigner::triangle;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Below this degree a rotation takes less time than waking threads does.
 const PARALLEL_FROM: usize = 40;

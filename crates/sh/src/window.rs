@@ -15,7 +15,7 @@ use crate::{Degree, Expansion};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// A factor for each degree; 1 at degree 0, so that the mean is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,7 +20,7 @@ use crate::{MapGrid, Shrm, Terms, View};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The largest conditioning that is accepted if P is not given.
 pub const GOOD_CONDITION: f64 = 2.0;

@@ -40,7 +40,7 @@ use sh::Expansion;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The lobe of a prefilter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -45,7 +45,7 @@ use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Which texels are summed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
