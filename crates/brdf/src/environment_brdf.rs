@@ -92,7 +92,9 @@ enum Lobe {
 
 /// A half vector of the rule.
 struct Half {
-    theta: f64,
+    /// Of theta.
+    sine: f64,
+    cosine: f64,
     /// n.l
     light: f64,
     /// v.h
@@ -125,7 +127,7 @@ impl Rule {
         let alpha = roughness * roughness;
         let (mut whole, mut bias) = (0.0, 0.0);
         self.over_half_vectors(view, Lobe::Ggx { alpha }, |half| {
-            let (sine, cosine) = math::sin_cos(half.theta);
+            let Half { sine, cosine, .. } = half;
             // GGX' cos^2 (a^2 - 1) + 1, without cancellation.
             let spread = alpha * alpha * cosine * cosine + sine * sine;
             let d = alpha * alpha / (PI * spread * spread);
@@ -141,7 +143,7 @@ impl Rule {
         let power = 1.0 / (roughness * roughness);
         let mut sum = 0.0;
         self.over_half_vectors(view, Lobe::Charlie { power }, |half| {
-            let sine = math::sin(half.theta);
+            let Half { sine, .. } = half;
             let d = (2.0 + power) * math::pow(sine, power) / (2.0 * PI);
             let v = 0.25 / (half.light + view - half.light * view);
             sum += d * v * half.light * 4.0 * half.view * sine * half.weight;
@@ -160,9 +162,16 @@ impl Rule {
                 let (most, length) = (0.5 * (delta + FRAC_PI_2), math::hypot(view, along));
                 let mut point = |theta: f64, weight: f64| {
                     let light = length * math::cos(2.0 * theta - delta);
-                    let half_view = along * math::sin(theta) + view * math::cos(theta);
+                    let (sine, cosine) = math::sin_cos(theta);
+                    let half_view = along * sine + view * cosine;
                     if light > 0.0 && half_view > 0.0 {
-                        visit(Half { theta, light, view: half_view, weight: 2.0 * weight * weight_phi });
+                        visit(Half {
+                            sine,
+                            cosine,
+                            light,
+                            view: half_view,
+                            weight: 2.0 * weight * weight_phi,
+                        });
                     }
                 };
                 match lobe {

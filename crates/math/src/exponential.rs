@@ -132,10 +132,23 @@ fn ln_in_two(bits: u64) -> (f64, f64) {
 #[inline]
 pub(crate) fn ln(x: f64) -> f64 {
     let bits = x.to_bits();
-    if !is_plain(bits) {
-        return libm::log(x);
-    }
-    ln_in_two(bits).0
+    if is_plain(bits) { ln_of_plain(bits) } else { libm::log(x) }
+}
+
+/// The logarithm of a plain number, as [`ln_in_two`], but with an r that is rounded.
+#[inline]
+fn ln_of_plain(bits: u64) -> f64 {
+    let (k, z_bits, &(inverse, ln_c, ln_c_tail)) = interval(bits);
+    let z = f64::from_bits(z_bits);
+    let z_upper = f64::from_bits(z_bits.wrapping_add(1 << 31) & (u64::MAX << 32));
+    let r = (z_upper * inverse - 1.0) + (z - z_upper) * inverse;
+    let sum = k * LN2[0] + ln_c;
+    let upper = sum + r;
+    let lower = k * LN2[1] + ln_c_tail + (sum - upper + r);
+    let half_r2 = -0.5 * (r * r);
+    let [c3, c4, c5, c6, c7, c8] = LN_TERMS;
+    let higher = r * half_r2 * (c3 + r * c4 + half_r2 * (c5 + r * c6 + half_r2 * (c7 + r * c8)));
+    upper + (lower + half_r2 + higher)
 }
 
 /// x^y.
@@ -165,12 +178,7 @@ pub(crate) mod single {
     /// e^x to 37 bits, at least; beyond what single precision holds, the value at 200 or -200.
     #[inline]
     fn exp_of(x: f64) -> f64 {
-        exp_near(x.clamp(-200.0, 200.0))
-    }
-
-    /// [`exp_of`] from -200 to 200.
-    #[inline]
-    fn exp_near(x: f64) -> f64 {
+        let x = if x.abs() < 200.0 { x } else { x.clamp(-200.0, 200.0) };
         let shifted = x * N_BY_LN2 + SHIFT;
         let r = x + (shifted - SHIFT) * (MINUS_LN2_BY_N[0] + MINUS_LN2_BY_N[1]);
         scaled(shifted.to_bits(), |_| r + r * r * (0.5 + r * (1.0 / 6.0)))
@@ -219,11 +227,6 @@ pub(crate) mod single {
     #[inline]
     pub(crate) fn log10(x: f32) -> f32 {
         if is_plain(x) { (ln_of(x) * LOG10_E) as f32 } else { libm::logf(x) }
-    }
-
-    #[cold]
-    fn rare_pow(x: f32, y: f32) -> f32 {
-        if is_plain(x) && y.is_finite() { exp_of(f64::from(y) * ln_of(x)) as f32 } else { libm::powf(x, y) }
     }
 
     /// x^y.
