@@ -7,7 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const KERNELS: [&str; 8] = ["sphere", "sh", "sampling", "envmap", "brdf", "shrm", "mesh", "transfer"];
+const KERNELS: [&str; 9] = ["math", "sphere", "sh", "sampling", "envmap", "brdf", "shrm", "mesh", "transfer"];
+
+/// What computes numbers of artifacts, beside the kernels.
+const COMPUTING: [&str; 3] = ["containers", "preview", "stages"];
 
 /// What only a window or a graphics device needs.
 const WINDOW: [&str; 7] = ["eframe", "egui", "naga", "preview-window", "wgpu", "wgpu-hal", "winit"];
@@ -203,6 +206,12 @@ fn the_kernels_share_one_list_of_forbidden_calls() {
     }
     for kernel in KERNELS {
         assert_eq!(list(kernel).unwrap(), first, "clippy.toml of {kernel}");
+    }
+    let functions = |list: &str| list.split_once("crate `math` has them.\n").unwrap().1.to_owned();
+    assert!(functions(&first).contains("\"f64::powf\""), "std's functions are forbidden");
+    for name in COMPUTING {
+        let own = list(name).unwrap();
+        assert_eq!(functions(&own), functions(&first), "functions in clippy.toml of {name}");
     }
 }
 

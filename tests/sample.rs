@@ -23,8 +23,33 @@ fn the_sample_builds_and_is_then_up_to_date() {
     assert!(second.stderr.contains("Up to date: all "), "{}", second.stderr);
     assert_eq!(project.outputs(), outputs);
     // Building the sample takes long, so other checks of a whole build use this one.
+    every_digest_is_that_of_every_machine(&project);
     every_output_can_be_inspected(&project);
     a_dry_run_distinguishes_an_input_that_is_gone_from_one_that_would_run(&project);
+}
+
+/// `sample_digests.txt` has a line for each item: the digests of its artifact or of its files, as the journal
+/// records them. They are the same on every machine; kinds that change their output on purpose have a new
+/// revision, and `UPDATE_EXPECT=1` writes the file.
+fn every_digest_is_that_of_every_machine(project: &Project) {
+    let journal = fs::read_to_string(project.path(".specula/journal")).unwrap();
+    let records = journal.lines().filter_map(|line| line.splitn(4, ' ').nth(3));
+    let records = records.filter_map(|json| serde_json::from_str::<serde_json::Value>(json).ok());
+    let mut lines = BTreeMap::new();
+    for record in records.filter(|record| record["outputs"].is_array()) {
+        let stems = record["item"]["key"].as_object().unwrap().values().map(|stem| stem.as_str().unwrap());
+        let item = format!(
+            "{} [{}]",
+            record["item"]["stage"].as_str().unwrap(),
+            stems.collect::<Vec<_>>().join(", ")
+        );
+        let outputs = record["outputs"].as_array().unwrap().iter();
+        let digests: Vec<_> = outputs.map(|output| output["digest"].as_str().unwrap()).collect();
+        lines.insert(item, digests.join(" "));
+    }
+    assert!(lines.len() > 100, "{} items in the journal", lines.len());
+    let found: String = lines.iter().map(|(item, digests)| format!("{item} {digests}\n")).collect();
+    expect_test::expect_file!["sample_digests.txt"].assert_eq(&found);
 }
 
 fn every_output_can_be_inspected(project: &Project) {

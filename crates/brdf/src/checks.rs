@@ -239,7 +239,7 @@ fn to_hemisphere(point: DVec2) -> DVec3 {
     };
     // z = 1 - r^2: equal areas of the disk are equal heights of the sphere.
     let across = r * (2.0 - r * r).sqrt();
-    DVec3::new(across * phi.cos(), across * phi.sin(), 1.0 - r * r)
+    DVec3::new(across * math::cos(phi), across * math::sin(phi), 1.0 - r * r)
 }
 
 /// The point of the square of a direction above the horizon.
@@ -247,12 +247,12 @@ fn to_square(w: DVec3) -> DVec2 {
     let r = (1.0 - w.z).max(0.0).sqrt();
     let (a, b) = if w.x.abs() > w.y.abs() {
         let a = r.copysign(w.x);
-        (a, a * (w.y / w.x).atan() / FRAC_PI_4)
+        (a, a * math::atan(w.y / w.x) / FRAC_PI_4)
     } else if w.y == 0.0 {
         (0.0, 0.0)
     } else {
         let b = r.copysign(w.y);
-        (b * (w.x / w.y).atan() / FRAC_PI_4, b)
+        (b * math::atan(w.x / w.y) / FRAC_PI_4, b)
     };
     DVec2::new(0.5 * (a + 1.0), 0.5 * (b + 1.0))
 }
@@ -268,16 +268,16 @@ fn reciprocity(material: &Material) -> f64 {
         .map(|index| {
             // Multiples of the powers of x, x^-6 = 1 / x + 1, spread evenly over five dimensions (Roberts,
             // 2018).
-            let at = |k: i32| (index as f64 * 0.881_271_461_633_569_6f64.powi(k) + 0.5).fract();
+            let at = |k: i32| (index as f64 * math::powi(0.881_271_461_633_569_6f64, k) + 0.5).fract();
             let above = |u: f64, v: f64| {
-                Direction::from_angles((1.0 - u * (1.0 - 85f64.to_radians().cos())).acos(), TAU * v)
+                Direction::from_angles(math::acos(1.0 - u * (1.0 - math::cos(85f64.to_radians()))), TAU * v)
             };
             let view = above(at(1), at(2));
             let light = if index % 2 == 0 {
                 above(at(3), at(4))
             } else {
                 let v = view.vector();
-                let away = above(at(3), at(4)).vector() * 10f64.powf(-4.0 * at(5));
+                let away = above(at(3), at(4)).vector() * math::pow(10f64, -4.0 * at(5));
                 Direction::normalised(DVec3::new(-v.x, -v.y, v.z) + away)
             };
             let brdf = |incident: Direction, outgoing: Direction| {

@@ -55,8 +55,8 @@ impl Centre {
                 let view = outgoing.vector();
                 let across = DVec3::new(view.x, view.y, 0.0).try_normalize().unwrap_or(DVec3::X);
                 let half = outgoing.theta() / 2.0;
-                let normal = across * half.sin() + DVec3::Z * half.cos();
-                let tangent = across * half.cos() - DVec3::Z * half.sin();
+                let normal = across * math::sin(half) + DVec3::Z * math::cos(half);
+                let tangent = across * math::cos(half) - DVec3::Z * math::sin(half);
                 [tangent, normal.cross(tangent), normal]
             }
         };

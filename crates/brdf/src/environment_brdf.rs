@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
 /// Raised when results change.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// The masking and shadowing of GGX, over 4 (n.l) (n.v).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -92,7 +92,9 @@ enum Lobe {
 
 /// A half vector of the rule.
 struct Half {
-    theta: f64,
+    /// Of theta.
+    sine: f64,
+    cosine: f64,
     /// n.l
     light: f64,
     /// v.h
@@ -115,7 +117,7 @@ impl Rule {
     fn new(azimuths: usize, polar: usize) -> Self {
         let unit = |nodes: usize| {
             let (thetas, weights) = sh::quadrature::gauss_legendre(nodes);
-            let node = |(theta, weight): (f64, f64)| (0.5 + 0.5 * theta.cos(), 0.5 * weight);
+            let node = |(theta, weight): (f64, f64)| (0.5 + 0.5 * math::cos(theta), 0.5 * weight);
             thetas.into_iter().zip(weights).map(node).collect()
         };
         Self { azimuth: unit(azimuths), polar: unit(polar) }
@@ -125,14 +127,14 @@ impl Rule {
         let alpha = roughness * roughness;
         let (mut whole, mut bias) = (0.0, 0.0);
         self.over_half_vectors(view, Lobe::Ggx { alpha }, |half| {
-            let (sine, cosine) = half.theta.sin_cos();
+            let Half { sine, cosine, .. } = half;
             // GGX' cos^2 (a^2 - 1) + 1, without cancellation.
             let spread = alpha * alpha * cosine * cosine + sine * sine;
             let d = alpha * alpha / (PI * spread * spread);
             let v = visibility.of(alpha, half.light, view);
             let value = d * v * half.light * 4.0 * half.view * sine * half.weight;
             whole += value;
-            bias += value * (1.0 - half.view).max(0.0).powi(5);
+            bias += value * math::powi((1.0 - half.view).max(0.0), 5);
         });
         ScaleBias { scale: whole - bias, bias }
     }
@@ -141,8 +143,8 @@ impl Rule {
         let power = 1.0 / (roughness * roughness);
         let mut sum = 0.0;
         self.over_half_vectors(view, Lobe::Charlie { power }, |half| {
-            let sine = half.theta.sin();
-            let d = (2.0 + power) * sine.powf(power) / (2.0 * PI);
+            let Half { sine, .. } = half;
+            let d = (2.0 + power) * math::pow(sine, power) / (2.0 * PI);
             let v = 0.25 / (half.light + view - half.light * view);
             sum += d * v * half.light * 4.0 * half.view * sine * half.weight;
         });
@@ -155,14 +157,21 @@ impl Rule {
         for side in [-1.0, 1.0] {
             for (from_side, weight_phi) in graded(&self.azimuth, view, FRAC_PI_2) {
                 // The cosine of phi, by its distance from pi / 2.
-                let along = side * sine_view * from_side.sin();
-                let delta = along.atan2(view);
-                let (most, length) = (0.5 * (delta + FRAC_PI_2), view.hypot(along));
+                let along = side * sine_view * math::sin(from_side);
+                let delta = math::atan2(along, view);
+                let (most, length) = (0.5 * (delta + FRAC_PI_2), math::hypot(view, along));
                 let mut point = |theta: f64, weight: f64| {
-                    let light = length * (2.0 * theta - delta).cos();
-                    let half_view = along * theta.sin() + view * theta.cos();
+                    let light = length * math::cos(2.0 * theta - delta);
+                    let (sine, cosine) = math::sin_cos(theta);
+                    let half_view = along * sine + view * cosine;
                     if light > 0.0 && half_view > 0.0 {
-                        visit(Half { theta, light, view: half_view, weight: 2.0 * weight * weight_phi });
+                        visit(Half {
+                            sine,
+                            cosine,
+                            light,
+                            view: half_view,
+                            weight: 2.0 * weight * weight_phi,
+                        });
                     }
                 };
                 match lobe {
@@ -176,7 +185,7 @@ impl Rule {
                     Lobe::Charlie { power } => {
                         // Below the largest theta sin^p falls as e^(-p cot(theta) x) and, near pi / 2, as
                         // e^(-p x^2 / 2), and V n.l rises within n.v.
-                        let width = 1.0 / (power.sqrt() + power / most.tan() + 2.0 * length / view);
+                        let width = 1.0 / (power.sqrt() + power / math::tan(most) + 2.0 * length / view);
                         graded(&self.polar, width, most).for_each(|(below, w)| point(most - below, w));
                     }
                 }
@@ -187,10 +196,10 @@ impl Rule {
 
 /// Points over (0, to) that crowd within about `width` of 0: width sinh(s), with a rule for s.
 fn graded(rule: &[(f64, f64)], width: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
-    let end = (to / width).asinh();
+    let end = math::asinh(to / width);
     rule.iter().map(move |(share, weight)| {
         let s = share * end;
-        (width * s.sinh(), weight * end * width * s.cosh())
+        (width * math::sinh(s), weight * end * width * math::cosh(s))
     })
 }
 

@@ -1,5 +1,7 @@
 //! Reflection models and their spherical-harmonic coefficients.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+
 mod checks;
 mod clamped_cosine;
 mod coefficients;

@@ -208,7 +208,7 @@ impl fmt::Debug for Measured {
 pub(crate) fn facet_width(count: usize, theta: impl Fn(usize) -> f64, grey: impl Fn(usize) -> f64) -> f64 {
     let base = (0..count).take_while(|h| theta(*h) < 60f64.to_radians()).last().map_or(0.0, &grey);
     let half = 0.5 * (grey(0) + base);
-    let tangent = (0..count).find(|h| grey(*h) < half).map_or(1.0, |h| theta(h).tan());
+    let tangent = (0..count).find(|h| grey(*h) < half).map_or(1.0, |h| math::tan(theta(h)));
     tangent / (2f64.sqrt() - 1.0).sqrt()
 }
 
@@ -220,16 +220,16 @@ pub(crate) fn facet_width(count: usize, theta: impl Fn(usize) -> f64, grey: impl
 pub fn half_difference(incident: Direction, outgoing: Direction) -> [f64; 3] {
     let sum = incident.vector() + outgoing.vector();
     let difference = incident.vector() - outgoing.vector();
-    let theta_d = difference.length().atan2(sum.length());
-    let across = sum.x.hypot(sum.y);
-    let theta_h = across.atan2(sum.z);
+    let theta_d = math::atan2(difference.length(), sum.length());
+    let across = math::hypot(sum.x, sum.y);
+    let theta_h = math::atan2(across, sum.z);
     let (cos_phi, sin_phi) = if across > 0.0 { (sum.x / across, sum.y / across) } else { (1.0, 0.0) };
-    let (sin_theta, cos_theta) = theta_h.sin_cos();
+    let (sin_theta, cos_theta) = math::sin_cos(theta_h);
     let x = (difference.x * cos_phi + difference.y * sin_phi) * cos_theta - difference.z * sin_theta;
     let y = difference.y * cos_phi - difference.x * sin_phi;
     // Exchanging light and view changes the sign of the difference.
     let (x, y) = if y < 0.0 || (y == 0.0 && x < 0.0) { (-x, -y) } else { (x, y) };
-    let phi_d = if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) };
+    let phi_d = if x == 0.0 && y == 0.0 { 0.0 } else { math::atan2(y, x) };
     [theta_h, theta_d, if phi_d < PI { phi_d } else { 0.0 }]
 }
 
@@ -238,10 +238,10 @@ pub fn half_difference(incident: Direction, outgoing: Direction) -> [f64; 3] {
 ///
 /// Either may lie below the horizon.
 pub fn from_half_difference([theta_h, theta_d, phi_d]: [f64; 3]) -> [Direction; 2] {
-    let (sin_h, cos_h) = theta_h.sin_cos();
+    let (sin_h, cos_h) = math::sin_cos(theta_h);
     let half = DVec3::new(sin_h, 0.0, cos_h);
-    let away = DVec3::new(cos_h, 0.0, -sin_h) * phi_d.cos() + DVec3::Y * phi_d.sin();
-    let (sin_d, cos_d) = theta_d.sin_cos();
+    let away = DVec3::new(cos_h, 0.0, -sin_h) * math::cos(phi_d) + DVec3::Y * math::sin(phi_d);
+    let (sin_d, cos_d) = math::sin_cos(theta_d);
     [1.0, -1.0].map(|side| Direction::from_unit(half * cos_d + away * (side * sin_d)))
 }
 

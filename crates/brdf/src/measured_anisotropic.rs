@@ -200,12 +200,12 @@ fn average(values: &mut [[f32; 3]], entries: impl ExactSizeIterator<Item = usize
 pub fn half_and_difference(incident: Direction, outgoing: Direction) -> [f64; 4] {
     let sum = incident.vector() + outgoing.vector();
     let difference = incident.vector() - outgoing.vector();
-    let theta_d = difference.length().atan2(sum.length());
+    let theta_d = math::atan2(difference.length(), sum.length());
     let away = DVec2::new(sum.x, sum.y);
     let across = away.length();
-    let theta_h = across.atan2(sum.z);
+    let theta_h = math::atan2(across, sum.z);
     let away = if across > 0.0 { away / across } else { DVec2::X };
-    let (sine, cosine) = theta_h.sin_cos();
+    let (sine, cosine) = math::sin_cos(theta_h);
     // The part along the meridian is turned with h to the normal; the other stays.
     let along = (difference.x * away.x + difference.y * away.y) * cosine - difference.z * sine;
     let beside = difference.y * away.x - difference.x * away.y;
@@ -213,7 +213,7 @@ pub fn half_and_difference(incident: Direction, outgoing: Direction) -> [f64; 4]
     // Exchanging light and view changes the sign of the difference.
     let turned = if turned.y < 0.0 || (turned.y == 0.0 && turned.x < 0.0) { -turned } else { turned };
     let angle = |v: DVec2, period: f64| {
-        let angle = v.y.atan2(v.x);
+        let angle = math::atan2(v.y, v.x);
         let angle = if angle < 0.0 { angle + period } else { angle };
         if angle < period { angle } else { 0.0 }
     };
@@ -223,12 +223,12 @@ pub fn half_and_difference(incident: Direction, outgoing: Direction) -> [f64; 4]
 /// The incident and the outgoing direction at theta_h, phi_h, theta_d and psi. Either may lie below the
 /// horizon.
 pub fn from_half_and_difference([theta_h, phi_h, theta_d, psi]: [f64; 4]) -> [Direction; 2] {
-    let ((sin_h, cos_h), (sin_phi, cos_phi)) = (theta_h.sin_cos(), phi_h.sin_cos());
+    let ((sin_h, cos_h), (sin_phi, cos_phi)) = (math::sin_cos(theta_h), math::sin_cos(phi_h));
     let half = DVec3::new(sin_h * cos_phi, sin_h * sin_phi, cos_h);
-    let (beside, along) = (psi - phi_h).sin_cos();
+    let (beside, along) = math::sin_cos(psi - phi_h);
     let meridian = DVec3::new(cos_h * cos_phi, cos_h * sin_phi, -sin_h);
     let away = meridian * along + DVec3::new(-sin_phi, cos_phi, 0.0) * beside;
-    let (sin_d, cos_d) = theta_d.sin_cos();
+    let (sin_d, cos_d) = math::sin_cos(theta_d);
     [1.0, -1.0].map(|side| Direction::from_unit(half * cos_d + away * (side * sin_d)))
 }
 

@@ -27,7 +27,7 @@ use crate::BrdfCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The most unknowns x_lpq: those of degrees [30, 8] and of [23, 10] are fewer.
 pub const MOST_UNKNOWNS: usize = 1500;
@@ -131,7 +131,7 @@ pub fn nearest_non_negative_unless(
     }
     let total: f64 = given.iter().flatten().map(|x| x * x).sum();
     let pairs = given.iter().zip(&found).flat_map(|(x, found)| x.iter().zip(&found.x));
-    let changed: f64 = pairs.map(|(f, g)| (f - g).powi(2)).sum();
+    let changed: f64 = pairs.map(|(f, g)| math::powi(f - g, 2)).sum();
     let least = |value: fn(&Channel) -> f64| found.iter().map(value).fold(f64::INFINITY, f64::min);
     let (before, after) = (least(|channel| channel.before), least(|channel| channel.after));
     let coefficients = BrdfCoefficients::new(coefficients.centre(), coefficients.f(), coefficients.p(), rho)
@@ -246,7 +246,7 @@ impl Search {
     fn row(&self, [theta_i, theta_o, phi]: Place) -> Vec<f64> {
         let (incident, outgoing) = (harmonics(&self.incident, theta_i), harmonics(&self.outgoing, theta_o));
         let turns: Vec<f64> =
-            (0..=self.terms.last().map_or(0, |term| term.q)).map(|q| (q as f64 * phi).cos()).collect();
+            (0..=self.terms.last().map_or(0, |term| term.q)).map(|q| math::cos(q as f64 * phi)).collect();
         let value = |Term { l, p, q, root }: &Term| {
             incident[l * l + l + q] * outgoing[p * p + p + q] * turns[*q] / root
         };
@@ -283,7 +283,7 @@ impl Search {
         let [_, outgoing, turns] = self.counts;
         let top = self.terms.last().map_or(0, |term| term.q);
         let cosines: Vec<f64> = (0..turns * (top + 1))
-            .map(|i| ((i % (top + 1)) as f64 * self.spacing[2] * (i / (top + 1)) as f64).cos())
+            .map(|i| math::cos((i % (top + 1)) as f64 * self.spacing[2] * (i / (top + 1)) as f64))
             .collect();
         // Sum over p, for each theta_o: [l, q].
         let sums: Vec<Vec<f64>> = self

@@ -37,7 +37,7 @@ pub use error::{MOST_COEFFICIENTS, ProjectionError};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -243,7 +243,7 @@ pub(crate) fn reaches_below(rho_hat: &dyn Fn(Direction, Direction) -> [f64; 3]) 
 fn mean(material: &Material, incident: Direction, outgoing: Direction) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for turn in 0..TURNS {
-        let (sine, cosine) = (TAU * turn as f64 / TURNS as f64).sin_cos();
+        let (sine, cosine) = math::sin_cos(TAU * turn as f64 / TURNS as f64);
         let [incident, outgoing] = [incident, outgoing].map(|direction| {
             let v = direction.vector();
             Direction::from_unit(DVec3::new(cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, v.z))

@@ -129,8 +129,9 @@ impl SampleFit {
         });
         let base = self.base.value(incident, outgoing);
         let residual = self.residual.value(half_difference(incident, outgoing));
-        [0, 1, 2]
-            .map(|channel| ((base[channel] + self.floor) * residual[channel].exp() - self.floor).max(0.0))
+        [0, 1, 2].map(|channel| {
+            ((base[channel] + self.floor) * math::exp(residual[channel]) - self.floor).max(0.0)
+        })
     }
 
     fn table(&self, shape: [usize; 3]) -> Result<Measured, MeasuredError> {

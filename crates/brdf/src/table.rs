@@ -40,7 +40,7 @@ pub use hemisphere::ViewCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The lowest view of a table, in radians: 0.25 degrees above the horizon. Below it models limit the values
 /// that have no bound at grazing, each in its way; the coefficients themselves go on to a limit.
@@ -182,9 +182,9 @@ impl BelowHorizon {
     pub fn view(self, view: Direction) -> Direction {
         let DVec3 { x, y, z } = view.vector();
         let z = if self == Self::Mirrored { z.abs() } else { z.max(0.0) };
-        let across = x.hypot(y);
-        let theta = across.atan2(z).min(LOWEST);
-        Direction::from_angles(theta, if across > 0.0 { y.atan2(x) } else { 0.0 })
+        let across = math::hypot(x, y);
+        let theta = math::atan2(across, z).min(LOWEST);
+        Direction::from_angles(theta, if across > 0.0 { math::atan2(y, x) } else { 0.0 })
     }
 }
 
@@ -319,7 +319,7 @@ pub fn tabulate_unless(
                 let v = view.vector();
                 let phi = match (isotropic, orthotropic) {
                     (true, _) => 0.0,
-                    (false, true) => v.y.abs().atan2(v.x.abs()),
+                    (false, true) => math::atan2(v.y.abs(), v.x.abs()),
                     (false, false) => view.phi(),
                 };
                 views.push(Direction::from_angles(view.theta().min(LOWEST), phi));

@@ -78,8 +78,8 @@ pub fn fit(samples: &[Sample], order: usize) -> Result<Fit, ScatteredError> {
     for sample in samples {
         let found = fit.value(sample.incident, sample.outgoing);
         for channel in 0..3 {
-            missed += (found[channel] - sample.value[channel]).powi(2);
-            square += sample.value[channel].powi(2);
+            missed += math::powi(found[channel] - sample.value[channel], 2);
+            square += math::powi(sample.value[channel], 2);
         }
     }
     fit.miss = if square > 0.0 { (missed / square).sqrt() } else { 0.0 };
@@ -142,18 +142,18 @@ fn evaluate(terms: &[Term], incident: Direction, outgoing: Direction, row: &mut 
     for (value, term) in row.iter_mut().zip(terms) {
         let Term { n, other, m } = *term;
         let product = light[n][m] * view[other][m] + light[other][m] * view[n][m];
-        *value = product * (m as f64 * azimuth).cos();
+        *value = product * math::cos(m as f64 * azimuth);
     }
 }
 
 /// K_n^m(theta) without its azimuth, by n and m, for m <= n, n - m even; by the recurrence of Kintner:
 /// R_m^m = rho^m, R_(m+2)^m = rho^m ((m + 2) rho^2 - m - 1), and from there upward in steps of 2.
 fn radial(theta: f64) -> [[f64; MOST_ORDER + 1]; MOST_ORDER + 1] {
-    let rho = std::f64::consts::SQRT_2 * (theta / 2.0).sin();
+    let rho = std::f64::consts::SQRT_2 * math::sin(theta / 2.0);
     let square = rho * rho;
     let mut r = [[0.0; MOST_ORDER + 1]; MOST_ORDER + 1];
     for m in 0..=MOST_ORDER {
-        r[m][m] = rho.powi(m as i32);
+        r[m][m] = math::powi(rho, m as i32);
         if m + 2 <= MOST_ORDER {
             r[m + 2][m] = r[m][m] * ((m + 2) as f64 * square - (m + 1) as f64);
         }

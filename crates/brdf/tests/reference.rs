@@ -3,7 +3,7 @@
 //! `lighting.json` gives the light in closed form; each file gives, for some central directions and views,
 //! the integral of light times rho_hat over the sphere.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{
     KajiyaKay, Lafortune, LafortuneLobe, Lambert, Material, Microfacet, Phong, Visibility, environment_brdf,

@@ -1,7 +1,7 @@
 //! BRDF tables against values that were integrated without the code of this project: `prt-tables.json`,
 //! `prt-anisotropic.json` and `prt-energy.json`.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, captured_unless, tabulate};
 use glam::{DMat3, DQuat, DVec3};

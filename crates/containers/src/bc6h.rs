@@ -158,7 +158,7 @@ fn place(mode: &Mode, colours: &[[i32; 3]; TEXELS], mut ends: [[i32; 3]; 2]) -> 
     let mut error = 0.0;
     let mut indices = colours.map(|colour| {
         let distance = |entry: &[i32; 3]| -> f64 {
-            (0..3).map(|channel| f64::from(entry[channel] - colour[channel]).powi(2)).sum()
+            (0..3).map(|channel| math::powi(f64::from(entry[channel] - colour[channel]), 2)).sum()
         };
         let nearest =
             (0..16).min_by(|&a, &b| distance(&palette[a]).total_cmp(&distance(&palette[b]))).unwrap_or(0);
@@ -180,9 +180,9 @@ fn least_squares(colours: &[[i32; 3]; TEXELS], indices: &[usize; TEXELS]) -> Opt
     let share = indices.map(|index| f64::from(WEIGHTS[index]) / 64.0);
     let sum = |value: &dyn Fn(usize) -> f64| (0..TEXELS).map(value).sum::<f64>();
     let (aa, ab, bb) = (
-        sum(&|i| (1.0 - share[i]).powi(2)),
+        sum(&|i| math::powi(1.0 - share[i], 2)),
         sum(&|i| (1.0 - share[i]) * share[i]),
-        sum(&|i| share[i].powi(2)),
+        sum(&|i| math::powi(share[i], 2)),
     );
     let determinant = aa * bb - ab * ab;
     if determinant < 1e-9 {

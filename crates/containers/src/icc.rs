@@ -125,7 +125,7 @@ fn curve(curve: Option<&ToneReprCurve>) -> Option<Curve> {
         ToneReprCurve::Lut(values) if values.is_empty() => Some(Box::new(|value| value)),
         ToneReprCurve::Lut(values) if values.len() == 1 => {
             let gamma = f64::from(values[0]) / 256.0;
-            Some(Box::new(move |value| value.abs().powf(gamma).copysign(value)))
+            Some(Box::new(move |value| math::pow(value.abs(), gamma).copysign(value)))
         }
         ToneReprCurve::Lut(values) => {
             let values: Vec<f64> = values.iter().map(|&value| f64::from(value) / 65535.0).collect();
@@ -161,5 +161,5 @@ fn name_of(profile: &ColorProfile) -> String {
 
 /// The linear value of an sRGB value.
 pub(crate) fn srgb_to_linear(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    if value <= 0.04045 { value / 12.92 } else { math::pow((value + 0.055) / 1.055, 2.4) }
 }

@@ -20,6 +20,8 @@
 //! Bytes are never trusted. A header's claim of size is compared with [`MAX_PIXELS`] and with what a file of
 //! that length can hold before anything of that size is allocated, and damage is an [`Error`], not a panic.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+
 mod babylon_env;
 mod bc6h;
 mod brdf_table_metadata;
@@ -27,6 +29,7 @@ mod chromaticity;
 mod data_texture;
 mod dds;
 mod decoded;
+mod decoder_level;
 mod error;
 mod format;
 mod gltf;
@@ -63,6 +66,7 @@ pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata}
 pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
+pub use decoder_level::decoder_level;
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{

@@ -110,7 +110,7 @@ fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
     if e == 0 {
         return [0.0; 3];
     }
-    let unit = 2.0_f64.powi(i32::from(e) - 128 - 8);
+    let unit = math::powi(2.0_f64, i32::from(e) - 128 - 8);
     [r, g, b].map(|mantissa| (f64::from(mantissa) + 0.5) * unit)
 }
 
@@ -129,7 +129,7 @@ fn encode(rgb: [f32; 3], clamped: &mut usize) -> [u8; 4] {
     if largest == 0.0 || exponent + 128 < 1 {
         return [0; 4];
     }
-    let scale = 2.0_f64.powi(8 - exponent);
+    let scale = math::powi(2.0_f64, 8 - exponent);
     let [r, g, b] = rgb.map(|value| (value * scale) as u8);
     [r, g, b, (exponent + 128) as u8]
 }

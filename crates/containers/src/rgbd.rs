@@ -20,13 +20,14 @@ fn pack(texel: [f32; 3]) -> [u8; 4] {
     let texel = texel.map(|value| value.max(0.0));
     let largest = texel.iter().fold(1.0_f32, |a, b| a.max(*b));
     let divisor = (255.0 / largest).floor().max(1.0);
-    let code = |value: f32| (255.0 * (value * divisor / 255.0).min(1.0).powf(1.0 / GAMMA)).round() as u8;
+    let code =
+        |value: f32| (255.0 * math::pow((value * divisor / 255.0).min(1.0), 1.0 / GAMMA)).round() as u8;
     let [r, g, b] = texel.map(code);
     [r, g, b, divisor as u8]
 }
 
 fn unpack([r, g, b, divisor]: [u8; 4]) -> [f32; 3] {
-    [r, g, b].map(|code| (f32::from(code) / 255.0).powf(GAMMA) * 255.0 / f32::from(divisor.max(1)))
+    [r, g, b].map(|code| math::pow(f32::from(code) / 255.0, GAMMA) * 255.0 / f32::from(divisor.max(1)))
 }
 
 /// A face as a PNG, the last row first.

@@ -241,7 +241,7 @@ fn exponent(value: f64) -> i32 {
 
 /// 2^exponent, for the exponents of floats.
 fn power(exponent: i32) -> f64 {
-    f64::from(exponent).exp2()
+    math::exp2(f64::from(exponent))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! PNG, JPEG, TIFF, TGA and WebP, and what all formats have in common. Most files are by other programs:
 //! `data/README.md`.
 
-#![allow(clippy::unwrap_used)] // as in any test
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
 use containers::{Decoded, ErrorKind, Format, ReadOptions, read_image, read_recipe, write_png, write_rgbe};
 use envmap::Image;

@@ -39,7 +39,7 @@ fn overlaps(old: usize, new: usize, edge: impl Fn(f64) -> f64) -> Overlaps {
 /// The means of `pixels` on `grid` over the texels of another grid.
 pub(crate) fn means(grid: LatLong, pixels: &[[f32; 3]], onto: LatLong) -> Vec<[f32; 3]> {
     let columns = overlaps(grid.width, onto.width, |u| u);
-    let rows = overlaps(grid.height, onto.height, |v| -(PI * v).cos());
+    let rows = overlaps(grid.height, onto.height, |v| -math::cos(PI * v));
     let mut out = vec![[0.0; 3]; onto.len()];
     out.par_chunks_mut(onto.width).zip(&rows).for_each(|(values, rows)| {
         for (value, columns) in values.iter_mut().zip(&columns) {

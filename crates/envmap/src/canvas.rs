@@ -57,14 +57,16 @@ impl LatLongCanvas {
         let offsets = |step: f64| {
             (1..=MOST_POINTS)
                 .map(|n| {
-                    (0..n).map(|k| (step * ((k as f64 + 0.5) / n as f64 - 0.5)).sin_cos()).collect::<Vec<_>>()
+                    (0..n)
+                        .map(|k| math::sin_cos(step * ((k as f64 + 0.5) / n as f64 - 0.5)))
+                        .collect::<Vec<_>>()
                 })
                 .collect::<Vec<_>>()
         };
         Self {
             grid,
-            theta: (0..grid.height).map(|row| grid.theta(row).sin_cos()).collect(),
-            phi: (0..grid.width).map(|column| grid.phi(column).sin_cos()).collect(),
+            theta: (0..grid.height).map(|row| math::sin_cos(grid.theta(row))).collect(),
+            phi: (0..grid.width).map(|column| math::sin_cos(grid.phi(column))).collect(),
             down: offsets(PI / grid.height as f64),
             across: offsets(TAU / grid.width as f64),
         }
@@ -103,7 +105,7 @@ impl Canvas for LatLongCanvas {
         mut visit: impl FnMut(Direction, f64),
     ) {
         let step = PI / (self.grid.height * down) as f64;
-        let area = TAU / (self.grid.width * across) as f64 * 2.0 * (step / 2.0).sin();
+        let area = TAU / (self.grid.width * across) as f64 * 2.0 * math::sin(step / 2.0);
         for &offset in &self.down[down - 1] {
             let (sine, cosine) = sum(self.theta[row], offset);
             for &offset in &self.across[across - 1] {
@@ -168,7 +170,7 @@ impl Canvas for CubeCanvas {
                 let s = (column as f64 + (x as f64 + 0.5) / across as f64) / edge;
                 let point = self.0.direction_at(face, s, t);
                 // dw = dA / rho^3
-                visit(point, area * point.vector().abs().max_element().powi(3));
+                visit(point, area * math::powi(point.vector().abs().max_element(), 3));
             }
         }
     }

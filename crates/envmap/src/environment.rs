@@ -146,7 +146,7 @@ impl Environment {
 
     /// Radiance times 2^stops; `None` if a value becomes infinite.
     pub fn exposed(&self, stops: f64) -> Option<Self> {
-        let scale = stops.exp2();
+        let scale = math::exp2(stops);
         let pixels =
             self.pixels.iter().map(|pixel| pixel.map(|value| (f64::from(value) * scale) as f32)).collect();
         Self::new(self.grid, pixels)
@@ -221,7 +221,7 @@ fn whole_columns(rotation: Rotation, width: usize) -> Option<usize> {
     let matrix = rotation.matrix();
     // A column of the largest image is 2^28 of a turn; rounding is far below a thousandth of that.
     let upright = matrix.z_axis.x.abs().max(matrix.z_axis.y.abs()) < 1e-14 && matrix.z_axis.z > 0.0;
-    let columns = matrix.x_axis.y.atan2(matrix.x_axis.x) / TAU * width as f64;
+    let columns = math::atan2(matrix.x_axis.y, matrix.x_axis.x) / TAU * width as f64;
     (upright && (columns - columns.round()).abs() < 1e-9)
         .then(|| (columns.round() as isize).rem_euclid(width as isize) as usize)
 }

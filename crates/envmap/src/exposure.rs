@@ -71,8 +71,8 @@ impl Environment {
         if !(floor > 0.0 && floor.is_finite()) {
             return Exposure { stops: 0.0, basis: ExposureBasis::LogAverage };
         }
-        let of_log_average = MIDDLE_GREY.log2() - average(self, |y| y.max(floor).log2());
-        let of_mean = (BRIGHTEST_MEAN / mean).log2();
+        let of_log_average = math::log2(MIDDLE_GREY) - average(self, |y| math::log2(y.max(floor)));
+        let of_mean = math::log2(BRIGHTEST_MEAN / mean);
         if of_mean < of_log_average {
             Exposure { stops: of_mean, basis: ExposureBasis::Mean }
         } else {

@@ -18,7 +18,7 @@ use crate::Environment;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Pixels that are more than this many times brighter than the mean over the sphere are cut down to that.
 const BRIGHTER: f64 = 10.0;
@@ -70,7 +70,8 @@ struct Group {
 /// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians;
 /// `None` if it was stopped.
 fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec<Group>> {
-    let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < reach.cos());
+    let far =
+        |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < math::cos(reach));
     let mut centres: Vec<DVec3> = Vec::new();
     for excess in bright {
         if far(&centres, excess.direction) {

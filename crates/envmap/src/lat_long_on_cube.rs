@@ -20,7 +20,7 @@ use crate::texels::{Taps, Texels};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Texels around a pole whose points are computed one by one.
 const NEAR_POLE: usize = 8;
@@ -57,16 +57,16 @@ impl LatLongOnCube {
         };
         let polar = |index: usize| {
             let (s, t) = (at(index % side), at(index / side));
-            [-(-s).atan2(t) / TAU * width, s.hypot(t).atan() / PI * height]
+            [-math::atan2(-s, t) / TAU * width, math::atan(math::hypot(s, t)) / PI * height]
         };
         Self {
             picture,
             canvas: CubeCanvas(cube),
             edge,
-            columns: (0..side).map(|corner| at(corner).atan() / TAU * width).collect(),
-            rows: table(&|s, t| (1.0 + s * s).sqrt().atan2(-t) / PI * height),
+            columns: (0..side).map(|corner| math::atan(at(corner)) / TAU * width).collect(),
+            rows: table(&|s, t| math::atan2((1.0 + s * s).sqrt(), -t) / PI * height),
             polar: (0..side * side).into_par_iter().map(polar).collect(),
-            density: table(&|s, t| (1.0 + s * s + t * t).powf(-1.5)),
+            density: table(&|s, t| math::pow(1.0 + s * s + t * t, -1.5)),
         }
     }
 

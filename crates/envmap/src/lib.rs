@@ -4,6 +4,8 @@
 //! Specula's frame. [`repair`] comes first, so that resampling does not spread NaN, infinity or negative
 //! values. All results are bit-identical for any number of threads.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+
 mod area;
 mod audit;
 mod bright_texels;

@@ -19,7 +19,7 @@ use crate::texels::{Taps, Texels};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The number of points along the side of a square texel of the picture.
 const PER_TEXEL: f64 = 3.0;
@@ -109,7 +109,7 @@ pub(crate) fn points_of_texel(
     column: usize,
 ) -> (usize, usize) {
     let (centre, across, down) = canvas.extent(row, column);
-    let side = picture.side(centre, across.hypot(down) / 2.0);
+    let side = picture.side(centre, math::hypot(across, down) / 2.0);
     // If both grids are equal, rounding must not add a point.
     let points =
         |extent: f64| (PER_TEXEL * extent / side - 0.01).ceil().clamp(1.0, MOST_POINTS as f64) as usize;

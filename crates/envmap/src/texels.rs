@@ -272,8 +272,8 @@ impl Texels for AngularProbe {
 
     fn side(self, direction: Direction, radius: f64) -> f64 {
         // Texels have 2 pi / edge along the radius and sin(t) / t of it around the centre.
-        let t = direction.vector().x.clamp(-1.0, 1.0).acos() + radius;
-        TAU / self.edge as f64 * if t < PI { (t.sin() / t).sqrt() } else { 0.0 }
+        let t = math::acos(direction.vector().x.clamp(-1.0, 1.0)) + radius;
+        TAU / self.edge as f64 * if t < PI { (math::sin(t) / t).sqrt() } else { 0.0 }
     }
 
     fn uses(self, texel: usize) -> bool {
@@ -338,7 +338,7 @@ fn disk_texel(edge: usize, row: isize, column: isize) -> usize {
         return row as usize * edge + column as usize;
     }
     let (a, b, rim) = (a as f64, b as f64, size as f64);
-    let radius = a.hypot(b);
+    let radius = math::hypot(a, b);
     // The nearest centre is at most half the diagonal of a texel away, but it must be in the disk too.
     let inward = (2.0 * rim - radius).min(rim - 2.0 * FRAC_1_SQRT_2 - 0.01).max(0.0) / radius;
     let nearest = |k: f64| (((rim - 1.0 - k * inward) / 2.0).round().max(0.0) as usize).min(edge - 1);

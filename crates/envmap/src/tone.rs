@@ -41,7 +41,7 @@ impl ToneMap {
 /// ```
 pub fn to_srgb8(pixels: &[[f32; 3]], exposure: f64, tone: ToneMap) -> Vec<[u8; 3]> {
     const BLOCK: usize = 4096;
-    let gain = exposure.exp2() as f32;
+    let gain = math::exp2(exposure) as f32;
     let mut codes = vec![[0; 3]; pixels.len()];
     codes.par_chunks_mut(BLOCK).zip(pixels.par_chunks(BLOCK)).for_each(|(codes, pixels)| {
         for (code, pixel) in codes.iter_mut().zip(pixels) {
@@ -53,12 +53,12 @@ pub fn to_srgb8(pixels: &[[f32; 3]], exposure: f64, tone: ToneMap) -> Vec<[u8; 3
 
 /// The sRGB transfer function (IEC 61966-2-1), from linear [0, 1] to encoded [0, 1].
 pub fn srgb_encode(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * math::pow(linear, 1.0 / 2.4) - 0.055 }
 }
 
 /// The inverse of [`srgb_encode`], from encoded [0, 1] to linear [0, 1].
 pub fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { math::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 /// The value clamped to [0, 1]; NaN becomes 0.
@@ -93,7 +93,7 @@ fn product(matrix: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
 static THRESHOLDS: LazyLock<[f32; 255]> = LazyLock::new(|| {
     std::array::from_fn(|code| {
         let encoded = (code as f64 + 0.5) / 255.0;
-        (if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }) as f32
+        (if encoded <= 0.040_45 { encoded / 12.92 } else { math::pow((encoded + 0.055) / 1.055, 2.4) }) as f32
     })
 });
 

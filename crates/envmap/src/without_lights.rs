@@ -19,7 +19,7 @@ use crate::Environment;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The first circle, in radii of the light.
 const CIRCLE: f64 = 2.0;
@@ -61,7 +61,7 @@ impl Environment {
         let mut strongest: Vec<&Light> = lights.iter().collect();
         strongest.sort_by(|a, b| sum(b.flux()).total_cmp(&sum(a.flux())));
         for light in strongest {
-            let texel = (PI / grid.height as f64).hypot(2.0 * PI / grid.width as f64);
+            let texel = math::hypot(PI / grid.height as f64, 2.0 * PI / grid.width as f64);
             let radius = light.radius.max(texel);
             let mut circle = CIRCLE * radius;
             let mut levels = [0.0; 3];
@@ -104,13 +104,13 @@ impl Environment {
         let grid = self.grid();
         let row_of = |theta: f64| (theta.clamp(0.0, PI) / PI * grid.height as f64) as usize;
         let (first, last) = (row_of(centre.theta() - angles.end), row_of(centre.theta() + angles.end));
-        let least = if angles.end >= PI { -2.0 } else { angles.end.cos() };
-        let most = if angles.start <= 0.0 { 2.0 } else { angles.start.min(PI).cos() };
+        let least = if angles.end >= PI { -2.0 } else { math::cos(angles.end) };
+        let most = if angles.start <= 0.0 { 2.0 } else { math::cos(angles.start.min(PI)) };
         let mut texels = Vec::new();
         for row in first..(last + 1).min(grid.height) {
-            let (solid_angle, (sine, z)) = (grid.solid_angle(row), grid.theta(row).sin_cos());
+            let (solid_angle, (sine, z)) = (grid.solid_angle(row), math::sin_cos(grid.theta(row)));
             for column in 0..grid.width {
-                let (y, x) = grid.phi(column).sin_cos();
+                let (y, x) = math::sin_cos(grid.phi(column));
                 let cosine = centre.vector().dot(DVec3::new(sine * x, sine * y, z));
                 if cosine > least && cosine <= most {
                     let index = row * grid.width + column;

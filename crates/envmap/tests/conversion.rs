@@ -1,6 +1,6 @@
 //! Every layout against a function that is known everywhere, and against single bright pixels.
 
-#![allow(clippy::unwrap_used)] // a test may panic
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
 use std::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 //! The environment as a function: radiance, rotation, other grids, cube maps.
 
-#![allow(clippy::unwrap_used)] // a test may panic
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -40,7 +40,7 @@ impl Mesh {
                 }
                 None => own,
             };
-            let (sine, cosine) = turn(vertex).sin_cos();
+            let (sine, cosine) = math::sin_cos(turn(vertex));
             let turned = along * cosine + normal.cross(along) * (f64::from(w) * sine);
             let [x, y, z] = unit(turned).unwrap_or([x, y, z]);
             [x, y, z, w]

@@ -1,5 +1,7 @@
 //! Meshes, the built-in shapes, and the parts that a file may omit (normals, tangents).
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+
 mod brush;
 mod mesh;
 mod normals;

@@ -157,7 +157,7 @@ impl Mesh {
             return ([0.0; 3], 0.0);
         }
         let centre = [0, 1, 2].map(|axis| (least[axis] + most[axis]) / 2.0);
-        let far = |p: [f64; 3]| (0..3).map(|axis| (p[axis] - centre[axis]).powi(2)).sum::<f64>();
+        let far = |p: [f64; 3]| (0..3).map(|axis| math::powi(p[axis] - centre[axis], 2)).sum::<f64>();
         (centre, used().map(far).fold(0.0, f64::max).sqrt())
     }
 }

@@ -34,12 +34,12 @@ pub fn shape(name: &str) -> Option<Mesh> {
 fn sphere(columns: usize, rows: usize) -> Mesh {
     let grid = Grid { columns, rows, around: true };
     grid.mesh(|column, row| {
-        let (east, north) = (TAU * column as f64 / columns as f64).sin_cos();
+        let (east, north) = math::sin_cos(TAU * column as f64 / columns as f64);
         // The poles are points: the sine of pi is not 0 in floating point.
         let (sine, cosine) = match row {
             0 => (0.0, 1.0),
             last if last == rows => (0.0, -1.0),
-            _ => (PI * row as f64 / rows as f64).sin_cos(),
+            _ => math::sin_cos(PI * row as f64 / rows as f64),
         };
         let normal = DVec3::new(sine * north, sine * east, cosine);
         Point { position: normal, normal, tangent: DVec3::new(-east, north, 0.0) }
@@ -54,8 +54,8 @@ fn torus_knot(columns: usize, rows: usize) -> Mesh {
     let grid = Grid { columns, rows, around: true };
     grid.mesh(|column, row| {
         let t = TAU * column as f64 / columns as f64;
-        let (sine, cosine) = (turns * t).sin_cos();
-        let (rise, reach) = (windings * t).sin_cos();
+        let (sine, cosine) = math::sin_cos(turns * t);
+        let (rise, reach) = math::sin_cos(windings * t);
         let outward = DVec3::new(0.0, cosine, sine);
         let centre = outward * (about + around * reach) + DVec3::X * (around * rise);
         let along = DVec3::new(0.0, -sine, cosine) * (turns * (about + around * reach))
@@ -63,7 +63,7 @@ fn torus_knot(columns: usize, rows: usize) -> Mesh {
         let tangent = along.normalize();
         let up = outward * reach + DVec3::X * rise;
         // Downward rows, seen from outside with the tangent to the right.
-        let (side, level) = (TAU * (row % rows) as f64 / rows as f64).sin_cos();
+        let (side, level) = math::sin_cos(TAU * (row % rows) as f64 / rows as f64);
         let normal = up * level + tangent.cross(up) * side;
         Point { position: centre + normal * tube, normal, tangent }
     })

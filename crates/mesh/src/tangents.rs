@@ -7,14 +7,14 @@
 
 use std::collections::HashMap;
 
-use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
+use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::DVec3;
 
 use crate::normals::{double, unit};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The most triangles around a vertex for which MikkTSpace is used: its time is quadratic in their number,
 /// and its stack linear. A mesh with more gets tangents as if it had no coordinates.
@@ -74,7 +74,7 @@ pub(crate) fn by_coordinates(
     let faces: Vec<usize> = (0..triangles.len()).filter(|&k| extended(&triangles[k])).collect();
     let mut surface =
         Surface { positions, normals, coordinates, triangles, found: vec![[None; 3]; faces.len()], faces };
-    if surface.most_around() <= MOST_AROUND && generate_tangents(&mut surface).is_err() {
+    if surface.most_around() <= MOST_AROUND && generate_tangents::<_, Functions>(&mut surface).is_err() {
         surface.found.fill([None; 3]);
     }
     let mut of_corners = vec![[None; 3]; triangles.len()];
@@ -140,7 +140,20 @@ impl Surface<'_> {
     }
 }
 
-impl Geometry for Surface<'_> {
+/// The functions that MikkTSpace calls. As in its own C code, the arc cosine is that of a double.
+struct Functions;
+
+impl Ops for Functions {
+    fn sqrt(x: f32) -> f32 {
+        x.sqrt()
+    }
+
+    fn acos(x: f32) -> f32 {
+        math::acos(f64::from(x)) as f32
+    }
+}
+
+impl Geometry<Functions> for Surface<'_> {
     fn num_faces(&self) -> usize {
         self.faces.len()
     }

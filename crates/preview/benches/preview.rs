@@ -3,6 +3,8 @@
 //! equation 12 at all texels of six such faces, a frame's work for a distant viewer. The paper's time for a
 //! frame is 33 ms.
 
+#![allow(clippy::disallowed_methods)] // it may compute with std
+
 use std::hint::black_box;
 use std::sync::Arc;
 

@@ -39,8 +39,8 @@ impl Camera {
 
     /// Right, up and forward, in the world, orthonormal.
     pub fn axes(&self) -> [DVec3; 3] {
-        let (sine, cosine) = self.yaw.sin_cos();
-        let (up, level) = self.pitch.sin_cos();
+        let (sine, cosine) = math::sin_cos(self.yaw);
+        let (up, level) = math::sin_cos(self.pitch);
         let forward = -DVec3::new(level * cosine, level * sine, up);
         let right = DVec3::new(-sine, cosine, 0.0);
         [right, right.cross(forward), forward]
@@ -48,7 +48,7 @@ impl Camera {
 
     /// The distance of the eye from the centre of the ball.
     pub fn distance(&self) -> f64 {
-        self.framing.radius / (self.field / 2.0).sin()
+        self.framing.radius / math::sin(self.field / 2.0)
     }
 
     /// The eye, in the world.
@@ -64,7 +64,7 @@ impl Camera {
     /// Half the width and half the height of the picture at distance 1, divided by the zoom.
     pub fn half_extent(&self, size: [u32; 2]) -> [f64; 2] {
         let [width, height] = size.map(|side| f64::from(side.max(1)));
-        let shorter = (self.field / 2.0).tan() / self.zoom / width.min(height);
+        let shorter = math::tan(self.field / 2.0) / self.zoom / width.min(height);
         [width * shorter, height * shorter]
     }
 

@@ -162,7 +162,7 @@ impl Functions<'_> {
         let size = [environment.grid().width as u32, environment.grid().height as u32];
         let light = lat_long::sample(size, environment.pixels(), direction);
         let lobe = self.lobe.map_or(Vec3::ZERO, |lobe| lobe.value(self.frame, direction));
-        let (gain, tone) = (self.shot.exposure.exp2() as f32, self.shot.tone);
+        let (gain, tone) = (math::exp2(self.shot.exposure) as f32, self.shot.tone);
         Part::ALL.map(|part| match part {
             Part::Light => develop(light, gain, tone),
             Part::Lobe => develop(lobe, LOBE_GAIN, tone),

@@ -50,7 +50,7 @@ fn with_lights(grid: LatLong, mut pixels: Vec<[f32; 3]>, lighting: &Lighting) ->
     for light in &lighting.lights {
         let centre = light.direction.vector();
         let texel = PI / grid.height as f64;
-        let (edge, near) = (light.radius.cos(), (light.radius + texel).min(PI).cos());
+        let (edge, near) = (math::cos(light.radius), math::cos((light.radius + texel).min(PI)));
         let covered = |k: usize| {
             let (row, column) = (k / grid.width, k % grid.width);
             if grid.direction(row, column).vector().dot(centre) < near {

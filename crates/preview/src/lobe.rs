@@ -48,7 +48,7 @@ impl Lobe {
     /// Why there is none, as a caption.
     pub(crate) fn of(look: &Look) -> Result<Self, &'static str> {
         let most = Degree::new(MOST).unwrap_or(Degree::ZERO);
-        let view = Direction::normalised(DVec3::new(0.0, -LEAN.sin(), LEAN.cos()));
+        let view = Direction::normalised(DVec3::new(0.0, -math::sin(LEAN), math::cos(LEAN)));
         let coefficients = match (look.reflection(), look.material()) {
             (Some(reflection), _) => {
                 let lobe = reflection.brdf().at_view(Direction::Z, Direction::X, view);
@@ -105,7 +105,7 @@ impl SurfaceFrame {
     pub(crate) fn new(shot: &Shot) -> Self {
         let axes = camera_axes(shot);
         let [right, up, toward] = [axes.x_axis, axes.y_axis, axes.z_axis];
-        let (sine, cosine) = LEAN.sin_cos();
+        let (sine, cosine) = math::sin_cos(LEAN);
         let axes = DMat3::from_cols(right, up * cosine - toward * sine, toward * cosine + up * sine);
         Self { axes, back: axes.transpose().as_mat3() }
     }

@@ -227,7 +227,7 @@ impl std::ops::AddAssign for VertexPasses {
 fn axes(object: &Object) -> (Rotation, bool) {
     let linear = object.place.matrix3;
     let mirrored = linear.determinant() < 0.0;
-    let scale = linear.determinant().abs().cbrt();
+    let scale = math::cbrt(linear.determinant().abs());
     let mut axes = linear * scale.recip();
     if mirrored {
         axes *= DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0));

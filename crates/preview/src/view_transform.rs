@@ -55,7 +55,7 @@ impl ViewTransform {
             across: step(ray([width, 0.0]), size[0]),
             down: step(ray([0.0, height]), size[1]),
             view: (back * shot.camera.view().vector()).as_vec3(),
-            gain: shot.exposure.exp2() as f32,
+            gain: math::exp2(shot.exposure) as f32,
             projection: shot.camera.projection(shot.size),
             back,
         }

@@ -1,6 +1,6 @@
 //! Light rigs of an environment of 512 x 1024 texels: the masses of its texels, and 64 and 1024 lights.
 
-#![allow(clippy::unwrap_used, reason = "a benchmark may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a benchmark may panic")]
 
 use std::hint::black_box;
 use std::num::NonZeroU32;

@@ -77,7 +77,7 @@ impl ExactLeaves {
         let (grid, top) = (tables.grid(), tables.degree().get());
         let (rows, columns) = (grid.rows(), grid.columns());
         // theta of an edge from the nearer pole: 1 - cos(theta) = 2 k / rows.
-        let edge = |k: usize| 2.0 * (k as f64 / rows as f64).sqrt().asin();
+        let edge = |k: usize| 2.0 * math::asin((k as f64 / rows as f64).sqrt());
         let mut start = 0;
         let rows = (0..rows)
             .map(|row| {
@@ -128,9 +128,9 @@ impl ExactLeaves {
             let mut values = vec![[vec![[0.0; 2]; orders], vec![[0.0; 2]; orders]]; terms];
             let mut sines = vec![0.0; terms];
             for (j, values) in values.iter_mut().enumerate() {
-                let theta = middle + half * (PI * (j as f64 + 0.5) / terms as f64).cos();
-                sines[j] = theta.sin();
-                self.basis.legendre_into(theta.cos(), theta.sin(), &mut legendre);
+                let theta = middle + half * math::cos(PI * (j as f64 + 0.5) / terms as f64);
+                sines[j] = math::sin(theta);
+                self.basis.legendre_into(math::cos(theta), math::sin(theta), &mut legendre);
                 let mut legendre = legendre.iter();
                 for m in 0..orders {
                     for (l, p) in (m..orders).zip(legendre.by_ref()) {
@@ -147,7 +147,7 @@ impl ExactLeaves {
             // What each node contributes to a term of the series.
             let weight = |k: usize, j: usize| {
                 let turn = (k * (2 * j + 1) % (4 * terms)) as f64 / (2 * terms) as f64;
-                if k == 0 { 1.0 / terms as f64 } else { 2.0 / terms as f64 * (PI * turn).cos() }
+                if k == 0 { 1.0 / terms as f64 } else { 2.0 / terms as f64 * math::cos(PI * turn) }
             };
             let weights: Vec<Vec<f64>> =
                 (0..terms).map(|k| (0..terms).map(|j| weight(k, j)).collect()).collect();
@@ -343,7 +343,7 @@ impl ExactLeaves {
         let Row { middle, half, .. } = self.rows[row];
         let rows = self.grid.rows();
         let share = ((row.min(rows - 1 - row)) as f64 + f64::from(from_pole)) / rows as f64;
-        ((2.0 * share.clamp(0.0, 1.0).sqrt().asin() - middle) / half).clamp(-1.0, 1.0) as f32
+        ((2.0 * math::asin(share.clamp(0.0, 1.0).sqrt()) - middle) / half).clamp(-1.0, 1.0) as f32
     }
 
     /// The density of theta in a leaf, and the series of f.

@@ -72,7 +72,7 @@ impl LeafGrid {
         let from_pole = (down as usize).min(half - 1);
         let t = down - from_pole as f64;
         let (row, t) = if z < 0.0 { (self.rows - 1 - from_pole, 1.0 - t) } else { (from_pole, t) };
-        let turn = y.atan2(x) / TAU;
+        let turn = math::atan2(y, x) / TAU;
         let along = (turn - turn.floor()) * self.columns() as f64;
         let column = (along as usize).min(self.columns() - 1);
         Place { row, column, t: t as f32, s: (along - column as f64) as f32 }

@@ -45,7 +45,7 @@ impl PieceTables {
                 for j in 0..count {
                     // `turn` is reduced before it is rounded.
                     let (scale, turn) = f(m, j);
-                    let (sine, cosine) = ((turn - turn.round()) * TAU).sin_cos();
+                    let (sine, cosine) = math::sin_cos((turn - turn.round()) * TAU);
                     table[2 * m * count + j] = scale * cosine;
                     table[(2 * m + 1) * count + j] = scale * sine;
                 }
@@ -55,7 +55,7 @@ impl PieceTables {
         let middle = |column: &PieceColumn| 0.5 * (column.start + column.end);
         let mass = |m: usize, column: &PieceColumn| match m {
             0 => column.width(),
-            _ => 2.0 * (0.5 * m as f64 * column.width()).sin() / m as f64,
+            _ => 2.0 * math::sin(0.5 * m as f64 * column.width()) / m as f64,
         };
         let edge = |j: usize| columns.get(j).map_or(1.0, |column| column.start);
         Self {

@@ -129,7 +129,7 @@ impl Pieces {
         let PieceRow { near, far, .. } = self.rows[from_pole];
         let t = ((down - near) / (far - near)).clamp(0.0, 1.0);
         let (row, t) = if z < 0.0 { (self.rows.len() - 1 - from_pole, 1.0 - t) } else { (from_pole, t) };
-        let turn = y.atan2(x) / TAU;
+        let turn = math::atan2(y, x) / TAU;
         let turn = turn - turn.floor();
         let column = self.columns[1..].partition_point(|column| column.start <= turn);
         let PieceColumn { start, end, .. } = self.columns[column];
@@ -170,7 +170,7 @@ fn rows(texels: usize, leaves: usize) -> Vec<PieceRow> {
     // Edges in rows of texels, and 1 - z.
     let scale = texels as f64 / PI;
     let from_pole = |y: f64| {
-        let sine = (0.5 * y / scale).sin();
+        let sine = math::sin(0.5 * y / scale);
         2.0 * sine * sine
     };
     let snap = SNAP * (texels as f64 / leaves as f64).min(1.0);
@@ -179,7 +179,7 @@ fn rows(texels: usize, leaves: usize) -> Vec<PieceRow> {
     let mut ends = Vec::new();
     for leaf in 1..=leaves / 2 {
         let d = 2.0 * leaf as f64 / leaves as f64;
-        let angle = if 2 * leaf == leaves { FRAC_PI_2 } else { 2.0 * (0.5 * d).sqrt().asin() };
+        let angle = if 2 * leaf == leaves { FRAC_PI_2 } else { 2.0 * math::asin((0.5 * d).sqrt()) };
         let y = angle * scale;
         let near = y.round();
         if (y - near).abs() < snap && near as usize <= texels / 2 {

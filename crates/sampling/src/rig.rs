@@ -33,7 +33,7 @@ pub use masses::LightMasses;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// How light is divided into regions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -147,7 +147,7 @@ impl Irradiance {
                 (0..3).for_each(|c| found[c] += light.irradiance[c] * cosine);
             }
             for c in 0..3 {
-                square += (found[c] - expected[c]).powi(2);
+                square += math::powi(found[c] - expected[c], 2);
                 sum += expected[c];
             }
         }
@@ -174,7 +174,7 @@ impl Region {
     fn light(&self) -> Light {
         let concentration = (self.moment.length() / mean(self.flux)).clamp(0.5, 1.0);
         // 1 - cos(a) without cancellation.
-        let radius = 2.0 * (1.0 - concentration).sqrt().asin();
+        let radius = 2.0 * math::asin((1.0 - concentration).sqrt());
         // The light of a whole constant sky has no direction: any.
         let direction = Direction::new(self.moment).unwrap_or(Direction::Z);
         Light::from_flux(direction, radius.min(PI / 2.0), self.flux)

@@ -23,7 +23,7 @@ use crate::{Error, LeafGrid, Tables};
 
 /// Raised when the directions of points change, those of products too: every kind of stage that draws some
 /// adds this to its own revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The density inside a leaf.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

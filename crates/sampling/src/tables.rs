@@ -56,7 +56,8 @@ impl Tables {
         // Reduced before it is rounded: half columns, modulo the circle.
         let angle =
             |m: usize, half_columns: usize| PI * (m * half_columns % (2 * columns)) as f64 / columns as f64;
-        let mass = |m: usize| if m == 0 { TAU / columns as f64 } else { 2.0 * angle(m, 1).sin() / m as f64 };
+        let mass =
+            |m: usize| if m == 0 { TAU / columns as f64 } else { 2.0 * math::sin(angle(m, 1)) / m as f64 };
         Arc::new(Self {
             degree,
             grid,
@@ -133,7 +134,7 @@ impl ColumnTable {
             (0..=top).map(move |m| {
                 std::array::from_fn(|k| {
                     let (scale, angle) = f(m, tile * TILE + k % TILE);
-                    (scale * if k < TILE { angle.cos() } else { angle.sin() }) as f32
+                    (scale * if k < TILE { math::cos(angle) } else { math::sin(angle) }) as f32
                 })
             })
         };

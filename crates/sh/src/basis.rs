@@ -146,7 +146,7 @@ impl Basis {
     #[inline]
     fn visit(&self, direction: Direction, mut f: impl FnMut(usize, usize, f64, f64)) {
         let v = direction.vector();
-        let (z, sin_theta) = (v.z, v.x.hypot(v.y));
+        let (z, sin_theta) = (v.z, math::hypot(v.x, v.y));
         let (cos_phi, sin_phi) =
             if sin_theta > 0.0 { (v.x / sin_theta, v.y / sin_theta) } else { (1.0, 0.0) };
         let (mut cosine, mut sine, mut column) = (1.0, 0.0, 0);

@@ -17,7 +17,7 @@ use crate::{Degree, Parallel, Sample, ZoneIntegrals};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Rows between parallels, from the north pole to the south pole, of equally wide columns.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +104,7 @@ impl CellTransform {
                 let length = match m {
                     0 => TAU / columns as f64,
                     // sin(m w / 2) has the period 2 columns.
-                    _ => 2.0 * step.sin() / m as f64,
+                    _ => 2.0 * math::sin(step) / m as f64,
                 };
                 let sign = if grid.falling && m % 2 == 1 { -1.0 } else { 1.0 };
                 cis(-step).map(|part| sign * length * part)

@@ -49,10 +49,13 @@ pub enum SimdLevel {
 }
 
 impl SimdLevel {
-    /// The best level of this CPU.
+    /// The best level of this CPU. A build with debug assertions takes the portable one if the environment
+    /// variable `SPECULA_SIMD_LEVEL` is `portable`, by which tests compare the levels; a release reads none.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = pulp::x86::V3::try_new() {
+        if let Some(v3) = pulp::x86::V3::try_new()
+            && !is_portable_forced()
+        {
             return Self::V3(v3);
         }
         Self::Portable
@@ -67,4 +70,19 @@ impl SimdLevel {
             Self::Portable => Scalar256b.vectorize(kernel),
         }
     }
+}
+
+#[cfg(all(target_arch = "x86_64", debug_assertions))]
+fn is_portable_forced() -> bool {
+    static FORCED: std::sync::LazyLock<bool> = std::sync::LazyLock::new(|| {
+        #[allow(clippy::disallowed_methods)] // not in a release
+        let level = std::env::var_os("SPECULA_SIMD_LEVEL");
+        level.is_some_and(|level| level == "portable")
+    });
+    *FORCED
+}
+
+#[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
+const fn is_portable_forced() -> bool {
+    false
 }

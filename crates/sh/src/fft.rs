@@ -25,7 +25,7 @@ pub(crate) const ZERO: Complex4 = [F64x4::ZERO; 2];
 
 /// e^(i angle), [cosine, sine].
 pub(crate) fn cis(angle: f64) -> [f64; 2] {
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = math::sin_cos(angle);
     [cosine, sine]
 }
 

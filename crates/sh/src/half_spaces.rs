@@ -221,7 +221,7 @@ impl NearestInHalfSpaces {
                 let (a, b) = (row[j], row[j + 1]);
                 (row[j], row[j + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
             }
-            let length = row[end].hypot(row[end + 1]);
+            let length = math::hypot(row[end], row[end + 1]);
             turns.push((row[end] / length, row[end + 1] / length));
             row[end] = length;
             row.truncate(end + 1);

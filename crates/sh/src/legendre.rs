@@ -263,5 +263,5 @@ fn any_beyond<S: Simd>(simd: S, vector: S::f64s, limit: f64) -> bool {
 /// d = m - l sin(theta) (WKB); d = 15 m^(1/3) is below 2^-78.
 pub(crate) fn least_sine(m: usize, degree: usize) -> f64 {
     let m = m as f64;
-    if m == 0.0 { 0.0 } else { (m - 15.0 * m.cbrt()) / degree as f64 }
+    if m == 0.0 { 0.0 } else { (m - 15.0 * math::cbrt(m)) / degree as f64 }
 }

@@ -29,12 +29,12 @@ impl Light {
     /// The integral of its radiance over its disk, RGB: what its BRDF is multiplied with if the light is
     /// small. It is the irradiance times 2 / (1 + cos(radius)).
     pub fn flux(&self) -> [f64; 3] {
-        self.irradiance.map(|irradiance| irradiance * 2.0 / (1.0 + self.radius.cos()))
+        self.irradiance.map(|irradiance| irradiance * 2.0 / (1.0 + math::cos(self.radius)))
     }
 
     /// The light with this [`Light::flux`].
     pub fn from_flux(direction: Direction, radius: f64, flux: [f64; 3]) -> Self {
-        Self { direction, radius, irradiance: flux.map(|flux| flux * (1.0 + radius.cos()) / 2.0) }
+        Self { direction, radius, irradiance: flux.map(|flux| flux * (1.0 + math::cos(radius)) / 2.0) }
     }
 
     /// Its coefficients.
@@ -60,14 +60,14 @@ impl Light {
     /// assert!(lamp.directions(100).all(|direction| direction.dot(lamp.direction) > 0.2f64.cos()));
     /// ```
     pub fn directions(&self, count: usize) -> impl Iterator<Item = Direction> {
-        let (centre, reach) = (self.direction.vector(), (self.radius / 2.0).sin());
+        let (centre, reach) = (self.direction.vector(), math::sin(self.radius / 2.0));
         let (u, v) = centre.any_orthonormal_pair();
         let golden = PI * (3.0 - 5f64.sqrt());
         (0..count).map(move |index| {
             // The solid angle within theta is 4 pi sin^2(theta / 2).
             let share = if count == 1 { 0.0 } else { (index as f64 + 0.5) / count as f64 };
-            let theta = 2.0 * (reach * share.sqrt()).asin();
-            let ((sine, cosine), (y, x)) = (theta.sin_cos(), (golden * index as f64).sin_cos());
+            let theta = 2.0 * math::asin(reach * share.sqrt());
+            let ((sine, cosine), (y, x)) = (math::sin_cos(theta), math::sin_cos(golden * index as f64));
             Direction::normalised(centre * cosine + (u * x + v * y) * sine)
         })
     }
@@ -91,7 +91,7 @@ impl Light {
     pub fn irradiance_on(&self, normal: Direction) -> [f64; 3] {
         let height = self.direction.dot(normal);
         let along = self.direction.vector().cross(normal.vector()).length();
-        let (sine, cosine) = self.radius.sin_cos();
+        let (sine, cosine) = math::sin_cos(self.radius);
         let (low, reach) = (cosine * height, sine * along);
         if low >= reach {
             return self.irradiance.map(|irradiance| irradiance * height.max(0.0));
@@ -99,9 +99,9 @@ impl Light {
         if low <= -reach {
             return [0.0; 3];
         }
-        let t = (-low / reach).acos();
-        let phi = (sine * t.sin()).atan2(cosine * along - sine * t.cos() * height);
-        let share = t * sine * sine * height - sine * cosine * along * t.sin() + phi;
+        let t = math::acos(-low / reach);
+        let phi = math::atan2(sine * math::sin(t), cosine * along - sine * math::cos(t) * height);
+        let share = t * sine * sine * height - sine * cosine * along * math::sin(t) + phi;
         self.irradiance.map(|irradiance| irradiance * share / (PI * sine * sine))
     }
 }
@@ -132,10 +132,10 @@ fn disk(radius: f64, degree: usize) -> Vec<f64> {
         return centre;
     }
     let mut edge = vec![0.0; degree + 2];
-    zonal_into(radius.cos(), &mut edge);
+    zonal_into(math::cos(radius), &mut edge);
     let legendre = |l: usize| edge[l] / ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();
     // 1 - cos(a) without cancellation.
-    let height = 2.0 * (radius / 2.0).sin().powi(2);
+    let height = 2.0 * math::powi(math::sin(radius / 2.0), 2);
     (0..=degree)
         .map(|l| match l {
             0 => centre[0],

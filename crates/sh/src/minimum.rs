@@ -182,7 +182,7 @@ impl Search {
                 [at(h, h).value, at(-h, -h).value, at(h, -h).value, at(-h, h).value],
                 at(0.0, 0.0).value,
             );
-            let length = x.hypot(y);
+            let length = math::hypot(x, y);
             let shorten = if length > spacing { spacing / length } else { 1.0 };
             for candidate in [east, west, north, south, at(x * shorten, y * shorten)] {
                 least = lower(least, candidate);

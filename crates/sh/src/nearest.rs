@@ -22,7 +22,7 @@ use crate::{Basis, Expansion, Minimum};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The nearest non-negative function.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,7 +157,7 @@ pub fn nearest_non_negative_unless(
         let pairs = nearest.coefficients().as_flattened().iter().zip(expansion.coefficients().as_flattened());
         pairs.map(|(g, f_lm)| f(*g, *f_lm)).sum::<f64>()
     };
-    let (changed, total) = (parts(|g, f| (g - f).powi(2)), parts(|_, f| f * f));
+    let (changed, total) = (parts(|g, f| math::powi(g - f, 2)), parts(|_, f| f * f));
     let change = if total > 0.0 { (changed / total).sqrt() } else { 0.0 };
     Ok(Nearest { expansion: nearest, change, lifted, before, after })
 }

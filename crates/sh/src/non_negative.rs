@@ -68,7 +68,7 @@ pub fn non_negative(expansion: &Expansion) -> Result<NonNegative, NoPositiveMean
     // left.
     let degree = expansion.degree().get() as f64;
     let mut weak = 0.0;
-    let mut strong = (degree * (degree + 1.0)).powi(-2);
+    let mut strong = math::powi(degree * (degree + 1.0), -2);
     let mut best = loop {
         if let Some(found) = with(strong) {
             break found;

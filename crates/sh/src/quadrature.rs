@@ -73,7 +73,7 @@ pub fn gauss_legendre(rows: usize) -> (Vec<f64>, Vec<f64>) {
         let middle = 2 * j + 1 == rows;
         // Tricomi's estimate, good to O(n^-4) away from the pole and enough for Newton near it.
         let guess = PI * (4.0 * j as f64 + 3.0) / (4.0 * n + 2.0);
-        let mut node = if middle { PI / 2.0 } else { guess + 1.0 / (8.0 * n * n * guess.tan()) };
+        let mut node = if middle { PI / 2.0 } else { guess + 1.0 / (8.0 * n * n * math::tan(guess)) };
         for _ in 0..if middle { 0 } else { 10 } {
             let (value, slope) = legendre_and_slope(rows, node);
             let step = value / slope;
@@ -92,7 +92,7 @@ pub fn gauss_legendre(rows: usize) -> (Vec<f64>, Vec<f64>) {
 
 /// P_n(cos(theta)) and its derivative by theta, n >= 1.
 fn legendre_and_slope(n: usize, theta: f64) -> (f64, f64) {
-    let sine = (theta / 2.0).sin();
+    let sine = math::sin(theta / 2.0);
     let t = 2.0 * sine * sine;
     let (mut p, mut d) = (1.0, 0.0);
     for k in 0..n {
@@ -100,7 +100,7 @@ fn legendre_and_slope(n: usize, theta: f64) -> (f64, f64) {
         p += d;
     }
     // sin(theta) dP_n/dtheta = n (cos(theta) P_n - P_(n-1)) = n (d - t P_n).
-    (p, n as f64 * (d - t * p) / theta.sin())
+    (p, n as f64 * (d - t * p) / math::sin(theta))
 }
 
 /// cos(2 pi k / period) for k in 0 .. period.
@@ -113,9 +113,9 @@ fn cosines(period: usize) -> Vec<f64> {
             let (k, sign) =
                 if 4 * k > period { (period as f64 / 2.0 - k as f64, -1.0) } else { (k as f64, 1.0) };
             if 8.0 * k > whole {
-                sign * (2.0 * PI * (whole / 4.0 - k) / whole).sin()
+                sign * math::sin(2.0 * PI * (whole / 4.0 - k) / whole)
             } else {
-                sign * (2.0 * PI * k / whole).cos()
+                sign * math::cos(2.0 * PI * k / whole)
             }
         })
         .collect()

@@ -47,7 +47,7 @@ impl Parallel {
 
     /// The parallel of a colatitude, in [0, pi].
     pub fn from_theta(theta: f64) -> Self {
-        let half = (if theta > FRAC_PI_2 { std::f64::consts::PI - theta } else { theta } / 2.0).sin();
+        let half = math::sin(if theta > FRAC_PI_2 { std::f64::consts::PI - theta } else { theta } / 2.0);
         let from_pole = 2.0 * half * half;
         let z = if theta > FRAC_PI_2 { from_pole - 1.0 } else { 1.0 - from_pole };
         Self { z, sine: 2.0 * half * (1.0 - half * half).sqrt(), from_pole }
@@ -65,7 +65,7 @@ impl Parallel {
 
     /// asin(z), the latitude.
     fn latitude(self) -> f64 {
-        self.z.atan2(self.sine)
+        math::atan2(self.z, self.sine)
     }
 
     /// How much higher this parallel's z is.
@@ -166,8 +166,8 @@ pub(crate) fn azimuth(m: usize, phi0: f64, phi1: f64) -> [f64; 2] {
         return [width, 0.0];
     }
     let m = m as f64;
-    let (sine, cosine) = (m * (0.5 * (phi0 + phi1))).sin_cos();
-    let length = 2.0 * (0.5 * m * width).sin() / m;
+    let (sine, cosine) = math::sin_cos(m * (0.5 * (phi0 + phi1)));
+    let length = 2.0 * math::sin(0.5 * m * width) / m;
     [cosine * length, sine * length]
 }
 

@@ -21,7 +21,7 @@ use crate::wigner::triangle;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Below this degree a rotation takes less time than waking threads does.
 const PARALLEL_FROM: usize = 40;
@@ -67,7 +67,7 @@ fn rotate_up_to(expansion: &Expansion, rotation: Rotation, highest: usize, rotat
     let degree = expansion.degree().get();
     let highest = highest.min(degree);
     let Zyz { alpha, beta, gamma } = rotation.zyz();
-    let (sine, cosine) = (beta / 2.0).sin_cos();
+    let (sine, cosine) = math::sin_cos(beta / 2.0);
     let flip = sine > cosine;
     let (sine, cosine) = if flip { (cosine, sine) } else { (sine, cosine) };
     let about_y = RotationAboutY::new(degree, sine, cosine);
@@ -86,7 +86,7 @@ fn rotate_up_to(expansion: &Expansion, rotation: Rotation, highest: usize, rotat
 
 /// cos(m angle) and sin(m angle), for m = 0 to `degree`, by repeated multiplication.
 fn turns(angle: f64, degree: usize) -> Vec<[f64; 2]> {
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = math::sin_cos(angle);
     let mut turns = Vec::with_capacity(degree + 1);
     let mut turn = [1.0, 0.0];
     for _ in 0..=degree {

@@ -47,8 +47,9 @@ impl RotationAboutY {
         }
         let roots = (0..=2 * (degree + LANES)).map(|k| (k as f64).sqrt()).map(|root| [root, 1.0 / root]);
         let square = cosine * cosine;
-        let first = Scaled::ONE.times_plain(F64x4([1.0, square, square.powi(2), square.powi(3)]));
-        let next = |block: &Scaled| Some(block.times_plain(F64x4([square.powi(4); LANES])));
+        let first =
+            Scaled::ONE.times_plain(F64x4([1.0, square, math::powi(square, 2), math::powi(square, 3)]));
+        let next = |block: &Scaled| Some(block.times_plain(F64x4([math::powi(square, 4); LANES])));
         Self {
             level: SimdLevel::detect(),
             degree,
@@ -84,7 +85,7 @@ impl RotationAboutY {
         let n = if family == 0 { n as f64 } else { -(n as f64) };
         // The order of the block that comes nearest.
         let m = (n * turn).clamp(first as f64, (first + LANES - 1) as f64);
-        (m * m + n * n - 2.0 * m * n * turn).sqrt() > horizon + 20.0 * horizon.cbrt()
+        (m * m + n * n - 2.0 * m * n * turn).sqrt() > horizon + 20.0 * math::cbrt(horizon)
     }
 
     /// What the functions of a block start from, at l = max(m, n), for each n; zero if they never matter.

@@ -30,7 +30,7 @@ use analysis::Colatitude;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///

@@ -15,7 +15,7 @@ use crate::{Degree, Expansion};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// A factor for each degree; 1 at degree 0, so that the mean is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,9 +70,9 @@ impl Window {
         let x = PI * l as f64 / (degree.get() + 1) as f64;
         match self {
             Self::None => 1.0,
-            Self::Hanning => (1.0 + x.cos()) / 2.0,
+            Self::Hanning => (1.0 + math::cos(x)) / 2.0,
             Self::Lanczos if l == 0 => 1.0,
-            Self::Lanczos => x.sin() / x,
+            Self::Lanczos => math::sin(x) / x,
             Self::Laplacian(Penalty(lambda)) => {
                 let eigenvalue = (l * (l + 1)) as f64;
                 1.0 / (1.0 + lambda * eigenvalue * eigenvalue)

@@ -104,7 +104,7 @@ impl Accuracy {
     /// The root mean square of what a share of the energy means: over all central directions, views and
     /// channels, in the unit of radiance.
     pub fn rms(&self, share: f64) -> f64 {
-        let directions = (4.0 * PI).powi(2);
+        let directions = math::powi(4.0 * PI, 2);
         (share * self.energy().iter().sum::<f64>() / (3.0 * directions)).sqrt()
     }
 

@@ -18,7 +18,7 @@ use crate::{Reflection, frame};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Radiance below this share of the mean counts as black.
 pub const DARK: f64 = 0.01;
@@ -212,7 +212,7 @@ impl Sample {
         let cut = self.cuts[f * trial.p.len() + p];
         std::array::from_fn(|channel| {
             let seen = |value: f64| value.max(0.0) + self.beside[channel] + dark.max(f64::MIN_POSITIVE);
-            (seen(cut[channel]) / seen(self.reference[channel])).log2().abs()
+            math::log2(seen(cut[channel]) / seen(self.reference[channel])).abs()
         })
     }
 }
@@ -241,11 +241,11 @@ pub(crate) fn seen(centre: Centre, index: usize) -> Direction {
     let share = |step: f64| (0.5 + index as f64 * step).fract();
     let (u, phi) = (share(0.754_877_666_246_692_8), std::f64::consts::TAU * share(0.569_840_290_998_053_3));
     match centre {
-        Centre::Reflection => Direction::from_angles((1.0 - 2.0 * u).acos(), phi),
-        Centre::Normal => Direction::from_angles(u.sqrt().asin(), phi),
+        Centre::Reflection => Direction::from_angles(math::acos(1.0 - 2.0 * u), phi),
+        Centre::Normal => Direction::from_angles(math::asin(u.sqrt()), phi),
         Centre::Tangent => {
             // About the normal +X, seen from the tangent +Z.
-            let v = Direction::from_angles(u.sqrt().asin(), phi).vector();
+            let v = Direction::from_angles(math::asin(u.sqrt()), phi).vector();
             Direction::normalised(sphere::DVec3::new(v.z, v.y, v.x))
         }
     }

@@ -20,7 +20,7 @@ use crate::{MapGrid, Shrm, Terms, View};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The largest conditioning that is accepted if P is not given.
 pub const GOOD_CONDITION: f64 = 2.0;
@@ -124,7 +124,7 @@ pub fn fit_angles(
     maps: &[[f32; 3]],
     p: Option<Degree>,
 ) -> Result<Fit, FitError> {
-    let solver = solver(angles.len(), p, |p| p + 1, |_, k, row| zonal_into(angles[k].cos(), row))?;
+    let solver = solver(angles.len(), p, |p| p + 1, |_, k, row| zonal_into(math::cos(angles[k]), row))?;
     solver.run(grid, maps, |p, values| Shrm::new(grid, View::Local, centre, p, Terms::Zonal, values))
 }
 
@@ -259,8 +259,8 @@ impl Solver {
             for channel in 0..3 {
                 let terms = harmonics.iter().zip(rows);
                 let fitted: f64 = terms.map(|(y, row)| y * f64::from(row[channel])).sum();
-                sums[0] += (sample[channel] - fitted).powi(2);
-                sums[1] += sample[channel].powi(2);
+                sums[0] += math::powi(sample[channel] - fitted, 2);
+                sums[1] += math::powi(sample[channel], 2);
             }
         }
         sums

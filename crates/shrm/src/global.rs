@@ -76,7 +76,7 @@ impl LocalToWorld {
 /// R_z(angle) of one degree p: c' = c cos(q angle) - s sin(q angle), s' = c sin(q angle) + s cos(q angle).
 fn turn(band: &mut [[f64; 3]], angle: f64) {
     let p = band.len() / 2;
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = math::sin_cos(angle);
     let (mut x, mut y) = (cosine, sine);
     for q in 1..=p {
         let (c, s) = (band[p + q], band[p - q]);

@@ -50,7 +50,7 @@ impl KautzMcCool {
         let pairs = slices.par_chunks_mut(grid.len()).zip(&angles);
         pairs.for_each(|(slice, angle)| {
             let mut y = vec![0.0; rows];
-            zonal_into(angle.cos(), &mut y);
+            zonal_into(math::cos(*angle), &mut y);
             for (value, terms) in slice.iter_mut().zip(zonal.chunks_exact(rows)) {
                 let mut sum = [0.0; 3];
                 for (term, y) in terms.iter().zip(&y) {
@@ -145,7 +145,7 @@ impl KautzMcCool {
         view: Direction,
         mut value: impl FnMut(usize, usize) -> [f32; 3],
     ) -> [f32; 3] {
-        let angle = central.vector().cross(view.vector()).length().atan2(central.dot(view));
+        let angle = math::atan2(central.vector().cross(view.vector()).length(), central.dot(view));
         let above = angles.partition_point(|slice| *slice <= angle);
         let (low, high) = (above.saturating_sub(1), above.min(angles.len() - 1));
         let share = if low == high { 0.0 } else { (angle - angles[low]) / (angles[high] - angles[low]) };
@@ -218,11 +218,11 @@ fn sampled_share(map: &Shrm, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) ->
                 let value = lamps.added(soft, central, view);
                 for channel in 0..3 {
                     sum[channel] += f64::from(value[channel]);
-                    squares += f64::from(value[channel]).powi(2);
+                    squares += math::powi(f64::from(value[channel]), 2);
                 }
             }
-            kept += theta.sin() * sum.iter().map(|sum| sum * sum).sum::<f64>() / azimuths as f64;
-            total += theta.sin() * squares;
+            kept += math::sin(theta) * sum.iter().map(|sum| sum * sum).sum::<f64>() / azimuths as f64;
+            total += math::sin(theta) * squares;
         }
         [kept, total].map(|energy| energy * map.grid().solid_angle(texel))
     };

@@ -179,7 +179,7 @@ pub fn frame(central: Direction) -> Rotation {
 /// angles.
 pub fn into_frame(central: Direction, view: Direction) -> Direction {
     let (c, v) = (central.vector(), view.vector());
-    let sine = c.x.hypot(c.y);
+    let sine = math::hypot(c.x, c.y);
     let (x, y) = if sine > 0.0 { (c.x / sine, c.y / sine) } else { (1.0, 0.0) };
     let south = DVec3::new(c.z * x, c.z * y, -sine);
     Direction::normalised(DVec3::new(v.dot(south), v.y * x - v.x * y, v.dot(c)))

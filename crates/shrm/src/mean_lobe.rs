@@ -64,8 +64,8 @@ impl MeanLobe {
             sum
         };
         let values = angles.par_iter().map(value).collect();
-        let sines: Vec<f64> = angles.iter().map(|angle| (angle / 2.0).sin()).collect();
-        let bucket = |k: usize| (k as f64 / BUCKETS as f64).powi(2);
+        let sines: Vec<f64> = angles.iter().map(|angle| math::sin(angle / 2.0)).collect();
+        let bucket = |k: usize| math::powi(k as f64 / BUCKETS as f64, 2);
         let before = (0..=BUCKETS).map(|k| sines.partition_point(|sine| *sine <= bucket(k)) - 1).collect();
         Self { angles, sines, values, before }
     }
@@ -99,10 +99,10 @@ impl MeanLobe {
             for side in [-1.0, 1.0] {
                 let share = 0.5 + 0.5 * side / 3.0_f64.sqrt();
                 let theta: f64 = middle + side * half / 3.0_f64.sqrt();
-                let weight = TAU * half * theta.sin();
+                let weight = TAU * half * math::sin(theta);
                 let g: [f64; 3] =
                     std::array::from_fn(|c| weight * (values[0][c] + share * (values[1][c] - values[0][c])));
-                let (x, mut before, mut p) = (theta.cos(), 0.0, 1.0);
+                let (x, mut before, mut p) = (math::cos(theta), 0.0, 1.0);
                 for (l, factor) in factors.iter_mut().enumerate() {
                     (0..3).for_each(|channel| factor[channel] += p * g[channel]);
                     let l = l as f64;
@@ -168,7 +168,7 @@ const ROWS: usize = 64;
 fn graded(count: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
     (0..count).map(move |j| {
         let turn = TAU * (j as f64 + 0.5) / count as f64;
-        (0.5 * (turn - turn.sin()), (1.0 - turn.cos()) / count as f64)
+        (0.5 * (turn - math::sin(turn)), (1.0 - math::cos(turn)) / count as f64)
     })
 }
 
@@ -182,12 +182,13 @@ fn plain_views(centre: Centre, plain: Plain) -> Vec<(Direction, f64)> {
         (Plain::HeadOn, _) => vec![(Direction::Z, 1.0)],
         (Plain::Mean, Centre::Normal) => {
             // The half turn of the nodes as the quarter turn of theta_o.
-            let rows = graded(ROWS).map(|(angle, weight)| (angle / 2.0, weight * angle.sin()));
+            let rows = graded(ROWS).map(|(angle, weight)| (angle / 2.0, weight * math::sin(angle)));
             normalised(rows.collect()).into_iter().flat_map(|(theta, weight)| ring(theta, weight)).collect()
         }
         (Plain::Mean, centre) => {
             let power = if centre == Centre::Tangent { 2 } else { 1 };
-            let rows = graded(ROWS).map(|(theta, weight)| (theta, weight * theta.sin().powi(power)));
+            let rows =
+                graded(ROWS).map(|(theta, weight)| (theta, weight * math::powi(math::sin(theta), power)));
             normalised(rows.collect()).into_iter().flat_map(|(theta, weight)| ring(theta, weight)).collect()
         }
     }

@@ -24,12 +24,12 @@ pub(crate) fn mean_views(centre: Centre, rows: usize) -> impl Iterator<Item = (f
         let share = (row as f64 + 0.5) / rows as f64;
         let even = 1.0 / rows as f64;
         match centre {
-            Centre::Reflection => ((1.0 - 2.0 * share).acos(), even),
-            Centre::Normal => (share.sqrt().asin(), even),
+            Centre::Reflection => (math::acos(1.0 - 2.0 * share), even),
+            Centre::Normal => (math::asin(share.sqrt()), even),
             Centre::Tangent => {
-                let theta = (1.0 - 2.0 * share).acos();
+                let theta = math::acos(1.0 - 2.0 * share);
                 // The mean of a sine over the sphere is pi / 4.
-                (theta, even * theta.sin() * 4.0 / PI)
+                (theta, even * math::sin(theta) * 4.0 / PI)
             }
         }
     })

@@ -40,7 +40,7 @@ use sh::Expansion;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The lobe of a prefilter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -83,7 +83,7 @@ impl PrefilterKernel {
     pub fn new(distribution: Distribution, roughness: f64) -> Result<Self, RoughnessOutOfRange> {
         let is_known = distribution == Distribution::Lambert || (roughness > 0.0 && roughness <= 1.0);
         let roughness = if distribution == Distribution::Lambert { 1.0 } else { roughness };
-        let alpha = roughness.max(Self::LEAST_ROUGHNESS).powi(2);
+        let alpha = math::powi(roughness.max(Self::LEAST_ROUGHNESS), 2);
         is_known.then_some(Self { distribution, alpha }).ok_or(RoughnessOutOfRange(roughness))
     }
 
@@ -107,10 +107,10 @@ impl PrefilterKernel {
                 // 1 + a^2 - (1 - a^2) mu, without cancellation; 2 a^2 at the centre.
                 let squared = self.alpha * self.alpha;
                 let denominator = (1.0 - mu) + squared * (1.0 + mu);
-                mu * (2.0 * squared / denominator).powi(2)
+                mu * math::powi(2.0 * squared / denominator, 2)
             }
             // ((1 - mu) / 2)^e is largest at the horizon, where it is 2^-e.
-            Distribution::Charlie => mu * (1.0 - mu).max(0.0).powf(0.5 / self.alpha),
+            Distribution::Charlie => mu * math::pow((1.0 - mu).max(0.0), 0.5 / self.alpha),
             Distribution::Lambert => mu,
         }
     }
@@ -126,17 +126,17 @@ impl PrefilterKernel {
                 let squared = self.alpha * self.alpha;
                 let (sum, difference) = (1.0 + squared, 1.0 - squared);
                 let denominator = (1.0 - mu) + squared * (1.0 + mu);
-                let scale = (2.0 * squared / denominator).powi(2);
+                let scale = math::powi(2.0 * squared / denominator, 2);
                 (
                     scale * (sum + difference * mu) / denominator,
-                    scale * difference * (4.0 * sum + 2.0 * difference * mu) / denominator.powi(2),
+                    scale * difference * (4.0 * sum + 2.0 * difference * mu) / math::powi(denominator, 2),
                 )
             }
             Distribution::Charlie => {
                 let (exponent, down) = (0.5 / self.alpha, (1.0 - mu).max(1e-6));
                 (
-                    down.powf(exponent - 1.0) * (down - exponent * mu),
-                    down.powf(exponent - 2.0) * exponent * ((exponent - 1.0) * mu - 2.0 * down),
+                    math::pow(down, exponent - 1.0) * (down - exponent * mu),
+                    math::pow(down, exponent - 2.0) * exponent * ((exponent - 1.0) * mu - 2.0 * down),
                 )
             }
             Distribution::Lambert => (1.0, 0.0),

@@ -45,7 +45,7 @@ use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Which texels are summed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -259,13 +259,13 @@ fn rows_of(grid: MapGrid) -> usize {
 
 /// The cosine of the radius of the cap about the central direction that holds all but `eps` of a lobe.
 fn cap(material: &Material, eps: f64) -> Option<f64> {
-    let power = |s: f64| eps.powf(1.0 / (s + 1.0));
+    let power = |s: f64| math::pow(eps, 1.0 / (s + 1.0));
     match material {
         Material::Lambert(_) => Some(power(1.0)),
         Material::Phong(phong) => Some(power(phong.exponent())),
         Material::Microfacet(microfacet) => {
-            let theta_h = microfacet.sigma() * (-eps.ln()).sqrt();
-            Some((2.0 * theta_h).min(PI).cos())
+            let theta_h = microfacet.sigma() * (-math::ln(eps)).sqrt();
+            Some(math::cos((2.0 * theta_h).min(PI)))
         }
         _ => None,
     }

@@ -173,7 +173,7 @@ impl Reflection {
             (Plain::Mean, centre) => {
                 let mut row = y_p0.clone();
                 for (theta, weight) in mean_views(centre, MEAN_ROWS) {
-                    zonal_into(theta.cos(), &mut row);
+                    zonal_into(math::cos(theta), &mut row);
                     y_p0.iter_mut().zip(&row).for_each(|(sum, y)| *sum += weight * y);
                 }
             }

@@ -8,7 +8,7 @@ use crate::{MapGrid, Shrm, Terms, View, frame};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 impl Shrm {
     /// The same map on another grid, local or global.

@@ -109,8 +109,9 @@ impl Reflection {
                 for q in 0..=l.min(p) {
                     let rho = brdf.get(l, p, q);
                     let both_signs = if q == 0 { 1.0 } else { 2.0 };
-                    let energy: f64 = (0..3).map(|channel| light[l][channel] * rho[channel].powi(2)).sum();
-                    let energy = energy * both_signs * lambda(l).powi(2);
+                    let energy: f64 =
+                        (0..3).map(|channel| light[l][channel] * math::powi(rho[channel], 2)).sum();
+                    let energy = energy * both_signs * math::powi(lambda(l), 2);
                     sum += energy * fourth_power(l as f64, p as f64, q as f64);
                     total += energy;
                 }
@@ -124,7 +125,7 @@ impl Reflection {
 fn fourth_power(l: f64, p: f64, q: f64) -> f64 {
     let (l, p) = (l * (l + 1.0), p * (p + 1.0));
     let step = |q: f64| (l - q * (q + 1.0)) * (p - q * (q + 1.0));
-    (l + p - 2.0 * q * q).powi(2) + step(q) + step(-q)
+    math::powi(l + p - 2.0 * q * q, 2) + step(q) + step(-q)
 }
 
 #[cfg(test)]

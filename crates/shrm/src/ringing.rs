@@ -30,7 +30,7 @@ impl Samples {
         let shown = |value: f64| value.max(0.0) + dark.max(f64::MIN_POSITIVE);
         let pairs = self.0.as_flattened().iter().zip(reference.0.as_flattened());
         let mut stops: Vec<f64> =
-            pairs.map(|(cut, right)| (shown(*cut) / shown(*right)).log2().abs()).collect();
+            pairs.map(|(cut, right)| math::log2(shown(*cut) / shown(*right)).abs()).collect();
         stops.sort_by(f64::total_cmp);
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
         CutError { p95: at(0.95), p99: at(0.99), negative: self.negative(dark) }

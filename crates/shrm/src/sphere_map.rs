@@ -22,8 +22,9 @@ use crate::{Lamps, MapGrid, Shrm};
 /// The axes of the sphere map of a view, in the world's frame: right, up, and the view itself; right-handed.
 pub fn sphere_map_axes(view: Direction) -> [Direction; 3] {
     let (theta, phi) = (view.theta(), view.phi());
-    let right = DVec3::new(-phi.sin(), phi.cos(), 0.0);
-    let up = DVec3::new(-theta.cos() * phi.cos(), -theta.cos() * phi.sin(), theta.sin());
+    let right = DVec3::new(-math::sin(phi), math::cos(phi), 0.0);
+    let up =
+        DVec3::new(-math::cos(theta) * math::cos(phi), -math::cos(theta) * math::sin(phi), math::sin(theta));
     [Direction::normalised(right), Direction::normalised(up), view]
 }
 

@@ -210,7 +210,7 @@ impl Views {
         }
         let turns = (0..side).map(|column| {
             let turn = |place: usize| {
-                let (sine, cosine) = (place.div_ceil(2) as f64 * views.phi(column)).sin_cos();
+                let (sine, cosine) = math::sin_cos(place.div_ceil(2) as f64 * views.phi(column));
                 if place == 0 || place % 2 == 1 { cosine as f32 } else { sine as f32 }
             };
             (0..parts.len()).map(turn).collect()

@@ -1,6 +1,6 @@
 //! Explicit maps from spherical harmonic reflection maps and back.
 
-#![allow(clippy::unwrap_used)] // a test may panic
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
 use std::f64::consts::{PI, TAU};
 

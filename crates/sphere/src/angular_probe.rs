@@ -30,11 +30,11 @@ impl AngularProbe {
     pub fn direction_at(self, column: f64, row: f64) -> Option<Direction> {
         let half = self.edge as f64 / 2.0;
         let (a, b) = ((column + 0.5) / half - 1.0, 1.0 - (row + 0.5) / half);
-        let r = a.hypot(b);
+        let r = math::hypot(a, b);
         if r > 1.0 {
             return None;
         }
-        let (sine, cosine) = (PI * r).sin_cos();
+        let (sine, cosine) = math::sin_cos(PI * r);
         let scale = if r > 0.0 { sine / r } else { PI };
         Some(Direction::normalised(from_file(DVec3::new(-a * scale, b * scale, cosine))))
     }
@@ -46,7 +46,7 @@ impl AngularProbe {
         let d = to_file(direction.vector());
         let sine = (d.x * d.x + d.y * d.y).sqrt();
         let (a, b) = if sine > 0.0 {
-            let scale = sine.atan2(d.z) / (PI * sine);
+            let scale = math::atan2(sine, d.z) / (PI * sine);
             (-d.x * scale, d.y * scale)
         } else if d.z > 0.0 {
             (0.0, 0.0)
@@ -66,18 +66,19 @@ impl AngularProbe {
         let half = self.edge as f64 / 2.0;
         let (a, b) = ((column as f64 + 0.5) / half - 1.0, (row as f64 + 0.5) / half - 1.0);
         let reach = 0.5 / half;
-        let r = a.hypot(b);
+        let r = math::hypot(a, b);
         let mean = if r + 2.0 * reach < 1.0 {
             let offset = reach / 3.0_f64.sqrt();
-            let pair = |y: f64| density((a - offset).hypot(y)) + density((a + offset).hypot(y));
+            let pair = |y: f64| density(math::hypot(a - offset, y)) + density(math::hypot(a + offset, y));
             (pair(b - offset) + pair(b + offset)) / 4.0
         } else if r - 2.0 * reach > 1.0 {
             0.0
         } else {
             const POINTS: i32 = 16;
             let at = |k: i32| reach * (f64::from(2 * k + 1) / f64::from(POINTS) - 1.0);
-            let sum: f64 =
-                (0..POINTS * POINTS).map(|k| density((a + at(k % POINTS)).hypot(b + at(k / POINTS)))).sum();
+            let sum: f64 = (0..POINTS * POINTS)
+                .map(|k| density(math::hypot(a + at(k % POINTS), b + at(k / POINTS))))
+                .sum();
             sum / f64::from(POINTS * POINTS)
         };
         mean / (half * half)
@@ -91,7 +92,7 @@ fn density(r: f64) -> f64 {
     } else if r < 1e-8 {
         PI * PI
     } else {
-        PI * (PI * r).sin() / r
+        PI * math::sin(PI * r) / r
     }
 }
 

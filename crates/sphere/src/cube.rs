@@ -105,7 +105,7 @@ impl Cube {
     /// The solid angle of a texel of any face, in steradians. The sum over all texels is 4 pi.
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let edge = self.edge as f64;
-        let corner = |x: f64, y: f64| (x * y).atan2((x * x + y * y + 1.0).sqrt());
+        let corner = |x: f64, y: f64| math::atan2(x * y, (x * x + y * y + 1.0).sqrt());
         let (x0, x1) = (2.0 * column as f64 / edge - 1.0, 2.0 * (column + 1) as f64 / edge - 1.0);
         let (y0, y1) = (2.0 * row as f64 / edge - 1.0, 2.0 * (row + 1) as f64 / edge - 1.0);
         corner(x0, y0) - corner(x0, y1) - corner(x1, y0) + corner(x1, y1)

@@ -40,19 +40,19 @@ impl Direction {
 
     /// The direction at colatitude `theta` and azimuth `phi`, in radians.
     pub fn from_angles(theta: f64, phi: f64) -> Self {
-        let (sin_theta, cos_theta) = theta.sin_cos();
-        let (sin_phi, cos_phi) = phi.sin_cos();
+        let (sin_theta, cos_theta) = math::sin_cos(theta);
+        let (sin_phi, cos_phi) = math::sin_cos(phi);
         Self(DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
     }
 
     /// Colatitude in [0, pi], accurate at the poles.
     pub fn theta(self) -> f64 {
-        (self.0.x * self.0.x + self.0.y * self.0.y).sqrt().atan2(self.0.z)
+        math::atan2((self.0.x * self.0.x + self.0.y * self.0.y).sqrt(), self.0.z)
     }
 
     /// Azimuth in (-pi, pi]; 0 at the poles.
     pub fn phi(self) -> f64 {
-        if self.0.x == 0.0 && self.0.y == 0.0 { 0.0 } else { self.0.y.atan2(self.0.x) }
+        if self.0.x == 0.0 && self.0.y == 0.0 { 0.0 } else { math::atan2(self.0.y, self.0.x) }
     }
 
     /// The unit vector.

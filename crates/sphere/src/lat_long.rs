@@ -66,6 +66,6 @@ impl LatLong {
     pub fn solid_angle(self, row: usize) -> f64 {
         let top = PI * row as f64 / self.height as f64;
         let bottom = PI * (row + 1) as f64 / self.height as f64;
-        TAU / self.width as f64 * 2.0 * ((top + bottom) / 2.0).sin() * ((bottom - top) / 2.0).sin()
+        TAU / self.width as f64 * 2.0 * math::sin((top + bottom) / 2.0) * math::sin((bottom - top) / 2.0)
     }
 }

@@ -74,7 +74,7 @@ fn corner(x: f64, y: f64) -> f64 {
     let area = if width * width + height * height <= 1.0 {
         width * height
     } else {
-        let under = |t: f64| (t * (1.0 - t * t).max(0.0).sqrt() + t.asin()) / 2.0;
+        let under = |t: f64| (t * (1.0 - t * t).max(0.0).sqrt() + math::asin(t)) / 2.0;
         let flat = (1.0 - height * height).sqrt();
         flat * height + under(width) - under(flat)
     };

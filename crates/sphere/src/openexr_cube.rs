@@ -73,7 +73,7 @@ impl OpenExrCube {
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let last = (self.edge - 1) as f64;
         let cut = |k: f64| (2.0 * k / last - 1.0).clamp(-1.0, 1.0);
-        let corner = |x: f64, y: f64| (x * y).atan2((x * x + y * y + 1.0).sqrt());
+        let corner = |x: f64, y: f64| math::atan2(x * y, (x * x + y * y + 1.0).sqrt());
         let row = (row % self.edge) as f64;
         let (x0, x1) = (cut(column as f64 - 0.5), cut(column as f64 + 0.5));
         let (y0, y1) = (cut(row - 0.5), cut(row + 0.5));

@@ -50,8 +50,8 @@ impl OpenExrLatLong {
         let columns = if column == 0 || column == self.width - 1 { 0.5 } else { 1.0 };
         columns * TAU / (self.width - 1) as f64
             * 2.0
-            * ((top + bottom) / 2.0).sin()
-            * ((bottom - top) / 2.0).sin()
+            * math::sin((top + bottom) / 2.0)
+            * math::sin((bottom - top) / 2.0)
     }
 }
 

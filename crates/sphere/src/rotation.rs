@@ -1,6 +1,6 @@
 //! Active, right-handed rotations: yaw about +Z, pitch about +Y, roll about +X.
 
-use glam::{DMat3, DQuat};
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::Direction;
 
@@ -25,7 +25,7 @@ impl Rotation {
 
     /// R = R_z(yaw) R_y(pitch) R_x(roll), in radians. A positive pitch lowers +X.
     pub fn from_yaw_pitch_roll(yaw: f64, pitch: f64, roll: f64) -> Self {
-        Self(DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll))
+        Self(about(DVec3::Z, yaw) * about(DVec3::Y, pitch) * about(DVec3::X, roll))
     }
 
     /// The rotation of a quaternion (x, y, z, w), normalised; `None` if it is zero or not finite.
@@ -37,21 +37,17 @@ impl Rotation {
 
     /// R = R_z(alpha) R_y(beta) R_z(gamma).
     pub fn from_zyz(zyz: Zyz) -> Self {
-        Self(
-            DQuat::from_rotation_z(zyz.alpha)
-                * DQuat::from_rotation_y(zyz.beta)
-                * DQuat::from_rotation_z(zyz.gamma),
-        )
+        Self(about(DVec3::Z, zyz.alpha) * about(DVec3::Y, zyz.beta) * about(DVec3::Z, zyz.gamma))
     }
 
     /// The ZYZ angles of this rotation; gamma is 0 if beta is 0 or pi.
     pub fn zyz(self) -> Zyz {
         // q = (sin(b/2) sin((g-a)/2), sin(b/2) cos((g-a)/2), cos(b/2) sin((a+g)/2), cos(b/2) cos((a+g)/2))
         let q = self.0;
-        let (sine, cosine) = (q.x.hypot(q.y), q.z.hypot(q.w));
-        let beta = 2.0 * sine.atan2(cosine);
-        let sum = q.z.atan2(q.w);
-        let difference = q.x.atan2(q.y);
+        let (sine, cosine) = (math::hypot(q.x, q.y), math::hypot(q.z, q.w));
+        let beta = 2.0 * math::atan2(sine, cosine);
+        let sum = math::atan2(q.z, q.w);
+        let difference = math::atan2(q.x, q.y);
         if sine == 0.0 {
             Zyz { alpha: 2.0 * sum, beta, gamma: 0.0 }
         } else if cosine == 0.0 {
@@ -80,4 +76,10 @@ impl Rotation {
     pub fn matrix(self) -> DMat3 {
         DMat3::from_quat(self.0)
     }
+}
+
+/// The rotation about a unit axis; glam's own would take the system's sine.
+fn about(axis: DVec3, angle: f64) -> DQuat {
+    let (sine, cosine) = math::sin_cos(0.5 * angle);
+    DQuat::from_vec4((sine * axis).extend(cosine))
 }

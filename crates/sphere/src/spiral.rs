@@ -15,5 +15,5 @@ use crate::Direction;
 pub fn spiral(index: usize, count: usize) -> Direction {
     let golden = PI * (3.0 - 5f64.sqrt());
     let z = 1.0 - (2 * index + 1) as f64 / count as f64;
-    Direction::from_angles(z.acos(), golden * index as f64)
+    Direction::from_angles(math::acos(z), golden * index as f64)
 }

@@ -1,5 +1,7 @@
 //! The tests of this crate that `CONVENTIONS.md` names.
 
+#![allow(clippy::disallowed_methods)] // it may compute with std
+
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI, TAU};
 
 use sphere::{

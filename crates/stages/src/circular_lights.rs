@@ -111,7 +111,7 @@ impl Kind for CircularLights {
         };
         let mut lighting = Lighting::from(Expansion::zero(degree));
         for Disk { direction, radius, radiance } in &disks {
-            let flux = radiance.map(|radiance| radiance * 4.0 * PI * (radius / 2.0).sin().powi(2));
+            let flux = radiance.map(|radiance| radiance * 4.0 * PI * math::powi(math::sin(radius / 2.0), 2));
             if in_series || *radius > FRAC_PI_2 {
                 let series = Expansion::disk(*direction, *radius, flux, degree);
                 lighting = &lighting + &series.into();
@@ -206,7 +206,7 @@ fn disk(table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Disk> {
         (_, Some(solid)) => {
             let value = number(&solid.value, 4.0 * PI, "steradians above 0, at most 4 pi = 12.566", errors);
             // 4 pi sin^2(a / 2).
-            2.0 * (value / (4.0 * PI)).sqrt().clamp(0.0, 1.0).asin()
+            2.0 * math::asin((value / (4.0 * PI)).sqrt().clamp(0.0, 1.0))
         }
         (None, None) => FRAC_PI_2,
     };
@@ -217,7 +217,7 @@ fn disk(table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Disk> {
         (Some(radiance), _) => colour(radiance, errors),
         (_, Some(irradiance)) => {
             // A disk past 90 degrees fills the hemisphere above a surface that faces it.
-            let facing = PI * radius.min(FRAC_PI_2).sin().powi(2);
+            let facing = PI * math::powi(math::sin(radius.min(FRAC_PI_2)), 2);
             colour(irradiance, errors).map(|rgb| rgb.map(|value| value / facing))
         }
         (None, None) => None,

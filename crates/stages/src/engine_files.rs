@@ -233,7 +233,7 @@ fn difference(given: &[[f32; 3]], found: &[[f32; 3]]) -> f64 {
         .as_flattened()
         .iter()
         .zip(found.as_flattened())
-        .map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2))
+        .map(|(a, b)| math::powi(f64::from(*a) - f64::from(*b), 2))
         .sum();
     let largest = f64::from(largest_of(given));
     if largest == 0.0 { 0.0 } else { (squares / (3 * given.len()) as f64).sqrt() / largest }

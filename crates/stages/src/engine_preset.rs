@@ -150,8 +150,8 @@ impl EnginePreset {
                 Levels::Quadratic => 1.0 - (1.0 - share).sqrt(),
                 Levels::Linear => share,
                 Levels::Halving | Levels::Geometric if l == 0 => 0.0,
-                Levels::Halving => (f64::from(l) / 0.8).exp2().min(edge).sqrt() / edge.sqrt(),
-                Levels::Geometric => edge.powf(0.5 * (share - 1.0)),
+                Levels::Halving => math::exp2(f64::from(l) / 0.8).min(edge).sqrt() / edge.sqrt(),
+                Levels::Geometric => math::pow(edge, 0.5 * (share - 1.0)),
             }
         };
         Ok((0..=n).map(roughness).collect())

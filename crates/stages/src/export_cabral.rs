@@ -299,7 +299,7 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
     for texel in 0..map.grid().len() {
         let solid_angle = map.grid().solid_angle(texel);
         for (row, value) in map.texel(texel).iter().enumerate() {
-            let energy: f64 = value.iter().map(|&value| f64::from(value).powi(2)).sum();
+            let energy: f64 = value.iter().map(|&value| math::powi(f64::from(value), 2)).sum();
             all += solid_angle * energy;
             lost += if p_of(row) > 2 { solid_angle * energy } else { 0.0 };
         }

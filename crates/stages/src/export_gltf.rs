@@ -206,7 +206,7 @@ fn exposure(parameters: &Parameters, context: &Context<'_>) -> Result<f64, Failu
 /// `COLOR_0` and `_RADIANCE`.
 fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexAttribute; 2] {
     let values = radiance.as_flattened().to_vec();
-    let exposed = values.iter().map(|value| f64::from(*value) * stops.exp2());
+    let exposed = values.iter().map(|value| f64::from(*value) * math::exp2(stops));
     let exposed: Vec<f32> = exposed.map(|value| value as f32).collect();
     let count = |outside: fn(f32) -> bool| exposed.iter().filter(|value| outside(**value)).count();
     let (below, above) = (count(|value| value < 0.0), count(|value| value > 1.0));

@@ -280,7 +280,7 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
                 let rho = brdf.get(l, p, q);
                 let signs = if q == 0 { 1.0 } else { 2.0 };
                 let energy: f64 =
-                    (0..3).map(|c| light[c] * (lambda(l) * rho[c]).powi(2)).sum::<f64>() * signs;
+                    (0..3).map(|c| light[c] * math::powi(lambda(l) * rho[c], 2)).sum::<f64>() * signs;
                 total += energy;
                 dependent += if p > 0 { energy } else { 0.0 };
             }

@@ -272,7 +272,7 @@ impl Kind for ImportMaterial {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-material";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
 

@@ -4,6 +4,8 @@
 //! studio adds its own kinds to the list: `stages::kinds().with(ItsKind)`. Kinds exchange the values in
 //! [`artifacts`].
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+
 pub mod artifacts;
 mod blended_frames;
 mod brush_mesh;

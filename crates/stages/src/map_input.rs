@@ -112,7 +112,7 @@ impl MapInput {
             Resolution::Auto => auto.texels.min(MOST).min(self.affordable(reflection)),
         };
         // The error falls with the square of the resolution.
-        let estimate = auto.estimated_error * (auto.texels as f64 / resolution as f64).powi(2);
+        let estimate = auto.estimated_error * math::powi(auto.texels as f64 / resolution as f64, 2);
         let mut error_note =
             format!("; bilinear look-ups have an estimated error of {estimate:.1e} of the RMS radiance");
         if self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto && estimate > error {

@@ -345,7 +345,7 @@ impl Pixels<'_> {
         if !matches!(self.quadrature, Quadrature::Texels) {
             return image_energy(grid, pixels).iter().sum();
         }
-        let square = |rgb: &[f32; 3]| rgb.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>();
+        let square = |rgb: &[f32; 3]| rgb.iter().map(|value| math::powi(f64::from(*value), 2)).sum::<f64>();
         let row = |(row, pixels): (usize, &[[f32; 3]])| {
             grid.solid_angle(row) * pixels.iter().map(square).sum::<f64>()
         };

@@ -10,7 +10,7 @@ pub(crate) fn percent(error: f64) -> String {
     if error == 0.0 {
         return "0 %".into();
     }
-    let digits = (1.0 - (100.0 * error).max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
+    let digits = (1.0 - math::log10((100.0 * error).max(1e-9)).floor()).clamp(0.0, 6.0) as usize;
     format!("{:.digits$} %", 100.0 * error)
 }
 

@@ -40,7 +40,7 @@ impl<'a> Maps<'a> {
         let solid_angle = |texel: usize| {
             let [x, y] = [texel % size, texel / size].map(|k| (2 * k + 1) as f64 / size as f64 - 1.0);
             let square = x * x + y * y;
-            if square < 1.0 { 4.0 / (1.0 + square).powi(2) } else { 0.0 }
+            if square < 1.0 { 4.0 / math::powi(1.0 + square, 2) } else { 0.0 }
         };
         for l in 0..=table.degree().get() {
             let mut energy = 0.0;
@@ -70,7 +70,7 @@ impl<'a> Maps<'a> {
     /// The sum of a degree's squares, the mean of the channels.
     fn energy(&self, texel: usize, l: usize) -> f64 {
         let rows = (l * l..(l + 1) * (l + 1)).flat_map(|row| self.channels(texel, row));
-        rows.map(|value| f64::from(*value).powi(2)).sum::<f64>() / self.table.channels() as f64
+        rows.map(|value| math::powi(f64::from(*value), 2)).sum::<f64>() / self.table.channels() as f64
     }
 
     /// The pixels of a map of `edge` x `edge` from a colour by texel.

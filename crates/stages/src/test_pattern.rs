@@ -273,7 +273,7 @@ impl Axis {
         // Seen from within, right is forward times up.
         let right = self.direction.cross(self.up);
         let (x, y) = (right.dot(d) / ahead, self.up.dot(d) / ahead);
-        if ahead <= 0.0 || x.hypot(y) > DISC {
+        if ahead <= 0.0 || math::hypot(x, y) > DISC {
             return None;
         }
         let size = self.name.width() as f64;
@@ -294,7 +294,7 @@ fn background(d: DVec3) -> [f32; 3] {
         (steps - steps.round()).abs() * 15.0
     };
     let latitude = near(direction.theta());
-    let longitude = near(direction.phi()) * direction.theta().sin();
+    let longitude = near(direction.phi()) * math::sin(direction.theta());
     let base = if d.y > 0.0 { 0.25 } else { 0.1 };
     [if latitude.min(longitude) < 0.5 { 0.6 } else { base }; 3]
 }

@@ -1,7 +1,7 @@
 //! Real environments: what truncation loses of their reflections, compared with the prediction and with brute
 //! force.
 
-#![allow(clippy::unwrap_used)] // a test may panic
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
 use brdf::{Choice, Material, Microfacet, Phong, Projection, project};
 use containers::ReadOptions;

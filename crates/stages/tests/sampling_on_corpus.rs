@@ -1,7 +1,7 @@
 //! Sampling under real light: the noise of directions that follow the light, a measured material's lobe, or
 //! their product, and light rigs.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use std::num::NonZeroU32;
 use std::path::Path;

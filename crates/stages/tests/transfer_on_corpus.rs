@@ -1,7 +1,7 @@
 //! Real meshes under real light: precomputed transfer against radiance that was traced and integrated
 //! directly.
 
-#![allow(clippy::unwrap_used)] // a test may panic
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
 use std::path::Path;
 

@@ -95,7 +95,7 @@ impl ClusteredTransfer {
         let found: Vec<(Vec<f32>, f32)> =
             points.each(|point, index| points.represent(point, &bases, own[index]))?;
         let lost: f64 = found.iter().map(|(_, error)| f64::from(error.max(0.0))).sum();
-        let size: f64 = transfer.values().iter().map(|value| f64::from(*value).powi(2)).sum();
+        let size: f64 = transfer.values().iter().map(|value| math::powi(f64::from(*value), 2)).sum();
         let weights = found.into_iter().flat_map(|(weights, _)| weights).collect();
         let (output, input) = (transfer.output(), transfer.input());
         let value = Self { output, input, components, bases, clusters: own, weights };

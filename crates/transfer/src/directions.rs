@@ -42,7 +42,7 @@ impl Directions {
         let directions: Vec<Direction> = (0..count)
             .map(|i| {
                 let z = 1.0 - (2 * i + 1) as f64 / count as f64;
-                let (sine, cosine) = (i as f64 * golden % TAU).sin_cos();
+                let (sine, cosine) = math::sin_cos(i as f64 * golden % TAU);
                 let across = (1.0 - z * z).sqrt();
                 Direction::normalised(DVec3::new(across * cosine, across * sine, z))
             })

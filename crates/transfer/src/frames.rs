@@ -107,7 +107,7 @@ impl Frames {
                 }
                 let angles = [&mut block.angles.alpha, &mut block.angles.beta, &mut block.angles.gamma];
                 for (angle, found) in angles.into_iter().zip(zyz(frame)) {
-                    (angle[0][lane], angle[1][lane]) = (found.cos() as f32, found.sin() as f32);
+                    (angle[0][lane], angle[1][lane]) = (math::cos(found) as f32, math::sin(found) as f32);
                 }
             }
             block
@@ -249,13 +249,13 @@ fn orthonormal(normal: DVec3, tangent: DVec3) -> DMat3 {
 /// alpha, beta and gamma of a rotation matrix R_z(alpha) R_y(beta) R_z(gamma).
 fn zyz(matrix: DMat3) -> [f64; 3] {
     let (x, y, z) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);
-    let sine = z.x.hypot(z.y);
+    let sine = math::hypot(z.x, z.y);
     // Near a pole only the sum or the difference of the other two is known well; that is all that counts.
     if sine < 1e-9 {
         let beta = if z.z > 0.0 { 0.0 } else { std::f64::consts::PI };
-        return [0.0, beta, if z.z > 0.0 { x.y.atan2(x.x) } else { x.y.atan2(y.y) }];
+        return [0.0, beta, if z.z > 0.0 { math::atan2(x.y, x.x) } else { math::atan2(x.y, y.y) }];
     }
-    [z.y.atan2(z.x), sine.atan2(z.z), y.z.atan2(-x.z)]
+    [math::atan2(z.y, z.x), math::atan2(sine, z.z), math::atan2(y.z, -x.z)]
 }
 
 /// A direction as numbers that kernels take.

@@ -5,6 +5,8 @@
 //! coordinates of a direction d in it. With the light's coefficients L_i turned into that frame and the
 //! table's c_i at the view in that frame, its radiance is the sum of L_i c_i (equation 1).
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+
 mod arriving;
 mod clusters;
 mod directions;

@@ -204,5 +204,5 @@ fn relative(least: f64, square: f64) -> f64 {
 }
 
 fn square(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
+    (0..3).map(|axis| math::powi(a[axis] - b[axis], 2)).sum()
 }

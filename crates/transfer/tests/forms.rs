@@ -1,6 +1,6 @@
 //! The forms of a transfer: what they hold, and that they shade as its matrices do.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{AshikhminShirley, Lambert, Material, tabulate};
 use mesh::Mesh;

@@ -1,7 +1,7 @@
 //! Light that a mesh reflects onto itself, against values that were integrated without the code of this
 //! project: `prt-interreflection.json`.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;

@@ -1,6 +1,6 @@
 //! Shading under light that differs from vertex to vertex.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;

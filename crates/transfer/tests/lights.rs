@@ -1,6 +1,6 @@
 //! Lamps shaded by the material, with shadow rays, against integrals over their disks.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{KajiyaKay, Lambert, Material, Phong, Ward};
 use mesh::Mesh;

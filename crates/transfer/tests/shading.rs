@@ -1,6 +1,6 @@
 //! The three ways of shading, and transfer without an occluder.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{BrdfTable, Material, Ward, tabulate};
 use sh::{Degree, Expansion};

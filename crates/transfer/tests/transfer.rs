@@ -1,7 +1,7 @@
 //! Transfer and shading against values that were integrated without the code of this project:
 //! `prt-transfer.json` and `prt-vertices.json`.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{AshikhminShirley, Material, Ward, tabulate};
 use mesh::Mesh;

@@ -103,10 +103,11 @@ impl Model for AshikhminShirley {
         // h_x^2 / (1 - (N.h)^2) is the square of the azimuth's cosine; at the pole every power of the cosine
         // is 1.
         let power = if across > 0.0 { (e_x * sum.x * sum.x + e_y * sum.y * sum.y) / across } else { 0.0 };
-        let lobe = ((e_x + 1.0) * (e_y + 1.0)).sqrt() / (8.0 * PI) * half.cos2().min(1.0).powf(0.5 * power);
+        let lobe =
+            ((e_x + 1.0) * (e_y + 1.0)).sqrt() / (8.0 * PI) * math::pow(half.cos2().min(1.0), 0.5 * power);
         let lobe = lobe / facet.max(LEAST) * (light / light.max(view));
-        let grazing = (1.0 - facet).max(0.0).powi(5);
-        let fade = |cosine: f64| 1.0 - (1.0 - 0.5 * cosine).powi(5);
+        let grazing = math::powi((1.0 - facet).max(0.0), 5);
+        let fade = |cosine: f64| 1.0 - math::powi(1.0 - 0.5 * cosine, 5);
         let base = 28.0 / (23.0 * PI) * fade(light) * fade(view) * light;
         [0, 1, 2].map(|channel| {
             let (diffuse, specular) = (self.diffuse[channel], self.specular[channel]);

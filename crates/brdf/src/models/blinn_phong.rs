@@ -47,7 +47,7 @@ impl BlinnPhong {
 
 /// c(s).
 pub(super) fn factor(s: f64) -> f64 {
-    (s + 2.0) * (s + 4.0) / (8.0 * PI * ((-0.5 * s).exp2() + s))
+    (s + 2.0) * (s + 4.0) / (8.0 * PI * (math::exp2(-0.5 * s) + s))
 }
 
 impl Model for BlinnPhong {
@@ -67,7 +67,7 @@ impl Model for BlinnPhong {
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
-        let value = self.factor * half.light * half.cos2().min(1.0).powf(0.5 * self.exponent);
+        let value = self.factor * half.light * math::pow(half.cos2().min(1.0), 0.5 * self.exponent);
         self.specular.map(|specular| specular * value)
     }
 

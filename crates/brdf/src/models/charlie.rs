@@ -60,20 +60,20 @@ impl Charlie {
     /// The same from cosines with their Lambda.
     fn masked(&self, sin2: f64, [light, lambda_light]: [f64; 2], [view, lambda_view]: [f64; 2]) -> f64 {
         let masked = (1.0 + lambda_light + lambda_view) * light.max(LEAST) * view.max(LEAST);
-        self.scale() * sin2.powf(self.power) / masked
+        self.scale() * math::pow(sin2, self.power) / masked
     }
 
     fn l(&self, x: f64) -> f64 {
         let [a, b, c, d, e] = self.fit;
-        a / (1.0 + b * x.powf(c)) + d * x + e
+        a / (1.0 + b * math::pow(x, c)) + d * x + e
     }
 
     fn lambda(&self, cosine: f64) -> f64 {
         let cosine = cosine.max(LEAST);
         if cosine < 0.5 {
-            self.l(cosine).exp()
+            math::exp(self.l(cosine))
         } else {
-            (self.twice_middle - self.l((1.0 - cosine).max(0.0))).exp()
+            math::exp(self.twice_middle - self.l((1.0 - cosine).max(0.0)))
         }
     }
 }
@@ -94,7 +94,7 @@ impl CharlieQuadrature {
 
     /// Half as many azimuths as heights.
     fn with_nodes(charlie: Charlie, heights: usize) -> Self {
-        let turns = gauss(heights / 2).into_iter().map(|(share, weight)| ((PI * share).cos(), weight));
+        let turns = gauss(heights / 2).into_iter().map(|(share, weight)| (math::cos(PI * share), weight));
         // The cosine is the square of the node: d cosine = 2 node d node.
         let heights = gauss(heights).into_iter().map(|(node, weight)| {
             let cosine = node * node;

@@ -28,7 +28,7 @@ pub(crate) struct Tables(Vec<[f64; COLUMNS]>);
 impl Tables {
     /// The values of functions at the nodes.
     pub(crate) fn new(functions: impl FnMut(f64) -> [f64; COLUMNS]) -> Self {
-        Self((0..NODES).map(|node| (node as f64 / (NODES - 1) as f64).powi(2)).map(functions).collect())
+        Self((0..NODES).map(|node| math::powi(node as f64 / (NODES - 1) as f64, 2)).map(functions).collect())
     }
 
     /// The number of nodes, and the values of all functions at each.
@@ -70,7 +70,7 @@ const THREE: [(f64, f64); 3] =
 /// Nodes and weights on [0, 1] of Gauss' rule.
 pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
     let (theta, weights) = sh::quadrature::gauss_legendre(nodes);
-    theta.iter().zip(weights).map(|(theta, weight)| (0.5 * (1.0 - theta.cos()), 0.5 * weight)).collect()
+    theta.iter().zip(weights).map(|(theta, weight)| (0.5 * (1.0 - math::cos(*theta)), 0.5 * weight)).collect()
 }
 
 /// The albedo of GGX's facets toward a view.
@@ -103,7 +103,7 @@ impl Facets {
         let quarter = |from: f64| {
             gauss(nodes)
                 .into_iter()
-                .map(move |(share, weight)| ((0.5 * PI * (from + share)).cos(), 0.5 * weight))
+                .map(move |(share, weight)| (math::cos(0.5 * PI * (from + share)), 0.5 * weight))
         };
         // For grazing views the integrand is steep where the facets turn away, at a right angle.
         Self { alpha, turns: quarter(0.0).chain(quarter(1.0)).collect(), slopes: gauss(2 * nodes) }
@@ -137,7 +137,7 @@ impl Facets {
                 let g2 = 2.0 * light * view / (light * masked_view + view * masked(light));
                 let density = 8.0 * q * less / (more * more * more);
                 let value = density * end * part * portion * g2 * slant;
-                let grazing = (1.0 - view * slant * cos2.sqrt()).max(0.0).powi(5);
+                let grazing = math::powi((1.0 - view * slant * cos2.sqrt()).max(0.0), 5);
                 let weighted = value * weight(light);
                 sum.scale += weighted * (1.0 - grazing);
                 sum.bias += weighted * grazing;

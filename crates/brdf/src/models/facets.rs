@@ -61,7 +61,7 @@ impl Half {
 
     /// The same for facets that are `x` wide along +X and `y` along +Y (alpha of `ggx` each).
     pub(crate) fn ggx_stretched(&self, [x, y]: [f64; 2], [light, view]: [DVec3; 2]) -> f64 {
-        let across = (self.sum.x / x).powi(2) + (self.sum.y / y).powi(2) + self.sum.z * self.sum.z;
+        let across = math::powi(self.sum.x / x, 2) + math::powi(self.sum.y / y, 2) + self.sum.z * self.sum.z;
         let across = across / self.length_squared;
         let d = 1.0 / (PI * x * y * across * across);
         let masked = |v: DVec3| DVec3::new(x * v.x, y * v.y, v.z).length();

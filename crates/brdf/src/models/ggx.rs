@@ -95,7 +95,7 @@ impl Model for Ggx {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let [x, y] = self.roughness;
         let value = match self.is_isotropic() {
-            true => half.ggx(x.powi(4)),
+            true => half.ggx(math::powi(x, 4)),
             false => half.ggx_stretched([x * x, y * y], [incident.vector(), outgoing.vector()]),
         };
         let fresnel = self.fresnel.at(half.facet());
@@ -111,7 +111,7 @@ impl Model for Ggx {
     }
 
     fn lobes(&self) -> Vec<Lobe> {
-        vec![Lobe::facets(self.roughness.map(|roughness| roughness.powi(2)))]
+        vec![Lobe::facets(self.roughness.map(|roughness| math::powi(roughness, 2)))]
     }
 
     fn is_isotropic(&self) -> bool {

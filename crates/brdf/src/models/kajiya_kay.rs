@@ -59,7 +59,7 @@ impl Model for KajiyaKay {
         // cos(theta_i - theta_o) = cos cos + sin sin.
         let sines = (light.y * light.y + light.z * light.z) * (view.y * view.y + view.z * view.z);
         let cosine = light.x * view.x + sines.sqrt();
-        let value = if cosine > 0.0 { cosine.min(1.0).powf(self.exponent) } else { 0.0 };
+        let value = if cosine > 0.0 { math::pow(cosine.min(1.0), self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
     }
 
@@ -69,7 +69,7 @@ impl Model for KajiyaKay {
     }
 
     fn lobes(&self) -> Vec<Lobe> {
-        vec![Lobe::band((self.exponent + 1.0).powf(-0.5))]
+        vec![Lobe::band(math::pow(self.exponent + 1.0, -0.5))]
     }
 
     fn is_isotropic(&self) -> bool {

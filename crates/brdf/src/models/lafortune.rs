@@ -66,7 +66,7 @@ impl Lafortune {
                 let factor = CX.checked(lobe.cx)?.abs().max(CZ.checked(lobe.cz)?.abs());
                 N.checked(lobe.n)?;
                 LOBE_WEIGHT.checked_colour(lobe.weight)?;
-                if factor.powf(lobe.n) > HIGHEST {
+                if math::pow(factor, lobe.n) > HIGHEST {
                     let expected = "a power that keeps the lobe, max(|cx|, |cz|)^n, at 1e9 or below";
                     return Err(ParameterError::value("n", lobe.n, expected));
                 }
@@ -119,7 +119,7 @@ impl Model for Lafortune {
         for lobe in &self.lobes {
             let base = lobe.cx * across + lobe.cz * along;
             if base > 0.0 {
-                let value = base.powf(lobe.n);
+                let value = math::pow(base, lobe.n);
                 (0..3).for_each(|channel| brdf[channel] += lobe.weight[channel] * value);
             }
         }

@@ -21,7 +21,7 @@ impl Lobe {
     /// The incident direction for a point of the unit square, in the frame of the surface; it may lie below
     /// the horizon.
     pub fn sample(&self, point: [f64; 2], outgoing: Direction) -> Direction {
-        let (sine, cosine) = (TAU * point[0]).sin_cos();
+        let (sine, cosine) = math::sin_cos(TAU * point[0]);
         let view = outgoing.vector();
         Direction::normalised(match *self {
             Self::Cosine => {
@@ -30,7 +30,7 @@ impl Lobe {
             }
             Self::Power { cx, cz, n } => {
                 // 1 - e^x without cancellation.
-                let sin2 = -(2.0 * (1.0 - point[1]).ln() / (f64::from(n) + 1.0)).exp_m1();
+                let sin2 = -math::exp_m1(2.0 * math::ln(1.0 - point[1]) / (f64::from(n) + 1.0));
                 let level = sin2.sqrt();
                 let axis = axis(cx, cz, view);
                 let right = axis.any_orthonormal_vector();
@@ -51,8 +51,8 @@ impl Lobe {
             Self::Band { width } => {
                 let (width, theta_o) = (f64::from(width), from_tangent(view));
                 let [low, high] = band_ends(width, theta_o);
-                let away = (low + (high - low) * point[1]).tan();
-                let (level, along) = (theta_o + width * away).clamp(0.0, PI).sin_cos();
+                let away = math::tan(low + (high - low) * point[1]);
+                let (level, along) = math::sin_cos((theta_o + width * away).clamp(0.0, PI));
                 DVec3::new(along, level * cosine, level * sine)
             }
         })
@@ -65,7 +65,7 @@ impl Lobe {
             Self::Cosine => incident.z.max(0.0) / PI,
             Self::Power { cx, cz, n } => {
                 let n = f64::from(n);
-                (n + 1.0) / TAU * incident.dot(axis(cx, cz, view)).max(0.0).powf(n)
+                (n + 1.0) / TAU * math::pow(incident.dot(axis(cx, cz, view)).max(0.0), n)
             }
             Self::Facets { x, y } => {
                 let (x, y) = (f64::from(x), f64::from(y));
@@ -74,7 +74,8 @@ impl Lobe {
                 if sum.z <= 0.0 || length_squared <= 1e-20 {
                     return 0.0;
                 }
-                let spread = ((sum.x / x).powi(2) + (sum.y / y).powi(2) + sum.z.powi(2)) / length_squared;
+                let spread = (math::powi(sum.x / x, 2) + math::powi(sum.y / y, 2) + math::powi(sum.z, 2))
+                    / length_squared;
                 let d = 1.0 / (PI * x * y * spread * spread);
                 let height = view.z.max(0.0);
                 let flat = DVec3::new(x * view.x, y * view.y, height).length();
@@ -84,7 +85,7 @@ impl Lobe {
                 let (width, theta_o) = (f64::from(width), from_tangent(view));
                 let [low, high] = band_ends(width, theta_o);
                 let away = (from_tangent(incident) - theta_o) / width;
-                let sine = incident.y.hypot(incident.z).max(1e-9);
+                let sine = math::hypot(incident.y, incident.z).max(1e-9);
                 1.0 / (width * (1.0 + away * away) * (high - low) * TAU * sine)
             }
         }
@@ -99,12 +100,12 @@ fn axis(cx: f32, cz: f32, view: DVec3) -> DVec3 {
 
 /// The angle from the tangent, +X.
 fn from_tangent(direction: DVec3) -> f64 {
-    direction.y.hypot(direction.z).atan2(direction.x)
+    math::atan2(math::hypot(direction.y, direction.z), direction.x)
 }
 
 /// The arc tangents of the ends of the band, where theta_i is 0 and pi.
 fn band_ends(width: f64, theta_o: f64) -> [f64; 2] {
-    [-theta_o.atan2(width), (PI - theta_o).atan2(width)]
+    [-math::atan2(theta_o, width), math::atan2(PI - theta_o, width)]
 }
 
 #[cfg(test)]

@@ -73,9 +73,9 @@ impl Model for Microfacet {
         if light.z <= 0.0 || length <= 0.0 {
             return [0.0; 3];
         }
-        let theta_h = (sum.z / length).clamp(-1.0, 1.0).acos();
+        let theta_h = math::acos((sum.z / length).clamp(-1.0, 1.0));
         let share = theta_h / self.sigma;
-        let value = (-share * share).exp() / (4.0 * PI * self.sigma * self.sigma);
+        let value = math::exp(-share * share) / (4.0 * PI * self.sigma * self.sigma);
         self.specular.map(|specular| specular * value)
     }
 

@@ -42,7 +42,7 @@ impl OrenNayar {
     /// If a channel of `albedo` is not a number from 0 to 1e6, or `sigma` not one from 0 to 90.
     pub fn new(albedo: [f64; 3], sigma: f64) -> Result<Self, ParameterError> {
         let degrees = SIGMA.checked(sigma)?;
-        let s2 = degrees.to_radians().powi(2);
+        let s2 = math::powi(degrees.to_radians(), 2);
         let factors = [1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09)].map(|factor| factor / PI);
         Ok(Self { albedo: ALBEDO.checked_colour(albedo)?, degrees, factors })
     }

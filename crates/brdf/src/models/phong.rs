@@ -63,7 +63,8 @@ impl Model for Phong {
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         let cosine = light.z * view.z - light.x * view.x - light.y * view.y;
-        let value = if cosine > 0.0 { (self.exponent + 1.0) / TAU * cosine.powf(self.exponent) } else { 0.0 };
+        let value =
+            if cosine > 0.0 { (self.exponent + 1.0) / TAU * math::pow(cosine, self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
     }
 

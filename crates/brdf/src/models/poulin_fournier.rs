@@ -112,14 +112,14 @@ impl PoulinFournier {
         height: f64,
     ) -> Result<Self, ParameterError> {
         let z = 1.0 - HEIGHT.checked(height)?;
-        let least = (-FAINT / EXPONENT.checked(exponent)?.max(1e-3)).exp();
+        let least = math::exp(-FAINT / EXPONENT.checked(exponent)?.max(1e-3));
         Ok(Self {
             exponent,
             diffuse: DIFFUSE.checked_colour(diffuse)?,
             specular: SPECULAR.checked_colour(specular)?,
             distance: DISTANCE.checked(distance)?,
             height,
-            edge: z.acos(),
+            edge: math::acos(z),
             half_width: (1.0 - z * z).max(0.0).sqrt(),
             reach: ((1.0 - least) / (1.0 + least)).sqrt(),
             factor: factor(exponent),
@@ -128,15 +128,15 @@ impl PoulinFournier {
 
     /// What a direction above the horizon sees.
     fn seen(&self, direction: DVec3) -> Seen {
-        let across = direction.y.hypot(direction.z);
+        let across = math::hypot(direction.y, direction.z);
         let cosine = if across > 0.0 { (direction.z / across).max(LEAST) } else { 1.0 };
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // The floor is at z = 1 - height, where the circle is 2 b wide.
         let (d, z, b) = (self.distance, 1.0 - self.height, self.half_width);
         // From the side of +Y: the arc begins where it turns away from the view, and the next cylinder hides
         // its end.
-        let first = -cosine.atan2(sine);
-        let last = first + 2.0 * (0.5 * d * cosine).min(1.0).sqrt().asin();
+        let first = -math::atan2(cosine, sine);
+        let last = first + 2.0 * math::asin((0.5 * d * cosine).min(1.0).sqrt());
         let arc = [first.max(-self.edge), last.min(self.edge)];
         let near = if b * sine >= -z * cosine { b } else { (1.0 + z * sine) / cosine };
         let far = if sine > z { d - (1.0 - z * sine) / cosine } else { d - b };
@@ -152,10 +152,10 @@ impl PoulinFournier {
     /// The integral of cos^s(psi) cos(phi - phi_l) cos(phi - phi_v) over an arc, psi = phi - phi_h; `half` is
     /// h_y and h_z, of any length.
     fn highlight(&self, half: [f64; 2], seen: [Seen; 2], arc: [f64; 2]) -> f64 {
-        let length = half[0].hypot(half[1]);
-        let (sin_h, cos_h, phi_h) = (half[0] / length, half[1] / length, half[0].atan2(half[1]));
+        let length = math::hypot(half[0], half[1]);
+        let (sin_h, cos_h, phi_h) = (half[0] / length, half[1] / length, math::atan2(half[0], half[1]));
         // With t = tan(psi / 2) every factor is rational.
-        let [from, to] = arc.map(|phi| (0.5 * (phi - phi_h)).clamp(-0.25 * PI, 0.25 * PI).tan());
+        let [from, to] = arc.map(|phi| math::tan((0.5 * (phi - phi_h)).clamp(-0.25 * PI, 0.25 * PI)));
         let [from, to] = [from.max(-self.reach), to.min(self.reach)];
         if from >= to {
             return 0.0;
@@ -183,14 +183,14 @@ impl PoulinFournier {
 
 /// cos^s; 0 if the cosine is not above 0.
 fn power(cosine: f64, s: f64) -> f64 {
-    if cosine > 0.0 { (s * cosine.ln()).exp() } else { 0.0 }
+    if cosine > 0.0 { math::exp(s * math::ln(cosine)) } else { 0.0 }
 }
 
 /// The integral of cos(phi - phi_l) cos(phi - phi_v) over an arc.
 fn matte([light, view]: [Seen; 2], [from, to]: [f64; 2]) -> f64 {
     let sum = light.phi + view.phi;
     let between = light.cosine * view.cosine + light.sine * view.sine;
-    0.5 * (between * (to - from) + 0.5 * ((2.0 * to - sum).sin() - (2.0 * from - sum).sin()))
+    0.5 * (between * (to - from) + 0.5 * (math::sin(2.0 * to - sum) - math::sin(2.0 * from - sum)))
 }
 
 impl Model for PoulinFournier {

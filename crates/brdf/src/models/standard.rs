@@ -139,7 +139,7 @@ impl StandardParameters {
 
     /// F_0 of the dielectric.
     fn dielectric(&self) -> [f64; 3] {
-        let smooth = ((self.ior - 1.0) / (self.ior + 1.0)).powi(2);
+        let smooth = math::powi((self.ior - 1.0) / (self.ior + 1.0), 2);
         self.specular_color.map(|colour| (smooth * colour).min(1.0) * self.specular)
     }
 }
@@ -243,7 +243,7 @@ impl Formula {
         let sheen_most = greatest(sheen);
 
         // u and s.
-        let coat = (clearcoat > 0.0).then(|| Facets::new(parameters.clearcoat_roughness.powi(2)));
+        let coat = (clearcoat > 0.0).then(|| Facets::new(math::powi(parameters.clearcoat_roughness, 2)));
         let fibres = (sheen_most > 0.0).then(|| CharlieQuadrature::new(charlie));
         let left = Tables::new(|view| {
             let coat = coat.as_ref().map_or(0.0, |coat| {
@@ -256,7 +256,7 @@ impl Formula {
         });
 
         // w, and the albedos of which t is made.
-        let facets = Facets::new(parameters.roughness.powi(2));
+        let facets = Facets::new(math::powi(parameters.roughness, 2));
         let mut albedos = Vec::new();
         let layers = Tables::new(|view| {
             let [under_coat, u, s, _] = left.at(view);
@@ -289,10 +289,10 @@ impl Formula {
         let over = |mean: f64| if mean > 0.0 { 1.0 / (PI * mean) } else { 0.0 };
         let channels = [0, 1, 2];
         Self {
-            alpha2: parameters.roughness.powi(4),
+            alpha2: math::powi(parameters.roughness, 4),
             f_0: channels.map(|channel| mix(dielectric[channel], base_color[channel])),
             f_90: mix(specular, 1.0),
-            coat_alpha2: parameters.clearcoat_roughness.powi(4),
+            coat_alpha2: math::powi(parameters.clearcoat_roughness, 4),
             coat: clearcoat,
             charlie,
             sheen,
@@ -367,7 +367,7 @@ impl Model for Standard {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let formula = &*self.formula;
         let [of_light, of_view] = [half.light, half.view].map(|cosine| formula.tables.at(cosine));
-        let grazing = (1.0 - half.facet()).max(0.0).powi(5);
+        let grazing = math::powi((1.0 - half.facet()).max(0.0), 5);
         let coat = match formula.coat > 0.0 {
             true => formula.coat * (COAT + (1.0 - COAT) * grazing) * half.ggx(formula.coat_alpha2),
             false => 0.0,
@@ -417,7 +417,7 @@ impl Model for Standard {
     fn lobes(&self) -> Vec<Lobe> {
         let highlights = [Some(self.parameters.roughness), self.coat_roughness()];
         let highlights =
-            highlights.into_iter().flatten().map(|roughness| Lobe::facets([roughness.powi(2); 2]));
+            highlights.into_iter().flatten().map(|roughness| Lobe::facets([math::powi(roughness, 2); 2]));
         match self.part {
             None => highlights.chain([Lobe::Cosine]).collect(),
             Some(Part::Specular) => highlights.collect(),

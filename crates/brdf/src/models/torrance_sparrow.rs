@@ -90,7 +90,7 @@ impl Model for TorranceSparrow {
             return [0.0; 3];
         }
         let (cos2, m2) = (half.cos2(), self.roughness * self.roughness);
-        let d = (-slopes).exp() / (PI * m2 * cos2 * cos2);
+        let d = math::exp(-slopes) / (PI * m2 * cos2 * cos2);
         let (light, view) = (half.light, half.view);
         let masked = light * view + view * self.lambda_cosine(light) + light * self.lambda_cosine(view);
         let value = d * light / (4.0 * masked);

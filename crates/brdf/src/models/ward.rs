@@ -80,7 +80,7 @@ impl Model for Ward {
             return [0.0; 3];
         }
         let z = half.sum.z;
-        let value = (-slopes).exp() / (PI * x * y)
+        let value = math::exp(-slopes) / (PI * x * y)
             * (half.length_squared / (z * z))
             * (half.light / z / z.max(LEAST));
         self.specular.map(|specular| specular * value)

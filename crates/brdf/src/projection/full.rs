@@ -52,8 +52,10 @@ pub(super) fn full(source: Source<'_>) -> Result<(Table, usize, usize), Projecti
         Ok(views.slice(source, *theta)?)
     };
     let slices: Vec<Slice> = incident.par_iter().map(slice).collect::<Result<_, ProjectionError>>()?;
-    let total =
-        incident.iter().zip(&slices).map(|((theta, weight), slice)| weight * theta.sin() * slice.energy);
+    let total = incident
+        .iter()
+        .zip(&slices)
+        .map(|((theta, weight), slice)| weight * math::sin(*theta) * slice.energy);
     let total: f64 = TAU * total.sum::<f64>();
 
     let side = P + 1;
@@ -108,7 +110,7 @@ fn incident_nodes() -> Vec<(f64, f64)> {
     let (angles, weights) = gauss_legendre(NODES);
     let panel = |ends: &[f64]| {
         let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
-        let node = |(angle, weight): (&f64, &f64)| (middle - half * angle.cos(), half * weight);
+        let node = |(angle, weight): (&f64, &f64)| (middle - half * math::cos(*angle), half * weight);
         angles.iter().zip(&weights).map(node).collect::<Vec<_>>()
     };
     edges.windows(2).flat_map(panel).collect()
@@ -141,12 +143,12 @@ impl Views {
         let legendre = Legendre::new(P, P);
         let mut functions = vec![0.0; OUTGOING * side * side];
         for (node, theta) in angles.iter().enumerate() {
-            legendre.visit(&[theta.cos(); 16], &[theta.sin(); 16], |p, q, value| {
+            legendre.visit(&[math::cos(*theta); 16], &[math::sin(*theta); 16], |p, q, value| {
                 functions[(node * side + p) * side + q] = value[0];
             });
         }
         let cosines = (0..AZIMUTHS)
-            .flat_map(|j| (0..=P).map(move |q| TAU / AZIMUTHS as f64 * (q as f64 * azimuth(j)).cos()))
+            .flat_map(|j| (0..=P).map(move |q| TAU / AZIMUTHS as f64 * math::cos(q as f64 * azimuth(j))))
             .collect();
         let visible = |theta: f64| if centre == Centre::Normal { theta.min(PI - theta) } else { theta };
         let seen = |theta: &f64| centre.toward(Direction::from_angles(visible(*theta), 0.0));
@@ -195,9 +197,9 @@ fn incident_moments(incident: &[(f64, f64)], slices: &[Slice], q: usize) -> Vec<
     let legendre = Legendre::new(F, P);
     for ((theta, weight), slice) in incident.iter().zip(slices) {
         let moments: Vec<[f64; 3]> = (q..=P)
-            .map(|p| slice.moments[p * side + q].map(|moment| moment * weight * theta.sin()))
+            .map(|p| slice.moments[p * side + q].map(|moment| moment * weight * math::sin(*theta)))
             .collect();
-        legendre.order(q, theta.cos(), theta.sin(), |l, value| {
+        legendre.order(q, math::cos(*theta), math::sin(*theta), |l, value| {
             for (sum, moment) in sums[l * side + q..][..side - q].iter_mut().zip(&moments) {
                 (0..3).for_each(|channel| sum[channel] += value * moment[channel]);
             }

@@ -73,7 +73,7 @@ impl Piece {
     pub(super) fn theta(&self, t: f64) -> (f64, f64) {
         match self.part {
             CirclePart::Whole => (t, 1.0),
-            _ => (FRAC_PI_2 - self.half * t.cos(), self.half * t.sin()),
+            _ => (FRAC_PI_2 - self.half * math::cos(t), self.half * math::sin(t)),
         }
     }
 
@@ -83,7 +83,8 @@ impl Piece {
             return (0.0, PI);
         }
         // theta_i - pi/2 = -half cos(t): cos(theta_i) = sin(half cos(t)), sin(theta_i) = cos(half cos(t)).
-        let horizon = (-(self.half * t.cos()).tan() / self.half.tan()).clamp(-1.0, 1.0).acos();
+        let horizon =
+            math::acos((-math::tan(self.half * math::cos(t)) / math::tan(self.half)).clamp(-1.0, 1.0));
         if self.part == CirclePart::Above { (0.0, horizon) } else { (horizon, PI) }
     }
 }

@@ -73,7 +73,7 @@ impl Legendre {
 
     /// Calls `visit(l, f_lq)` for one q, at most the highest order, and every l >= q.
     pub(super) fn order(&self, q: usize, cosine: f64, sine: f64, mut visit: impl FnMut(usize, f64)) {
-        let (mut below, mut value) = (0.0, self.start[q] * sine.powi(q as i32));
+        let (mut below, mut value) = (0.0, self.start[q] * math::powi(sine, q as i32));
         visit(q, value);
         // Order k has f - k steps.
         let first = (0..q).map(|k| self.f - k).sum();

@@ -196,8 +196,8 @@ pub(super) fn slice(
 
 /// The energy that a highlight at theta_i = 0 may have between the axis and the first node.
 fn hidden(columns: &Columns, top: [f64; 3]) -> f64 {
-    let gap: f64 = (0..3).map(|c| (top[c] - columns.first[c]).powi(2)).sum();
-    TAU * gap * columns.sine[0].powi(2) / 2.0
+    let gap: f64 = (0..3).map(|c| math::powi(top[c] - columns.first[c], 2)).sum();
+    TAU * gap * math::powi(columns.sine[0], 2) / 2.0
 }
 
 impl Columns {
@@ -218,7 +218,7 @@ impl Columns {
         for (lane, node) in RULE.into_iter().enumerate() {
             let t = panel.at(node);
             let ((theta, slope), (from, to)) = (piece.theta(t), piece.azimuths(t));
-            let (sine, cosine) = theta.sin_cos();
+            let (sine, cosine) = math::sin_cos(theta);
             (self.sine[lane], self.cosine[lane]) = (sine, cosine);
             let area = panel.radius() * slope * sine;
             let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == CirclePart::Whole };
@@ -268,10 +268,10 @@ fn dot(a: &F64x16, b: &F64x16) -> f64 {
 
 /// Sines and cosines at a panel's nodes: those of its middle, turned by seven distances to both sides.
 fn turns(panel: Panel) -> [(f64, f64); NODES] {
-    let (sine, cosine) = (0.5 * (panel.from + panel.to)).sin_cos();
+    let (sine, cosine) = math::sin_cos(0.5 * (panel.from + panel.to));
     let mut turns = [(sine, cosine); NODES];
     for i in 0..NODES / 2 {
-        let (s, c) = (panel.radius() * RULE[i].x).sin_cos();
+        let (s, c) = math::sin_cos(panel.radius() * RULE[i].x);
         turns[i] = (sine * c + cosine * s, cosine * c - sine * s);
         turns[NODES - 1 - i] = (sine * c - cosine * s, cosine * c + sine * s);
     }

@@ -83,7 +83,7 @@ pub(super) fn coarse(source: Source<'_>) -> Result<f64, ProjectionError> {
         .map(|node| {
             let theta_o = panel.at(node);
             let slice = slice(source, theta_o, &legendre, (0, 0), fineness)?;
-            Ok(TAU * panel.radius() * theta_o.sin() * node.gauss * slice.energy)
+            Ok(TAU * panel.radius() * math::sin(theta_o) * node.gauss * slice.energy)
         })
         .collect::<Result<_, ProjectionError>>()?;
     Ok(parts.into_iter().sum())
@@ -121,7 +121,7 @@ fn pass(
                 source.check()?;
                 let panel = panels[index / NODES];
                 let theta_o = panel.at(RULE[index % NODES]);
-                let share = scale / (TAU * theta_o.sin() * 2.0 * panel.radius());
+                let share = scale / (TAU * math::sin(theta_o) * 2.0 * panel.radius());
                 let fineness = Fineness { error: accuracy * share, negligible: NEGLIGIBLE * share };
                 Ok(slice(source, theta_o, &incident, (f, p), fineness)?)
             })
@@ -171,7 +171,7 @@ impl PanelSum {
     fn new(panel: Panel, slices: &[Slice], outgoing: &Legendre, f: usize, orders: usize) -> Self {
         let (mut cosine, mut sine, mut area) = ([1.0; LANES], [0.0; LANES], [0.0; NODES]);
         for (i, node) in RULE.into_iter().enumerate() {
-            (sine[i], cosine[i]) = panel.at(node).sin_cos();
+            (sine[i], cosine[i]) = math::sin_cos(panel.at(node));
             area[i] = TAU * panel.radius() * sine[i];
         }
         let [mut energy, mut difference, mut error] = [0.0; 3];

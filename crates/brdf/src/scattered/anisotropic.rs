@@ -79,7 +79,7 @@ pub fn interpolate_anisotropic(
         });
         let (base, ratio) =
             (base.value(incident, outgoing), residual.value(half_and_difference(incident, outgoing)));
-        [0, 1, 2].map(|channel| ((base[channel] + floor) * ratio[channel].exp() - floor).max(0.0) as f32)
+        [0, 1, 2].map(|channel| ((base[channel] + floor) * math::exp(ratio[channel]) - floor).max(0.0) as f32)
     };
     let [_, n_phi, n_d, n_psi] = shape;
     let values = (0..entries).into_par_iter().with_min_len(n_d * n_psi).map(|entry| {

@@ -56,7 +56,7 @@ impl Base {
         let mut search = Search::new(samples, floor);
         for distribution in [Distribution::Beckmann, Distribution::Ggx] {
             for step in 0..=STEPS {
-                let alpha = 0.02 * 50f64.powf(step as f64 / STEPS as f64);
+                let alpha = 0.02 * math::pow(50f64, step as f64 / STEPS as f64);
                 search.offer(Coat { distribution, alpha: [alpha; 2], turn: 0.0 });
             }
         }
@@ -73,7 +73,7 @@ impl Base {
             for (stretch, turn) in
                 (1..=6).flat_map(|k| (0..8).map(move |turn| (f64::from(k), f64::from(turn))))
             {
-                let ratio = 2f64.powf(0.25 * stretch);
+                let ratio = math::pow(2f64, 0.25 * stretch);
                 search.offer(Coat {
                     distribution,
                     alpha: [alpha * ratio, alpha / ratio],
@@ -82,8 +82,8 @@ impl Base {
             }
         }
         for size in 1..=7 {
-            let factor = 2f64.powf(0.5f64.powi(size));
-            let turn = PI / 8.0 * 0.5f64.powi(size);
+            let factor = math::pow(2f64, math::powi(0.5f64, size));
+            let turn = PI / 8.0 * math::powi(0.5f64, size);
             for [x, y, by] in [
                 [factor, 1.0, 0.0],
                 [1.0 / factor, 1.0, 0.0],
@@ -149,33 +149,34 @@ fn terms(Coat { distribution, alpha, turn }: Coat, incident: Direction, outgoing
     // horizon.
     let c_h = (sum.z / sum.length().max(1e-300)).clamp(1e-3, 1.0);
     let cos_d = (sum.length() / 2.0).min(1.0);
-    let matte = |c: f64| 1.0 - (1.0 - c / 2.0).powi(5);
+    let matte = |c: f64| 1.0 - math::powi(1.0 - c / 2.0, 5);
     let square = c_h * c_h;
     let [a_x, a_y] = alpha;
     let (d, smith_i, smith_o) = if a_x == a_y {
         let a2 = a_x * a_x;
         let d = match distribution {
-            Distribution::Beckmann => ((square - 1.0) / (square * a2)).exp() / (PI * a2 * square * square),
-            Distribution::Ggx => a2 / (PI * (square * (a2 - 1.0) + 1.0).powi(2)),
+            Distribution::Beckmann => math::exp((square - 1.0) / (square * a2)) / (PI * a2 * square * square),
+            Distribution::Ggx => a2 / (PI * math::powi(square * (a2 - 1.0) + 1.0, 2)),
         };
         let smith = |c: f64| 1.0 / (c + (a2 + (1.0 - a2) * c * c).sqrt());
         (d, smith(c_i), smith(c_o))
     } else {
-        let (sine, cosine) = turn.sin_cos();
+        let (sine, cosine) = math::sin_cos(turn);
         let [x, y] = in_frame(sum, sine, cosine);
-        let slopes = ((x / a_x).powi(2) + (y / a_y).powi(2)) / sum.length_squared().max(1e-300) / square;
+        let slopes =
+            (math::powi(x / a_x, 2) + math::powi(y / a_y, 2)) / sum.length_squared().max(1e-300) / square;
         let d = match distribution {
-            Distribution::Beckmann => (-slopes).exp(),
-            Distribution::Ggx => (1.0 + slopes).powi(-2),
+            Distribution::Beckmann => math::exp(-slopes),
+            Distribution::Ggx => math::powi(1.0 + slopes, -2),
         };
         let smith = |direction: Direction, c: f64| {
             let [x, y] = in_frame(direction.vector(), sine, cosine);
-            1.0 / (c + ((a_x * x).powi(2) + (a_y * y).powi(2) + c * c).sqrt())
+            1.0 / (c + (math::powi(a_x * x, 2) + math::powi(a_y * y, 2) + c * c).sqrt())
         };
         (d / (PI * a_x * a_y * square * square), smith(incident, c_i), smith(outgoing, c_o))
     };
     let lobe = d * smith_i * smith_o;
-    let schlick = (1.0 - cos_d).powi(5);
+    let schlick = math::powi(1.0 - cos_d, 5);
     [1.0 / PI, 28.0 / (23.0 * PI) * matte(c_i) * matte(c_o), lobe * (1.0 - schlick), lobe * schlick]
 }
 
@@ -200,9 +201,9 @@ fn colours(samples: &[Sample], rows: &[[f64; TERMS]], channel: usize, floor: f64
             let value = sample.value[channel];
             let guess = dot(&weights, row);
             let scale = if round == 0 { value } else { guess.max(value / 20.0) } + floor;
-            let miss = if round == 0 { 0.0 } else { ((value + floor) / (guess + floor)).ln() };
+            let miss = if round == 0 { 0.0 } else { math::ln((value + floor) / (guess + floor)) };
             // Outliers count less: see `cost`.
-            let trust = if scale > 0.0 { 1.0 / (scale * (1.0 + miss * miss)).powi(2) } else { 0.0 };
+            let trust = if scale > 0.0 { 1.0 / math::powi(scale * (1.0 + miss * miss), 2) } else { 0.0 };
             for a in 0..TERMS {
                 right[a] += trust * row[a] * value;
                 for b in 0..TERMS {
@@ -226,7 +227,7 @@ fn cost(
 ) -> f64 {
     let each = samples.iter().zip(rows).map(|(sample, row)| {
         let ratio = (sample.value[channel] + floor) / (dot(weights, row) + floor);
-        let square = if ratio > 0.0 { ratio.ln().powi(2) } else { 0.0 };
+        let square = if ratio > 0.0 { math::powi(math::ln(ratio), 2) } else { 0.0 };
         square / (1.0 + square)
     });
     each.sum()

@@ -45,9 +45,9 @@ struct Patch([(usize, [f64; 3]); 4]);
 
 impl Patch {
     fn new([theta_h, phi_h, theta_d, psi]: [f64; 4], alpha: f64) -> Self {
-        let u = (theta_h / alpha).asinh() / (FRAC_PI_2 / alpha).asinh();
+        let u = math::asinh(theta_h / alpha) / math::asinh(FRAC_PI_2 / alpha);
         let v = theta_d / FRAC_PI_2;
-        let place = [u * phi_h.cos(), u * phi_h.sin(), v * psi.cos(), v * psi.sin()];
+        let place = [u * math::cos(phi_h), u * math::sin(phi_h), v * math::cos(psi), v * math::sin(psi)];
         Self(place.map(|x| {
             let at = (0.5 * (x + 1.0)).clamp(0.0, 1.0) * INTERVALS as f64;
             let cell = (at as usize).min(INTERVALS - 1);

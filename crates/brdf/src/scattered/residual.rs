@@ -51,7 +51,7 @@ impl Series {
     pub(super) fn at(&self, phi_d: f64) -> [f64; 3] {
         [0, 1, 2].map(|channel| {
             let terms = self.terms.iter().enumerate();
-            let sum: f64 = terms.map(|(k, term)| term[channel] * (2.0 * k as f64 * phi_d).cos()).sum();
+            let sum: f64 = terms.map(|(k, term)| term[channel] * math::cos(2.0 * k as f64 * phi_d)).sum();
             sum.clamp(self.limits[channel][0], self.limits[channel][1])
         })
     }
@@ -93,7 +93,7 @@ impl Residual {
             for (k, term) in terms.iter_mut().enumerate() {
                 let coefficient = self.coefficients[index * K + k];
                 for channel in 0..3 {
-                    term[channel] += weight * patch.fade.powi(k as i32) * coefficient[channel];
+                    term[channel] += weight * math::powi(patch.fade, k as i32) * coefficient[channel];
                 }
             }
         }
@@ -117,7 +117,7 @@ pub(super) fn weighted_anew(misses: &[f64]) -> Vec<f64> {
     sorted.sort_by(f64::total_cmp);
     // 1.48 times the median is the standard deviation of Gaussian errors.
     let typical = (1.48 * sorted[sorted.len() / 2]).max(1e-6);
-    misses.iter().map(|miss| (1.0 + (miss / (3.0 * typical)).powi(2)).powi(-2)).collect()
+    misses.iter().map(|miss| math::powi(1.0 + math::powi(miss / (3.0 * typical), 2), -2)).collect()
 }
 
 /// The cost of a trial that found these values in place of others, and its median error as a share of the
@@ -129,7 +129,7 @@ pub(super) fn miss(pairs: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> (f64, f
     misses.sort_by(f64::total_cmp);
     // An error counts 1 at most, so that a few outliers do not decide.
     let cost = misses.iter().map(|miss| miss.min(1.0)).sum::<f64>() / misses.len() as f64;
-    (cost, misses[misses.len() / 2].exp_m1())
+    (cost, math::exp_m1(misses[misses.len() / 2]))
 }
 
 /// The sixteen splines that reach a point.
@@ -146,14 +146,14 @@ impl Patch {
 
     fn unknowns(&self, phi_d: f64) -> impl Iterator<Item = (usize, f64)> {
         let waves: [f64; K] =
-            std::array::from_fn(|k| self.fade.powi(k as i32) * (2.0 * k as f64 * phi_d).cos());
+            std::array::from_fn(|k| math::powi(self.fade, k as i32) * math::cos(2.0 * k as f64 * phi_d));
         self.places().flat_map(move |(index, weight)| (0..K).map(move |k| (index * K + k, weight * waves[k])))
     }
 }
 
 fn patch([theta_h, theta_d, _]: [f64; 3], alpha: f64) -> Patch {
-    let u = (theta_h / alpha).asinh() / (FRAC_PI_2 / alpha).asinh();
-    let q = (theta_h.sin() * theta_d.sin()).powi(2);
+    let u = math::asinh(theta_h / alpha) / math::asinh(FRAC_PI_2 / alpha);
+    let q = math::powi(math::sin(theta_h) * math::sin(theta_d), 2);
     Patch { u: splines(u, U), v: splines(theta_d / FRAC_PI_2, V), fade: q / (q + 0.05) }
 }
 

@@ -21,7 +21,7 @@ impl Sample {
         [0, 1, 2].map(|channel| {
             let ratio = (self.value[channel] + floor) / (base[channel] + floor);
             // A black material has no floor and no residual.
-            if ratio > 0.0 { ratio.ln() } else { 0.0 }
+            if ratio > 0.0 { math::ln(ratio) } else { 0.0 }
         })
     }
 }

@@ -49,11 +49,11 @@ pub(super) struct Steps {
 impl Steps {
     /// For a highlight of a width in radians, at azimuth 0 or, if it `strays`, at any.
     pub(super) fn for_feature(width: f64, strays: bool, accuracy: f64) -> Self {
-        let narrow = (1.0 / width.clamp(1e-9, 1.0)).log2();
+        let narrow = math::log2(1.0 / width.clamp(1e-9, 1.0));
         // Where 1 - a = width^(2/3), the highlight is about as wide in t as the bend of phi(t): width^(1/3).
         let concentration = (narrow * 2.0 / 3.0).round() as usize;
         // Steps that it cannot hide between.
-        let stage = (TAU / (2.0 * width) / FIRST as f64).log2().ceil().max(0.0) as usize;
+        let stage = math::log2(TAU / (2.0 * width) / FIRST as f64).ceil().max(0.0) as usize;
         Self {
             concentration: concentration.min(CONCENTRATIONS - 1),
             stages: [if strays { stage.min(STAGES - 2) } else { 0 }, (stage + MORE).min(STAGES - 1)],
@@ -92,18 +92,18 @@ impl Azimuths {
             let (mut turns, mut harmonics) = (Vec::new(), Vec::new());
             for i in 0..count {
                 let t = TAU * (i as f64 + offset) / count as f64;
-                let (phi, slope) = (t - a * t.sin(), 1.0 - a * t.cos());
-                turns.push([phi.cos(), phi.sin()]);
+                let (phi, slope) = (t - a * math::sin(t), 1.0 - a * math::cos(t));
+                turns.push([math::cos(phi), math::sin(phi)]);
                 harmonics.push(slope);
                 for m in 1..=degree {
-                    let (sine, cosine) = (m as f64 * phi).sin_cos();
+                    let (sine, cosine) = math::sin_cos(m as f64 * phi);
                     harmonics.extend([slope * cosine, slope * sine]);
                 }
             }
             Stage { turns, harmonics }
         };
         let rule = |k: usize| {
-            let a = 1.0 - 0.5f64.powi(k as i32);
+            let a = 1.0 - math::powi(0.5f64, k as i32);
             (0..STAGES).map(|s| stage(a, s)).collect()
         };
         Self { columns: 2 * degree + 1, rules: (0..CONCENTRATIONS).map(rule).collect() }

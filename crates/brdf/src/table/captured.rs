@@ -50,9 +50,9 @@ pub fn captured_unless(
     let views: Vec<(Direction, f64)> = (0..POLAR * azimuths)
         .map(|index| {
             let (polar, step) = (index / azimuths, index % azimuths);
-            let z = WIDEST.cos() + (1.0 - WIDEST.cos()) * 0.5 * (1.0 + nodes[polar].cos());
+            let z = math::cos(WIDEST) + (1.0 - math::cos(WIDEST)) * 0.5 * (1.0 + math::cos(nodes[polar]));
             let phi = TAU * (step as f64 + 0.5) / (4 * AZIMUTHS) as f64;
-            (Direction::from_angles(z.acos(), phi), weights[polar])
+            (Direction::from_angles(math::acos(z), phi), weights[polar])
         })
         .collect();
     let at = Views::new(material, degree);

@@ -73,7 +73,7 @@ impl Hemisphere {
         let width = |lobe: &Lobe| match *lobe {
             Lobe::Cosine => 1.0,
             Lobe::Facets { x, y } => f64::from(x.min(y)),
-            Lobe::Power { n, .. } => (f64::from(n) + 1.0).powf(-0.5),
+            Lobe::Power { n, .. } => math::pow(f64::from(n) + 1.0, -0.5),
             Lobe::Band { width } => f64::from(width),
         };
         let accuracy = |leaf: &&Material| match leaf {
@@ -161,11 +161,11 @@ impl Hemisphere {
         let mut gauss = part.kronrod.clone();
         let v = view.vector();
         // The azimuth of R is that of the view and half a turn.
-        let (cos_r, sin_r) = (-view.phi().cos(), -view.phi().sin());
-        let sin_o = v.x.hypot(v.y);
+        let (cos_r, sin_r) = (-math::cos(view.phi()), -math::sin(view.phi()));
+        let sin_o = math::hypot(v.x, v.y);
         for node in RULE {
             let theta = panel.at(node);
-            let (sine, cosine) = theta.sin_cos();
+            let (sine, cosine) = math::sin_cos(theta);
             let area = panel.radius() * sine;
             // The half vector's slope grows by 1 / (2 cot(theta)) along the circle.
             let width = 2.0 * self.width * (cosine + v.z.max(0.0)) / (sine + sin_o).max(1e-9);
@@ -223,7 +223,7 @@ pub(super) fn turn(c: &mut [[f64; 3]], angle: f64) {
     for l in 0..c.len().isqrt() {
         let middle = l * l + l;
         for m in 1..=l {
-            let (y, x) = (m as f64 * angle).sin_cos();
+            let (y, x) = math::sin_cos(m as f64 * angle);
             let (cosine, sine) = (c[middle + m], c[middle - m]);
             for channel in 0..3 {
                 c[middle + m][channel] = cosine[channel] * x - sine[channel] * y;

@@ -51,7 +51,7 @@ pub(super) fn add_zonal(
 fn about_tangent(material: &Material, view: Direction, degree: Degree) -> Result<Vec<[f64; 3]>, NotFinite> {
     let mut u = vec![[0.0; 3]; degree.get() + 1];
     let mut row = vec![0.0; degree.get() + 1];
-    let theta_o = view.vector().x.clamp(-1.0, 1.0).acos();
+    let theta_o = math::acos(view.vector().x.clamp(-1.0, 1.0));
     // The highlight, and the angles at which it ends.
     let mut edges = vec![0.0, theta_o, PI];
     edges.extend([theta_o - FRAC_PI_2, theta_o + FRAC_PI_2].into_iter().filter(|t| (0.0..PI).contains(t)));
@@ -62,7 +62,7 @@ fn about_tangent(material: &Material, view: Direction, degree: Degree) -> Result
         let mut values = [([0.0; 3], 0.0, 0.0); RULE.len()];
         let (mut kronrod, mut gauss, mut most) = (0.0, 0.0, 0.0f64);
         for (value, node) in values.iter_mut().zip(RULE) {
-            let (sine, cosine) = panel.at(node).sin_cos();
+            let (sine, cosine) = math::sin_cos(panel.at(node));
             let incident = Direction::from_unit(DVec3::new(cosine, 0.0, sine));
             let rgb = material.rho_hat(incident, view);
             if !rgb.iter().all(|value| value.is_finite()) {

@@ -45,7 +45,7 @@ impl Anisotropy {
         let place = [f64::from(u) * scale[0] + offset[0], f64::from(v) * scale[1] + offset[1]];
         let direction = |[x, y, ..]: [f32; 4]| [2.0 * x - 1.0, 2.0 * y - 1.0];
         let [x, y] = texels.at(place.map(|x| x as f32), *wrap, direction);
-        self.rotation + f64::from(y).atan2(f64::from(x))
+        self.rotation + math::atan2(f64::from(y), f64::from(x))
     }
 }
 

@@ -324,7 +324,7 @@ fn times(one: [f64; 3], other: [f64; 3]) -> [f64; 3] {
 fn refraction(ior: f64) -> (f64, f64) {
     const LARGEST: f64 = 10.0;
     match ior {
-        0.0 => (LARGEST, ((LARGEST + 1.0) / (LARGEST - 1.0)).powi(2)),
+        0.0 => (LARGEST, math::powi((LARGEST + 1.0) / (LARGEST - 1.0), 2)),
         _ => (ior, 1.0),
     }
 }

@@ -312,7 +312,7 @@ fn quaternion(element: &mut [u8; 8]) {
 fn exponential(element: &mut [u8; 4]) {
     let code = i32::from_le_bytes(*element);
     let (mantissa, exponent) = (code << 8 >> 8, code >> 24);
-    *element = ((f64::from(mantissa) * 2.0_f64.powi(exponent)) as f32).to_le_bytes();
+    *element = ((f64::from(mantissa) * math::powi(2.0_f64, exponent)) as f32).to_le_bytes();
 }
 
 fn words(bytes: &[u8; 8]) -> [i16; 4] {

@@ -59,7 +59,7 @@ fn transfer(degree: Degree, to: fn(DVec3) -> DVec3) -> Vec<f64> {
         }
     }
     for row in 0..size {
-        let unit = 2.0_f64.powi(row.isqrt() as i32 + 1);
+        let unit = math::powi(2.0_f64, row.isqrt() as i32 + 1);
         for entry in &mut matrix[row * size..][..size] {
             *entry = exact(*entry * TAU / columns as f64, unit);
         }

@@ -214,7 +214,7 @@ impl Preset {
             Self::Specula | Self::Three => 1.0,
             Self::DirectX | Self::Unreal => phase(l, m),
             Self::Babylon => phase(l, m) * reflected(l),
-            Self::BabylonEnv => reflected(l).powi(2) * constant(l, m),
+            Self::BabylonEnv => math::powi(reflected(l), 2) * constant(l, m),
             Self::Gltf => phase(l, m) * PI * reflected(l),
             Self::Unity | Self::Filament => reflected(l) * constant(l, m),
         }

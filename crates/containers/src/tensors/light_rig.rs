@@ -29,7 +29,7 @@ pub fn encode_light_rig(lights: &[Light], rows: usize, recipe: Option<&str>) -> 
     assert!(rows > 0, "a map has rows");
     check(lights, recipe).map_err(|error| error.within("safetensors"))?;
     let texel = TAU / (rows * rows) as f64;
-    let solid_angle = |light: &Light| (4.0 * PI * (light.radius / 2.0).sin().powi(2)).max(texel);
+    let solid_angle = |light: &Light| (4.0 * PI * math::powi(math::sin(light.radius / 2.0), 2)).max(texel);
     let mut file = Writer::new("light-rig", recipe);
     file.entry("rows", rows.to_string());
     let mut tensor = |name: &str, width: usize, values: Vec<f64>| {
@@ -43,7 +43,7 @@ pub fn encode_light_rig(lights: &[Light], rows: usize, recipe: Option<&str>) -> 
     let radiance = lights.iter().flat_map(|light| light.flux().map(|flux| flux / solid_angle(light)));
     tensor("radiance", 3, radiance.collect());
     tensor("pdf", 1, lights.iter().map(|light| 1.0 / (lights.len() as f64 * solid_angle(light))).collect());
-    tensor("mip", 1, lights.iter().map(|light| (solid_angle(light) / texel).log2() / 2.0).collect());
+    tensor("mip", 1, lights.iter().map(|light| math::log2(solid_angle(light) / texel) / 2.0).collect());
     Ok(file.finish())
 }
 

@@ -1,6 +1,6 @@
 //! glTF: the ways in which a file may hold a mesh.
 
-#![allow(clippy::unwrap_used)] // as in any test
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! Measured BRDFs: analytic models that are written in each format and read back.
 
-#![allow(clippy::unwrap_used)] // as in any test
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

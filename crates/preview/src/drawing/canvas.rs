@@ -124,7 +124,7 @@ impl Canvas {
                 for x in columns.clone() {
                     let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
                     let along = (((px - a.0) * dx + (py - a.1) * dy) / squared).clamp(0.0, 1.0);
-                    let distance = (px - a.0 - along * dx).hypot(py - a.1 - along * dy);
+                    let distance = math::hypot(px - a.0 - along * dx, py - a.1 - along * dy);
                     let coverage = (thickness / 2.0 + 0.5 - distance).clamp(0.0, 1.0);
                     let cell = &mut covered[(y - top) * (right - left) + x - left];
                     *cell = cell.max(coverage);

@@ -67,7 +67,7 @@ impl LightSamples {
         };
         let rows: Vec<f64> = pixels().enumerate().map(of_row).collect();
         let geometry = (0..height).map(|row| {
-            let top = (std::f64::consts::PI * row as f64 / height as f64).cos();
+            let top = math::cos(std::f64::consts::PI * row as f64 / height as f64);
             let solid_angle = grid.solid_angle(row);
             let fall = solid_angle * width as f64 / std::f64::consts::TAU;
             [top, fall, 1.0 / solid_angle].map(|number| number as f32)

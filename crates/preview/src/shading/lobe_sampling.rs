@@ -107,7 +107,7 @@ fn sample(lobe: Lobe, point: [f32; 2], view: Vec3) -> Vec3 {
             (turn * level).extend((1.0 - point[1]).sqrt())
         }
         Lobe::Power { cx, cz, n } => {
-            let sin2 = one_less_exp(2.0 * (1.0 - point[1]).ln() / (n + 1.0));
+            let sin2 = one_less_exp(2.0 * math::ln(1.0 - point[1]) / (n + 1.0));
             let local = (turn * sin2.sqrt()).extend((1.0 - sin2).max(0.0).sqrt());
             let axis = axis(cx, cz, view);
             let [right, up] = beside(axis);
@@ -183,7 +183,7 @@ fn beside(axis: Vec3) -> [Vec3; 2] {
 
 /// 1 - e^x for x of 0 or less, without cancellation.
 fn one_less_exp(x: f32) -> f32 {
-    if x > -0.1 { -x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0)))) } else { 1.0 - x.exp() }
+    if x > -0.1 { -x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0)))) } else { 1.0 - math::exp(x) }
 }
 
 fn angle_from_tangent(direction: Vec3) -> f32 {

@@ -191,7 +191,7 @@ impl Layer<'_> {
         }
         let theta_h = angle(sum.truncate().length(), sum.z);
         let share = theta_h / self.number(0);
-        self.colour(1) * (-(share * share).min(STEEP)).exp()
+        self.colour(1) * math::exp(-(share * share).min(STEEP))
     }
 
     fn torrance_sparrow(self, light: Vec3, view: Vec3) -> Vec3 {
@@ -203,7 +203,7 @@ impl Layer<'_> {
             return Vec3::ZERO;
         }
         let cos2 = z2 / half.length_squared;
-        let d = (-across / z2).exp() / (cos2 * cos2);
+        let d = math::exp(-across / z2) / (cos2 * cos2);
         let masked = half.light * half.view
             + half.view * lambda_cosine(m, half.light)
             + half.light * lambda_cosine(m, half.view);
@@ -232,7 +232,7 @@ impl Layer<'_> {
             return Vec3::ZERO;
         }
         let slopes = across / (z * z);
-        let lobe = (-slopes).exp() * (half.length_squared / (z * z)) * (half.light / z / z.max(LEAST));
+        let lobe = math::exp(-slopes) * (half.length_squared / (z * z)) * (half.light / z / z.max(LEAST));
         self.colour(2) * lobe
     }
 
@@ -408,7 +408,7 @@ impl Layer<'_> {
     fn charlie(self, k: usize, half: Half) -> f32 {
         let sin2 = half.across() / half.length_squared;
         let cos2 = half.sum.z * half.sum.z / half.length_squared;
-        let ln = if cos2 < NEAR { 2.0 * ln_cosine(cos2) } else { sin2.max(TINY).ln() };
+        let ln = if cos2 < NEAR { 2.0 * ln_cosine(cos2) } else { math::ln(sin2.max(TINY)) };
         let [light, view] = [half.light, half.view].map(|cosine| cosine.max(GRAZING));
         let masked = (1.0 + self.charlie_lambda(k, light) + self.charlie_lambda(k, view)) * light * view;
         bounded_exp(self.number(k) * ln) / masked
@@ -416,7 +416,7 @@ impl Layer<'_> {
 
     fn charlie_lambda(self, k: usize, cosine: f32) -> f32 {
         let ln = |x: f32| {
-            let power = bounded_exp(self.number(k + 3) * x.max(TINY).ln());
+            let power = bounded_exp(self.number(k + 3) * math::ln(x.max(TINY)));
             self.number(k + 1) / (1.0 + self.number(k + 2) * power)
                 + self.number(k + 4) * x
                 + self.number(k + 5)

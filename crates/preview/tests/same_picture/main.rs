@@ -1,6 +1,6 @@
 //! The graphics device draws the same pictures as the CPU: in every mode, and with every setting of a shot.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 mod compared;
 mod corpus;

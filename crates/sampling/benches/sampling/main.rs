@@ -1,7 +1,7 @@
 //! Directions and densities from a million points of three kinds, the points made beforehand, on one thread
 //! and on two; building a sampler; and a new function every 16, 64 or 256 points, its build counted.
 
-#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::disallowed_methods, reason = "a benchmark may panic")]
 
 mod function;
 mod product;

@@ -192,12 +192,12 @@ impl Centres {
         let row = |row: usize| {
             // Integrals of sin^2 and of sin cos over the row, and of cos(phi) over a column: 2 sin(w / 2).
             let twice = 2.0 * grid.theta(row);
-            let along = (step - twice.cos() * step.sin()) / 2.0 * 2.0 * half.sin();
-            let up = twice.sin() * step.sin() / 2.0 * TAU / grid.width as f64;
+            let along = (step - math::cos(twice) * math::sin(step)) / 2.0 * 2.0 * math::sin(half);
+            let up = math::sin(twice) * math::sin(step) / 2.0 * TAU / grid.width as f64;
             [along / grid.solid_angle(row), up / grid.solid_angle(row)]
         };
         let column = |column: usize| {
-            let (sine, cosine) = grid.phi(column).sin_cos();
+            let (sine, cosine) = math::sin_cos(grid.phi(column));
             [cosine, sine]
         };
         Self {

@@ -71,7 +71,7 @@ impl Rectangle {
         let middle =
             PI * (rows.start as f64 + (lit_rows.start + lit_rows.end) as f64 / 2.0) / grid.height as f64;
         let height = lit_rows.len() as f64 * PI / grid.height as f64;
-        let width = lit_columns.len() as f64 * TAU / grid.width as f64 * middle.sin();
+        let width = lit_columns.len() as f64 * TAU / grid.width as f64 * math::sin(middle);
         let across_columns = lit_rows.len() == 1 || (lit_columns.len() > 1 && width >= height);
         let cut = match across_columns {
             _ if lit_rows.len() == 1 && lit_columns.len() == 1 => None,

@@ -45,10 +45,10 @@ fn points(masses: &LightMasses, count: NonZeroU32) -> Vec<DVec3> {
             let (row, within) = all.invert(u + half);
             let (column, along) = rows[row].invert(v);
             // Even in z.
-            let edge = |row: usize| (PI * row as f64 / grid.height as f64).cos();
+            let edge = |row: usize| math::cos(PI * row as f64 / grid.height as f64);
             let z = edge(row) + within * (edge(row + 1) - edge(row));
             let phi = TAU * (0.5 - (column as f64 + along) / grid.width as f64);
-            Direction::from_angles(z.clamp(-1.0, 1.0).acos(), phi).vector()
+            Direction::from_angles(math::acos(z.clamp(-1.0, 1.0)), phi).vector()
         })
         .collect()
 }

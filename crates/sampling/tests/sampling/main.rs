@@ -1,6 +1,6 @@
 //! Directions follow the density that is told for them, and that density is the function's.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 mod product;
 

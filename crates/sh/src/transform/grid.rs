@@ -110,10 +110,10 @@ impl Grid {
             Self::LatLong(grid) => {
                 // The cosine as a sine of the latitude: relative accuracy near the equator, zero on it.
                 let latitude = std::f64::consts::PI * (height - 1 - 2 * row) as f64 / (2 * height) as f64;
-                (latitude.sin(), grid.theta(row).sin())
+                (math::sin(latitude), math::sin(grid.theta(row)))
             }
             Self::Gauss(_) if 2 * row + 1 == height => (0.0, 1.0),
-            Self::Gauss(grid) => (grid.theta(row).cos(), grid.theta(row).sin()),
+            Self::Gauss(grid) => (math::cos(grid.theta(row)), math::sin(grid.theta(row))),
         }
     }
 }

@@ -56,7 +56,7 @@ impl ViewGrid {
         let padded = (orders + 1).next_multiple_of(2);
         let wave = |phi: f64| {
             (0..padded).map(move |q| match q as f64 * phi {
-                angle if q <= orders => [angle.cos() as f32, angle.sin() as f32],
+                angle if q <= orders => [math::cos(angle) as f32, math::sin(angle) as f32],
                 _ => [0.0; 2],
             })
         };

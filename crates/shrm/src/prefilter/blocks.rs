@@ -138,13 +138,13 @@ impl<'a> LightBlocks<'a> {
     pub fn new(environment: &'a Environment) -> Self {
         let grid = environment.grid();
         let row = |row: usize| {
-            let (sin_theta, cos_theta) = grid.theta(row).sin_cos();
+            let (sin_theta, cos_theta) = math::sin_cos(grid.theta(row));
             let (down, across) = (PI / grid.height as f64, TAU / grid.width as f64 * sin_theta);
             let variance = ((down * down + across * across) / 12.0) as f32;
             Row { sin_theta, cos_theta, solid_angle: grid.solid_angle(row) as f32, variance }
         };
         let rows = (0..grid.height).map(row).collect();
-        let columns = (0..grid.width).map(|column| grid.phi(column).sin_cos()).collect();
+        let columns = (0..grid.width).map(|column| math::sin_cos(grid.phi(column))).collect();
         let mut blocks = Self { environment, rows, columns, levels: Vec::new() };
         loop {
             let below = blocks.grid(blocks.levels.len());
@@ -242,7 +242,7 @@ impl<'a> LightBlocks<'a> {
         let (pixels, scale) = (self.environment.grid(), f64::from(1_u32 << level.min(31)));
         let down = PI / pixels.height as f64 * scale;
         let middle = ((row as f64 + 0.5) * down).min(PI);
-        let widest = (middle.sin() + down / 2.0).min(1.0);
+        let widest = (math::sin(middle) + down / 2.0).min(1.0);
         down.max(TAU / pixels.width as f64 * scale * widest)
     }
 
@@ -286,7 +286,7 @@ fn mean_weight(kernel: &PrefilterKernel, mu: f64, variance: f32) -> f64 {
     // As wide as an even spread of this variance. At the horizon the mean of max(mu, 0) replaces mu.
     let half = (1.5 * variance).sqrt();
     if mu.abs() < half {
-        let ramp = (mu + half).powi(2) / (4.0 * half);
+        let ramp = math::powi(mu + half, 2) / (4.0 * half);
         let away = mu.max(0.5 * half);
         return ramp * kernel.weight(away) / away;
     }

@@ -147,7 +147,7 @@ impl FastChain {
 /// log2 of a level's spot relative to the lobe, in the middle of a face.
 fn octave(kernel: &PrefilterKernel, edge: usize) -> f64 {
     let spot = EvenCube::VARIANCE.sqrt() * FRAC_PI_4 * 2.0 / edge as f64;
-    (spot / (2.0 * kernel.alpha())).log2()
+    math::log2(spot / (2.0 * kernel.alpha()))
 }
 
 /// Spots in the corner of a face are larger by this many octaves, log2(4 / 3) / 2.
@@ -161,13 +161,13 @@ fn has_weight(kernel: &PrefilterKernel, edge: usize) -> bool {
 
 /// The weight of a level with `of` at `edge` x `edge` places of a face; `place` gives their s or t.
 fn weights(kernel: &PrefilterKernel, of: usize, edge: usize, place: impl Fn(usize) -> f64) -> Vec<f32> {
-    let squares: Vec<f64> = (0..edge).map(|index| (2.0 * place(index) - 1.0).powi(2)).collect();
+    let squares: Vec<f64> = (0..edge).map(|index| math::powi(2.0 * place(index) - 1.0, 2)).collect();
     let middle = octave(kernel, of);
     let mut weights = Vec::with_capacity(edge * edge);
     for v2 in &squares {
         for u2 in &squares {
             let larger = (1.0 + u2) * (1.0 + v2) / (1.0 + u2 + v2);
-            weights.push(weight(middle + 0.5 * larger.log2()));
+            weights.push(weight(middle + 0.5 * math::log2(larger)));
         }
     }
     weights
@@ -196,7 +196,7 @@ impl Taps {
         let x = to_even(s) * edge as f64;
         let middle = (x as usize).min(edge - 1);
         let f = x - middle as f64 - 0.5;
-        let shares = [0.5 * (0.5 - f).powi(2), 0.75 - f * f, 0.5 * (0.5 + f).powi(2)];
+        let shares = [0.5 * math::powi(0.5 - f, 2), 0.75 - f * f, 0.5 * math::powi(0.5 + f, 2)];
         Self { first: middle, shares: shares.map(|share| share as f32) }
     }
 }

@@ -279,7 +279,7 @@ impl Light<'_> {
                 Some(energy) => energy[channel],
                 None => self.energy[last][channel] * (2 * l + 1) as f64 / (2 * last + 1) as f64,
             };
-            (degree + 1..=2 * degree).map(|l| factors[l].powi(2) * energy(l)).sum()
+            (degree + 1..=2 * degree).map(|l| math::powi(factors[l], 2) * energy(l)).sum()
         };
         let most = (0..3).map(lost).fold(0.0, f64::max);
         (most / (4.0 * std::f64::consts::PI)).sqrt()
@@ -297,7 +297,7 @@ fn difference(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel, cube: Cube, te
         let [column, row] = [s, t].map(|s| ((s * edge as f64) as usize).min(edge - 1));
         let found = texels[(face as usize * edge + row) * edge + column];
         let expected = blocks.prefilter_at(kernel, cube.direction(face, row, column), LightBlocks::SHARE);
-        (0..3).map(|channel| (f64::from(found[channel]) - expected[channel]).powi(2)).fold(0.0, f64::max)
+        (0..3).map(|channel| math::powi(f64::from(found[channel]) - expected[channel], 2)).fold(0.0, f64::max)
     };
     let squares: Vec<f64> = (0..DIRECTIONS).into_par_iter().map(square).collect();
     (squares.iter().sum::<f64>() / DIRECTIONS as f64).sqrt()
@@ -309,7 +309,7 @@ fn quadrature_error(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel) -> f64 {
         let normal = spiral(index, DIRECTIONS);
         let coarse = blocks.prefilter_at(kernel, normal, LightBlocks::SHARE);
         let fine = blocks.prefilter_at(kernel, normal, LightBlocks::SHARE / 3.0);
-        (0..3).map(|channel| (coarse[channel] - fine[channel]).powi(2)).fold(0.0, f64::max)
+        (0..3).map(|channel| math::powi(coarse[channel] - fine[channel], 2)).fold(0.0, f64::max)
     };
     ((0..DIRECTIONS).map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
 }

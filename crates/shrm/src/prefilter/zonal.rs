@@ -23,11 +23,11 @@ const PHASE: f64 = 8.0;
 /// k_l for l = 0 ..= `degree`.
 pub(super) fn factors(kernel: &PrefilterKernel, degree: usize) -> Vec<f64> {
     let (theta, weights) = gauss_legendre(NODES);
-    let nodes: [f64; NODES] = std::array::from_fn(|node| theta[node].cos());
+    let nodes: [f64; NODES] = std::array::from_fn(|node| math::cos(theta[node]));
     let alpha = kernel.alpha();
     // The largest derivative of the angle is 1 for GGX's t and about pi / 2 for Charlie's v.
     let (length, rate, features) = match kernel.distribution() {
-        Distribution::Ggx => ((1.0 / alpha).asinh(), 1.0, 8.0),
+        Distribution::Ggx => (math::asinh(1.0 / alpha), 1.0, 8.0),
         Distribution::Charlie => (1.0, 4.0, 8.0 + 4.0 / alpha),
         Distribution::Lambert => (1.0, FRAC_PI_2, 4.0),
     };
@@ -53,17 +53,17 @@ fn transformed(kernel: &PrefilterKernel, t: f64) -> (f64, f64) {
     let alpha = kernel.alpha();
     match kernel.distribution() {
         Distribution::Ggx => {
-            let squared = (alpha * t.sinh()).powi(2);
+            let squared = math::powi(alpha * math::sinh(t), 2);
             let mu = (1.0 - squared) / (1.0 + squared);
-            (mu, mu * t.tanh() / t.cosh().powi(2))
+            (mu, mu * math::tanh(t) / math::powi(math::cosh(t), 2))
         }
         Distribution::Charlie => {
-            let mu = 1.0 - t.powi(4);
-            (mu, mu * t.powf(2.0 / alpha) * t.powi(3))
+            let mu = 1.0 - math::powi(t, 4);
+            (mu, mu * math::pow(t, 2.0 / alpha) * math::powi(t, 3))
         }
         Distribution::Lambert => {
             let theta = FRAC_PI_2 * t;
-            (theta.cos(), theta.cos() * theta.sin())
+            (math::cos(theta), math::cos(theta) * math::sin(theta))
         }
     }
 }

@@ -49,7 +49,7 @@ impl LitTexels {
     pub(super) fn new(environment: &Environment) -> Self {
         let grid = environment.grid();
         let rows = (0..grid.height).map(|row| {
-            let (sin_theta, cos_theta) = grid.theta(row).sin_cos();
+            let (sin_theta, cos_theta) = math::sin_cos(grid.theta(row));
             Row { cos_theta, sin_theta, solid_angle: grid.solid_angle(row) }
         });
         let mut texels = Self {
@@ -64,7 +64,7 @@ impl LitTexels {
         };
         let columns: Vec<[f64; 2]> = (0..grid.width)
             .map(|column| {
-                let (sine, cosine) = grid.phi(column).sin_cos();
+                let (sine, cosine) = math::sin_cos(grid.phi(column));
                 [cosine, sine]
             })
             .collect();
@@ -120,19 +120,19 @@ impl LitTexels {
     /// A texel at (theta, phi) is in it if cos(alpha) cos(theta) + sin(alpha) sin(theta) cos(phi - beta) is
     /// at least `cosine`; solved for phi.
     pub(super) fn within(&self, alpha: f64, cosine: f64) -> Vec<Span> {
-        let (sin_alpha, cos_alpha) = alpha.sin_cos();
+        let (sin_alpha, cos_alpha) = math::sin_cos(alpha);
         let columns_per_radian = self.grid.width as f64 / TAU;
         let in_row = |(row, at): (usize, &Row)| {
             let (needed, reach) = (cosine - cos_alpha * at.cos_theta, sin_alpha * at.sin_theta);
             if needed <= -reach {
                 Some(Span { row, half: f64::INFINITY })
             } else if needed <= reach {
-                Some(Span { row, half: (needed / reach).acos() * columns_per_radian })
+                Some(Span { row, half: math::acos(needed / reach) * columns_per_radian })
             } else {
                 None
             }
         };
-        let radius = cosine.clamp(-1.0, 1.0).acos();
+        let radius = math::acos(cosine.clamp(-1.0, 1.0));
         let rows_per_radian = self.grid.height as f64 / PI;
         // A row more at both ends, because these bounds round.
         let first = ((alpha - radius) * rows_per_radian - 1.5).max(0.0) as usize;

@@ -234,7 +234,7 @@ impl Sum<'_> {
                 continue;
             }
             let last = level + 1 == self.tree.levels.len();
-            let angle = block.direction().normalize_or_zero().dot(central).clamp(-1.0, 1.0).acos();
+            let angle = math::acos(block.direction().normalize_or_zero().dot(central).clamp(-1.0, 1.0));
             if !last && own.extent > NEAR * angle {
                 blocks.extend(self.tree.parts(level, index).map(|part| (level + 1, part)));
             } else {
@@ -271,7 +271,7 @@ impl Sum<'_> {
         let error = difference.iter().map(|value| value.abs()).sum::<f64>();
         let error = error.max(self.above_horizon(level, index)).max(INHERITED * above);
         if error > 0.0 && level + 2 < self.tree.levels.len() {
-            self.left += error.powi(2);
+            self.left += math::powi(error, 2);
             self.open.push(Open { error, level, index, parts });
         }
     }
@@ -292,7 +292,7 @@ impl Sum<'_> {
     /// Splits the parts of the block whose error is the largest; false if there is none.
     fn split_worst(&mut self) -> bool {
         let Some(worst) = self.open.pop() else { return false };
-        self.left -= worst.error.powi(2);
+        self.left -= math::powi(worst.error, 2);
         for (part, reflected) in self.tree.parts(worst.level, worst.index).zip(worst.parts) {
             self.open(worst.level + 1, part, reflected, worst.error);
         }

@@ -128,7 +128,7 @@ impl<'a> Pair<'a> {
         let mut betas = vec![0.0; columns * plan.fourier.len()];
         for (column, beta) in betas.chunks_exact_mut(plan.fourier.len()).enumerate() {
             let top = cube.direction(Face::PositiveZ, 0, column);
-            plan.fourier.angle(top.phi().sin_cos(), beta);
+            plan.fourier.angle(math::sin_cos(top.phi()), beta);
         }
         let mut across = vec![0.0; count * columns * 4 * plan.padded];
         let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
@@ -157,7 +157,7 @@ impl Waves {
                 // The middle row of an odd number is its own mirror.
                 let mirrors = if 2 * row + 1 == count { 0.5 } else { 1.0 };
                 let size = if k == 0 { 1.0 } else { 2.0 } / count as f64 * mirrors;
-                let (sine, cosine) = (PI * (k * (2 * row + 1)) as f64 / (2 * count) as f64).sin_cos();
+                let (sine, cosine) = math::sin_cos(PI * (k * (2 * row + 1)) as f64 / (2 * count) as f64);
                 values[0][k % 2].push(size * cosine);
                 values[1][k % 2].push(size * sine);
             }

@@ -16,7 +16,7 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3
     let count = if grid.width.is_multiple_of(2) { grid.width.div_ceil(4) } else { grid.width.div_ceil(2) };
     let mut angles = vec![0.0; count * plan.fourier.len()];
     for (column, angle) in angles.chunks_exact_mut(plan.fourier.len()).enumerate() {
-        plan.fourier.angle(grid.phi(column).sin_cos(), angle);
+        plan.fourier.angle(math::sin_cos(grid.phi(column)), angle);
     }
     let line = grid.width * plan.rows();
     let mut values = vec![[0.0_f32; 3]; grid.height * line];

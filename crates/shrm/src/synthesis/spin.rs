@@ -47,7 +47,7 @@ impl WithSimd for Rows<'_> {
         let (f, p) = (self.plan.f, self.plan.reflection.brdf().p().get());
         let (mut sine, mut cosine) = (F64x4::ZERO, F64x4::ZERO);
         for (lane, alpha) in self.alphas.iter().enumerate() {
-            (sine.0[lane], cosine.0[lane]) = (alpha / 2.0).sin_cos();
+            (sine.0[lane], cosine.0[lane]) = math::sin_cos(alpha / 2.0);
         }
         let both = F64x4::from_fn(|lane| sine.0[lane] * cosine.0[lane]);
         let t = load(simd, &F64x4::from_fn(|lane| 2.0 * sine.0[lane] * sine.0[lane]));

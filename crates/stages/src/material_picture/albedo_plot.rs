@@ -79,7 +79,7 @@ struct Axes {
 /// Between two labels: a fifth of 1, or a round number if the axis is longer.
 fn step(greatest: f64) -> f64 {
     let least = greatest.min(f64::MAX) / 6.0;
-    let steps = (-1..309).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(power)));
+    let steps = (-1..309).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * math::powi(10f64, power)));
     steps.skip(1).find(|step| *step >= least).unwrap_or(1e308)
 }
 

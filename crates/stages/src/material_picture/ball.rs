@@ -60,21 +60,21 @@ struct Light {
 
 impl Light {
     fn new() -> Self {
-        let solid_angle = TAU * (1.0 - LAMP_RADIUS.cos());
-        let radiance = LAMP_IRRADIANCE / (PI * LAMP_RADIUS.sin().powi(2));
+        let solid_angle = TAU * (1.0 - math::cos(LAMP_RADIUS));
+        let radiance = LAMP_IRRADIANCE / (PI * math::powi(math::sin(LAMP_RADIUS), 2));
         Self { lamp: frame(LAMP_DIRECTION.normalize(), DVec3::Z), radiance, solid_angle }
     }
 
     /// The radiance of the lamp from a direction, and the density of [`Light::sample`] there.
     fn lamp(&self, w: DVec3) -> (f64, f64) {
-        let hit = w.dot(self.lamp.z_axis) > LAMP_RADIUS.cos();
+        let hit = w.dot(self.lamp.z_axis) > math::cos(LAMP_RADIUS);
         if hit { (self.radiance, 1.0 / self.solid_angle) } else { (0.0, 0.0) }
     }
 
     /// A direction toward the lamp for a point of the unit square, uniform in solid angle.
     fn sample(&self, [along, around]: [f64; 2]) -> DVec3 {
-        let z = 1.0 - along * (1.0 - LAMP_RADIUS.cos());
-        let (sine, cosine) = (TAU * around).sin_cos();
+        let z = 1.0 - along * (1.0 - math::cos(LAMP_RADIUS));
+        let (sine, cosine) = math::sin_cos(TAU * around);
         let across = (1.0 - z * z).max(0.0).sqrt();
         self.lamp * DVec3::new(across * cosine, across * sine, z)
     }
@@ -98,7 +98,8 @@ fn frame(z: DVec3, up: DVec3) -> DMat3 {
 /// Tangents run along the circles of latitude, turned back by `azimuth` (radians) about the normal.
 pub(super) fn ball(material: &Material, azimuth: f64, edge: usize, samples: Samples) -> Vec<[f32; 3]> {
     let (light, lobes) = (Light::new(), LobeSampling::new(material, 0.0));
-    let turn = DMat3::from_rotation_z(-azimuth);
+    let (sine, cosine) = math::sin_cos(azimuth);
+    let turn = DMat3::from_cols(DVec3::new(cosine, -sine, 0.0), DVec3::new(sine, cosine, 0.0), DVec3::Z);
     let mut picture = vec![[0.0; 3]; edge * edge];
     picture.par_chunks_mut(edge.max(1)).enumerate().for_each(|(row, line)| {
         for (column, pixel) in line.iter_mut().enumerate() {
@@ -131,7 +132,7 @@ pub(super) fn exposure() -> f64 {
 pub(super) fn surround(picture: &mut [[u8; 3]], edge: usize, colour: [u8; 3]) {
     for (index, pixel) in picture.iter_mut().enumerate() {
         let at = |cell: usize| 2.0 * (cell as f64 + 0.5) / edge as f64 - 1.0;
-        let inside = (OUTLINE - at(index % edge).hypot(at(index / edge))) * edge as f64 / 2.0;
+        let inside = (OUTLINE - math::hypot(at(index % edge), at(index / edge))) * edge as f64 / 2.0;
         let covered = (inside + 0.5).clamp(0.0, 1.0);
         for (channel, surround) in pixel.iter_mut().zip(colour) {
             let (ball, surround) = (f64::from(*channel), f64::from(surround));

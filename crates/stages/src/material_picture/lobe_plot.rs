@@ -55,7 +55,7 @@ impl LobePlot {
     /// The distance from the centre at which a value is drawn, as a fraction of the outermost circle's.
     fn radius(&self, value: f64) -> f64 {
         let (low, high) = (f64::from(self.decades.0), f64::from(self.decades.1));
-        ((value.log10() - low) / (high - low)).clamp(0.0, 1.0)
+        ((math::log10(value) - low) / (high - low)).clamp(0.0, 1.0)
     }
 
     /// Draws the plot in a rectangle.
@@ -94,7 +94,7 @@ impl LobePlot {
         for degree in (-90..=90_i32).step_by(30) {
             let angle = f64::from(degree).to_radians();
             canvas.line(&[polar.point(angle, 0.0), polar.point(angle, 1.0)], 1.0, theme::RULE);
-            let gap = 1.0 + (10.0 + 8.0 * angle.sin().abs()) / polar.radius;
+            let gap = 1.0 + (10.0 + 8.0 * math::sin(angle).abs()) / polar.radius;
             let (x, y) = polar.point(angle, gap);
             theme::TICK.draw(canvas, around(x, y), Align::Centre, &format!("{}°", degree.abs()));
         }
@@ -106,8 +106,8 @@ fn decades(greatest: f64, albedo: f64) -> (i32, i32) {
     if !(greatest > 0.0 && greatest.is_finite() && albedo > 0.0 && albedo.is_finite()) {
         return (-2, 0);
     }
-    let top = (greatest.log10() - 1e-9).ceil() as i32;
-    let matte = (albedo / PI).log10();
+    let top = (math::log10(greatest) - 1e-9).ceil() as i32;
+    let matte = math::log10(albedo / PI);
     (((matte - 2.0).floor() as i32).min(top - 2), top)
 }
 
@@ -138,7 +138,7 @@ impl Polar {
     /// The place at an angle from the normal, to the right if positive, and at a fraction of the radius.
     fn point(&self, angle: f64, radius: f64) -> (f64, f64) {
         let radius = radius * self.radius;
-        (self.centre.0 + radius * angle.sin(), self.centre.1 - radius * angle.cos())
+        (self.centre.0 + radius * math::sin(angle), self.centre.1 - radius * math::cos(angle))
     }
 }
 

@@ -210,7 +210,7 @@ impl<'a> Scene<'a> {
                 let square = |round: u32| {
                     let points = points.points(index as u32 * ROUNDS + round + 1);
                     let error = estimator.of(points, samples) - surface.exact;
-                    (error / surface.exact.max(self.dark)).powi(2)
+                    math::powi(error / surface.exact.max(self.dark), 2)
                 };
                 (0..ROUNDS).map(square).sum::<f64>()
             })
@@ -223,7 +223,7 @@ impl Surface {
     /// Surfaces that face all ways, seen from up to 60 degrees; their radiance is still to be found.
     fn new(k: u32) -> Self {
         let turn = |step: f64| (f64::from(k) * step).fract();
-        let normal = Direction::from_angles((1.0 - 2.0 * turn(0.618_034)).acos(), TAU * turn(0.754_878));
+        let normal = Direction::from_angles(math::acos(1.0 - 2.0 * turn(0.618_034)), TAU * turn(0.754_878));
         let tangent = normal.vector().cross(DVec3::new(0.3, 0.5, 0.8)).normalize();
         let frame = DMat3::from_cols(tangent, normal.vector().cross(tangent), normal.vector());
         let view = Direction::from_angles(1.05 * turn(0.324_718), TAU * turn(0.569_84));

@@ -64,7 +64,7 @@ impl Reader<'_> {
         let (grid, rows) = (zonal.grid(), zonal.p().get() + 1);
         let mut harmonics = vec![0.0; angles.len() * rows];
         for (angle, row) in angles.iter().zip(harmonics.chunks_exact_mut(rows)) {
-            zonal_into(angle.cos(), row);
+            zonal_into(math::cos(*angle), row);
         }
         let rings: Option<Vec<MeanLight<'_>>> =
             lights.map(|(lobes, lights)| lobes.iter().map(|lobe| lobe.of(lights)).collect());

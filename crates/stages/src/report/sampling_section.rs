@@ -75,7 +75,8 @@ const ERRORS: [f64; 2] = [0.003, 10.0];
 
 /// The error against samples, both axes logarithmic.
 fn chart(page: &mut Markup, pair: &NoisePair) {
-    let between = |value: f64, [from, to]: [f64; 2]| (value.clamp(from, to) / from).ln() / (to / from).ln();
+    let between =
+        |value: f64, [from, to]: [f64; 2]| math::ln(value.clamp(from, to) / from) / math::ln(to / from);
     let ends = [SAMPLES[0] as f64, SAMPLES[SAMPLES.len() - 1] as f64];
     let x = |samples: usize| 70.0 + (WIDTH - 160.0) * between(samples as f64, ends);
     let y = |rms: f64| HEIGHT - 30.0 - (HEIGHT - 45.0) * between(rms, ERRORS);

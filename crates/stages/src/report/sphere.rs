@@ -100,7 +100,7 @@ impl Sphere {
                 return None;
             }
             let (x, y) = (at(index % edge), at(index / edge));
-            let radius = x.hypot(y);
+            let radius = math::hypot(x, y);
             if radius > 1.0 + 2.0 / half {
                 return None;
             }
@@ -163,8 +163,8 @@ impl Sphere {
         for ((is_inside, value), truth) in self.inside(lattice).zip(values).zip(truth) {
             if is_inside {
                 for channel in 0..3 {
-                    difference += f64::from(value[channel] - truth[channel]).powi(2);
-                    energy += f64::from(truth[channel]).powi(2);
+                    difference += math::powi(f64::from(value[channel] - truth[channel]), 2);
+                    energy += math::powi(f64::from(truth[channel]), 2);
                 }
             }
         }
@@ -191,7 +191,7 @@ impl Sphere {
                 for (&value, &truth) in value.iter().zip(truth) {
                     negative += usize::from(f64::from(value) < -0.1 * dark);
                     let seen = |value: f32| f64::from(value.max(0.0)) + e;
-                    stops.push((seen(value) / seen(truth)).log2().abs());
+                    stops.push(math::log2(seen(value) / seen(truth)).abs());
                 }
             }
         }
@@ -229,8 +229,8 @@ impl Sphere {
             let ([x, y], mut sum, mut total) = (self.place(pixel), [0.0; 3], 0.0);
             for row in y.saturating_sub(span)..=(y + span).min(self.edge - 1) {
                 for column in x.saturating_sub(span)..=(x + span).min(self.edge - 1) {
-                    let distance = (row.abs_diff(y) as f64).hypot(column.abs_diff(x) as f64);
-                    let weight = (1.0 - (distance / reach).powi(2)).max(0.0) as f32;
+                    let distance = math::hypot(row.abs_diff(y) as f64, column.abs_diff(x) as f64);
+                    let weight = (1.0 - math::powi(distance / reach, 2)).max(0.0) as f32;
                     if let Some(value) = measured[row * self.edge + column] {
                         (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
                         total += weight;
@@ -264,8 +264,8 @@ fn quantiles(numbers: &mut [f64]) -> [f64; 2] {
 /// only squares at the region's outline count.
 fn uncertainty(figures: [f64; 4]) -> f64 {
     let mean = figures.iter().sum::<f64>() / 4.0;
-    let variance = figures.iter().map(|figure| (figure - mean).powi(2)).sum::<f64>() / 3.0;
-    variance.sqrt() / 4.0_f64.powf(0.75)
+    let variance = figures.iter().map(|figure| math::powi(figure - mean, 2)).sum::<f64>() / 3.0;
+    variance.sqrt() / math::pow(4.0_f64, 0.75)
 }
 
 #[cfg(test)]

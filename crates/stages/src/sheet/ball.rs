@@ -51,7 +51,7 @@ pub(crate) fn ball(
         let mut lookup = field.lookup();
         for (column, pixel) in line.iter_mut().enumerate() {
             let at = |index: usize, offset: f64| 2.0 * (index as f64 + offset) / edge as f64 - 1.0;
-            let inside = (OUTLINE - at(column, 0.5).hypot(at(row, 0.5))) * edge as f64 / 2.0;
+            let inside = (OUTLINE - math::hypot(at(column, 0.5), at(row, 0.5))) * edge as f64 / 2.0;
             let side = SAMPLES[if inside < -1.0 { 0 } else { 1 + usize::from(inside > 1.0) }];
             let mut sum = [0.0; 3];
             for sample in 0..side * side {

@@ -35,7 +35,7 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
 pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     let small = percent.abs().min((100.0 - percent).abs());
-    let decimals = if small < 1e-9 { 0 } else { (1.0 - small.log10().floor()).clamp(1.0, 6.0) as usize };
+    let decimals = if small < 1e-9 { 0 } else { (1.0 - math::log10(small).floor()).clamp(1.0, 6.0) as usize };
     format!("{percent:.decimals$} %")
 }
 

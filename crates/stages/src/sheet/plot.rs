@@ -35,8 +35,8 @@ impl Axes {
             (-1, 0)
         } else {
             // Fractions are at most 1 except for rounding: 1 + 1e-12 does not start another decade.
-            let top = (high.log10() - 1e-9).ceil() as i32;
-            ((low.log10().floor() as i32).clamp(top - DECADES, top - 1), top)
+            let top = (math::log10(high) - 1e-9).ceil() as i32;
+            ((math::log10(low).floor() as i32).clamp(top - DECADES, top - 1), top)
         };
         Self { area, degree: energies.len().saturating_sub(1), decades }
     }
@@ -53,7 +53,7 @@ impl Axes {
     /// The height of an energy on the logarithmic axis, kept within the area.
     fn y(&self, energy: f64) -> f64 {
         let (low, high) = (f64::from(self.decades.0), f64::from(self.decades.1));
-        let fraction = ((energy.log10() - low) / (high - low)).clamp(0.0, 1.0);
+        let fraction = ((math::log10(energy) - low) / (high - low)).clamp(0.0, 1.0);
         self.area.bottom() as f64 - fraction * self.area.height as f64
     }
 
@@ -89,7 +89,7 @@ impl EnergyPlot<'_> {
 
         let every = (axes.decades.1 - axes.decades.0 + 7) / 8;
         for decade in (axes.decades.0..=axes.decades.1).rev().step_by(every.max(1) as usize) {
-            let y = axes.y(10_f64.powi(decade)).round() as usize;
+            let y = axes.y(math::powi(10_f64, decade)).round() as usize;
             canvas.fill(Rect::new(area.x, y.min(area.bottom() - 1), area.width, 1), theme::GRID);
             let label = Rect::new(place.x + 4, y.saturating_sub(10), 50, 20);
             theme::TICK.draw(canvas, label, Align::Right, &power_of_ten(decade));

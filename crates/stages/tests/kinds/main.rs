@@ -1,6 +1,6 @@
 //! Runs every kind in memory, through the engine's own interface.
 
-#![allow(clippy::unwrap_used, missing_docs)] // a test may panic
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, missing_docs)] // a test may panic
 
 mod bad_input;
 mod brdf_table;
@@ -36,4 +36,5 @@ mod relighting;
 mod report;
 mod revisions;
 mod rotate;
+mod same_bytes;
 mod vertices;

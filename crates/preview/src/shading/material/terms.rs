@@ -73,7 +73,7 @@ impl Half {
     pub(super) fn power(self, s: f32) -> f32 {
         let sin2 = self.across() / self.length_squared;
         let cos2 = self.sum.z * self.sum.z / self.length_squared;
-        let ln = if sin2 < NEAR { 2.0 * ln_cosine(sin2) } else { cos2.max(TINY).ln() };
+        let ln = if sin2 < NEAR { 2.0 * ln_cosine(sin2) } else { math::ln(cos2.max(TINY)) };
         bounded_exp(s * ln)
     }
 }
@@ -83,7 +83,7 @@ pub(in crate::shading) fn power(cosine: f32, sin2: f32, s: f32) -> f32 {
     if cosine <= 0.0 {
         return 0.0;
     }
-    let ln = if sin2 < NEAR { ln_cosine(sin2) } else { cosine.max(TINY).ln() };
+    let ln = if sin2 < NEAR { ln_cosine(sin2) } else { math::ln(cosine.max(TINY)) };
     bounded_exp(s * ln)
 }
 
@@ -93,7 +93,7 @@ pub(super) fn power_of(base: f32, n: f32) -> f32 {
         return 0.0;
     }
     let from_one = (1.0 - base) * (1.0 + base);
-    let ln = if from_one.abs() < NEAR { ln_cosine(from_one) } else { base.max(TINY).ln() };
+    let ln = if from_one.abs() < NEAR { ln_cosine(from_one) } else { math::ln(base.max(TINY)) };
     bounded_exp(n * ln)
 }
 
@@ -115,7 +115,7 @@ pub(super) fn one_less_sinc(x: f32) -> f32 {
 
 /// e^x, in the range of f32.
 pub(super) fn bounded_exp(x: f32) -> f32 {
-    x.clamp(-80.0, 80.0).exp()
+    math::exp(x.clamp(-80.0, 80.0))
 }
 
 /// The fifth power.

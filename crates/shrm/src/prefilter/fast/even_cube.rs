@@ -25,12 +25,12 @@ pub(super) fn add(sum: &mut Texel, weight: f32, texel: &Texel) {
 
 /// From p to s (or from q to t), both as shares of the edge.
 pub(super) fn from_even(p: f64) -> f64 {
-    0.5 + 0.5 * (FRAC_PI_4 * (2.0 * p - 1.0)).tan()
+    0.5 + 0.5 * math::tan(FRAC_PI_4 * (2.0 * p - 1.0))
 }
 
 /// From s to p (or from t to q), both as shares of the edge.
 pub(super) fn to_even(s: f64) -> f64 {
-    0.5 + 0.5 * (2.0 * s - 1.0).atan() / FRAC_PI_4
+    0.5 + 0.5 * math::atan(2.0 * s - 1.0) / FRAC_PI_4
 }
 
 /// Six faces in file order, rows from the top.
@@ -90,7 +90,7 @@ impl EvenCube {
     /// interpolated there along the row, by a cubic.
     fn fill_border(&mut self) {
         let edge = self.edge;
-        let past = (FRAC_PI_4 * (1.0 + 1.0 / edge as f64)).tan();
+        let past = math::tan(FRAC_PI_4 * (1.0 + 1.0 / edge as f64));
         let between: Vec<_> = (0..edge)
             .map(|along| {
                 let u = 2.0 * from_even((along as f64 + 0.5) / edge as f64) - 1.0;
@@ -221,14 +221,15 @@ impl EvenCube {
     /// `halvings` is how often the cube was halved since [`EvenCube::of`], and `pixel` the size, in radians,
     /// of the pixels between which the light was interpolated linearly before that.
     pub(super) fn rounded(&self, halvings: usize, pixel: f64) -> Self {
-        let scale = 0.25_f64.powi(halvings.min(30) as i32);
+        let scale = math::powi(0.25_f64, halvings.min(30) as i32);
         // Where a quadratic B-spline has 1/4, the first cube has the means over a pixel and a texel, and the
         // linear interpolation, which is round on the sphere.
-        let interpolated = (pixel / (FRAC_PI_2 / self.edge as f64)).powi(2) / 6.0;
+        let interpolated = math::powi(pixel / (FRAC_PI_2 / self.edge as f64), 2) / 6.0;
         let axis: Vec<Place> = (0..self.edge)
             .map(|index| {
                 let u = 2.0 * from_even((index as f64 + 0.5) / self.edge as f64) - 1.0;
-                let lacking = scale * (1.0 / 6.0 - (4.0 / PI / (1.0 + u * u)).powi(2) / 12.0) - interpolated;
+                let lacking =
+                    scale * (1.0 / 6.0 - math::powi(4.0 / PI / (1.0 + u * u), 2) / 12.0) - interpolated;
                 Place { u: u as f32, lacking: lacking as f32, slope: (-interpolated / (1.0 + u * u)) as f32 }
             })
             .collect();
