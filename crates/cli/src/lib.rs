@@ -9,8 +9,6 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arguments;
-#[cfg(feature = "remote")]
-mod arithmetic;
 mod assets;
 mod build;
 mod build_reporter;

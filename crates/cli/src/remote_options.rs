@@ -319,7 +319,7 @@ fn connected(options: Options) -> Result<SharedCacheOptions, OptionError> {
     Ok(SharedCacheOptions {
         executor,
         cache: Arc::new(cache),
-        platform: crate::arithmetic::platform(),
+        version: env!("CARGO_PKG_VERSION").into(),
         machine: machine_name(),
         download_all: options.download == RemoteDownload::All,
         is_required: options.required,

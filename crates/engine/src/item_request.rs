@@ -60,6 +60,8 @@ pub(crate) struct ItemRequest {
     /// For a kind that shows names.
     pub(crate) key: Option<ItemKey>,
     pub(crate) source: Option<String>,
+    /// For a kind whose results depend on the processor.
+    pub(crate) processor: Option<String>,
     /// For a kind that exports files.
     pub(crate) recipe: Option<String>,
     /// The files that it may read, sorted by name.

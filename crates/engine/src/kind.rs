@@ -199,6 +199,12 @@ pub trait Kind: Send + Sync + 'static {
         true
     }
 
+    /// The kind of processor, if results of a stage with these parameters depend on it: it is part of the key.
+    /// `None`, as it should be: every machine makes the same bytes.
+    fn processor(_parameters: &Self::Parameters) -> Option<&'static str> {
+        None
+    }
+
     /// What another machine must be that runs items of a stage with these parameters, such as
     /// `("container-image", "docker://...")`; usually nothing. `None`: they run only on the machine of the
     /// build. What is not shared never runs elsewhere.
@@ -280,6 +286,10 @@ pub trait Configured: Send + Sync {
     /// [`Kind::is_shared`].
     fn is_shared(&self) -> bool {
         true
+    }
+    /// [`Kind::processor`].
+    fn processor(&self) -> Option<&'static str> {
+        None
     }
     /// [`Kind::properties`], and `None` for what is not shared.
     fn properties(&self) -> Option<Vec<(String, String)>> {
@@ -434,6 +444,10 @@ impl<K: Kind> Configured for Stage<K> {
 
     fn is_shared(&self) -> bool {
         K::is_shared(&self.0)
+    }
+
+    fn processor(&self) -> Option<&'static str> {
+        K::processor(&self.0)
     }
 
     fn properties(&self) -> Option<Vec<(String, String)>> {

@@ -296,11 +296,11 @@ impl RunContext<'_> {
         let further = further.collect::<Vec<_>>();
         if !further.is_empty() {
             all.extend(read);
-            let first = action(&options.platform, record.key, &expected);
+            let first = action(&options.version, record.key, &expected);
             entries.push((first, described(Description::Reads(further))));
         }
         let result = Description::Result(Box::new(ResultDescription::of(record, &options.machine)));
-        entries.push((action(&options.platform, record.key, &all), described(result)));
+        entries.push((action(&options.version, record.key, &all), described(result)));
         let digests = record.outputs.iter().map(|blob| blob.digest).collect::<Vec<_>>();
         let store = Arc::clone(&self.check.state.store);
         let outputs = match &record.shared {
@@ -311,7 +311,7 @@ impl RunContext<'_> {
             },
         };
         let this = &self.check.plan.items[item];
-        let (list, item) = (list(&options.platform, self.check.plan, this.stage), this.key.to_string());
+        let (list, item) = (list(&options.version, self.check.plan, this.stage), this.key.to_string());
         options.cache.store(Upload { list, item, entries, outputs });
     }
 

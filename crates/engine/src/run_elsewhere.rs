@@ -281,6 +281,7 @@ impl RunContext<'_> {
             inputs,
             key: info.shows_keys.then(|| item.key.clone()),
             source: self.check.source(request.item),
+            processor: info.processor.map(str::to_owned),
             recipe: matches!(stage.product, Product::Files(_))
                 .then(|| recipe(kind, info.revision, &info.parameters, &request.inputs, is_many)),
             files: files.collect(),

@@ -124,6 +124,11 @@ fn configured<'k>(
     let configured = table.and_then(|table| kind.configure(&table).ok());
     let configured = configured.filter(|found| canonical(&found.canonical()) == request.canonical);
     let configured = configured.ok_or_else(|| wrong("it reads the parameters in another way".into()))?;
+    if configured.processor() != request.processor.as_deref() {
+        let message =
+            format!("{} makes other bytes on this processor than on that of the build", request.kind);
+        return Err(Failure::new(message).system_error());
+    }
     Ok((kind.as_ref(), configured))
 }
 

@@ -106,8 +106,8 @@ pub struct Trouble {
 pub struct SharedCacheOptions {
     /// The cache.
     pub cache: Arc<dyn SharedCache>,
-    /// What results depend on beside their actions: a machine with another platform finds none of ours.
-    pub platform: String,
+    /// The version of the program: one of another version finds none of our results.
+    pub version: String,
     /// The name of this machine, for those who use its results.
     pub machine: String,
     /// Whether everything that is found is received; if not, only what this build needs.

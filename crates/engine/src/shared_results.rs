@@ -36,17 +36,17 @@ pub(crate) const MOST_READS: usize = 4096;
 pub(crate) type NamedFiles = BTreeSet<(String, bool, Option<Digest>)>;
 
 /// An action: the canonical text of everything that a result depends on.
-pub(crate) fn action(platform: &str, key: Digest, files: &NamedFiles) -> Vec<u8> {
-    let text = serde_json::json!({ "specula": FORMAT, "platform": platform, "key": key, "files": files });
+pub(crate) fn action(version: &str, key: Digest, files: &NamedFiles) -> Vec<u8> {
+    let text = serde_json::json!({ "specula": FORMAT, "version": version, "key": key, "files": files });
     text.to_string().into_bytes()
 }
 
 /// The name of the list of a stage's results: the same in every copy of a project.
-pub(crate) fn list(platform: &str, plan: &Plan, stage: usize) -> Vec<u8> {
+pub(crate) fn list(version: &str, plan: &Plan, stage: usize) -> Vec<u8> {
     let stages = plan.stages.iter().map(|stage| stage.name.as_str()).collect::<Vec<_>>();
     let (manifest, stage) = (plan.manifest_name(), stages[stage]);
     let text = serde_json::json!({
-        "specula": FORMAT, "platform": platform, "manifest": manifest, "stages": stages, "stage": stage,
+        "specula": FORMAT, "version": version, "manifest": manifest, "stages": stages, "stage": stage,
     });
     text.to_string().into_bytes()
 }
@@ -247,12 +247,12 @@ mod tests {
     #[test]
     fn an_action_holds_all_that_a_result_depends_on() {
         let files: NamedFiles = [("a.exr".to_owned(), false, Some(Digest([1; 32])))].into();
-        let text = action("x86", Digest([2; 32]), &files);
-        assert_eq!(text, action("x86", Digest([2; 32]), &files));
+        let text = action("1", Digest([2; 32]), &files);
+        assert_eq!(text, action("1", Digest([2; 32]), &files));
         let others = [
-            action("arm", Digest([2; 32]), &files),
-            action("x86", Digest([3; 32]), &files),
-            action("x86", Digest([2; 32]), &NamedFiles::new()),
+            action("2", Digest([2; 32]), &files),
+            action("1", Digest([3; 32]), &files),
+            action("1", Digest([2; 32]), &NamedFiles::new()),
         ];
         assert!(others.iter().all(|other| *other != text));
     }

@@ -28,6 +28,8 @@ pub(crate) struct StageInfo {
     parameters_text: String,
     pub(crate) revision: u32,
     pub(crate) shows_keys: bool,
+    /// The processor, for a kind whose results depend on it.
+    pub(crate) processor: Option<&'static str>,
     /// The artifact's type and the decoder that the first consumer declares.
     pub(crate) artifact: Option<(&'static str, Option<Decoder>)>,
     /// The names of the ports that take many items.
@@ -312,6 +314,9 @@ impl<'a> UpToDateCheck<'a> {
         if info.shows_keys {
             hasher.item_key(&this.key);
         }
+        if let Some(processor) = info.processor {
+            hasher.text("processor").text(processor);
+        }
         hasher.finish()
     }
 
@@ -498,6 +503,7 @@ fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
             parameters,
             revision: stage.kind.revision(),
             shows_keys: stage.kind.shows_keys(),
+            processor: stage.configured.processor(),
             artifact: match stage.product {
                 Product::Artifact(name) => Some((name, None)),
                 Product::Files(_) => None,

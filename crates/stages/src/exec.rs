@@ -59,7 +59,8 @@
 //!
 //! A program may depend on its machine in ways that Specula does not see. So a cache that machines share
 //! (`--remote-cache`) has none of its results, unless `remote = true` says that equal inputs and tool files
-//! give equal results everywhere. Tool files must then be in the manifest's folder or in PATH.
+//! give equal results everywhere. Tool files must then be in the manifest's folder or in PATH. If the output
+//! is an environment, the kind of processor is part of the key, as for `import-environment`.
 //!
 //! With `remote = true` the program may also run on another machine (`--remote-executor`), which gets the
 //! inputs and the tool files of the manifest's folder. A program that is found in PATH has to be the same
@@ -188,6 +189,10 @@ impl Kind for Exec {
 
     fn is_shared(parameters: &Parameters) -> bool {
         parameters.remote
+    }
+
+    fn processor(parameters: &Parameters) -> Option<&'static str> {
+        parameters.output.is_environment().then(containers::decoder_level)
     }
 
     fn properties(parameters: &Parameters) -> Option<Vec<(String, String)>> {

@@ -73,6 +73,12 @@
 //! | `zero` | each becomes 0, with a warning |
 //! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
 //!
+//! ## Processors
+//!
+//! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last bits
+//! between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
+//! machines of different kinds do not share these items, and later ones if the pixels are equal.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -85,7 +91,7 @@
 
 use std::path::Path;
 
-use containers::{Decoded, OpenExrEnvmap, ReadOptions, read_image};
+use containers::{Decoded, OpenExrEnvmap, ReadOptions, decoder_level, read_image};
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::{BadPixels, Environment, Image, Layout, repair, stack_faces};
 use sphere::{Face, LatLong};
@@ -167,6 +173,10 @@ impl Kind for ImportEnvironment {
 
     fn ports() -> Vec<Port> {
         Vec::new()
+    }
+
+    fn processor(_: &Parameters) -> Option<&'static str> {
+        Some(decoder_level())
     }
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {

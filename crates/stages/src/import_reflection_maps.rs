@@ -71,6 +71,10 @@
 //! rim, where the central direction is opposite to the view: expect a residual of a few percent. Cubes and
 //! lat-long maps keep their texels.
 //!
+//! ## Processors
+//!
+//! As for `import-environment`, the kind of processor is part of the key.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -82,7 +86,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use containers::{ReadOptions, is_texture, read_image, read_texture};
+use containers::{ReadOptions, decoder_level, is_texture, read_image, read_texture};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Degree;
 use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
@@ -118,6 +122,10 @@ impl Kind for ImportReflectionMaps {
 
     fn ports() -> Vec<Port> {
         Vec::new()
+    }
+
+    fn processor(_: &Parameters) -> Option<&'static str> {
+        Some(decoder_level())
     }
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {

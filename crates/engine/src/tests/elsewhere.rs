@@ -71,11 +71,11 @@ impl Executor for Worker {
             return Err(RemoteError::Stopped);
         }
         self.runs.fetch_add(1, Ordering::Relaxed);
-        while self.fault == Fault::Hangs {
-            if stop() {
-                return Err(RemoteError::Stopped);
+        if self.fault == Fault::Hangs {
+            while !stop() {
+                std::thread::sleep(Duration::from_millis(1));
             }
-            std::thread::sleep(Duration::from_millis(1));
+            return Err(RemoteError::Stopped);
         }
         if self.fault == Fault::NoProgram {
             let message = "libc.so.6: version GLIBC_9.9 not found".into();

@@ -128,7 +128,7 @@ pub(super) fn with_cache(memory: &Arc<Memory>, manifest: &str) -> Project {
     project.options.jobs = Some(1);
     project.options.shared = Some(SharedCacheOptions {
         cache: Arc::clone(memory) as Arc<dyn SharedCache>,
-        platform: "test".into(),
+        version: "test".into(),
         machine: "nightly".into(),
         download_all: false,
         is_required: false,

@@ -115,14 +115,14 @@ impl UpToDateCheck<'_> {
     ) -> Vec<(ItemIndex, Record)> {
         let host = options.cache.host();
         let Some((first, _)) = asked.first() else { return Vec::new() };
-        let list = list(&options.platform, self.plan, self.plan.items[*first].stage);
+        let list = list(&options.version, self.plan, self.plan.items[*first].stage);
         let mut found = Vec::new();
         let mut open =
             asked.iter().map(|(item, key)| (*item, *key, self.expected_reads(*item))).collect::<Vec<_>>();
         for _ in 0..ROUNDS {
             let questions = open.iter().map(|(item, key, files)| Question {
                 item: self.plan.items[*item].key.to_string(),
-                action: action(&options.platform, *key, files),
+                action: action(&options.version, *key, files),
             });
             let answers = options.cache.find(&list, &questions.collect::<Vec<_>>());
             let mut further = Vec::new();

@@ -178,6 +178,10 @@ pub(crate) enum ProgramOutput {
 }
 
 impl ProgramOutput {
+    pub(super) fn is_environment(&self) -> bool {
+        matches!(self, Self::Artifact(Environment::TYPE, _))
+    }
+
     pub(super) fn product(&self) -> Product {
         match self {
             Self::Artifact(name, _) => Product::Artifact(name),
