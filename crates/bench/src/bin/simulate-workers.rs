@@ -79,16 +79,18 @@ fn cases() -> Vec<Case> {
         again: false,
     };
     vec![
-        case("1 worker", 10_000, 1, 0.1),
-        case("10 workers", 100_000, 10, 0.1),
+        case("1 worker", 2_000, 1, 0.1),
+        case("10 workers", 10_000, 10, 0.1),
         case("100 workers", 100_000, 100, 1.0),
         case("300 workers", 100_000, 300, 1.0),
         Case { again: true, ..case("1000 workers", 100_000, 1000, 1.0) },
-        case("1000 workers, items of 10 times as long", 100_000, 1000, 10.0),
-        Case { delay_milliseconds: 30, again: true, ..case("1000 workers, 30 ms", 100_000, 1000, 1.0) },
-        Case { share: 1.0, again: true, ..case("100 workers, all bytes", 5_000, 100, 1.0) },
-        Case { again: true, ..case("10,000 items", 10_000, 1000, 0.0) },
-        case("no work", 100_000, 1000, 0.0),
+        case("1000 workers, long items", 50_000, 1000, 10.0),
+        Case { delay_milliseconds: 30, again: true, ..case("1000 workers, 30 ms", 10_000, 1000, 1.0) },
+        Case { share: 1.0, again: true, ..case("100 workers, all bytes", 2_000, 100, 1.0) },
+        case("no work, 30 jobs", 10_000, 30, 0.0),
+        Case { again: true, ..case("no work, 100 jobs", 10_000, 100, 0.0) },
+        case("no work, 300 jobs", 10_000, 300, 0.0),
+        case("no work, 1000 jobs", 10_000, 1000, 0.0),
     ]
 }
 

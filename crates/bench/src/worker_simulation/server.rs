@@ -84,6 +84,14 @@ pub struct ModelServer {
     bytes: Arc<Bytes>,
     runtime: tokio::runtime::Runtime,
     port: u16,
+    /// The processor time at the last report.
+    used: Mutex<f64>,
+}
+
+/// The processor time since another that is replaced by that of now.
+fn since(before: &Mutex<f64>) -> f64 {
+    let now = processor_seconds();
+    now - std::mem::replace(&mut *locked(before), now)
 }
 
 impl ModelServer {
@@ -130,7 +138,7 @@ impl ModelServer {
             .add_service(OperationsServer::new(service.clone()));
         let incoming = tokio_stream::wrappers::ReceiverStream::new(receiver);
         runtime.spawn(router.serve_with_incoming(incoming));
-        Ok(Self { service, bytes, runtime, port })
+        Ok(Self { service, bytes, runtime, port, used: Mutex::new(processor_seconds()) })
     }
 
     /// Where it listens.
@@ -157,7 +165,7 @@ impl ModelServer {
             "span_seconds": span,
             "mean_wait_seconds": waited.as_secs_f64() / actions.max(1) as f64,
             "longest_wait_seconds": longest_wait.as_secs_f64(),
-            "processor_seconds": processor_seconds(),
+            "processor_seconds": since(&self.used),
             "longest_queue": model.longest_queue.swap(0, Ordering::Relaxed),
             "ended_by_second": by_second,
         })
