@@ -48,6 +48,7 @@ fn serve([workers, times, share, delay]: [&str; 4]) -> Result<(), Box<dyn Error>
     Project { environments: 1, materials: 1 }.write(folder.path(), 0.0)?;
     let plan = Plan::load(&folder.path().join("pipeline.toml"), &kinds());
     let measured = Measured::new(&plan.map_err(|errors| format!("{errors:?}"))?)?;
+    folder.close()?;
     let workers = Workers { count: workers.parse()?, times: times.parse()?, share: share.parse()? };
     let server = ModelServer::start(workers, measured, Duration::from_millis(delay.parse()?))?;
     println!("{}", server.address());
