@@ -1,9 +1,9 @@
 //! Simulates builds of 100,000 items on up to 1,000 workers, and draws the charts of `docs/scale.md`:
 //! [`bench::worker_simulation`].
 //!
-//! `cargo run --release -p bench --features bench/remote --bin simulate-workers -- FOLDER` simulates all cases
-//! of the page, which takes half an hour, and writes `scale.json` and the charts into the folder. With
-//! options it simulates one case and prints its numbers:
+//! `cargo run --release -p bench --features bench/remote --bin simulate-workers -- FOLDER` simulates all
+//! cases of the page, which takes a quarter of an hour, and writes `scale.json` and the charts into the
+//! folder. With options it simulates one case and prints its numbers:
 //!
 //! | option | meaning |
 //! | --- | --- |
@@ -15,7 +15,7 @@
 //! | `--delay MILLISECONDS` | each call takes so much longer; 0 |
 //! | `--again` | a second client builds once more, from the cache |
 //! | `--charts FILE` | only draws the charts of this `scale.json` |
-//! | `--case NAME` | only these cases of the page, whose outcomes replace those in `scale.json`; may be repeated |
+//! | `--case NAME` | only these cases of the page, which replace those in `scale.json`; may be repeated |
 
 use std::error::Error;
 use std::fs;

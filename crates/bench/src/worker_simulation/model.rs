@@ -83,7 +83,7 @@ pub(crate) struct Ran {
     pub(crate) busy: Duration,
     pub(crate) waited: Duration,
     pub(crate) longest_wait: Duration,
-    /// The time that each action arrived, in milliseconds since the first one.
+    /// When the first one arrived, and the last one ended.
     pub(crate) first: Option<Instant>,
     pub(crate) last: Option<Instant>,
     /// The actions that ended in each second.
