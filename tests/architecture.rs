@@ -87,7 +87,7 @@ fn nothing_compiles_a_window_that_did_not_ask_for_one() {
 
 #[test]
 fn nothing_compiles_a_network_that_did_not_ask_for_one() {
-    for package in ["engine", "stages", "custom-kind", "cli"] {
+    for package in ["engine", "stages", "custom-kind", "cli", "bench"] {
         assert_absent(package, &[], &NETWORK);
     }
     assert_absent("remote", &["client"], &["stages", "containers", "cli"]);
@@ -100,7 +100,7 @@ fn nothing_compiles_a_network_that_did_not_ask_for_one() {
     let names = |manifest: &str| ["tokio", "tonic", "prost"].iter().any(|name| manifest.contains(*name));
     let naming: Vec<_> =
         crates("crates").into_iter().filter(|name| names(&manifest(name).unwrap())).collect();
-    assert_eq!(naming, ["remote"]);
+    assert_eq!(naming, ["bench", "remote"]);
 }
 
 #[test]

@@ -72,6 +72,7 @@ fn links_in_documents_lead_somewhere() {
         "docs/plugins.md",
         "docs/preview.md",
         "docs/relighting.md",
+        "docs/scale.md",
         "docs/watch.md",
         "examples/brushed/README.md",
         "examples/custom-kind/README.md",

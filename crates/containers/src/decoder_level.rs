@@ -1,6 +1,7 @@
 //! Which of the decoders' variants this machine runs.
 
-/// The variant of the decoders whose results differ between processors: `x86_64 avx2+fma`, `x86_64`, `aarch64`.
+/// The variant of the decoders whose results differ between processors: `x86_64 avx2+fma`, `x86_64` or
+/// `aarch64`.
 ///
 /// Those are the decoder of DWA-compressed OpenEXR, which has code for AVX2 with FMA, for SSE2 and for every
 /// other processor, and the conversion by ICC profiles made of tables, which has code for aarch64. Their

@@ -22,6 +22,7 @@ use crate::running::Dependencies;
 use crate::shared_blob::SharedBlob;
 use crate::shared_cache::Shared;
 use crate::shared_results::{MOST_READS, SharedBlobs, may_ask_for};
+use crate::store::Blob;
 use crate::{Digest, Error, Failure, FileRead, ItemIndex, ItemKey, Product, Read, Timestamp, read_file};
 
 /// An item is sent at most so many times, each time with the files that it named the time before.
@@ -192,8 +193,15 @@ impl RunContext<'_> {
                 (Ok(Stored { outputs, value: None, files: None }), Some(shared))
             }
         };
-        if let (Ok(stored), true) = (&stored, self.shared.is_some_and(|shared| shared.download_all)) {
-            let digests = stored.outputs.iter().map(|output| output.digest).collect::<Vec<_>>();
+        let is_needed = {
+            let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
+            // The files that are published next: together, because each alone would take a call.
+            matches!(stage.product, Product::Files(_))
+                || self.shared.is_some_and(|shared| shared.download_all)
+        };
+        if let (Ok(stored), true) = (&stored, is_needed) {
+            let lacks = |output: &&Blob| !self.check.state.store.has(output);
+            let digests = stored.outputs.iter().filter(lacks).map(|output| output.digest).collect::<Vec<_>>();
             blobs.receive(&self.check.state.store, &digests, &|| self.cancel.is_cancelled());
         }
         let dated = |read: FileRead| FileRead {

@@ -1,15 +1,15 @@
 //! Exponentials, logarithms and powers, by tables of 128 intervals.
 //!
 //! The method and the constants are those of Arm's optimized routines (`math/exp.c`, `math/exp2.c` and
-//! `math/pow.c`: Copyright (c) 2018-2026, Arm Limited; used under the MIT License, see `LICENSE-ARM`), which the
-//! C libraries of Linux use too, without fused multiply-add:
+//! `math/pow.c`: Copyright (c) 2018-2026, Arm Limited; used under the MIT License, see `LICENSE-ARM`), which
+//! the C libraries of Linux use too, without fused multiply-add:
 //!
 //! - e^x = 2^(k / N) e^r, with r at most ln(2) / 2 N; 2^(k / N) comes from a table, e^r from a polynomial.
 //! - ln(x) = k ln(2) + ln(c) + ln(1 + r), x = 2^k z, r = z / c - 1; 1 / c and ln(c) come from a table.
 //! - x^y = e^(y ln(x)), with ln(x) as a sum of two doubles.
 //!
-//! Errors are below 0.55 units in the last place. What is rare (zeros, infinities, NaN, negative bases, results
-//! that overflow or are tiny) is computed by `libm`.
+//! Errors are below 0.55 units in the last place. What is rare (zeros, infinities, NaN, negative bases,
+//! results that overflow or are tiny) is computed by `libm`.
 
 use crate::tables::{EXP, LOG, N};
 

@@ -1,7 +1,8 @@
 //! The length of a vector, nearly always the double that is nearest to it.
 //!
-//! C. F. Borges, "An Improved Algorithm for hypot(a,b)" (2019), his corrected form without fused multiply-add:
-//! one step of Newton's method after the square root, with a residual whose terms are nearly exact.
+//! C. F. Borges, "An Improved Algorithm for hypot(a,b)" (2019), his corrected form without fused
+//! multiply-add: one step of Newton's method after the square root, with a residual whose terms are nearly
+//! exact.
 
 /// The length of (x, y). Near overflow and underflow it is `libm`'s.
 #[inline]

@@ -7,8 +7,8 @@
 //! says, never fused. `sqrt`, `mul_add`, `abs`, `floor`, `round` and `%` are exact, and stay those of std.
 //!
 //! Most functions are those of crate `libm`, a port of musl's. Exponentials, logarithms and powers, on which
-//! whole kernels wait, are those of `exponential.rs`, and `hypot.rs` has a length that is rounded correctly nearly
-//! always.
+//! whole kernels wait, are those of `exponential.rs`, and `hypot.rs` has a length that is rounded correctly
+//! nearly always.
 //!
 //! ```
 //! // A right angle in a circle of radius 5.

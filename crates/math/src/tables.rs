@@ -76,8 +76,8 @@ pub(crate) static EXP: [(u64, u64); N] = [
     (0x3c77893b4d91cd9d, 0x3fefe7c1819e90d8), (0x3c5305c14160cc89, 0x3feff3c22b8f71f1),
 ];
 
-/// For each of the equal intervals from 0x1.69555p-1 to twice that, with c near its middle: 1 / c, which has so
-/// few bits that z / c - 1 is exact; ln(c), rounded to 43 bits after the point; and what that leaves out.
+/// For each of the equal intervals from 0x1.69555p-1 to twice that, with c near its middle: 1 / c, which has
+/// so few bits that z / c - 1 is exact; ln(c), rounded to 43 bits after the point; and what that leaves out.
 #[rustfmt::skip]
 pub(crate) static LOG: [(f64, f64, f64); N] = [
     (1.4140625, -0.3464667673462145, 5.929407345889625e-15),

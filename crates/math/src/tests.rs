@@ -78,8 +78,8 @@ const ANGLE: fn(f64) -> f64 = |u| 40.0 * u - 20.0;
 const UNIT: fn(f64) -> f64 = |u| 2.0 * u - 1.0;
 const POSITIVE: fn(f64) -> f64 = |u| u / (1.0 - u);
 
-/// The digests are those of every machine. If one changes, so do the results of nearly all kinds, whose revisions
-/// must be raised.
+/// The digests are those of every machine. If one changes, so do the results of nearly all kinds, whose
+/// revisions must be raised.
 #[test]
 fn double_precision_agrees_with_std_and_has_these_bits_everywhere() {
     let cases = cases! { f64:

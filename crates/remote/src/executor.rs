@@ -37,6 +37,9 @@ const PATH: &str = "/usr/local/bin:/usr/bin:/bin";
 /// How long the end of a cancelled execution is waited for.
 const CANCELLING: Duration = Duration::from_secs(5);
 
+/// How long the end of a stream is waited for, after its last message.
+const ENDING: Duration = Duration::from_secs(1);
+
 /// The most of a program's messages that is received.
 const MOST_SAID: u64 = 64 << 10;
 
@@ -370,6 +373,9 @@ async fn end_of(stream: &mut Streaming<Operation>, name: &mut String) -> Result<
         match message.result {
             Some(operation::Result::Response(any)) if message.done => {
                 name.clear();
+                // Its end is read too. What arrives on a stream that nobody has any more counts as an error of
+                // the connection, and after a thousand of them h2 closes it with all that still run.
+                let _ = tokio::time::timeout(ENDING, stream.message()).await;
                 return re::ExecuteResponse::decode(&any.value[..]).map_err(|error| {
                     Broken::Final(Status::internal(format!("it answers with something else: {error}")))
                 });

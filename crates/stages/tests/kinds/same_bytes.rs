@@ -1,8 +1,8 @@
 //! Every kind makes the same bytes on every machine.
 //!
-//! `digests.txt` has the digest of each output of each kind's fixture, those of [`crate::revisions`]. They are
-//! compared at the best level of this CPU's instructions, at the portable one, and with a system's library
-//! that believes in a CPU without AVX2 and FMA, each in a process of its own. If an output changes on
+//! `digests.txt` has the digest of each output of each kind's fixture, those of [`crate::revisions`]. They
+//! are compared at the best level of this CPU's instructions, at the portable one, and with a system's
+//! library that believes in a CPU without AVX2 and FMA, each in a process of its own. If an output changes on
 //! purpose, raise the revision of the kind or of its kernel, and run the test with `UPDATE_EXPECT=1`.
 
 use std::collections::BTreeMap;
