@@ -12,7 +12,7 @@ use crate::run::RunContext;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
 use crate::selection::Selection;
-use crate::session::{LastBuild, threads};
+use crate::session::LastBuild;
 use crate::shared_cache::SharedCacheOptions;
 use crate::shared_results::SharedBlobs;
 use crate::state::State;
@@ -188,9 +188,7 @@ impl BuildSession {
             scheduler.report(event_of(&item, event));
         }
         removed?;
-        let executor = options.shared.as_ref().and_then(|shared| shared.executor.as_ref());
-        let elsewhere = executor.map(|options| threads("e", options.jobs)).transpose()?;
-        let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool, elsewhere.as_ref());
+        let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         *self.failed_on.lock() = running.read_by(&scheduler.failed);
         self.end_reads();
         publisher.finish()?;

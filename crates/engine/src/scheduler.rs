@@ -27,6 +27,7 @@ use crate::run::{Outcome, RunContext, RunRequest, message_of};
 use crate::run_elsewhere::Elsewhere;
 use crate::running::Dependencies;
 use crate::selection::Selection;
+use crate::session::WORKER;
 use crate::shared_cache::Shared;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, UpToDateCheck};
@@ -135,6 +136,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     elsewhere: Tasks,
     /// Whether it was said that items cannot run there.
     has_told: bool,
+    /// The threads that wait for other machines: whether each does now.
+    waiting: Vec<bool>,
     /// The tasks in work, by lane.
     busy: [usize; 3],
     running: RunningItems,
@@ -214,6 +217,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             tasks: Tasks::default(),
             elsewhere: Tasks::default(),
             has_told: false,
+            waiting: Vec::new(),
             busy: [0; 3],
             running: RunningItems::default(),
             summary: Summary::default(),
@@ -222,17 +226,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Finishes every item: those that are wanted on threads of their own, and so those for which threads of
-    /// `elsewhere` wait.
+    /// Finishes every item: those that are wanted on threads of their own.
     ///
     /// # Errors
     /// If the journal cannot be written.
-    pub(crate) fn finish_all(
-        &mut self,
-        pool: &ThreadPool,
-        wanted: &ThreadPool,
-        elsewhere: Option<&ThreadPool>,
-    ) -> Result<(), Error> {
+    pub(crate) fn finish_all(&mut self, pool: &ThreadPool, wanted: &ThreadPool) -> Result<(), Error> {
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if self.is_stopping() {
@@ -248,11 +246,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             }
         }
         let (sender, receiver) = channel();
-        pool.in_place_scope(|scope| {
-            wanted.in_place_scope(|wanted| {
-                elsewhere.unwrap_or(pool).in_place_scope(|elsewhere| {
-                    self.run_tasks([scope, wanted, elsewhere], &sender, &receiver);
-                });
+        std::thread::scope(|waiting| {
+            pool.in_place_scope(|scope| {
+                wanted.in_place_scope(|wanted| self.run_tasks([scope, wanted], waiting, &sender, &receiver));
             });
         });
         if let Some(error) = self.fatal.take() {
@@ -262,14 +258,16 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Runs all tasks, each in the scope of its lane.
-    fn run_tasks<'s>(
+    /// Runs all tasks: each in the scope for items that are not wanted, or in that for those that are, or on a
+    /// thread that waits for another machine.
+    fn run_tasks<'s, 't>(
         &mut self,
-        scopes: [&Scope<'s>; 3],
+        scopes: [&Scope<'s>; 2],
+        waiting: &'t std::thread::Scope<'t, '_>,
         sender: &Sender<(WorkSpan, Message)>,
         receiver: &Receiver<(WorkSpan, Message)>,
     ) where
-        'a: 's,
+        'a: 's + 't,
     {
         loop {
             self.look();
@@ -278,7 +276,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 self.check_item(item);
             }
             while let Some((task, lane)) = self.next_task() {
-                self.start(task, lane, scopes[lane as usize], sender);
+                self.start(task, lane, scopes, waiting, sender);
             }
             if self.busy == [0; 3] {
                 break;
@@ -286,6 +284,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             // Meanwhile something else may be wanted.
             if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
                 self.busy[span.lane as usize] -= 1;
+                if span.lane == Lane::Elsewhere {
+                    let thread = span.worker - self.first_worker(span.lane);
+                    self.waiting[thread] = false;
+                }
                 if span.work == Work::Run {
                     self.running.ended(span.item);
                 }
@@ -440,16 +442,22 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.tasks.push(item, task, self.check, &self.is_wanted);
     }
 
-    fn start<'s>(&mut self, task: Task, lane: Lane, scope: &Scope<'s>, sender: &Sender<(WorkSpan, Message)>)
-    where
-        'a: 's,
+    fn start<'s, 't>(
+        &mut self,
+        task: Task,
+        lane: Lane,
+        [others, wanted]: [&Scope<'s>; 2],
+        waiting: &'t std::thread::Scope<'t, '_>,
+        sender: &Sender<(WorkSpan, Message)>,
+    ) where
+        'a: 's + 't,
     {
         let context = self.context;
         let sender = sender.clone();
         self.busy[lane as usize] += 1;
         let is_wanted = lane == Lane::Wanted;
         let gate = is_wanted.then(|| self.context.gate.close());
-        let first_worker = lane as usize * self.jobs;
+        let first_worker = self.first_worker(lane);
         let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
             Task::Fetch(item) => {
                 let digest = self.digest(item);
@@ -489,16 +497,44 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 (item, Work::Run, act)
             }
         };
-        scope.spawn(move |_| {
+        let unstarted = sender.clone();
+        let act = move |worker: usize| {
             let begun = Instant::now();
             let (message, _) = own_time(|| catch_unwind(AssertUnwindSafe(act)));
             let message = message
                 .unwrap_or_else(|panic| Message::Panicked(item, message_of(panic.as_ref()).to_owned()));
             drop(gate);
-            let worker = first_worker + rayon::current_thread_index().unwrap_or(0);
             let span = WorkSpan { item, work, lane, worker, begun, took: begun.elapsed() };
             let _ = sender.send((span, message));
-        });
+        };
+        let of_pool = move || first_worker + rayon::current_thread_index().unwrap_or(0);
+        match lane {
+            Lane::Others => others.spawn(move |_| act(of_pool())),
+            Lane::Wanted => wanted.spawn(move |_| act(of_pool())),
+            Lane::Elsewhere => {
+                let worker = first_worker + self.free_thread();
+                let thread = std::thread::Builder::new().name(format!("{WORKER} e{worker}"));
+                if let Err(error) = thread.spawn_scoped(waiting, move || act(worker)) {
+                    let why = Elsewhere::Unable(format!("a thread cannot be started: {error}"));
+                    let span =
+                        WorkSpan { item, work, lane, worker, begun: Instant::now(), took: Duration::ZERO };
+                    let _ = unstarted.send((span, Message::RanElsewhere(item, Ok(why))));
+                }
+            }
+        }
+    }
+
+    /// The number of the first worker of a lane.
+    fn first_worker(&self, lane: Lane) -> usize {
+        lane as usize * self.jobs
+    }
+
+    /// A number for a thread that waits for another machine, which no other has now.
+    fn free_thread(&mut self) -> usize {
+        let free = self.waiting.iter().position(|is_used| !is_used).unwrap_or(self.waiting.len());
+        self.waiting.resize(self.waiting.len().max(free + 1), false);
+        self.waiting[free] = true;
+        free
     }
 
     fn request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {

@@ -43,7 +43,7 @@ pub struct BuildSession {
 ///
 /// # Errors
 /// If they cannot be started.
-pub(crate) fn threads(name: &'static str, jobs: usize) -> Result<ThreadPool, Error> {
+fn threads(name: &'static str, jobs: usize) -> Result<ThreadPool, Error> {
     let pool = ThreadPoolBuilder::new().num_threads(jobs);
     let built = pool.thread_name(move |index| format!("{WORKER} {name}{index}")).build();
     built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))
