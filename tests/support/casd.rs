@@ -62,7 +62,7 @@ impl Server {
     /// A server with these options.
     pub fn with(test: &str, options: Vec<String>) -> Option<Self> {
         let program = program(test)?;
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let port = free_port();
         let cache = tempfile::tempdir().unwrap();
         let child = spawn(program, port, cache.path(), &options);
         Some(Self { program, port, cache, options, child })
@@ -112,6 +112,11 @@ impl Drop for Server {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// A port that nothing listens on.
+pub fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
 fn spawn(program: &Path, port: u16, cache: &Path, options: &[String]) -> Child {

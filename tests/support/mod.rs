@@ -3,7 +3,9 @@
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+pub mod buildgrid;
 pub mod casd;
+pub mod faults;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -131,9 +131,10 @@ async fn stream(
         let request = ReadRequest { resource_name: name.clone(), read_offset: 0, read_limit: 0 };
         let mut client =
             ByteStreamClient::new(server.channel.clone()).max_decoding_message_size(LARGEST_MESSAGE);
-        let mut stream = client.read(connection.request(request)).await?.into_inner();
+        // A large blob may take long, but each part of it comes within the time limit.
+        let mut stream = connection.within(client.read(connection.request(request))).await?.into_inner();
         let mut all = Vec::new();
-        while let Some(message) = stream.message().await? {
+        while let Some(message) = connection.within(stream.message()).await? {
             // What is compressed may be a little longer than what it holds.
             if (all.len() + message.data.len()) as u64 > wanted.bytes + wanted.bytes / 64 + 4096 {
                 return Ok(None);
@@ -142,7 +143,7 @@ async fn stream(
         }
         Ok(Some(all))
     };
-    match connection.call(read).await {
+    match connection.retry(read).await {
         Ok(Some(bytes)) if server.has_zstd => Ok(unpacked(&bytes, wanted.bytes)),
         Err(status) if status.code() == Code::NotFound => Ok(None),
         found => found,

@@ -144,15 +144,22 @@ impl Connection {
     async fn connect(&self) -> Result<Server, String> {
         let address = &self.options.address;
         let channel = self.endpoint.connect().await;
-        let channel = channel.map_err(|error| format!("cannot connect to {address}: {}", chain(&error)))?;
+        let channel = channel.map_err(|error| {
+            let why = chain(&error);
+            format!("cannot connect to {address}: {why}{}", advice_on_encryption(&why))
+        })?;
         let ask = || async {
             let request = re::GetCapabilitiesRequest { instance_name: self.options.instance.clone() };
             CapabilitiesClient::new(channel.clone()).get_capabilities(self.request(request)).await
         };
-        let answer = self
-            .call(ask)
-            .await
-            .map_err(|status| format!("{address} does not say what it can: {}", said(&status)))?;
+        let answer = self.call(ask).await.map_err(|status| {
+            let advice = match is_lost(&status) {
+                false => "",
+                true if address.is_encrypted() => NO_CERTIFICATE,
+                true => " (is the server encrypted? Then its address begins with grpcs://)",
+            };
+            format!("{address} does not say what it can: {}{advice}", said(&status))
+        })?;
         let capabilities = answer.into_inner();
         let runs = capabilities.execution_capabilities.is_some_and(|execution| execution.exec_enabled);
         if self.purpose == Purpose::Execution && !runs {
@@ -195,8 +202,28 @@ impl Connection {
         request
     }
 
-    /// Makes a call, again if it was broken off.
+    /// Makes a call, again if it was broken off. Each attempt, from its first byte to its last, has the time
+    /// limit.
     pub(crate) async fn call<T, F: Future<Output = Result<T, Status>>>(
+        &self,
+        make: impl Fn() -> F,
+    ) -> Result<T, Status> {
+        self.retry(|| self.within(make())).await
+    }
+
+    /// What something answers within the time limit.
+    pub(crate) async fn within<T>(
+        &self,
+        answer: impl Future<Output = Result<T, Status>>,
+    ) -> Result<T, Status> {
+        let limit = self.options.timeout;
+        tokio::time::timeout(limit, answer).await.unwrap_or_else(|_| {
+            Err(Status::deadline_exceeded(format!("no answer within {} s", limit.as_secs())))
+        })
+    }
+
+    /// Makes a call that has its own time limits, again if it was broken off.
+    pub(crate) async fn retry<T, F: Future<Output = Result<T, Status>>>(
         &self,
         make: impl Fn() -> F,
     ) -> Result<T, Status> {
@@ -265,13 +292,12 @@ fn endpoint(options: &RemoteOptions, purpose: Purpose) -> Result<Endpoint, Conne
         .initial_connection_window_size(Some(16 << 20))
         .user_agent("specula")
         .map_err(error)?;
-    endpoint = match purpose {
-        Purpose::Cache => endpoint.timeout(options.timeout),
-        Purpose::Execution => endpoint
+    if purpose == Purpose::Execution {
+        endpoint = endpoint
             .http2_keep_alive_interval(PING)
             .keep_alive_timeout(options.timeout)
-            .keep_alive_while_idle(true),
-    };
+            .keep_alive_while_idle(true);
+    }
     let tls = &options.tls;
     if options.address.is_encrypted() {
         let mut config = ClientTlsConfig::new();
@@ -291,12 +317,20 @@ fn endpoint(options: &RemoteOptions, purpose: Purpose) -> Result<Endpoint, Conne
 
 /// Whether the same call may succeed a little later.
 pub(crate) fn is_passing(status: &Status) -> bool {
-    matches!(status.code(), Code::Unavailable | Code::Aborted)
+    is_lost(status) || matches!(status.code(), Code::Unavailable | Code::Aborted)
+}
+
+/// Whether a status is not the server's answer: the connection ended before it.
+fn is_lost(status: &Status) -> bool {
+    status.source().is_some()
 }
 
 /// What a status says, on one line.
 pub(crate) fn said(status: &Status) -> String {
     let text = match status.message() {
+        _ if is_lost(status) => {
+            format!("the connection was lost ({})", status.source().map(chain).unwrap_or_default())
+        }
         "" => format!("{:?}", status.code()),
         message => format!("{:?}: {message}", status.code()),
     };
@@ -304,18 +338,39 @@ pub(crate) fn said(status: &Status) -> String {
         Code::Unauthenticated | Code::PermissionDenied => {
             " (is --remote-header authorization=... right and not expired?)"
         }
-        Code::DeadlineExceeded | Code::Cancelled => " (--remote-timeout sets the time limit)",
+        Code::DeadlineExceeded => " (--remote-timeout sets the time limit)",
         _ => "",
     };
     text.replace(['\n', '\r'], " ") + advice
 }
 
-/// An error with its causes.
-fn chain(error: &tonic::transport::Error) -> String {
+/// A server that wants the client's certificate closes the connection without one.
+const NO_CERTIFICATE: &str =
+    " (does the server want a certificate of yours? --tls-client-certificate and --tls-client-key name it)";
+
+/// What to check if a connection cannot be encrypted.
+fn advice_on_encryption(why: &str) -> &'static str {
+    // The library's errors are not public: their texts are all that there is.
+    if why.contains("invalid peer certificate") {
+        " (is --tls-certificate the authority that signed this server's certificate?)"
+    } else if why.contains("corrupt message") {
+        " (is the server encrypted? If it is not, its address begins with grpc://)"
+    } else if why.contains("fatal alert") {
+        NO_CERTIFICATE
+    } else {
+        ""
+    }
+}
+
+/// An error with its causes, those only that say something new.
+fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {
-        text += &format!(": {cause}");
+        let cause_text = cause.to_string();
+        if !text.ends_with(&cause_text) {
+            text += &format!(": {cause_text}");
+        }
         source = cause.source();
     }
     text
