@@ -16,8 +16,8 @@ use tonic::{Code, Status};
 use crate::connection::{Connection, LARGEST_MESSAGE, Server, said};
 use crate::protocol::{blob, digest, sha256};
 
-/// Blobs of at most so many bytes together share a call.
-pub const BATCH: u64 = 3 << 20;
+/// Blobs of at most so many bytes together share a call. Some servers allow 2 MiB and do not say so.
+pub const BATCH: u64 = 2_000_000;
 
 /// The most blobs in a call.
 const MOST_IN_BATCH: usize = 1000;

@@ -56,7 +56,7 @@ pub fn build(folder: &Path, client: &Client) -> Result<Value, Box<dyn std::error
     };
     let shared = SharedCacheOptions {
         cache: Arc::new(cache),
-        platform: "simulation".into(),
+        version: "simulation".into(),
         machine: "the client".into(),
         download_all: false,
         is_required: true,
