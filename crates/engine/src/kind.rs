@@ -199,8 +199,8 @@ pub trait Kind: Send + Sync + 'static {
         true
     }
 
-    /// The kind of processor, if results of a stage with these parameters depend on it: it is part of the key.
-    /// `None`, as it should be: every machine makes the same bytes.
+    /// The kind of processor, if results of a stage with these parameters depend on it: it is part of the
+    /// key. `None`, as it should be: every machine makes the same bytes.
     fn processor(_parameters: &Self::Parameters) -> Option<&'static str> {
         None
     }

@@ -258,8 +258,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Runs all tasks: each in the scope for items that are not wanted, or in that for those that are, or on a
-    /// thread that waits for another machine.
+    /// Runs all tasks: each in the scope for items that are not wanted, or in that for those that are, or
+    /// on a thread that waits for another machine.
     fn run_tasks<'s, 't>(
         &mut self,
         scopes: [&Scope<'s>; 2],

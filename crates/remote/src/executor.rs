@@ -373,8 +373,8 @@ async fn end_of(stream: &mut Streaming<Operation>, name: &mut String) -> Result<
         match message.result {
             Some(operation::Result::Response(any)) if message.done => {
                 name.clear();
-                // Its end is read too. What arrives on a stream that nobody has any more counts as an error of
-                // the connection, and after a thousand of them h2 closes it with all that still run.
+                // Its end is read too. What arrives on a stream that nobody has any more counts as an error
+                // of the connection, and after a thousand of them h2 closes it with all that still run.
                 let _ = tokio::time::timeout(ENDING, stream.message()).await;
                 return re::ExecuteResponse::decode(&any.value[..]).map_err(|error| {
                     Broken::Final(Status::internal(format!("it answers with something else: {error}")))

@@ -75,8 +75,8 @@
 //!
 //! ## Processors
 //!
-//! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last bits
-//! between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
+//! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last
+//! bits between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
 //! machines of different kinds do not share these items, and later ones if the pixels are equal.
 //!
 //! ## Example

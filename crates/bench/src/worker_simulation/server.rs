@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
 use bazel_remote_apis::google::bytestream::byte_stream_server::ByteStreamServer;
+use bazel_remote_apis::google::longrunning::Operation;
 use bazel_remote_apis::google::longrunning::operations_server::OperationsServer;
 use engine::serde_json::{Value, json};
 use re::action_cache_server::ActionCacheServer;
@@ -29,9 +30,13 @@ use super::process::processor_seconds;
 mod execution;
 mod storage;
 
-use execution::Running;
-
 pub use super::model::Workers;
+
+/// An action that runs or waits.
+struct Running {
+    end: tokio::sync::watch::Receiver<Option<Operation>>,
+    task: tokio::task::AbortHandle,
+}
 
 /// Messages of blobs are larger than gRPC's default limit of 4 MiB allows.
 const LARGEST_MESSAGE: usize = 16 << 20;

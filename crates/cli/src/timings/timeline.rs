@@ -174,8 +174,8 @@ impl Timeline {
         nanoseconds(self.summary.milliseconds).max(last)
     }
 
-    /// The workers that did something, in order, each with its name: `worker 0`, and for those that waited for
-    /// another machine `elsewhere 0`.
+    /// The workers that did something, in order, each with its name: `worker 0`, and for those that waited
+    /// for another machine `elsewhere 0`.
     pub(super) fn workers(&self) -> Vec<(usize, String)> {
         let mut workers = BTreeMap::<usize, bool>::new();
         for span in &self.spans {

@@ -17,13 +17,7 @@ use tokio_stream::StreamExt as _;
 use tonic::{Request, Response, Status, async_trait};
 
 use super::super::model::{key, locked};
-use super::{Answers, Service};
-
-/// An action that runs or waits.
-pub(super) struct Running {
-    end: watch::Receiver<Option<Operation>>,
-    task: tokio::task::AbortHandle,
-}
+use super::{Answers, Running, Service};
 
 /// Counts an action as waiting, as long as it lives: also if it is cancelled.
 struct Waiting<'s>(&'s Service);
