@@ -338,7 +338,7 @@ fn a_server_that_is_killed_costs_no_result() {
     build_on(&Project::small(), &server);
     let whole = start.elapsed();
     let [executor, program] = server.executor();
-    for round in 0..test_data::length(TEST, "kills", 50, 4) {
+    for round in 0..test_data::length(TEST, "kills", 20, 4) {
         let project = Project::small();
         // Each round has another light, so that there is something to run.
         let manifest = support::SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round % 20));

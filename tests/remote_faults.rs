@@ -106,7 +106,7 @@ fn a_long_line_costs_time_only() {
 fn a_line_that_is_cut_costs_no_result() {
     const TEST: &str = "a_line_that_is_cut_costs_no_result";
     let Some(scene) = Scene::new(TEST) else { return };
-    for round in 0..test_data::length(TEST, "rounds", 50, 6) {
+    for round in 0..test_data::length(TEST, "rounds", 12, 4) {
         let found = (round % 2) as usize;
         // Most at the beginning, where the connection is made.
         let part = uniform(round).powi(3);
@@ -121,7 +121,7 @@ fn a_line_that_is_cut_costs_no_result() {
 fn connections_that_are_reset_cost_no_result() {
     const TEST: &str = "connections_that_are_reset";
     let Some(scene) = Scene::new(TEST) else { return };
-    for round in 0..test_data::length(TEST, "rounds", 50, 6) {
+    for round in 0..test_data::length(TEST, "rounds", 12, 4) {
         let found = (round % 2) as usize;
         let whole = scene.times[found];
         let meanwhile = |proxy: &Proxy, done: &AtomicBool| {
@@ -143,7 +143,7 @@ fn a_stalled_line_holds_a_build_up_for_the_time_limit_only() {
     let Some(scene) = Scene::new(TEST) else { return };
     let limit = ["--remote-timeout=1"];
     let mut longest = Duration::ZERO;
-    for round in 0..test_data::length(TEST, "rounds", 30, 8) {
+    for round in 0..test_data::length(TEST, "rounds", 8, 4) {
         let found = (round % 2) as usize;
         let part = if round < 2 { 0.0 } else { uniform(round).powi(2) };
         let fault = Fault::StallAfter((scene.bytes[found] as f64 * part) as u64);
@@ -170,7 +170,7 @@ fn a_stalled_line_holds_a_build_up_for_the_time_limit_only() {
 fn flipped_bits_cost_no_result() {
     const TEST: &str = "flipped_bits_cost_no_result";
     let Some(scene) = Scene::new(TEST) else { return };
-    for round in 0..test_data::length(TEST, "rounds", 50, 8) {
+    for round in 0..test_data::length(TEST, "rounds", 12, 4) {
         let found = (round % 2) as usize;
         let fault = Fault::Flip((scene.bytes[found] as f64 * uniform(round)) as u64);
         let Some(_) = scene.build(TEST, (found, round), fault, &["--remote-timeout=3"], nothing) else {
@@ -220,7 +220,7 @@ fn lost_connections_to_workers_cost_no_result() {
     let Some(server) = Server::with_workers(TEST) else { return };
     let clean = Project::small();
     clean.ok(&["build"]);
-    for round in 0..test_data::length(TEST, "rounds", 20, 3) {
+    for round in 0..test_data::length(TEST, "rounds", 6, 3) {
         let project = Project::small();
         // Each round has another light, so that there is something to run.
         let manifest = support::SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round));

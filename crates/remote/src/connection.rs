@@ -27,7 +27,7 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(100);
 const CONNECTING: Duration = Duration::from_secs(10);
 
 /// How often it is looked whether a server that runs something is still there.
-const PING: Duration = Duration::from_secs(30);
+pub(crate) const PING: Duration = Duration::from_secs(30);
 
 /// How long a server is left alone after an error. A watcher tries it again then.
 const PATIENCE: Duration = Duration::from_secs(60);

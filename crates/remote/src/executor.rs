@@ -5,10 +5,11 @@
 //! is full) is tried again a few times; one that is not wanted any more is cancelled on the server.
 
 use std::collections::{BTreeMap, HashMap};
+use std::error::Error as _;
 use std::path::PathBuf;
 use std::pin::Pin;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
 use bazel_remote_apis::google::longrunning::operations_client::OperationsClient;
@@ -22,7 +23,7 @@ use tonic::{Code, Status, Streaming};
 use crate::blobs::receive;
 use crate::cache::{LOOK, RemoteCache};
 use crate::connection::{
-    Connection, ConnectionError, LARGEST_MESSAGE, PAUSE, Purpose, RETRIES, Server, is_passing, said,
+    Connection, ConnectionError, LARGEST_MESSAGE, PAUSE, PING, Purpose, RETRIES, Server, is_passing, said,
 };
 use crate::options::RemoteOptions;
 use crate::protocol::{blob, digest, sha256};
@@ -304,7 +305,9 @@ impl Executor for RemoteExecutor {
         let sent = self.messages(run)?;
         let mut name = String::new();
         let mut pause = PAUSE;
-        for attempt in 0.. {
+        let mut left = RETRIES;
+        loop {
+            let begun = Instant::now();
             let (Some(server), Some(cache)) = (self.connection.server(), self.cache.server()) else {
                 return Err(RemoteError::Impossible(format!("{address} cannot be used")));
             };
@@ -326,14 +329,16 @@ impl Executor for RemoteExecutor {
                 Ok(end) => return Ok(end),
                 Err(Broken::Stopped) => return Err(RemoteError::Stopped),
                 Err(Broken::Gone(index)) => return Err(RemoteError::InputGone(index)),
-                Err(Broken::Passing(_)) if attempt < RETRIES && !stop() => {
+                Err(Broken::Passing(_)) if left > 0 && !stop() => {
+                    // What took long until it was lost is tried once more, not three times.
+                    left = if begun.elapsed() < PING { left - 1 } else { 0 };
                     std::thread::sleep(pause);
                     pause *= 4;
                 }
                 Err(Broken::Passing(status)) => {
                     let message = format!("{address} does not run items: {}", said(&status));
-                    // Any other end is that of this item alone.
-                    if status.code() == Code::Unavailable {
+                    // If the server says how it ended, that is the end of this item alone.
+                    if status.code() == Code::Unavailable || status.source().is_some() {
                         self.connection.give_up(message.clone());
                     }
                     return Err(RemoteError::Impossible(message));
@@ -343,7 +348,6 @@ impl Executor for RemoteExecutor {
                 }
             }
         }
-        Err(RemoteError::Impossible("no attempt is left".into()))
     }
 }
 
