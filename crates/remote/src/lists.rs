@@ -106,35 +106,39 @@ impl Lists {
         lists.map(|(name, list)| (name.clone(), list.is_loaded)).collect()
     }
 
-    /// A list as it is to be stored.
-    pub(crate) fn parts(&self, list: &[u8]) -> Vec<Part> {
+    /// Gives the parts of a list as they are to be stored, one at a time: together they are large.
+    pub(crate) fn parts(&self, list: &[u8], each: &mut dyn FnMut(Part)) {
         let mut lists = self.0.lock();
-        let Some(found) = lists.get_mut(list) else { return Vec::new() };
+        let Some(found) = lists.get_mut(list) else { return };
         let changed = std::mem::take(&mut found.changed);
         found.items.extend(changed);
-        let mut parts = vec![(Vec::new(), Vec::new(), 0)];
-        for (item, listed) in
-            found.items.iter().flat_map(|(item, all)| all.iter().map(move |one| (item, one)))
-        {
-            let Ok(description) = str::from_utf8(&listed.result.description) else { continue };
-            if parts.last().is_none_or(|(entries, _, bytes)| {
-                entries.len() >= MOST_IN_PART || bytes + description.len() > MOST_BYTES
-            }) {
-                parts.push((Vec::new(), Vec::new(), 0));
-            }
-            let Some((entries, outputs, bytes)) = parts.last_mut() else { continue };
-            let count = listed.result.outputs.len();
-            entries.push(json!([item, listed.action, description, count]));
-            outputs.extend(listed.result.outputs.iter().copied());
-            *bytes += description.len();
+        let listed = found.items.iter().flat_map(|(item, all)| all.iter().map(move |one| (item, one)));
+        let listed = listed.collect::<Vec<_>>();
+        let mut parts = Vec::new();
+        let mut rest = &listed[..];
+        while !rest.is_empty() {
+            let mut bytes = 0;
+            let fits = rest.iter().take(MOST_IN_PART).take_while(|(_, listed)| {
+                bytes += listed.result.description.len();
+                bytes <= MOST_BYTES
+            });
+            let (part, others) = rest.split_at(fits.count().max(1));
+            parts.push(part);
+            rest = others;
         }
-        let count = parts.len();
-        let part = |(index, (entries, outputs, _)): (usize, (Vec<Value>, _, _))| Part {
-            name: part_name(list, index),
-            text: json!({ "parts": count, "results": entries }).to_string().into_bytes(),
-            outputs,
-        };
-        parts.into_iter().enumerate().map(part).collect()
+        for (index, part) in parts.iter().enumerate() {
+            let entry = |(item, listed): &(&String, &Listed)| {
+                let description = str::from_utf8(&listed.result.description).unwrap_or_default();
+                json!([item, listed.action, description, listed.result.outputs.len()])
+            };
+            let entries = part.iter().map(entry).collect::<Vec<_>>();
+            let outputs = part.iter().flat_map(|(_, listed)| &listed.result.outputs);
+            each(Part {
+                name: part_name(list, index),
+                text: json!({ "parts": parts.len(), "results": entries }).to_string().into_bytes(),
+                outputs: outputs.copied().collect(),
+            });
+        }
     }
 }
 
@@ -177,8 +181,11 @@ mod tests {
     }
 
     fn stored(lists: &Lists) -> Vec<SharedResult> {
-        let parts = lists.parts(b"stage").into_iter();
-        parts.map(|part| SharedResult { description: part.text, outputs: part.outputs }).collect()
+        let mut stored = Vec::new();
+        lists.parts(b"stage", &mut |part| {
+            stored.push(SharedResult { description: part.text, outputs: part.outputs });
+        });
+        stored
     }
 
     #[test]

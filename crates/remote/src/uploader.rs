@@ -107,9 +107,12 @@ pub(crate) fn run(connection: &Arc<Connection>, lists: &Lists, jobs: &Receiver<J
             }
             Job::Upload(_) => {}
             Job::List(list) => {
-                for Part { name, text, outputs } in lists.parts(&list) {
-                    group.add_result(&name, text, &outputs);
-                }
+                store(connection, lists, std::mem::take(&mut group));
+                lists.parts(&list, &mut |Part { name, text, outputs }| {
+                    let mut part = Group::default();
+                    part.add_result(&name, text, &outputs);
+                    store(connection, lists, part);
+                });
             }
             Job::Flush(done) => {
                 store(connection, lists, std::mem::take(&mut group));
