@@ -445,7 +445,7 @@ impl RunContext<'_> {
             _ => false,
         };
         if !fits {
-            return Err(bug(stage.kind.name(), "its output is not what it declared"));
+            return Err(undeclared(stage.kind.name()));
         }
         Ok(output)
     }
@@ -510,7 +510,8 @@ pub(crate) fn failure_of(error: Error) -> Failure {
     }
 }
 
-fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
+/// The failure of an item whose kind panicked.
+pub(crate) fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
     bug(kind, &format!("panicked: {}", message_of(panic)))
 }
 
@@ -518,6 +519,11 @@ fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
 pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
     let message = panic.downcast_ref::<String>().map(String::as_str);
     message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
+}
+
+/// The failure of an item whose kind made something else than it declared.
+pub(crate) fn undeclared(kind: &str) -> Failure {
+    bug(kind, "its output is not what it declared")
 }
 
 fn bug(kind: &str, what: &str) -> Failure {

@@ -21,7 +21,7 @@ use crate::run::{Outcome, Ran, RunContext, RunRequest, Stored};
 use crate::running::Dependencies;
 use crate::shared_blob::SharedBlob;
 use crate::shared_cache::Shared;
-use crate::shared_results::{MOST_READS, SharedBlobs, may_ask_for};
+use crate::shared_results::{MOST_READS, SharedBlobs, is_in_one_of, may_ask_for};
 use crate::store::Blob;
 use crate::{Digest, Error, Failure, FileRead, ItemIndex, ItemKey, Product, Read, Timestamp, read_file};
 
@@ -237,11 +237,8 @@ impl RunContext<'_> {
         let expected = self.check.expected_reads(item).into_iter().map(|(name, listing, _)| (name, listing));
         let mut names = expected.collect::<Names>();
         let programs = self.shared.map_or(&[][..], |shared| &shared.programs);
-        let is_program = |name: &str| {
-            Path::new(name).parent().is_some_and(|folder| programs.iter().any(|known| known == folder))
-        };
         if let Some(latest) = self.check.latest(item) {
-            let read = latest.reads().filter(|(name, ..)| !is_program(name));
+            let read = latest.reads().filter(|(name, ..)| !is_in_one_of(Path::new(name), programs));
             names.extend(read.map(|(name, listing, _)| (name.to_owned(), listing)));
         }
         names

@@ -19,6 +19,8 @@ use crate::item_request::{
 };
 use crate::own_time::own_time;
 use crate::record::{canonical, path_name};
+use crate::run::{panicked, undeclared};
+use crate::shared_results::is_in_one_of;
 use crate::store::Blob;
 use crate::{
     Configured, Context, Digest, ErasedKind, Error, ErrorKind, Failure, FileRead, Files, Handle, Kinds,
@@ -91,12 +93,11 @@ fn run(
     let context = context(folder, scratch, request, kind, sent);
     let ran = catch_unwind(AssertUnwindSafe(|| configured.run(&context)));
     let product = product(request, kind, &*configured);
-    let made =
-        ran.unwrap_or_else(|_| Err(Failure::new(format!("a bug in kind {}: it panicked", kind.name()))));
+    let made = ran.unwrap_or_else(|panic| Err(panicked(kind.name(), panic.as_ref())));
     let made = made.and_then(|output| match (output, product) {
         (Output::Artifact { bytes, .. }, Product::Artifact(_)) => Ok(vec![bytes]),
         (Output::Files(files), Product::Files(names)) if files.len() == names.len() => Ok(files),
-        _ => Err(Failure::new(format!("a bug in kind {}: its output is not what it declared", kind.name()))),
+        _ => Err(undeclared(kind.name())),
     });
     let reads = context.reads().into_iter().map(|read| FileRead {
         path: path_name(&folder.join(FILES), &read.path),
@@ -246,7 +247,7 @@ impl SentFiles {
 
     /// Whether a path is that of a program of this machine.
     fn is_program(&self, path: &Path) -> bool {
-        path.parent().is_some_and(|folder| self.programs.iter().any(|known| known == folder))
+        is_in_one_of(path, &self.programs)
     }
 
     fn is_missing(&self, name: String, listing: bool) -> io::Error {

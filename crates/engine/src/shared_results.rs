@@ -218,8 +218,12 @@ pub(crate) fn may_ask_for(path: &str, source: Option<&str>, programs: &[PathBuf]
     });
     let beside = source.and_then(|source| Path::new(source).parent());
     let is_beside = || beside.is_some_and(|folder| path.starts_with(folder));
-    let is_program = || path.parent().is_some_and(|folder| programs.iter().any(|known| known == folder));
-    is_plain && (path.is_relative() || is_beside() || is_program())
+    is_plain && (path.is_relative() || is_beside() || is_in_one_of(path, programs))
+}
+
+/// Whether a file lies in one of these folders, and not deeper.
+pub(crate) fn is_in_one_of(file: &Path, folders: &[PathBuf]) -> bool {
+    file.parent().is_some_and(|folder| folders.iter().any(|known| known == folder))
 }
 
 #[cfg(test)]
