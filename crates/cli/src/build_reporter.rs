@@ -56,6 +56,9 @@ impl BuildReporter {
     pub(crate) fn show(&self, event: &Event) {
         match event {
             Event::Planned { items, .. } => self.screen.begin(*items),
+            Event::ManifestWarnings { diagnostics } => {
+                diagnostics.to_string().lines().for_each(|line| self.important("warning", line));
+            }
             Event::Waiting { holder, limit_milliseconds } => {
                 let limit = limit_milliseconds.map(|limit| format!(", at most {}", duration(limit)));
                 self.important("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));

@@ -122,6 +122,9 @@ impl WatchReporter {
                 state.transitions = [0; 2];
                 self.screen.begin(*items);
             }
+            Event::ManifestWarnings { diagnostics } => {
+                diagnostics.to_string().lines().for_each(|line| self.line("warning", line));
+            }
             Event::Waiting { holder, .. } => self.line("waiting", &format!("for {holder}")),
             Event::UpToDate { item, .. } => {
                 self.screen.settled();

@@ -93,11 +93,24 @@ impl BuildSession {
             stages: selected.stages(plan),
             items: selected.items(),
         });
+        self.report_warnings(plan, events);
         if options.dry_run {
             let summary = self.dry_run(plan, options, &selected, events)?;
             return Ok(report_end(summary, clock, events));
         }
         self.run_items(plan, options, &selected, clock, cancel, events)
+    }
+
+    /// Reports the warnings of a plan that were not reported for the last one.
+    fn report_warnings(&self, plan: &Plan, events: &(dyn Fn(Event) + Sync)) {
+        let mut reported = self.reported_warnings.lock();
+        let messages = plan.warnings.errors.iter().map(|warning| warning.message.clone());
+        let before = std::mem::replace(&mut *reported, messages.collect());
+        let mut diagnostics = plan.warnings.clone();
+        diagnostics.errors.retain(|warning| !before.contains(&warning.message));
+        if !diagnostics.errors.is_empty() {
+            events(Event::ManifestWarnings { diagnostics });
+        }
     }
 
     fn run_items(
@@ -230,6 +243,7 @@ impl BuildSession {
         let (check, publisher) = self.pool.install(|| {
             rayon::join(|| UpToDateCheck::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
+        check.check_seen()?;
         let mut summary = Summary::default();
         for file in publisher.would_remove(plan, selected, options.stages.is_empty())? {
             summary.removed += 1;

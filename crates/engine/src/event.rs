@@ -136,6 +136,12 @@ pub enum Event {
         /// The number of their items.
         items: usize,
     },
+    /// The manifest is valid, but a person should look at something: a file that a glob misses by its case, or
+    /// an exclusion without effect. A watcher reports each only when it is new.
+    ManifestWarnings {
+        /// The warnings, with their places in the manifest.
+        diagnostics: Diagnostics,
+    },
     /// Another process has the folder locked; the build waits for it. Reported once, when the wait becomes
     /// noticeable.
     Waiting {

@@ -86,7 +86,9 @@ pub use kind::{
 };
 pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
-pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
+pub use plan::{
+    BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex,
+};
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};

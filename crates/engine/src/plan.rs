@@ -20,20 +20,25 @@ use crate::{
 
 mod cycles;
 mod folders;
+mod glob;
 mod graph;
 mod index;
 mod items;
 mod manifest;
 mod schema;
+mod search;
 mod source;
 pub(crate) mod template;
 
-pub use folders::{DiskFolders, Folders, Found, Name};
+pub use folders::{BrokenLink, DiskFolders, Folders, Found, Name};
 pub(crate) use folders::{FolderQueries, RecordingFolders};
 pub use graph::Graph;
 pub use index::{ItemIndex, StageIndex};
 pub use items::Item;
+use search::Search;
+pub(crate) use search::leads_into;
 pub use source::Source;
+pub(crate) use source::{HOW_TO_READ_EXPORTS, listed};
 
 /// A stage of the manifest with its kind, parameters and connections.
 #[derive(Clone)]
@@ -50,6 +55,8 @@ pub struct Stage {
     pub ports: Vec<Port>,
     /// The connected ports, in the order of `ports`, each with the stage that feeds it.
     pub inputs: Vec<(String, StageIndex)>,
+    /// The files that it reads, for a kind that has a source.
+    pub source: Option<Source>,
     /// What an item of the stage makes.
     pub product: Product,
 }
@@ -68,6 +75,8 @@ pub struct Plan {
     /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share
     /// them.
     pub items: Arc<[Item]>,
+    /// What a person should check in the manifest, such as a file that a glob misses by its case.
+    pub warnings: Diagnostics,
     /// Finds the recipe in an exported file.
     pub recipe_reader: RecipeReader,
 }
@@ -109,9 +118,11 @@ impl Plan {
         folders: &dyn Folders,
     ) -> Result<Self, Diagnostics> {
         let (graph, mut errors) = parse(manifest, bytes, kinds)?;
-        let assets = items::assets(&graph, folders, &mut errors);
+        let mut search = Search::new(folders);
+        let assets = items::assets(&graph, &mut search);
+        errors.append(&mut search.errors);
         let items = items::expand(&graph, &assets, &mut errors);
-        assemble(&graph, items, errors)
+        assemble(&graph, items, search.warnings, errors)
     }
 }
 
@@ -145,13 +156,15 @@ impl Graph {
         folders: &dyn Folders,
         before: Option<&Expansion>,
     ) -> Result<Expansion, Diagnostics> {
-        let mut errors = Vec::new();
-        let assets = items::assets(self, folders, &mut errors);
+        let mut search = Search::new(folders);
+        let assets = items::assets(self, &mut search);
+        let Search { mut errors, warnings, .. } = search;
         if let Some(before) = before.filter(|before| errors.is_empty() && before.assets == assets) {
-            return Ok(before.clone());
+            let warnings = self.diagnostics(warnings);
+            return Ok(Expansion { plan: Plan { warnings, ..before.plan.clone() }, assets });
         }
         let items = items::expand(self, &assets, &mut errors);
-        let plan = assemble(self, items, errors)?;
+        let plan = assemble(self, items, warnings, errors)?;
         Ok(Expansion { plan, assets })
     }
 }
@@ -178,7 +191,12 @@ fn parse(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Dia
 }
 
 /// The plan of a graph, if there are no errors.
-fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
+fn assemble(
+    graph: &Graph,
+    items: Vec<Item>,
+    warnings: Vec<Diagnostic>,
+    errors: Vec<Diagnostic>,
+) -> Result<Plan, Diagnostics> {
     if !errors.is_empty() {
         return Err(graph.diagnostics(errors));
     }
@@ -192,6 +210,7 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
             ports: node.ports.clone(),
             configured: node.configured.clone()?,
             parameters: node.parameters.clone(),
+            source: node.source.clone(),
             product: node.product.clone()?,
             kind,
         })
@@ -201,7 +220,8 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
             let items = items.into();
             let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
-            Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })
+            let warnings = graph.diagnostics(warnings);
+            Ok(Plan { manifest, out, state, stages, items, warnings, recipe_reader: graph.recipe_reader })
         }
         // Each unknown part of a stage comes with a diagnostic; if one was forgotten, an error is better than
         // a guess.

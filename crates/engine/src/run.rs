@@ -230,6 +230,7 @@ impl RunContext<'_> {
             revision: info.revision,
             parameters: info.parameters.clone(),
             source: self.check.source(request.item),
+            mount: self.check.mount(request.item),
             inputs: request.inputs,
             reads,
             outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
@@ -410,6 +411,7 @@ impl RunContext<'_> {
             .with_cancel(self.cancel.clone())
             .with_folder(self.check.folder.to_path_buf())
             .with_scratch(self.check.state.store.temporary_folder());
+        context.out = Some(self.check.plan.out.clone());
         context.stale = Some(self.running.stale_flag(request.item));
         context.share = Arc::clone(&request.share);
         context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));

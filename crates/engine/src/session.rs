@@ -37,6 +37,8 @@ pub struct BuildSession {
     running: Mutex<Weak<RunningBuild>>,
     /// The files that the failed items of the last build read.
     pub(crate) failed_on: PathSet,
+    /// The warnings of the last plan.
+    pub(crate) reported_warnings: Mutex<Vec<String>>,
 }
 
 /// So many threads.
@@ -111,6 +113,7 @@ impl BuildSession {
             pending: None,
             running: Mutex::default(),
             failed_on: PathSet::default(),
+            reported_warnings: Mutex::default(),
         })
     }
 

@@ -15,6 +15,7 @@ mod publishing;
 mod rebuilds;
 mod shared;
 mod snapshot;
+mod unseen;
 mod watch;
 
 use std::fmt::Write;
@@ -142,6 +143,7 @@ fn log(events: &[Event]) -> String {
     for event in events {
         let _ = match event {
             Event::Planned { stages, items, .. } => writeln!(text, "planned {stages} stages, {items} items"),
+            Event::ManifestWarnings { diagnostics } => writeln!(text, "warnings: {diagnostics}"),
             Event::Waiting { holder, .. } => writeln!(text, "waiting for {holder}"),
             Event::UpToDate { item, host: None } => writeln!(text, "up to date {item}"),
             Event::UpToDate { item, host: Some(host) } => writeln!(text, "from {host} {item}"),

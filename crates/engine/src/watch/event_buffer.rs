@@ -104,7 +104,10 @@ impl State<'_> {
         // If the last build failed as a whole, only the end of this one shows whether it gets further.
         let is_known = |item| build.is_some() || items.contains_key(item);
         match event {
-            Event::Finished { .. } | Event::Published { .. } | Event::Removed { .. } => true,
+            Event::ManifestWarnings { .. }
+            | Event::Finished { .. }
+            | Event::Published { .. }
+            | Event::Removed { .. } => true,
             Event::UpToDate { item, .. } => items.contains_key(item),
             Event::Started { item, .. } | Event::Warning { item, .. } => !is_known(item),
             Event::Failed { item, error, help } => {

@@ -168,10 +168,8 @@ impl Places {
 
     /// The folders of the sources and of the manifest: those that are probed.
     pub(super) fn roots(&self) -> BTreeSet<PathBuf> {
-        let roots = self.sources.iter().filter_map(|source| {
-            let root = if source.is_glob() { Some(source.root()) } else { source.root().parent() };
-            fs::canonicalize(root?).ok()
-        });
+        let roots = self.sources.iter().flat_map(Source::folders);
+        let roots = roots.filter_map(|root| fs::canonicalize(root).ok());
         roots.chain([self.base.1.clone()]).filter(|root| self.folders.contains_key(root)).collect()
     }
 

@@ -114,7 +114,6 @@ input = "loose"
         expect![[r#"
             3:7 3 is not a string | expected out = "..."
             5:9 1 is not a table | expected [stage.loose]
-            8:10 an array is not a string | expected source = "..."
             10:8 3 is not a string | expected kind = "..."
             13:9 an array is not a string | expected input = "..."
             16:10 "s" is not a table | expected inputs = { PORT = "STAGE" } | input = "s" connects the first port
