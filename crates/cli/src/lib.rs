@@ -46,6 +46,7 @@ mod timings;
 mod verify;
 mod watch;
 mod watch_reporter;
+mod working_folder;
 
 use std::process::ExitCode;
 
@@ -67,7 +68,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
     let Arguments { working_folder, color, mut command } = arguments;
     terminal::want_colour(color);
     if let Some(folder) = working_folder
-        && let Err(error) = std::env::set_current_dir(&folder)
+        && let Err(error) = working_folder::enter(&folder)
     {
         print::error(&[format!("cannot work in {}: {error}", folder.display())], None);
         return Exit::Usage;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use engine::{BuildOptions, Cancel, Event, Kinds, Wanted, WatchOptions};
+use engine::{BuildOptions, Cancel, Event, Kinds, ManifestFile, Wanted, WatchOptions};
 use parking_lot::Mutex;
 
 use crate::arguments::WatchArguments;
@@ -12,7 +12,7 @@ use crate::print::EventStream;
 use crate::remote_options::shared_cache_of_watcher;
 use crate::screen::Screen;
 use crate::watch_reporter::{Moment, WatchReporter};
-use crate::{print, terminal};
+use crate::{print, terminal, working_folder};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
@@ -78,7 +78,10 @@ pub(crate) fn watch(
             reporter.show(&event);
         }
     };
-    let result = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
+    let manifest = &arguments.manifest.manifest;
+    let manifest =
+        ManifestFile { name: manifest.display().to_string(), path: working_folder::named().join(manifest) };
+    let result = engine::watch(&manifest, kinds, &options, cancel, &events);
     reporter.close();
     match result {
         Err(error) => print::failure(error),

@@ -416,8 +416,13 @@ fn by_folder(changes: &[Change]) -> Vec<String> {
 }
 
 fn in_words(change: &Change) -> String {
-    let path = &change.path;
+    let path = match change.path.as_str() {
+        "." => "the project folder",
+        path => path,
+    };
     match change.what {
+        Changed::Appeared if change.path == "." => format!("{path} is back"),
+        Changed::Changed if change.path == "." => format!("{path} was replaced by another one"),
         Changed::Appeared => format!("{path} is new"),
         Changed::Changed => format!("{path} changed"),
         Changed::Gone => format!("{path} is gone"),

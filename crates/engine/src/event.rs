@@ -309,7 +309,7 @@ pub enum Work {
 /// A change that a watcher noticed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 pub struct Change {
-    /// The file or folder, relative to the manifest's folder if it is inside.
+    /// The file or folder, relative to the manifest's folder if it is inside; `.` is that folder itself.
     pub path: String,
     /// How it changed.
     pub what: Changed,

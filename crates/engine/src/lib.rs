@@ -87,7 +87,8 @@ pub use kind::{
 pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
 pub use plan::{
-    BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex,
+    BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage,
+    StageIndex,
 };
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};

@@ -81,6 +81,26 @@ pub struct Plan {
     pub recipe_reader: RecipeReader,
 }
 
+/// A manifest: its name in messages, and where it is.
+///
+/// The place does not depend on the working folder, because a folder may be moved away and another one put in
+/// its place: a process keeps the old one as its working folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ManifestFile {
+    /// The name in messages, usually as the user gave it.
+    pub name: String,
+    /// The absolute path.
+    pub path: PathBuf,
+}
+
+impl ManifestFile {
+    /// The manifest at a path, which is relative to the present working folder.
+    pub fn of(path: &Path) -> Self {
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        Self { name: path.display().to_string(), path: absolute }
+    }
+}
+
 impl Plan {
     /// Reads a manifest and finds the files that it names.
     ///
@@ -88,8 +108,9 @@ impl Plan {
     /// If the manifest's text, its stages or the files that they match are not valid: all errors. If the text
     /// is not TOML or has another schema, nothing else is checked.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
-        let bytes = read(manifest)?;
-        Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
+        let manifest = ManifestFile::of(manifest);
+        let bytes = read(&manifest)?;
+        Self::of_bytes(&manifest, &bytes, kinds, &DiskFolders)
     }
 
     /// The manifest's file name: several manifests may share a folder, and then its state.
@@ -112,7 +133,7 @@ impl Plan {
 
     /// The plan of a manifest that has been read, among these folders.
     pub(crate) fn of_bytes(
-        manifest: &Path,
+        manifest: &ManifestFile,
         bytes: &[u8],
         kinds: &Kinds,
         folders: &dyn Folders,
@@ -132,11 +153,16 @@ impl Graph {
     /// # Errors
     /// If the manifest is not valid: all errors that do not depend on other files.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
-        Self::of_bytes(manifest, &read(manifest)?, kinds)
+        let manifest = ManifestFile::of(manifest);
+        Self::of_bytes(&manifest, &read(&manifest)?, kinds)
     }
 
     /// The graph of a manifest that has been read.
-    pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Diagnostics> {
+    pub(crate) fn of_bytes(
+        manifest: &ManifestFile,
+        bytes: &[u8],
+        kinds: &Kinds,
+    ) -> Result<Self, Diagnostics> {
         let (graph, errors) = parse(manifest, bytes, kinds)?;
         if errors.is_empty() { Ok(graph) } else { Err(graph.diagnostics(errors)) }
     }
@@ -177,14 +203,15 @@ pub(crate) struct Expansion {
 }
 
 /// The graph as far as it is valid, and what is not.
-fn parse(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
-    let document = Document::parse(manifest.display().to_string(), bytes)?;
-    let absolute = std::path::absolute(manifest).map_err(|error| {
-        document.diagnostics(vec![Diagnostic::of_file(format!("cannot make the path absolute: {error}"))])
-    })?;
+fn parse(
+    manifest: &ManifestFile,
+    bytes: &[u8],
+    kinds: &Kinds,
+) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
+    let document = Document::parse(manifest.name.clone(), bytes)?;
     let mut errors = Vec::new();
     let (file, text) = (document.file.clone(), document.text.clone());
-    match Graph::parse(absolute, document, kinds, &mut errors) {
+    match Graph::parse(manifest.path.clone(), document, kinds, &mut errors) {
         Some(graph) => Ok((graph, errors)),
         None => Err(Diagnostics::new(file, text, errors)),
     }
@@ -233,14 +260,14 @@ fn assemble(
 }
 
 /// The bytes of the manifest: at most one more than [`Document::MAX_BYTES`].
-pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Diagnostics> {
+pub(crate) fn read(manifest: &ManifestFile) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
     let limit = Document::MAX_BYTES as u64 + 1;
-    let read = regular::open(manifest).and_then(|(file, _)| file.take(limit).read_to_end(&mut bytes));
+    let read = regular::open(&manifest.path).and_then(|(file, _)| file.take(limit).read_to_end(&mut bytes));
     match read {
         Ok(_) => Ok(bytes),
         Err(error) => {
-            Err(Diagnostics::new(manifest.display().to_string(), "", vec![unreadable(manifest, &error)]))
+            Err(Diagnostics::new(manifest.name.clone(), "", vec![unreadable(&manifest.path, &error)]))
         }
     }
 }
@@ -250,7 +277,7 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
         return Diagnostic::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
     }
     let error = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
-    let folder = manifest.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = manifest.parent().unwrap_or(manifest);
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
     let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();
     names.retain(|name| name.ends_with(".toml"));

@@ -30,7 +30,9 @@ use crate::{
 
 /// A project in a folder of its own.
 struct Project {
-    folder: tempfile::TempDir,
+    /// Removed at the end, if the project has one of its own.
+    _temporary: Option<tempfile::TempDir>,
+    folder: PathBuf,
     kinds: Kinds,
     options: BuildOptions,
     cancel: Cancel,
@@ -38,15 +40,21 @@ struct Project {
 
 impl Project {
     fn new(manifest: &str) -> Self {
-        let options = BuildOptions { jobs: Some(1), keep_going: true, ..BuildOptions::default() };
-        let folder = tempfile::tempdir().unwrap();
-        let project = Self { folder, kinds: kinds(), options, cancel: Cancel::default() };
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path().canonicalize().unwrap();
+        let project = Self { _temporary: Some(temporary), ..Self::at(folder) };
         project.write("pipeline.toml", manifest);
         project
     }
 
+    /// A project in a folder that may not exist yet.
+    fn at(folder: PathBuf) -> Self {
+        let options = BuildOptions { jobs: Some(1), keep_going: true, ..BuildOptions::default() };
+        Self { _temporary: None, folder, kinds: kinds(), options, cancel: Cancel::default() }
+    }
+
     fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().canonicalize().unwrap().join(name)
+        self.folder.join(name)
     }
 
     fn write(&self, name: &str, text: &str) {

@@ -34,7 +34,7 @@ use crate::disk::ReadSet;
 use crate::record::path_name;
 use crate::{
     BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
-    LockPurpose, LockTimeout, Plan, Summary,
+    LockPurpose, LockTimeout, ManifestFile, Plan, Summary,
 };
 
 mod backoff;
@@ -97,7 +97,7 @@ pub struct WatchOptions {
 /// # Errors
 /// If threads cannot be started, or if the first valid manifest does not have a stage that was asked for.
 pub fn watch(
-    manifest: &Path,
+    manifest: &ManifestFile,
     kinds: &Kinds,
     options: &WatchOptions,
     cancel: &Cancel,
@@ -149,20 +149,18 @@ struct PassResult {
 
 impl<'a> Watcher<'a> {
     pub(crate) fn new(
-        manifest: &Path,
+        manifest: &ManifestFile,
         kinds: &'a Kinds,
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
         collector: ChangeCollector,
     ) -> Result<Self, Error> {
-        let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
         session.pending = Some(collector.pending());
         Ok(Self {
-            // Diagnostics name the file as it was given.
-            loader: ManifestLoader::new(manifest.into(), kinds),
-            manifest: absolute,
+            loader: ManifestLoader::new(manifest.clone(), kinds),
+            manifest: manifest.path.clone(),
             options,
             build: BuildOptions {
                 dry_run: false,
@@ -268,7 +266,8 @@ impl<'a> Watcher<'a> {
                 // It appeared and has gone.
                 (false, false) => return None,
             };
-            Some(Change { path: path_name(folder, path), what })
+            let name = path_name(folder, path);
+            Some(Change { path: if name.is_empty() { ".".into() } else { name }, what })
         });
         let mut changes = changes.collect::<Vec<_>>();
         if hints.lost {
@@ -276,7 +275,8 @@ impl<'a> Watcher<'a> {
         }
         changes.sort_unstable();
         self.changed = hints.paths.keys().cloned().collect();
-        self.is_all = hints.are_all();
+        // If the project's folder is another one now, nothing is known of it.
+        self.is_all = hints.are_all() && !hints.paths.keys().any(|path| folder.starts_with(path));
         if changes.is_empty() {
             return false;
         }
@@ -296,8 +296,8 @@ impl<'a> Watcher<'a> {
             snapshot = self.loader.load();
         }
         let has_reported = self.report_diagnostics(&snapshot);
-        let plan =
-            snapshot.plan.as_ref().filter(|plan| snapshot.diagnostics.is_none() || has_all_sources(plan));
+        let plan = snapshot.plan.as_ref();
+        let plan = plan.filter(|plan| snapshot.diagnostics.is_none() || can_still_be_built(plan));
         // A manifest that is half written is waited for, as any other file is.
         let broken = snapshot.diagnostics.is_some().then(|| self.manifest.clone());
         let Some(plan) = plan else {
@@ -422,6 +422,8 @@ fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) 
     places
 }
 
-fn has_all_sources(plan: &Plan) -> bool {
-    plan.items.iter().filter_map(|item| item.source.as_ref()).all(|source| source.exists())
+/// Whether a plan whose manifest has errors now still has its folder and its sources.
+fn can_still_be_built(plan: &Plan) -> bool {
+    plan.state.exists()
+        && plan.items.iter().filter_map(|item| item.source.as_ref()).all(|source| source.exists())
 }

@@ -56,11 +56,10 @@ impl Places {
     /// The places of a manifest, and no others yet. `own` are the folders that the engine writes to.
     pub(super) fn of(manifest: &Path, own: Vec<PathBuf>) -> Self {
         let base = manifest.parent().unwrap_or(manifest);
-        let real = fs::canonicalize(base).unwrap_or_else(|_| base.into());
-        let mut places = Self { own, base: (base.into(), real.clone()), ..Self::default() };
-        if let (Some(above), Some(name)) = (real.parent(), real.file_name()) {
-            places.add_name(above, name, base);
-        }
+        let mut places = Self { own, ..Self::default() };
+        // Each folder and link on the way to it is a place: another folder may be put there.
+        let real = places.resolve_uncached(base).unwrap_or_else(|| base.into());
+        places.base = (base.into(), real);
         places.add_file(manifest);
         places
     }

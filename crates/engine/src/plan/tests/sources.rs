@@ -91,7 +91,8 @@ fn exports_hidden_folders_and_links_below_a_double_star_are_not_searched() {
     *names = names.iter().cloned().map(|name| Name { link: name.name == "b", ..name }).collect();
     let found = |source: &str| {
         let text = format!("schema = 1\n[stage.s]\nkind = \"text-source\"\nsource = \"{source}\"\n");
-        let plan = Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &tree).unwrap();
+        let plan =
+            Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &tree).unwrap();
         plan.items.iter().map(|item| item.key.to_string()).collect::<Vec<_>>()
     };
     assert_eq!(found("**/*.exr"), ["z"]);
