@@ -133,6 +133,7 @@ impl BuildReporter {
             // Only a watcher sends these.
             Event::Watching { .. }
             | Event::Noticed { .. }
+            | Event::RebuildLoop { .. }
             | Event::Rejected { .. }
             | Event::Accepted
             | Event::BuildError { .. } => {}

@@ -189,6 +189,16 @@ impl WatchReporter {
                     self.summarise(&mut state, summary, &since);
                 }
             }
+            Event::RebuildLoop { item, files } => {
+                let files = list(files, ", ", NAMED);
+                self.line(
+                    "stopped",
+                    &format!(
+                        "{item} was built again and again, because each time {files} changed during the build: \
+                         a stage writes what it reads. It is built again when another file changes."
+                    ),
+                );
+            }
             Event::Rejected { diagnostics } => {
                 self.screen.painted(&manifest::drawn(diagnostics, self.screen.width()));
                 let next = if state.built { "still using the last valid manifest" } else { "nothing runs" };

@@ -185,7 +185,7 @@ impl BuildSession {
             cancel,
             memory: &self.memory,
             running: &running,
-            pending: self.pending.as_deref(),
+            watched: self.watched.as_ref(),
             gate: Arc::default(),
             wanted: &options.wanted,
             repeat_warnings: options.repeat_warnings,
@@ -204,7 +204,7 @@ impl BuildSession {
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         *self.failed_on.lock() = running.read_by(&scheduler.failed);
         self.end_reads();
-        publisher.finish()?;
+        *self.removed_outputs.lock() = publisher.finish()?;
         outcome?;
         if let Some(options) = &options.shared {
             let traffic = options.cache.finish(&|| cancel.is_cancelled());

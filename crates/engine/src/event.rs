@@ -274,6 +274,15 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
+    /// An item ran more than ten times in ten seconds, each time because of changes that were made while it was
+    /// built: something in the build writes what it reads. It is not built because of them any more. Building goes
+    /// on with the next other change.
+    RebuildLoop {
+        /// The item.
+        item: ItemName,
+        /// The files that changed last.
+        files: Vec<String>,
+    },
     /// The changed manifest, or a file that it names, has errors; the watcher still uses the last valid
     /// manifest. Reported once for the same errors, and again if they are all that a change led to.
     Rejected {

@@ -65,6 +65,7 @@ mod up_to_date;
 mod verify;
 mod wanted;
 mod watch;
+mod writers;
 
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};

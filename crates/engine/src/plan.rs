@@ -11,7 +11,7 @@
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::{
     Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemName, Kinds, Port, Product, RecipeReader,
@@ -79,6 +79,8 @@ pub struct Plan {
     pub warnings: Diagnostics,
     /// Finds the recipe in an exported file.
     pub recipe_reader: RecipeReader,
+    /// Computed when a watcher asks for it.
+    pub(crate) output_folders: Arc<OnceLock<Vec<String>>>,
 }
 
 /// A manifest: its name in messages, and where it is.
@@ -122,6 +124,18 @@ impl Plan {
     pub fn item_name(&self, item: ItemIndex) -> ItemName {
         let item = &self.items[item];
         ItemName { stage: self.stages[item.stage].name.clone(), key: item.key.clone() }
+    }
+
+    /// The folders in `out` that exported files are in, sorted.
+    pub(crate) fn output_folders(&self) -> &[String] {
+        self.output_folders.get_or_init(|| {
+            let files = self.items.iter().flat_map(|item| &item.files);
+            let mut folders = files.filter_map(|file| Some(file.rsplit_once('/')?.0)).collect::<Vec<_>>();
+            folders.dedup();
+            folders.sort_unstable();
+            folders.dedup();
+            folders.into_iter().map(str::to_owned).collect()
+        })
     }
 
     /// Whether it is a clone of another plan.
@@ -248,7 +262,8 @@ fn assemble(
             let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
             let warnings = graph.diagnostics(warnings);
-            Ok(Plan { manifest, out, state, stages, items, warnings, recipe_reader: graph.recipe_reader })
+            let (recipe_reader, output_folders) = (graph.recipe_reader, Arc::default());
+            Ok(Plan { manifest, out, state, stages, items, warnings, recipe_reader, output_folders })
         }
         // Each unknown part of a stage comes with a diagnostic; if one was forgotten, an error is better than
         // a guess.

@@ -185,6 +185,7 @@ fn log(events: &[Event]) -> String {
                 writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
             }
             Event::Rejected { diagnostics } => writeln!(text, "rejected: {diagnostics}"),
+            Event::RebuildLoop { item, files } => writeln!(text, "loop {item}: {}", files.join(", ")),
             Event::Accepted => writeln!(text, "accepted"),
             Event::BuildError { error, .. } => writeln!(text, "build error: {}", error.join(": ")),
             Event::Ended(Summary {

@@ -82,13 +82,14 @@ impl Publisher<'_> {
         removed.collect()
     }
 
-    /// Removes folders that are empty now, and records that publishing has ended.
+    /// Removes folders that are empty now, and records that publishing has ended. Returns the files that were
+    /// removed.
     ///
     /// Only at the end of a build: until then another item may be about to write into such a folder.
     ///
     /// # Errors
     /// If the journal cannot be written.
-    pub(crate) fn finish(&self) -> Result<(), Error> {
+    pub(crate) fn finish(&self) -> Result<HashSet<String>, Error> {
         for folder in self.emptied_folders.lock().iter() {
             for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
                 // Fails if the folder is not empty.
@@ -100,7 +101,7 @@ impl Publisher<'_> {
         if self.announced.load(Ordering::Acquire) {
             self.state.journal.append(&[self.ledger.publishing(false)])?;
         }
-        Ok(())
+        Ok(std::mem::take(&mut *self.removed.lock()))
     }
 
     /// Removes files of the ledger, and the folders that they leave empty.

@@ -5,8 +5,10 @@
 
 mod editors;
 mod folders;
+mod loops;
 mod loss;
 mod manifests;
+mod outputs;
 mod reads;
 mod retries;
 mod running;
@@ -121,7 +123,11 @@ impl<'a> Watched<'a> {
                 writer.events.lock().push(event);
                 writer.changed.notify_all();
             };
-            let kinds = kinds().with(running::WaitForFile).with(retries::Refused).with(writing::Sentence);
+            let kinds = kinds()
+                .with(running::WaitForFile)
+                .with(retries::Refused)
+                .with(writing::Sentence)
+                .with(loops::Meddler);
             let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, collector)?;
             watcher.retry = Backoff::new(first, longest);
             watcher.run()

@@ -97,6 +97,15 @@ impl<'a> EventBuffer<'a> {
     }
 }
 
+impl EventBuffer<'_> {
+    /// Reports an event that is not one of the build.
+    pub(super) fn report_now(&self, event: Event) {
+        // With the lock, so that events come one at a time.
+        let _state = self.state.lock();
+        (self.events)(event);
+    }
+}
+
 impl State<'_> {
     /// Whether an event of a build that no change triggered is worth reporting.
     fn is_news(&self, event: &Event) -> bool {

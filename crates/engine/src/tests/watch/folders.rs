@@ -183,6 +183,51 @@ impl Around {
     }
 }
 
+/// Mounts a folder on another one; `None` if this user may not.
+#[cfg(target_os = "linux")]
+fn mounted(folder: &std::path::Path, on: &std::path::Path) -> Option<impl Drop + use<>> {
+    struct Mounted(std::path::PathBuf);
+    impl Drop for Mounted {
+        fn drop(&mut self) {
+            let _ = std::process::Command::new("umount").arg("--lazy").arg(&self.0).status();
+        }
+    }
+    let mounted = std::process::Command::new("mount").arg("--bind").args([folder, on]).output();
+    if mounted.is_ok_and(|mounted| mounted.status.success()) {
+        return Some(Mounted(on.into()));
+    }
+    eprintln!("SKIPPED: this user may not mount");
+    None
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_drive_mounted_over_a_watched_folder() {
+    let drive = tempfile::tempdir().unwrap();
+    fs::write(drive.path().join("sky.txt"), "grey").unwrap();
+    let project = capitals();
+    let watched = Watched::new(&project, Way::Listening);
+    let Some(mount) = mounted(drive.path(), &project.path("in")) else { return };
+    watched.until_out(&[("sky.txt", "GREY")]);
+    fs::write(drive.path().join("sky.txt"), "red").unwrap();
+    watched.until_out(&[("sky.txt", "RED")]);
+    drop(mount);
+    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_drive_mounted_over_a_folder_above_the_sources() {
+    let around = Around::new();
+    around.make("drive/project", &[("sky", "grey")]);
+    let watched = Watched::new(&around.project, Way::Listening);
+    let [drive, on] = ["drive/project", "project"].map(|name| around.folder.path().join(name));
+    let Some(_mount) = mounted(&drive, &on) else { return };
+    watched.until_out(&[("sky.txt", "GREY")]);
+    around.project.write("in/sky.txt", "red");
+    watched.until_out(&[("sky.txt", "RED")]);
+}
+
 #[cfg(unix)]
 mod links {
     use std::os::unix::fs::symlink;
