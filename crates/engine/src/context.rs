@@ -1,6 +1,7 @@
 //! What a running item has access to: its inputs, the files that it names, its key; and what it reports.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +12,7 @@ use crate::cancel::StaleFlag;
 use crate::files::listing_digest;
 use crate::gate::Gate;
 use crate::progress::ShareDone;
-use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
+use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read, ReadKind};
 
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
@@ -175,7 +176,7 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
-        self.record(Read { path: path.clone(), listing: false, digest });
+        self.record(Read::of(path.clone(), ReadKind::Content, digest));
         if bytes.as_ref().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
             self.stopped.store(true, Ordering::Relaxed);
             return Err(Failure::cancelled());
@@ -195,7 +196,7 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
-        self.record(Read { path: path.clone(), listing: true, digest });
+        self.record(Read::of(path.clone(), ReadKind::Names, digest));
         names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path.display())))
     }
 
@@ -206,8 +207,23 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let is_folder = self.files.is_folder(&path);
         let names = if is_folder { self.files.list(&path).ok() } else { None };
-        self.record(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
+        let digest = names.map(|names| listing_digest(&names));
+        self.record(Read::of(path, ReadKind::Names, digest));
         is_folder
+    }
+
+    /// The file that PATH finds for a program's name.
+    ///
+    /// The look-up is recorded: the item reruns when PATH finds another file, or none. The content of the
+    /// file is not: see [`Context::read`].
+    ///
+    /// # Errors
+    /// If PATH finds no file of this name that can be run.
+    pub fn find_program(&self, name: &OsStr) -> Result<PathBuf, Failure> {
+        let found = self.files.find_program(name);
+        let folder = self.folder.as_deref().unwrap_or(Path::new(""));
+        self.record(Read::lookup(folder, name, found.clone()));
+        found.ok_or_else(|| Failure::new(format!("there is no program {:?} in PATH", name.display())))
     }
 
     /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.

@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::store::Blob;
-use crate::{Digest, FileRead, ItemKey};
+use crate::{Digest, FileRead, ItemKey, ReadKind};
 
 /// To be raised when a request or report would be misunderstood by other versions.
-pub(crate) const FORMAT: u32 = 1;
+pub(crate) const FORMAT: u32 = 2;
 
 /// Files of the folder.
 pub(crate) const ITEM: &str = "item.json";
@@ -119,8 +119,8 @@ pub(crate) struct ItemReport {
 pub(crate) enum ItemEnd {
     /// It made these outputs.
     Made(Vec<Blob>),
-    /// It reads files that were not sent: their names, and whether the names in a folder are meant.
-    Needs(Vec<(String, bool)>),
+    /// It reads what was not sent: the names of files and folders, and what is asked of each.
+    Needs(Vec<(String, ReadKind)>),
     /// It failed.
     Failed {
         chain: Vec<String>,

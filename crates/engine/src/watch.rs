@@ -31,10 +31,10 @@ use manifest::{ManifestLoader, ManifestSnapshot};
 use places::Places;
 
 use crate::disk::ReadSet;
-use crate::record::path_name;
+use crate::files::path_name;
 use crate::{
     BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
-    LockPurpose, LockTimeout, Plan, Summary,
+    LockPurpose, LockTimeout, Plan, ReadKind, Summary,
 };
 
 mod backoff;
@@ -416,7 +416,8 @@ fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) 
     let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
     places.add_search(&snapshot.queries, snapshot.sources.iter().cloned());
     let items = snapshot.plan.iter().flat_map(|plan| plan.items.iter());
-    let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
+    let sources =
+        items.filter_map(|item| Some((item.source.clone()?, ReadKind::Content))).collect::<Vec<_>>();
     places.add_reads(&sources);
     session.read_sets().iter().for_each(|noted| places.add_reads(&*noted.places()));
     places

@@ -123,8 +123,8 @@ pub(super) fn program(command: &Command, context: &Context<'_>) -> Result<PathBu
     let file = if name.components().count() > 1 || name.is_absolute() {
         context.resolve(name)
     } else {
-        search(name, env::var_os("PATH").as_deref()).ok_or_else(|| {
-            Failure::new(format!("there is no program {:?} in PATH", name.display()))
+        context.find_program(&written).map_err(|failure| {
+            failure
                 .help("install it, or write its path in command; a program beside the manifest is \"./NAME\"")
         })?
     };
@@ -202,33 +202,6 @@ fn is_like_a_path(argument: &OsStr) -> bool {
         && text.parse::<f64>().is_err()
 }
 
-/// The first file of this name in the folders of PATH that can be run.
-fn search(name: &Path, path: Option<&OsStr>) -> Option<PathBuf> {
-    let endings = if cfg!(windows) { &["", ".exe", ".bat", ".cmd"][..] } else { &[""] };
-    let folders = path.map(|path| env::split_paths(path).collect::<Vec<_>>()).unwrap_or_default();
-    // A relative folder would depend on the working folder.
-    let folders = folders.iter().filter(|folder| folder.is_absolute());
-    let files = folders.flat_map(|folder| {
-        endings.iter().map(|ending| {
-            let mut file = folder.join(name).into_os_string();
-            file.push(ending);
-            PathBuf::from(file)
-        })
-    });
-    files.into_iter().find(|file| can_run(file))
-}
-
-#[cfg(unix)]
-fn can_run(file: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    std::fs::metadata(file).is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn can_run(file: &Path) -> bool {
-    file.is_file() && file.extension().is_some()
-}
-
 #[cfg(test)]
 mod tests {
     use engine::ValueKind;
@@ -257,24 +230,5 @@ mod tests {
         let expected = [format!("CARGO_MANIFEST_DIR={digest}"), "SPECULA_NOT_SET".into()];
         assert_eq!(canonical, serde_json::json!(expected));
         assert!(names(&["A=b"]).is_err() && names(&[""]).is_err());
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn path_leads_to_the_first_file_that_can_be_run() {
-        use std::os::unix::fs::PermissionsExt;
-        let folder = tempfile::tempdir().unwrap();
-        let file = |name: &str, mode: u32| {
-            let path = folder.path().join(name);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(&path, "").unwrap();
-            std::fs::set_permissions(&path, PermissionsExt::from_mode(mode)).unwrap();
-            path
-        };
-        let (_, second, _) = (file("a/tool", 0o644), file("b/tool", 0o755), file("c/tool", 0o755));
-        let path = env::join_paths(["x", "a", "b", "c"].map(|name| folder.path().join(name))).unwrap();
-        assert_eq!(search("tool".as_ref(), Some(&path)), Some(second));
-        assert_eq!(search("other".as_ref(), Some(&path)), None);
-        assert_eq!(search("tool".as_ref(), None), None);
     }
 }
