@@ -7,7 +7,7 @@ mod support;
 use std::env;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use support::{Project, Run, Watcher};
 
@@ -181,4 +181,67 @@ fn a_watcher_notices_what_path_finds() {
         mode(&project, "two/grade", 0o755);
         expect(&project, &mut watcher, "two");
     }
+}
+
+#[test]
+fn the_interpreter_that_env_looks_up_is_a_tool() {
+    for first_line in ["#!/usr/bin/env interp", "#!/usr/bin/env -S MODE=fast interp -u"] {
+        let project = project();
+        script(&project, "one/grade", &format!("{first_line}\n"));
+        for (folder, word) in [("one", "first"), ("two", "second")] {
+            // The last argument is the output.
+            let text = format!("#!/bin/sh\nfor last; do :; done\necho {word} > $last\n");
+            script(&project, &format!("{folder}/interp"), &text);
+        }
+        fs::remove_file(project.path("two/grade")).unwrap();
+        assert_eq!(build(&project, &["one", "two"]), ("first".into(), 2), "{first_line}");
+        assert_eq!(build(&project, &["two", "one"]), ("second".into(), 1), "{first_line}");
+        assert_eq!(build(&project, &["one", "two"]), ("first".into(), 0), "{first_line}");
+        let mut watcher = watch(&project, &["one", "two"], &[]);
+        mode(&project, "one/interp", 0o644);
+        expect(&project, &mut watcher, "second");
+    }
+}
+
+#[test]
+fn a_watcher_notices_files_inside_arguments() {
+    let project = project();
+    let command =
+        r#"command = ["sh", "-c", "cat {folder}/luts/film.cube $1/* > $0", "{output}", "{folder}/more"]"#;
+    project.write("pipeline.toml", &GRADE.replace(r#"command = ["grade", "{output}"]"#, command));
+    project.write("luts/film.cube", "one\n");
+    project.write("more/a", "a\n");
+    let mut watcher = watch(&project, &[], &[]);
+    assert_eq!(graded(&project), "one\na");
+    project.write("luts/film.cube", "two\n");
+    expect(&project, &mut watcher, "two\na");
+    project.write("more/b", "b\n");
+    expect(&project, &mut watcher, "two\na\nb");
+    fs::remove_dir_all(project.path("more")).unwrap();
+    watcher.wait("failed", |_| true);
+    project.write("more/c", "c\n");
+    expect(&project, &mut watcher, "two\nc");
+}
+
+#[test]
+fn a_failed_program_is_kept_for_a_run_by_hand() {
+    let project = project();
+    script(&project, "one/grade", "#!/bin/sh\necho why >&2; exit 3\n");
+    let run = specula(&project, &["one"], &["build"]);
+    assert_eq!(run.code, Some(1));
+    assert!(
+        run.stderr.contains("/one/grade output.txt") && run.stderr.contains("--keep-scratch"),
+        "{}",
+        run.stderr
+    );
+    let run = specula(&project, &["one"], &["build", "--keep-scratch"]);
+    let line = run.stderr.lines().find(|line| line.trim_start().starts_with("cd ")).unwrap();
+    assert!(line.contains(".specula/kept/graded-") && line.contains("PATH=\"$PATH\""), "{}", run.stderr);
+    let again = Command::new("sh").args(["-c", line]).output().unwrap();
+    assert_eq!((again.status.code(), again.stderr.as_slice()), (Some(3), &b"why\n"[..]), "{line}");
+    assert!(
+        specula(&project, &["one"], &["build"]).code == Some(1) && project.path(".specula/kept").exists()
+    );
+    project.ok(&["cache", "gc"]);
+    assert!(!project.path(".specula/kept").exists());
 }

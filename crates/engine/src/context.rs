@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
-use crate::files::listing_digest;
+use crate::files::{leads_to, lies_in, listing_digest};
 use crate::gate::Gate;
 use crate::progress::ShareDone;
 use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read, ReadKind};
@@ -22,9 +22,13 @@ pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
     pub(crate) folder: Option<PathBuf>,
+    /// The folder for exports.
+    pub(crate) out: Option<PathBuf>,
     pub(crate) key: Option<ItemKey>,
     pub(crate) recipe: String,
     pub(crate) scratch: PathBuf,
+    /// Where the scratch folder goes if the item fails and somebody wants to see it.
+    pub(crate) kept: Option<PathBuf>,
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
     /// Whether a change has made the item stale.
@@ -46,6 +50,8 @@ impl<'a> Context<'a> {
             inputs: BTreeMap::new(),
             source: None,
             folder: None,
+            out: None,
+            kept: None,
             key: None,
             recipe: String::new(),
             scratch: std::env::temp_dir(),
@@ -79,6 +85,13 @@ impl<'a> Context<'a> {
     #[must_use]
     pub fn with_folder(mut self, folder: PathBuf) -> Self {
         self.folder = Some(folder);
+        self
+    }
+
+    /// Sets the folder for exports, which no item reads.
+    #[must_use]
+    pub fn with_out(mut self, out: PathBuf) -> Self {
+        self.out = Some(out);
         self
     }
 
@@ -171,9 +184,13 @@ impl<'a> Context<'a> {
     /// writes meanwhile is read again until it no longer changes.
     ///
     /// # Errors
-    /// If the file cannot be read; the message names it.
+    /// If the file cannot be read, or is in the folder for exports; the message names it.
     pub fn read(&self, path: &Path) -> Result<Arc<Vec<u8>>, Failure> {
         let path = self.resolve(path);
+        if let Err(failure) = self.check_not_exported(&path) {
+            self.record(Read::of(path, ReadKind::Content, None));
+            return Err(failure);
+        }
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
         self.record(Read::of(path.clone(), ReadKind::Content, digest));
@@ -191,9 +208,13 @@ impl<'a> Context<'a> {
     /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].
     ///
     /// # Errors
-    /// If the folder cannot be read; the message names it.
+    /// If the folder cannot be read, or is in the folder for exports; the message names it.
     pub fn list(&self, path: &Path) -> Result<Vec<(String, bool)>, Failure> {
         let path = self.resolve(path);
+        if let Err(failure) = self.check_not_exported(&path) {
+            self.record(Read::of(path, ReadKind::Names, None));
+            return Err(failure);
+        }
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
         self.record(Read::of(path.clone(), ReadKind::Names, digest));
@@ -226,6 +247,26 @@ impl<'a> Context<'a> {
         found.ok_or_else(|| Failure::new(format!("there is no program {:?} in PATH", name.display())))
     }
 
+    /// Checks that a path is not in the folder for exports, links followed: an item that reads a file there
+    /// is not ordered after the stage that makes the file.
+    ///
+    /// # Errors
+    /// If it is; the message names it.
+    pub fn check_not_exported(&self, path: &Path) -> Result<(), Failure> {
+        let path = self.resolve(path);
+        if self.out.as_ref().is_none_or(|out| !lies_in(&path, out, leads_to)) {
+            return Ok(());
+        }
+        let message = format!("{} is inside \"out\", the folder for exports", path.display());
+        Err(Failure::new(message).help("connect the stage that makes the file instead, or move the file"))
+    }
+
+    /// Whether a folder contains the folder for exports or the manifest, links followed.
+    pub fn contains_exports(&self, folder: &Path) -> bool {
+        let folder = self.resolve(folder);
+        [&self.out, &self.folder].into_iter().flatten().any(|inside| lies_in(inside, &folder, leads_to))
+    }
+
     /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.
     pub fn key(&self) -> Option<&ItemKey> {
         self.key.as_ref()
@@ -242,6 +283,12 @@ impl<'a> Context<'a> {
     /// Whatever a killed build leaves there is removed by the next build.
     pub fn scratch(&self) -> &Path {
         &self.scratch
+    }
+
+    /// Where the item's scratch folder goes if the item fails, for people who want to see it. An earlier one
+    /// may be there. `None`: the folder is removed.
+    pub fn kept_scratch(&self) -> Option<&Path> {
+        self.kept.as_deref()
     }
 
     /// Warns the user about something that they should check.

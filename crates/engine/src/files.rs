@@ -163,6 +163,39 @@ pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
     }
 }
 
+/// At most this many links are followed, as on Linux.
+const MAX_LINKS: usize = 40;
+
+/// Where a path leads when links are followed, as far as it exists; the rest stays as it is written.
+pub(crate) fn leads_to(path: &Path) -> PathBuf {
+    fn walk(mut here: PathBuf, path: &Path, links: &mut usize) -> PathBuf {
+        for part in path.components() {
+            match part {
+                Component::Normal(name) => {
+                    here.push(name);
+                    if *links < MAX_LINKS
+                        && let Ok(target) = fs::read_link(&here)
+                    {
+                        *links += 1;
+                        here.pop();
+                        here = walk(here, &target, links);
+                    }
+                }
+                Component::ParentDir => _ = here.pop(),
+                Component::CurDir => {}
+                Component::RootDir | Component::Prefix(_) => here.push(part),
+            }
+        }
+        here
+    }
+    walk(PathBuf::new(), path, &mut 0)
+}
+
+/// Whether a path lies in a folder, or is the folder, as it is spelled or where links lead.
+pub(crate) fn lies_in(path: &Path, folder: &Path, leads_to: impl Fn(&Path) -> PathBuf) -> bool {
+    normal(path).starts_with(normal(folder)) || leads_to(path).starts_with(leads_to(folder))
+}
+
 /// The path without `.` and `..`, computed without asking the disk.
 pub(crate) fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
@@ -179,6 +212,33 @@ pub(crate) fn normal(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_as_far_as_they_exist() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().canonicalize().unwrap();
+        fs::create_dir_all(folder.join("tools/deep")).unwrap();
+        symlink("out/a", folder.join("dangling")).unwrap();
+        symlink("../dangling", folder.join("tools/twice")).unwrap();
+        symlink(folder.join("tools/deep"), folder.join("deep")).unwrap();
+        symlink("endless", folder.join("endless")).unwrap();
+        for (path, expected) in [
+            ("tools/x", "tools/x"),
+            ("dangling", "out/a"),
+            ("dangling/b/../c.txt", "out/a/c.txt"),
+            ("tools/twice/b", "out/a/b"),
+            ("deep/../x", "tools/x"),
+            ("missing/../x", "x"),
+        ] {
+            assert_eq!(leads_to(&folder.join(path)), folder.join(expected), "{path}");
+        }
+        assert!(leads_to(&folder.join("endless/x")).starts_with(&folder));
+        assert!(lies_in(&folder.join("tools/twice/b"), &folder.join("out"), leads_to));
+        assert!(lies_in(&folder.join("deep/../out"), &folder.join("out"), leads_to), "as it is spelled");
+        assert!(!lies_in(&folder.join("output"), &folder.join("out"), leads_to));
+    }
 
     #[test]
     fn paths_inside_are_relative() {

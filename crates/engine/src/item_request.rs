@@ -60,6 +60,8 @@ pub(crate) struct ItemRequest {
     /// For a kind that shows names.
     pub(crate) key: Option<ItemKey>,
     pub(crate) source: Option<String>,
+    /// The folder for exports, of which the item reads nothing.
+    pub(crate) out: String,
     /// For a kind whose results depend on the processor.
     pub(crate) processor: Option<String>,
     /// For a kind that exports files.

@@ -83,7 +83,7 @@ pub use failure::Failure;
 pub use files::{Files, Read, ReadKind};
 pub use key::{Digest, ItemKey};
 pub use kind::{
-    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, Output, Port, Product, RecipeReader,
+    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, NamedPath, Output, Port, Product, RecipeReader,
 };
 pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};

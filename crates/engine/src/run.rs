@@ -48,6 +48,8 @@ pub(crate) struct RunContext<'a> {
     pub(crate) gate: Arc<Gate>,
     /// Whether the warnings of results that are up to date are reported again.
     pub(crate) repeat_warnings: bool,
+    /// Whether the scratch folders of items that fail are kept.
+    pub(crate) keep_scratch: bool,
     /// Where results are also stored, and found.
     pub(crate) shared: Option<&'a SharedCacheOptions>,
     /// What is known of its blobs.
@@ -410,7 +412,10 @@ impl RunContext<'_> {
         let mut context = Context::new(reader)
             .with_cancel(self.cancel.clone())
             .with_folder(self.check.folder.to_path_buf())
+            .with_out(self.check.plan.out.clone())
             .with_scratch(self.check.state.store.temporary_folder());
+        context.kept =
+            self.keep_scratch.then(|| self.check.state.store.kept_folder(&self.check.name(request.item)));
         context.stale = Some(self.running.stale_flag(request.item));
         context.share = Arc::clone(&request.share);
         context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use parking_lot::Mutex;
 
 use crate::executor::{ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
-use crate::files::{digest_now, list, listing_digest, modified};
+use crate::files::{digest_now, list, listing_digest, modified, normal, path_name};
 use crate::item_request::{
     FORMAT, ITEM, InputArtifact, ItemEnd, ItemReport, ItemRequest, KnownFile, KnownFolder, PortInputs,
     REPORT, artifact_place, file_place, output_place,
@@ -237,6 +237,17 @@ impl RunContext<'_> {
     fn names(&self, item: ItemIndex) -> Names {
         let expected = self.check.expected_reads(item).into_iter().map(|(name, kind, _)| (name, kind));
         let mut names = expected.collect::<Names>();
+        let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
+        // A worker cannot tell a word from the name of a file that is only here.
+        for named in stage.configured.named_paths().into_iter().filter(|named| named.path.is_relative()) {
+            let path = self.check.folder.join(&named.path);
+            let kind = match fs::metadata(&path) {
+                Ok(found) if found.is_dir() => ReadKind::Names,
+                Ok(_) => ReadKind::Content,
+                Err(_) => continue,
+            };
+            names.insert((path_name(self.check.folder, &normal(&path)), kind));
+        }
         let programs = self.shared.map_or(&[][..], |shared| &shared.programs);
         if let Some(latest) = self.check.latest(item) {
             let read = latest.reads().filter(|(name, ..)| !is_in_one_of(Path::new(name), programs));
@@ -287,6 +298,7 @@ impl RunContext<'_> {
             inputs,
             key: info.shows_keys.then(|| item.key.clone()),
             source: self.check.source(request.item),
+            out: path_name(self.check.folder, &self.check.plan.out),
             processor: info.processor.map(str::to_owned),
             recipe: matches!(stage.product, Product::Files(_))
                 .then(|| recipe(kind, info.revision, &info.parameters, &request.inputs, is_many)),

@@ -38,6 +38,11 @@ pub fn run_item(folder: &Path, kinds: &Kinds) -> Result<Option<Failure>, Error> 
     let request = request(&folder)?;
     let root = folder.join(FILES);
     fs::create_dir_all(&root).map_err(|error| Error::io(&error, "create", &root))?;
+    // A folder is there, even if nothing in it was sent.
+    for known in request.folders.iter().filter(|known| known.entries.is_some()) {
+        let place = folder.join(file_place(&known.name));
+        fs::create_dir_all(&place).map_err(|error| Error::io(&error, "create", &place))?;
+    }
     let scratch = folder.join("scratch");
     fs::create_dir_all(&scratch).map_err(|error| Error::io(&error, "create", &scratch))?;
     let sent = SentFiles::new(&folder, &request);
@@ -159,7 +164,10 @@ fn context<'c>(
     sent: &'c SentFiles,
 ) -> Context<'c> {
     let root = folder.join(FILES);
-    let mut context = Context::new(sent).with_folder(root.clone()).with_scratch(scratch.to_path_buf());
+    let mut context = Context::new(sent)
+        .with_folder(root.clone())
+        .with_out(root.join(&request.out))
+        .with_scratch(scratch.to_path_buf());
     for input in &request.inputs {
         let handles = input.items.iter().map(|item| {
             let (place, digest) = (folder.join(artifact_place(item.digest)), item.digest);

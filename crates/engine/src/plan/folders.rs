@@ -7,6 +7,8 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::files::{leads_to, normal};
+
 /// A name in a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Name {
@@ -44,6 +46,11 @@ pub trait Folders {
     fn real(&self, _: &Path) -> Option<PathBuf> {
         None
     }
+
+    /// Where a path leads, links followed as far as they exist.
+    fn leads_to(&self, path: &Path) -> PathBuf {
+        normal(path)
+    }
 }
 
 /// The folders of the disk.
@@ -73,6 +80,10 @@ impl Folders for DiskFolders {
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
         std::fs::canonicalize(path).ok()
+    }
+
+    fn leads_to(&self, path: &Path) -> PathBuf {
+        leads_to(path)
     }
 }
 
@@ -114,6 +125,11 @@ impl Folders for RecordingFolders {
     fn real(&self, path: &Path) -> Option<PathBuf> {
         // Not recorded: only the folder for exports is asked for, and the engine itself makes its changes.
         DiskFolders.real(path)
+    }
+
+    fn leads_to(&self, path: &Path) -> PathBuf {
+        self.0.borrow_mut().looked_for.insert(path.into());
+        DiskFolders.leads_to(path)
     }
 }
 
