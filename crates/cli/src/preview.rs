@@ -97,6 +97,7 @@ fn open(
             manifest: ManifestArgument { manifest: project.manifest },
             json: false,
             once: false,
+            keep_scratch: false,
             preview: true,
             watching: arguments.watching.clone(),
         };

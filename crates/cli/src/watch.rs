@@ -39,6 +39,7 @@ pub(crate) fn watch(
             stages: arguments.stages.clone(),
             jobs: watching.jobs.map(usize::from),
             keep_going: true,
+            keep_scratch: arguments.keep_scratch,
             wanted: wanted.clone(),
             shared,
             all_local: true,

@@ -34,6 +34,7 @@ mod parallel;
 mod parameters;
 mod plan;
 mod platform;
+mod programs;
 mod progress;
 mod publish;
 mod range;
@@ -80,10 +81,10 @@ pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Wo
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
 pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
 pub use failure::Failure;
-pub use files::{Files, Read};
+pub use files::{Files, Read, ReadKind};
 pub use key::{Digest, ItemKey};
 pub use kind::{
-    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, Output, Port, Product, RecipeReader,
+    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, NamedPath, Output, Port, Product, RecipeReader,
 };
 pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
