@@ -352,7 +352,8 @@ impl Journal {
         live.retain(|line| keeps(line));
         live.reverse();
         let temporary = self.path.with_extension("new");
-        replace_through(&temporary, &self.path, &mut |file| self.copy(&live, file))
+        let folder = self.path.parent().unwrap_or(&self.path);
+        replace_through(&temporary, &self.path, folder, &mut |file| self.copy(&live, file))
             .map_err(|error| Error::io(&error, "write", &self.path))?;
         drop(live);
         let before = self.appender.take();

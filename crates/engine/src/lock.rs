@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use crate::regular::create_folder;
 use crate::{Cancel, Error, ErrorKind, Timestamp, platform, read_file};
 
 /// The purpose for which a process holds the lock, for the processes that wait.
@@ -147,7 +148,7 @@ impl Lock {
 
 /// The lock, if it is free. The file is opened again each time: the folder may have been deleted meanwhile.
 fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
-    fs::create_dir_all(folder).map_err(|error| Error::io(&error, "create", folder))?;
+    create_folder(folder).map_err(|error| Error::io(&error, "create", folder))?;
     let path = folder.join("lock");
     let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
     let file = opened.map_err(|error| Error::io(&error, "write", &path))?;

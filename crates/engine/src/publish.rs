@@ -25,7 +25,7 @@ use serde::Deserialize;
 use crate::kind::is_left_out;
 use crate::ledger::{Ledger, Published};
 use crate::platform::{self, Stamp};
-use crate::regular::{hash, read_file, write_new};
+use crate::regular::{create_folders, hash, read_file, write_new};
 use crate::state::State;
 use crate::store::Blob;
 use crate::{Digest, Error, ErrorKind, ItemName, Plan};
@@ -74,6 +74,9 @@ pub(crate) struct Publisher<'a> {
     /// The folders of those files.
     emptied_folders: Mutex<HashSet<PathBuf>>,
     announced: AtomicBool,
+    /// Whether temporary files may be left for the next build to remove: the folder that they are in may have been
+    /// moved away, and come back.
+    is_unfinished: AtomicBool,
     next: AtomicU64,
 }
 
@@ -123,6 +126,7 @@ impl<'a> Publisher<'a> {
             removed: Mutex::default(),
             emptied_folders: Mutex::default(),
             announced: AtomicBool::new(false),
+            is_unfinished: AtomicBool::new(false),
             next: AtomicU64::new(0),
         }
     }
@@ -185,6 +189,7 @@ impl<'a> Publisher<'a> {
         }
         if !actions.is_empty() {
             let result = self.carry_out(item, &mut actions, events);
+            self.is_unfinished.fetch_or(result.is_err(), Ordering::AcqRel);
             for write in actions.iter().filter_map(|action| action.write.as_ref()) {
                 if let Some(left) = &write.temporary {
                     let _ = fs::remove_file(&left.path);
@@ -362,7 +367,8 @@ impl<'a> Publisher<'a> {
     /// Creates the folders of a file, and removes files of the ledger that are in the way and no longer
     /// exported.
     fn prepare_place(&self, file: &str, events: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
-        fs::create_dir_all(self.root).map_err(|error| Error::io(&error, "create", self.root))?;
+        create_folders(&self.plan.state, self.root)
+            .map_err(|error| Error::io(&error, "create", self.root))?;
         let mut folder = self.root.to_path_buf();
         let mut parts = file.split('/').peekable();
         let mut so_far = String::new();

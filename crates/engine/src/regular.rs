@@ -34,22 +34,49 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
     let temporary = path.with_file_name(format!(".specula-{}-{number}.part", std::process::id()));
-    replace_through(&temporary, path, &mut |mut file| file.write_all(bytes))
+    let folder = path.parent().unwrap_or(path);
+    replace_through(&temporary, path, folder, &mut |mut file| file.write_all(bytes))
 }
 
-/// Writes a file under a temporary name and renames it to its place, whose folder is created if necessary.
+/// Creates a folder in one that exists; it is not an error if it is there already.
+///
+/// Unlike [`fs::create_dir_all`] it does not create the folders around it. The project's folder may have been moved
+/// away, and if it came back because of a build that still runs, what is put in its place would land inside it.
+///
+/// # Errors
+/// If it cannot be created.
+pub(crate) fn create_folder(folder: &Path) -> io::Result<()> {
+    match fs::create_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => Ok(()),
+        created => created,
+    }
+}
+
+/// Creates a folder, and those around it that are inside another one.
+///
+/// # Errors
+/// If one cannot be created.
+pub(crate) fn create_folders(inside: &Path, folder: &Path) -> io::Result<()> {
+    let mut missing = folder.ancestors().take_while(|above| *above != inside).collect::<Vec<_>>();
+    missing.reverse();
+    missing.into_iter().try_for_each(create_folder)
+}
+
+/// Writes a file under a temporary name and renames it to its place. The folders around the place are created if
+/// necessary, as far as they are in the folder `inside`.
 ///
 /// # Errors
 /// If it cannot be written; nothing is left of it then.
 pub(crate) fn replace_through(
     temporary: &Path,
     place: &Path,
+    inside: &Path,
     write: &mut dyn FnMut(File) -> io::Result<()>,
 ) -> io::Result<()> {
     let rename = || platform::replace(temporary, place);
     let written = create_new(temporary).and_then(write).and_then(|()| match rename() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            fs::create_dir_all(place.parent().unwrap_or(place))?;
+            create_folders(inside, place.parent().unwrap_or(place))?;
             rename()
         }
         renamed => renamed,

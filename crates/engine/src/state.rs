@@ -18,7 +18,7 @@ use std::{fs, io};
 
 use crate::journal::{Journal, Retention};
 use crate::lock::{Lock, LockRequest};
-use crate::regular::{check_own, links_in};
+use crate::regular::{check_own, create_folder, links_in};
 use crate::store::Store;
 use crate::{Error, ErrorKind};
 
@@ -87,7 +87,7 @@ impl State {
 pub fn prepare_state_folder(beside: &Path) -> Result<PathBuf, Error> {
     let folder = beside.join(FOLDER);
     check(&folder)?;
-    fs::create_dir_all(&folder).map_err(|error| Error::io(&error, "create", &folder))?;
+    create_folder(&folder).map_err(|error| Error::io(&error, "create", &folder))?;
     write_ignore(&folder)?;
     Ok(folder)
 }

@@ -15,7 +15,7 @@ use std::{fmt, fs};
 
 use serde::{Deserialize, Serialize};
 
-use crate::regular::{read_file, replace_through};
+use crate::regular::{create_folder, read_file, replace_through};
 use crate::{Digest, Error, ItemName, parallel, platform};
 
 /// A stored output: its digest and size.
@@ -153,7 +153,8 @@ impl Store {
         }
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let temporary = self.temporary_folder().join(format!("{}-{number}", std::process::id()));
-        replace_through(&temporary, &self.path(blob.digest), &mut |mut file| file.write_all(bytes))
+        let project = self.folder.parent().unwrap_or(&self.folder);
+        replace_through(&temporary, &self.path(blob.digest), project, &mut |mut file| file.write_all(bytes))
             .map_err(|error| Error::io(&error, "store a result in", &self.folder))?;
         self.stored.fetch_add(blob.bytes, Ordering::Relaxed);
         Ok(blob)
@@ -244,8 +245,7 @@ impl Store {
     /// If the folders cannot be created.
     pub(crate) fn prepare(&self) -> Result<(), Error> {
         let temporary_folder = self.temporary_folder();
-        fs::create_dir_all(&temporary_folder)
-            .map_err(|error| Error::io(&error, "create", &temporary_folder))?;
+        create_folder(&temporary_folder).map_err(|error| Error::io(&error, "create", &temporary_folder))?;
         for entry in entries(&temporary_folder) {
             let path = entry.path();
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());

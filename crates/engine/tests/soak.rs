@@ -21,7 +21,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 #[allow(unused_imports, reason = "some of them")]
 use engine::*;
 use test_data::{length, say};
-use watching::{Random, TIMEOUT, Watcher, clean_build, files_below};
+use watching::{Random, TIMEOUT, Watcher, clean_build, copy_sources, files_below};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -29,7 +29,7 @@ out = "out"
 
 [stage.text]
 kind = "text-source"
-source = "texts/**/*.txt"
+source = ["texts/**/*.txt", "!**/nothing.txt"]
 
 [stage.word]
 kind = "text-source"
@@ -248,6 +248,60 @@ const PATTERNS: &[EditPattern] = &[
         let (path, word) = (project.path(&name), project.word());
         project.write(&path, &word);
     }),
+    #[cfg(unix)]
+    ("a link to nothing for a moment", |project| {
+        let (link, temporary) = (project.path("words/link.txt"), project.path("words/.link"));
+        for target in ["../versions/none.txt", "../versions/b.txt"] {
+            std::os::unix::fs::symlink(target, &temporary).unwrap();
+            project.rename(&temporary, &link);
+            project.pause(20);
+        }
+    }),
+    #[cfg(unix)]
+    ("a link to a folder replaced", |project| {
+        let target = project.random.one_of(&["faces-a", "faces-b"]).to_owned();
+        let (link, temporary) = (project.path("faces"), project.path(".faces"));
+        std::os::unix::fs::symlink(target, &temporary).unwrap();
+        project.rename(&temporary, &link);
+    }),
+    ("a glob that is left out", |project| {
+        let left_out = *project.random.one_of(&[
+            "!**/nothing.txt",
+            "!texts/branch",
+            "!**/b[0-4].txt",
+            "!texts/made*/**",
+        ]);
+        project.edit_manifest(|text| {
+            let (before, after) = text.split_once("\"!").unwrap();
+            let (_, after) = after.split_once('"').unwrap();
+            format!("{before}\"{left_out}\"{after}")
+        });
+    }),
+    ("exports removed", |project| {
+        let name = *project.random.one_of(&["out", "out/pairs", "out/list.txt"]);
+        let path = project.path(name);
+        // The watcher may be writing there.
+        let _ = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        project.edits += 1;
+    }),
+    ("the project moved away and back", |project| {
+        let (here, away) = (project.path(""), project.folder.path().join("away"));
+        project.rename(&here, &away);
+        project.pause(30);
+        project.rename(&away, &here);
+    }),
+    ("a new clone in the project's place", |project| {
+        let (here, away) = (project.path(""), project.folder.path().join("away"));
+        let clone = project.folder.path().join("clone");
+        copy_sources(&here, &clone);
+        project.rename(&here, &away);
+        project.pause(30);
+        project.rename(&clone, &here);
+        // The watcher may be writing there.
+        while away.exists() {
+            let _ = fs::remove_dir_all(&away);
+        }
+    }),
     ("a parameter", |project| {
         let times = 1 + project.random.below(9);
         project.edit_manifest(|text| {
@@ -271,6 +325,7 @@ const PATTERNS: &[EditPattern] = &[
 
 /// The folder that is edited.
 struct EditedProject {
+    /// The project is in a folder of this one, so that another one can take its place.
     folder: tempfile::TempDir,
     random: Random,
     serial: usize,
@@ -281,9 +336,13 @@ impl EditedProject {
     fn new(seed: u64) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mut project = Self { folder, random: Random(seed), serial: 0, edits: 0 };
-        for folder in ["texts/here", "words", "versions", "parts", "faces"] {
+        for folder in ["texts/here", "words", "versions", "parts", "faces-a", "faces-b"] {
             fs::create_dir_all(project.path(folder)).unwrap();
         }
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("faces-a", project.path("faces")).unwrap();
+        #[cfg(not(unix))]
+        fs::create_dir(project.path("faces")).unwrap();
         let names = ["texts/t0.txt", "texts/t1.txt", "texts/here/t2.txt", "words/w0.txt", "words/w1.txt"];
         let parts = ["parts/0.inc", "parts/1.inc", "versions/a.txt", "versions/b.txt", "single.txt"];
         for name in names.iter().chain(&parts) {
@@ -299,7 +358,7 @@ impl EditedProject {
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.folder.path().join("project").join(name)
     }
 
     /// Every text that the glob matches.
@@ -386,6 +445,11 @@ impl EditedProject {
     /// An item that fails keeps its last good output, which a clean build does not have. So before `out` is
     /// compared, all texts that fail are replaced. If there are too many texts, some are removed.
     fn repair(&mut self) {
+        // One that is never left out.
+        let (path, word) = (self.path("texts/kept.txt"), self.word());
+        if !path.exists() {
+            self.write(&path, &word);
+        }
         let mut texts = self.texts();
         while texts.len() > 25 {
             let path = texts.swap_remove(self.random.below(texts.len()));
@@ -429,7 +493,7 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
         }
         project.repair();
         rounds += 1;
-        let (summary, wanted) = clean_build(project.folder.path(), &kinds);
+        let (summary, wanted) = clean_build(&project.path(""), &kinds);
         assert_eq!((summary.failed, summary.skipped), (0, 0), "the clean build of round {rounds}: {burst:?}");
         let moment = format!("round {rounds} of seed {seed}, after {burst:?}");
         await_equality(&project, &mut watcher, &wanted, &moment);

@@ -98,7 +98,7 @@ impl Publisher<'_> {
                 }
             }
         }
-        if self.announced.load(Ordering::Acquire) {
+        if self.announced.load(Ordering::Acquire) && !self.is_unfinished.load(Ordering::Acquire) {
             self.state.journal.append(&[self.ledger.publishing(false)])?;
         }
         Ok(std::mem::take(&mut *self.removed.lock()))

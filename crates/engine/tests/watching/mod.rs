@@ -123,13 +123,16 @@ pub(crate) fn clean_build(project: &Path, kinds: &Kinds) -> (Summary, BTreeMap<P
     (summary, files_below(&copy.path().join("out")))
 }
 
-fn copy_sources(from: &Path, to: &Path) {
+/// Copies a project without what builds made of it.
+pub(crate) fn copy_sources(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();
         let (source, target) = (entry.path(), to.join(entry.file_name()));
         let kind = entry.file_type().unwrap();
-        if entry.file_name() == "out" || entry.file_name() == ".specula" {
+        // The watcher's probes come and go.
+        let name = entry.file_name();
+        if name == "out" || name.to_string_lossy().starts_with(".specula") {
             continue;
         } else if kind.is_dir() {
             copy_sources(&source, &target);

@@ -183,6 +183,26 @@ impl Around {
     }
 }
 
+/// If it did, what is put in its place would land inside it.
+#[test]
+fn a_running_build_does_not_bring_back_a_project_that_was_moved_away() {
+    let around = Around::new();
+    let go = around.folder.path().join("go");
+    around.project.write("pipeline.toml", &CAPITALS.replace("kind = \"upper\"", "kind = \"wait-for-file\""));
+    around.project.write("in/sky.txt", &format!("wait {}", go.display()));
+    let watched = Watched::start(&around.project, Way::Listening.options());
+    watched.until("the build runs", |events| {
+        events.iter().any(|event| matches!(event, Event::Started { item, .. } if item.stage == "upper"))
+    });
+    around.rename("project", "old");
+    fs::write(&go, "").unwrap();
+    watched.until("the build ends", |events| {
+        events.iter().any(|event| matches!(event, Event::Ended(_) | Event::BuildError { .. }))
+    });
+    std::thread::sleep(Duration::from_millis(200));
+    assert!(!around.folder.path().join("project").exists(), "{}", log(&watched.events()));
+}
+
 /// Mounts a folder on another one; `None` if this user may not.
 #[cfg(target_os = "linux")]
 fn mounted(folder: &std::path::Path, on: &std::path::Path) -> Option<impl Drop + use<>> {
