@@ -190,15 +190,14 @@ impl Tools<'_> {
             for mention in paths::mentions(pieces, self.context) {
                 match mention {
                     Mention::Path(path) => self.named(&path, &text)?,
-                    Mention::Below(path) => self.warn_of_folder(&path, &text),
-                    Mention::Word(path) if !is_listed(&path, self.listed) => {
-                        let path = path.display();
-                        self.warnings.push(format!(
-                            "the argument {text:?} has the word {path}, a file of the project that is not \
-                             tracked: write {{folder}}/{path}, or list it in tools = [...]"
-                        ));
+                    Mention::Program(path) => {
+                        self.named(&path, &text)?;
+                        if let Ok(content) = self.context.read(&path) {
+                            interpreter::read_interpreters(&content, self.context)?;
+                        }
                     }
-                    Mention::Word(_) => {}
+                    Mention::Below(path) => self.warn_of_folder(&path, &text),
+                    Mention::Word(path) => self.warn_of_word(&path, &text),
                 }
             }
         }
@@ -220,9 +219,30 @@ impl Tools<'_> {
             return Ok(());
         }
         match self.context.read(path) {
-            Err(failure) if file.is_file() || failure.cancelled => Err(failure),
-            _ => Ok(()),
+            Err(failure) if file.is_file() || failure.cancelled => return Err(failure),
+            // A folder may appear there.
+            Err(_) => drop(self.context.is_folder(path)),
+            Ok(_) => {}
         }
+        Ok(())
+    }
+
+    /// Warns of a word that may be a path, unless `tools` lists it.
+    fn warn_of_word(&mut self, path: &Path, argument: &str) {
+        if is_listed(path, self.listed) {
+            return;
+        }
+        let shown = path.display();
+        self.warnings.push(match self.context.check_not_exported(path) {
+            Ok(()) => format!(
+                "the argument {argument:?} has the word {shown}, a file of the project that is not tracked: \
+                 write {{folder}}/{shown}, or list it in tools = [...]"
+            ),
+            Err(_) => format!(
+                "the argument {argument:?} has the word {shown}, a file in \"out\": if it is read, connect the \
+                 stage that makes it as an input; no tools = [...] can name it"
+            ),
+        });
     }
 
     /// Warns of an argument that names an unknown part of a folder, unless `tools` lists the folder.
