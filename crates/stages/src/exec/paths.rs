@@ -193,7 +193,12 @@ fn below_folder<'t>(
     let ends = rest.char_indices().filter(|(_, c)| is_end(*c)).map(|(end, c)| (end, is_special(c)));
     let ends = ends.chain([(rest.len(), goes_on)]).collect::<Vec<_>>();
     let existing = ends.iter().rev().find(|(end, _)| disk.exists(Path::new(&rest[..*end])));
-    let (end, is_open) = existing.or(ends.first()).copied().unwrap_or((rest.len(), goes_on));
+    // The value of an option has no end, unless it is a list.
+    let is_value = before.is_some_and(|text| text.ends_with('=') && !text.contains(char::is_whitespace))
+        && !goes_on
+        && !rest.contains(|c: char| is_end(c) && !c.is_whitespace());
+    let first = if is_value { ends.last() } else { ends.first() };
+    let (end, is_open) = existing.or(first).copied().unwrap_or((rest.len(), goes_on));
     let (path, rest) = rest.split_at(end);
     let mention = match is_open {
         // The last name is not complete: `{folder}/luts/film_$n.cube`.
@@ -280,6 +285,7 @@ mod tests {
             ("--lut={folder}/tools/film.cube", "tools/film.cube"),
             ("--lut={folder}/tools/my lut.cube", "tools/my lut.cube"),
             ("--lut={folder}/missing.cube", "missing.cube"),
+            ("--lut={folder}/a missing.cube", "a missing.cube"),
             ("--lut=tools/film.cube", "tools/film.cube"),
             ("--lut=tools/missing.cube", "tools/missing.cube"),
             ("lut=grade", "grade"),

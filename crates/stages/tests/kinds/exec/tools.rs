@@ -109,6 +109,22 @@ fn what_cannot_be_told_is_a_warning_that_tools_silence() {
 }
 
 #[test]
+fn a_folder_outside_the_project_is_not_read() {
+    let outside = tempfile::tempdir().unwrap();
+    let words = ["tools/print.sh", outside.path().to_str().unwrap(), "{output}"];
+    let project = Project::new(&stage(&words, ""), &FILES);
+    fs::write(outside.path().join("x"), "x").unwrap();
+    let found = warnings(&project.build());
+    assert!(found.len() == 1 && found[0].contains(words[1]), "{found:?}");
+    fs::write(outside.path().join("x"), "y").unwrap();
+    assert_eq!(project.build().graded().len(), 0);
+    let project = Project::new(&stage(&words, &format!("tools = [{:?}]", words[1])), &FILES);
+    assert_eq!(warnings(&project.build()), Vec::<String>::new());
+    fs::write(outside.path().join("x"), "z").unwrap();
+    assert_eq!(project.build().graded().len(), 1);
+}
+
+#[test]
 fn a_folder_that_contains_out_is_not_read() {
     for words in [
         ["tools/print.sh", "{folder}", "{output}"],
