@@ -245,3 +245,26 @@ fn a_failed_program_is_kept_for_a_run_by_hand() {
     project.ok(&["cache", "gc"]);
     assert!(!project.path(".specula/kept").exists());
 }
+
+#[test]
+fn a_link_into_out_is_refused_until_it_leads_elsewhere() {
+    let project = project();
+    let command = r#"command = ["sh", "-c", "cat {folder}/film.cube > $0", "{output}"]"#;
+    project.write("pipeline.toml", &GRADE.replace(r#"command = ["grade", "{output}"]"#, command));
+    project.write("luts/film.cube", "one\n");
+    let film = project.path("film.cube");
+    symlink("luts/film.cube", &film).unwrap();
+    let mut watcher = watch(&project, &[], &[]);
+    assert_eq!(graded(&project), "one");
+    fs::remove_file(&film).unwrap();
+    symlink("out/other.txt", &film).unwrap();
+    let events = watcher.wait("rejected", |_| true);
+    let text = events.last().unwrap().to_string();
+    assert!(text.contains("is inside \\\"out\\\", the folder for exports"), "{text}");
+    assert_eq!(specula(&project, &[], &["check"]).code, Some(3));
+    project.write("luts/film.cube", "two\n");
+    fs::remove_file(&film).unwrap();
+    symlink("luts/film.cube", &film).unwrap();
+    watcher.wait("accepted", |_| true);
+    expect(&project, &mut watcher, "two");
+}

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use parking_lot::Mutex;
 
 use crate::executor::{ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
-use crate::files::{digest_now, list, listing_digest, modified, normal, path_name};
+use crate::files::{digest_now, leads_to, lies_in, list, listing_digest, modified, normal, path_name};
 use crate::item_request::{
     FORMAT, ITEM, InputArtifact, ItemEnd, ItemReport, ItemRequest, KnownFile, KnownFolder, PortInputs,
     REPORT, artifact_place, file_place, output_place,
@@ -241,6 +241,9 @@ impl RunContext<'_> {
         // A worker cannot tell a word from the name of a file that is only here.
         for named in stage.configured.named_paths().into_iter().filter(|named| named.path.is_relative()) {
             let path = self.check.folder.join(&named.path);
+            if lies_in(&self.check.plan.out, &path, leads_to) {
+                continue;
+            }
             let kind = match fs::metadata(&path) {
                 Ok(found) if found.is_dir() => ReadKind::Names,
                 Ok(_) => ReadKind::Content,

@@ -73,7 +73,8 @@ parameters! {
     pub(crate) struct Nothing {}
 }
 
-/// Reads a file, or the names in a folder. A line `include NAME` reads a file beside it.
+/// Reads a file, or the names in a folder. A line `include NAME` reads a file beside it; instead of a line
+/// `program NAME` it says whether PATH has such a program.
 pub(crate) struct TextSource;
 
 impl Kind for TextSource {
@@ -99,9 +100,12 @@ impl Kind for TextSource {
         }
         let mut text = String::new();
         for line in String::from_utf8(context.read(&source)?.to_vec())?.split_inclusive('\n') {
-            match line.trim_end().strip_prefix("include ") {
-                Some(name) => text += &String::from_utf8(context.read(name.as_ref())?.to_vec())?,
-                None => text += line,
+            match line.trim_end().split_once(' ') {
+                Some(("include", name)) => text += &String::from_utf8(context.read(name.as_ref())?.to_vec())?,
+                Some(("program", name)) => {
+                    text += if context.find_program(name.as_ref()).is_ok() { "found" } else { "not found" };
+                }
+                _ => text += line,
             }
         }
         Output::artifact(Text(text))

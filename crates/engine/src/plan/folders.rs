@@ -182,6 +182,7 @@ impl Folders for RecordingFolders {
     }
 
     fn leads_to(&self, path: &Path) -> PathBuf {
+        // Not recorded, as above; whoever asks for another path looks for it first.
         DiskFolders.leads_to(path)
     }
 }

@@ -102,8 +102,8 @@ fn exports_read(graph: &Graph, node: &Node, folders: &dyn Folders) -> Vec<Diagno
         if named.is_word && path == graph.out {
             return None;
         }
-        // Looked for, so that a link that is put there later is noticed.
-        let _ = folders.find(&path);
+        // A watcher notices when a link on the way changes.
+        folders.find(&path);
         let what = if lies_in(&path, &graph.out, |path| folders.leads_to(path)) {
             "is inside"
         } else if named.is_read_whole && lies_in(&graph.out, &path, |path| folders.leads_to(path)) {

@@ -228,6 +228,20 @@ fn files_that_an_item_names_while_it_runs_are_sent_with_it_again() {
 }
 
 #[test]
+fn a_program_that_is_found_at_the_same_place_there_is_that_of_this_machine() {
+    let (project, worker) = project(Fault::None);
+    project.write("texts/a.txt", "program cargo\n");
+    let log = project.build();
+    assert!(log.contains("run text [a] at cluster"), "{log}");
+    assert_eq!(project.read("out/a.txt"), "FOUND!");
+    assert_eq!(worker.sent.lock()[0], ["item.json", "files/texts/a.txt"], "programs are not sent");
+    assert!(project.build().contains("0 ran"));
+    let reads = project.explain("text [a]").remove(0).last.unwrap().reads;
+    let read = reads.iter().find(|read| read.kind == crate::ReadKind::Lookup).unwrap();
+    assert!(read.path == "cargo" && read.found.as_ref().unwrap().ends_with("/cargo"), "{read:?}");
+}
+
+#[test]
 fn a_file_of_somebody_else_is_not_sent() {
     let (project, worker) = project(Fault::None);
     let other = tempfile::NamedTempFile::new().unwrap();

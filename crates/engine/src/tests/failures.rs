@@ -442,3 +442,18 @@ fn a_pipe_or_an_endless_file_beside_a_source_is_an_error() {
         );
     }
 }
+
+#[test]
+fn an_item_that_reads_a_file_in_out_fails_and_says_why() {
+    let project = refusing();
+    project.write("a.txt", "include out/x.txt\n");
+    project.write("out/x.txt", "exported");
+    let log = project.build();
+    assert!(
+        log.contains("FAILED text [a]") && log.contains("is inside \"out\", the folder for exports"),
+        "{log}"
+    );
+    project.write("more/x.txt", "moved");
+    project.write("a.txt", "include more/x.txt\n");
+    assert!(project.build().contains("0 failed"));
+}

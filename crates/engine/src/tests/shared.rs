@@ -240,6 +240,22 @@ fn files_that_a_file_includes_are_part_of_the_action() {
 }
 
 #[test]
+fn where_path_leads_is_part_of_the_action() {
+    let memory = Arc::<Memory>::default();
+    for name in ["cargo", "no-such-program"] {
+        let text = format!("program {name}\n");
+        let one = project(&memory, &text);
+        assert!(one.build().contains("ran text [a]"));
+        let reads = one.explain("text [a]").remove(0).last.unwrap().reads;
+        let read = reads.iter().find(|read| read.kind == crate::ReadKind::Lookup).unwrap();
+        assert_eq!((read.path.as_str(), read.found.is_some()), (name, name == "cargo"));
+        assert_eq!(read.digest.is_some(), read.found.is_some());
+        let other = project(&memory, &text).build();
+        assert!(other.contains("from memory text [a]") && other.contains("0 ran"), "{other}");
+    }
+}
+
+#[test]
 fn a_result_that_does_not_fit_is_not_taken() {
     let changes: [&dyn Fn(&mut serde_json::Value); 6] = [
         &|result| result["key"] = Digest::of(b"other").to_string().into(),

@@ -15,6 +15,8 @@ use super::command::{Command, Piece};
 pub(super) enum Mention {
     /// It names this path. A relative one is taken from the manifest's folder.
     Path(PathBuf),
+    /// It is a line of shell that runs this program.
+    Program(PathBuf),
     /// It names something below this path, but what cannot be told; empty for the manifest's folder.
     Below(PathBuf),
     /// It holds a word that would be this file if it were read from the manifest's folder.
@@ -68,17 +70,22 @@ pub(super) fn mentions(pieces: &[Piece], disk: &dyn Exists) -> Vec<Mention> {
         return vec![Mention::Path(path)];
     }
     let mut found = Vec::new();
+    // What belongs to a path after {folder} is not a word of its own.
+    let mut rest = "";
     for (index, piece) in pieces.iter().enumerate() {
-        let Piece::Text(text) = piece else {
-            if *piece == Piece::Folder {
-                found.extend(below_folder(pieces, index, disk));
+        match (piece, pieces.get(index + 1)) {
+            (Piece::Folder, next) => {
+                let after = if let Some(Piece::Text(text)) = next { text } else { "" };
+                let (mention, left) = below_folder(pieces, index, after, disk);
+                found.extend(mention);
+                rest = left;
+                continue;
             }
-            continue;
-        };
-        // What belongs to a path after {folder} is not a word of its own.
-        let is_after_folder = index > 0 && pieces[index - 1] == Piece::Folder;
-        let end = if is_after_folder { text.find(ends_a_word).unwrap_or(text.len()) } else { 0 };
-        for word in text[end..].split(ends_a_word) {
+            (Piece::Text(text), _) if index == 0 || pieces[index - 1] != Piece::Folder => rest = text,
+            (Piece::Text(_), _) => {}
+            _ => continue,
+        }
+        for word in rest.split(ends_a_word) {
             let path = Path::new(word);
             if word.contains(['/', '.']) && path.is_relative() && disk.is_file(path) {
                 found.push(Mention::Word(path.into()));
@@ -100,7 +107,7 @@ pub(super) fn spelled(command: &Command) -> impl Iterator<Item = NamedPath> {
             is_read_whole: false,
         };
         let found = mentions(pieces, &Nothing).into_iter().filter_map(|mention| match mention {
-            Mention::Path(path) => Some(path),
+            Mention::Path(path) | Mention::Program(path) => Some(path),
             Mention::Below(path) => Some(path).filter(|path| !path.as_os_str().is_empty()),
             Mention::Word(_) => None,
         });
@@ -159,37 +166,55 @@ fn value(pieces: &[Piece], disk: &dyn Exists) -> Option<PathBuf> {
         .then(|| path.into())
 }
 
-/// What the text after the placeholder `{folder}` at an index names.
-fn below_folder(pieces: &[Piece], index: usize, disk: &dyn Exists) -> Option<Mention> {
+/// What the text after the placeholder `{folder}` at an index names, and the rest of the text.
+fn below_folder<'t>(
+    pieces: &[Piece],
+    index: usize,
+    after: &'t str,
+    disk: &dyn Exists,
+) -> (Option<Mention>, &'t str) {
     let before = index.checked_sub(1).and_then(|before| match &pieces[before] {
         Piece::Text(text) => Some(text.as_str()),
         _ => None,
     });
+    let before = before.map(|text| text.trim_end_matches(['"', '\'', ' ', '\t']));
     // What a shell writes is not read.
-    if before.is_some_and(|text| text.trim_end_matches(['"', '\'', ' ']).ends_with('>')) {
-        return None;
+    if before.is_some_and(|text| text.ends_with('>')) {
+        return (None, after.trim_start_matches(|c| !ends_a_word(c)));
     }
-    let after = match pieces.get(index + 1) {
-        Some(Piece::Text(text)) => text.as_str(),
-        _ => "",
-    };
     // In a shell, "{folder}"/tools is a path too.
     let after = after.strip_prefix(['"', '\'']).filter(|rest| rest.starts_with('/')).unwrap_or(after);
     let rest = after.trim_start_matches('/');
     let is_end = |c: char| ends_a_word(c) || is_special(c);
     if rest.len() == after.len() || rest.is_empty() || rest.starts_with(is_end) {
-        return Some(Mention::Below(PathBuf::new()));
+        return (Some(Mention::Below(PathBuf::new())), rest);
     }
     let goes_on = pieces.len() > index + 2;
     let ends = rest.char_indices().filter(|(_, c)| is_end(*c)).map(|(end, c)| (end, is_special(c)));
     let ends = ends.chain([(rest.len(), goes_on)]).collect::<Vec<_>>();
     let existing = ends.iter().rev().find(|(end, _)| disk.exists(Path::new(&rest[..*end])));
-    let (end, is_open) = *existing.or(ends.first())?;
-    let path = &rest[..end];
-    match is_open {
+    // The value of an option has no end, unless it is a list.
+    let is_value = before.is_some_and(|text| text.ends_with('=') && !text.contains(char::is_whitespace))
+        && !goes_on
+        && !rest.contains(|c: char| is_end(c) && !c.is_whitespace());
+    let first = if is_value { ends.last() } else { ends.first() };
+    let (end, is_open) = existing.or(first).copied().unwrap_or((rest.len(), goes_on));
+    let (path, rest) = rest.split_at(end);
+    let mention = match is_open {
         // The last name is not complete: `{folder}/luts/film_$n.cube`.
-        true => Some(Mention::Below(path.rfind('/').map_or("", |slash| &path[..slash]).into())),
-        false => Some(Mention::Path(path.into())),
+        true => Mention::Below(path.rfind('/').map_or("", |slash| &path[..slash]).into()),
+        false if is_run(before, rest, index) => Mention::Program(path.into()),
+        false => Mention::Path(path.into()),
+    };
+    (Some(mention), rest)
+}
+
+/// Whether a shell runs the path that stands between two texts: it is the first word of a command.
+fn is_run(before: Option<&str>, after: &str, index: usize) -> bool {
+    match before {
+        Some("") => after.starts_with(ends_a_word),
+        Some(text) => text.ends_with([';', '|', '&', '(', '`', '\n']),
+        None => index == 0 && after.starts_with(|c: char| ends_a_word(c) && !",:=".contains(c)),
     }
 }
 
@@ -220,12 +245,20 @@ mod tests {
         }
     }
 
-    const FILES: Files =
-        Files(&["tools/run.sh", "tools/film.cube", "tools/my lut.cube", "luts/a.cube", "grade", "run.sh"]);
+    const FILES: Files = Files(&[
+        "tools/run.sh",
+        "tools/film.cube",
+        "tools/my lut.cube",
+        "tools/my run.sh",
+        "luts/a.cube",
+        "grade",
+        "run.sh",
+    ]);
 
     fn found(argument: &str) -> String {
         let shown = mentions(&pieces(argument).unwrap(), &FILES).into_iter().map(|mention| match mention {
             Mention::Path(path) => path.display().to_string(),
+            Mention::Program(path) => format!("run {}", path.display()),
             Mention::Below(path) => format!("below {}/", path.display()),
             Mention::Word(path) => format!("word {}", path.display()),
         });
@@ -252,6 +285,7 @@ mod tests {
             ("--lut={folder}/tools/film.cube", "tools/film.cube"),
             ("--lut={folder}/tools/my lut.cube", "tools/my lut.cube"),
             ("--lut={folder}/missing.cube", "missing.cube"),
+            ("--lut={folder}/a missing.cube", "a missing.cube"),
             ("--lut=tools/film.cube", "tools/film.cube"),
             ("--lut=tools/missing.cube", "tools/missing.cube"),
             ("lut=grade", "grade"),
@@ -261,13 +295,16 @@ mod tests {
             ("{folder}/luts/a.cube:{folder}/tools/film.cube", "luts/a.cube + tools/film.cube"),
             ("{folder}/missing,{folder}/tools/film.cube", "missing + tools/film.cube"),
             // Lines of shell.
-            ("{folder}/tools/run.sh {input} {output}", "tools/run.sh"),
+            ("{folder}/tools/run.sh {input} {output}", "run tools/run.sh"),
             ("sh '{folder}/tools/run.sh' > {output}", "tools/run.sh"),
             ("sh \"{folder}/tools/my lut.cube\" > {output}", "tools/my lut.cube"),
             ("sh \"{folder}\"/tools/run.sh", "tools/run.sh"),
-            ("(cd {folder}/luts; ls) | {folder}/tools/run.sh", "luts + tools/run.sh"),
-            ("{folder}/tools/run.sh; {folder}/missing $1", "tools/run.sh + missing"),
-            ("cat `{folder}/tools/run.sh`&&true", "tools/run.sh"),
+            ("(cd {folder}/luts; ls) | {folder}/tools/run.sh", "luts + run tools/run.sh"),
+            ("\"{folder}/tools/my run.sh\" $1", "run tools/my run.sh"),
+            ("\"{folder}\"/tools/run.sh; true", "run tools/run.sh"),
+            ("cd / && {folder}/tools/run.sh", "run tools/run.sh"),
+            ("{folder}/tools/run.sh; {folder}/missing $1", "run tools/run.sh + run missing"),
+            ("cat `{folder}/tools/run.sh`&&true", "run tools/run.sh"),
             ("echo > {folder}/log; true", ""),
             ("echo >>\"{folder}/log\"", ""),
             // What cannot be told.

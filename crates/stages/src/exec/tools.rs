@@ -190,15 +190,14 @@ impl Tools<'_> {
             for mention in paths::mentions(pieces, self.context) {
                 match mention {
                     Mention::Path(path) => self.named(&path, &text)?,
-                    Mention::Below(path) => self.warn_of_folder(&path, &text),
-                    Mention::Word(path) if !is_listed(&path, self.listed) => {
-                        let path = path.display();
-                        self.warnings.push(format!(
-                            "the argument {text:?} has the word {path}, a file of the project that is not \
-                             tracked: write {{folder}}/{path}, or list it in tools = [...]"
-                        ));
+                    Mention::Program(path) => {
+                        self.named(&path, &text)?;
+                        if let Ok(content) = self.context.read(&path) {
+                            interpreter::read_interpreters(&content, self.context)?;
+                        }
                     }
-                    Mention::Word(_) => {}
+                    Mention::Below(path) => self.warn_of_folder(&path, &text),
+                    Mention::Word(path) => self.warn_of_word(&path, &text),
                 }
             }
         }
@@ -211,18 +210,40 @@ impl Tools<'_> {
         self.context.check_not_exported(path)?;
         let file = self.context.resolve(path);
         if file.is_dir() {
-            let mut left = MAX_FILES;
-            let is_read = !self.context.contains_exports(path)
-                && read_folder(path, &mut Vec::new(), &mut left, self.context)?;
+            let is_inside = !path.starts_with("..") && file.starts_with(self.context.resolve(Path::new("")));
+            let is_read = is_inside
+                && !self.context.contains_exports(path)
+                && FolderReader::new(self.context, Some(MAX_FILES)).read(path)?;
             if !is_read {
                 self.warn_of_folder(path, argument);
             }
             return Ok(());
         }
         match self.context.read(path) {
-            Err(failure) if file.is_file() || failure.cancelled => Err(failure),
-            _ => Ok(()),
+            Err(failure) if file.is_file() || failure.cancelled => return Err(failure),
+            // A folder may appear there.
+            Err(_) => drop(self.context.is_folder(path)),
+            Ok(_) => {}
         }
+        Ok(())
+    }
+
+    /// Warns of a word that may be a path, unless `tools` lists it.
+    fn warn_of_word(&mut self, path: &Path, argument: &str) {
+        if is_listed(path, self.listed) {
+            return;
+        }
+        let shown = path.display();
+        self.warnings.push(match self.context.check_not_exported(path) {
+            Ok(()) => format!(
+                "the argument {argument:?} has the word {shown}, a file of the project that is not tracked: \
+                 write {{folder}}/{shown}, or list it in tools = [...]"
+            ),
+            Err(_) => format!(
+                "the argument {argument:?} has the word {shown}, a file in \"out\": if it is read, connect the \
+                 stage that makes it as an input; no tools = [...] can name it"
+            ),
+        });
     }
 
     /// Warns of an argument that names an unknown part of a folder, unless `tools` lists the folder.
@@ -242,8 +263,7 @@ impl Tools<'_> {
     fn listed(&self) -> Result<(), Failure> {
         for tool in self.listed.iter().map(Path::new) {
             let read = if self.context.is_folder(tool) {
-                let mut left = usize::MAX;
-                read_folder(tool, &mut Vec::new(), &mut left, self.context).map(drop)
+                FolderReader::new(self.context, None).read(tool).map(drop)
             } else {
                 self.context.read(tool).map(drop)
             };
@@ -279,40 +299,59 @@ pub(super) fn absent(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf>
 /// An argument that names a folder with more files than this has to say in `tools` which ones matter.
 const MAX_FILES: usize = 4096;
 
-/// Reads the files in a folder, at most as many as are left; returns whether those were all. `open` are the
-/// folders above it, so that a link to one of them is not followed for ever.
-fn read_folder(
-    folder: &Path,
-    open: &mut Vec<PathBuf>,
-    left: &mut usize,
-    context: &Context<'_>,
-) -> Result<bool, Failure> {
-    let path = context.resolve(folder);
-    let real = path.canonicalize().unwrap_or(path);
-    if open.contains(&real) {
-        return Ok(true);
+/// Reads the files in folders.
+struct FolderReader<'c> {
+    context: &'c Context<'c>,
+    /// The folders above the present one, so that a link to one of them is not followed for ever.
+    open: Vec<PathBuf>,
+    /// At most so many files are read further.
+    left: usize,
+    /// Whether a file that cannot be read is an error; otherwise that is recorded, and the program will tell.
+    is_strict: bool,
+}
+
+impl<'c> FolderReader<'c> {
+    fn new(context: &'c Context<'c>, limit: Option<usize>) -> Self {
+        let left = limit.unwrap_or(usize::MAX);
+        Self { context, open: Vec::new(), left, is_strict: limit.is_none() }
     }
-    open.push(real);
-    for (name, is_folder) in context.list(folder)? {
-        if name.starts_with('.') || name == "__pycache__" || name.ends_with(".pyc") {
-            continue;
+
+    /// Reads all files in a folder; returns whether those were not too many.
+    fn read(&mut self, folder: &Path) -> Result<bool, Failure> {
+        let path = self.context.resolve(folder);
+        let real = path.canonicalize().unwrap_or(path);
+        if self.open.contains(&real) {
+            return Ok(true);
         }
-        context.check_cancelled()?;
-        let path = folder.join(name);
-        let is_all = if is_folder {
-            read_folder(&path, open, left, context)?
-        } else if *left == 0 {
-            false
-        } else {
-            *left -= 1;
-            context.read(&path).map(|_| true)?
+        self.open.push(real);
+        let names = match self.context.list(folder) {
+            Err(failure) if self.is_strict => return Err(failure),
+            names => names.unwrap_or_default(),
         };
-        if !is_all {
-            return Ok(false);
+        for (name, is_folder) in names {
+            if name.starts_with('.') || name == "__pycache__" || name.ends_with(".pyc") {
+                continue;
+            }
+            self.context.check_cancelled()?;
+            let path = folder.join(name);
+            self.context.check_not_exported(&path)?;
+            if is_folder {
+                if !self.read(&path)? {
+                    return Ok(false);
+                }
+            } else if self.left == 0 {
+                return Ok(false);
+            } else {
+                self.left -= 1;
+                match self.context.read(&path) {
+                    Err(failure) if self.is_strict || failure.cancelled => return Err(failure),
+                    _ => {}
+                }
+            }
         }
+        self.open.pop();
+        Ok(true)
     }
-    open.pop();
-    Ok(true)
 }
 
 /// An argument that is the same in every run; `None` if it holds an input or the output.

@@ -60,6 +60,7 @@ fn every_path_that_an_argument_names_is_tracked() {
         (vec!["tools/print.sh", "{folder}/tools/run.sh,{folder}/luts/a.cube", "{output}"], "luts/a.cube"),
         (vec!["tools/print.sh", "--lut={folder}/tools/late.cube", "{output}"], "tools/late.cube"),
         (vec!["tools/print.sh", "tools/late.cube", "{output}"], "tools/late.cube"),
+        (vec!["tools/print.sh", "{folder}/late", "{output}"], "late/new.cube"),
         (vec!["-c", "sh {folder}/tools/run.sh {output}"], "tools/run.sh"),
         (vec!["-c", "sh '{folder}/tools/run.sh' {output}; true"], "tools/run.sh"),
         (vec!["-c", "sh \"{folder}\"/tools/run.sh {output}"], "tools/run.sh"),
@@ -105,6 +106,22 @@ fn what_cannot_be_told_is_a_warning_that_tools_silence() {
         project.write("tools/lib/x", b"");
         assert_eq!(warnings(&project.build()), Vec::<String>::new(), "{words:?}");
     }
+}
+
+#[test]
+fn a_folder_outside_the_project_is_not_read() {
+    let outside = tempfile::tempdir().unwrap();
+    let words = ["tools/print.sh", outside.path().to_str().unwrap(), "{output}"];
+    let project = Project::new(&stage(&words, ""), &FILES);
+    fs::write(outside.path().join("x"), "x").unwrap();
+    let found = warnings(&project.build());
+    assert!(found.len() == 1 && found[0].contains(words[1]), "{found:?}");
+    fs::write(outside.path().join("x"), "y").unwrap();
+    assert_eq!(project.build().graded().len(), 0);
+    let project = Project::new(&stage(&words, &format!("tools = [{:?}]", words[1])), &FILES);
+    assert_eq!(warnings(&project.build()), Vec::<String>::new());
+    fs::write(outside.path().join("x"), "z").unwrap();
+    assert_eq!(project.build().graded().len(), 1);
 }
 
 #[test]
@@ -175,6 +192,20 @@ fn nothing_in_out_is_read() {
         assert!(errors.contains(told) && errors.contains("inputs = {"), "{words:?} {tools:?}: {errors}");
         assert!(errors.starts_with("pipeline.toml:") || errors.contains("pipeline.toml:1"), "{errors}");
     }
+    // In a line of shell such a word is a warning once the file is there.
+    let project = Project::new(
+        &stage(
+            &["-c", "cd {folder}/tools; cat ../out/x.txt; echo out/x.txt; echo > $OLDPWD/$0", "{output}"],
+            "",
+        ),
+        &FILES,
+    );
+    project.write("out/x.txt", b"exported");
+    let warnings = warnings(&project.build());
+    assert!(
+        warnings.len() == 1 && warnings.iter().all(|text| text.contains("a file in \"out\"")),
+        "{warnings:?}"
+    );
     // A mode may have the name of the folder.
     let project = Project::new(&stage(&["tools/print.sh", "out", "--mode=out", "{output}"], ""), &FILES);
     project.build();
@@ -213,6 +244,14 @@ fn the_interpreters_of_a_script_are_tools() {
     script("tools/second", "#!/bin/sh\necho two > $3\n");
     assert_eq!(project.build().graded().len(), 1);
     assert_eq!(project.read("out/graded.txt"), "two\n");
+    // In a line of shell, too.
+    let words = ["-c", "cd {folder}/tools && {folder}/tools/grade \"$OLDPWD/$0\"", "{output}"];
+    project.write("pipeline.toml", super::manifest(&self::stage(&words, "")).as_bytes());
+    let failures = project.build().failures();
+    assert!(failures.is_empty(), "{failures:?}");
+    script("tools/second", "#!/bin/sh\necho three > $3\n");
+    assert_eq!(project.build().graded().len(), 1);
+    project.write("pipeline.toml", super::manifest(stage).as_bytes());
     // One that is missing fails the item until it appears.
     script("tools/grade", &interpreter("tools/third"));
     assert_eq!(project.build().summary.failed, 1);
