@@ -172,6 +172,11 @@ impl PreviewCatalog {
         Ok(self.entries.get(&(environment, material)))
     }
 
+    /// All that can be shown, each with the name of its environment.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (&str, &CatalogEntry)> {
+        self.entries.iter().map(|((environment, _), entry)| (self.environments[*environment].as_str(), entry))
+    }
+
     /// Checks that an environment is known.
     ///
     /// # Errors

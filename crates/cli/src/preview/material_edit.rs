@@ -93,6 +93,8 @@ impl MaterialEdits {
         let file = file.to_owned();
         let made = material_of(&file, &text)?;
         if read(&file) != known.text {
+            // The window asks what to do with it when the material is shown.
+            self.sent.remove(material);
             return Err(vec![format!("{} has changed on the disk", file.display())]);
         }
         write(&file, &text).map_err(|error| vec![format!("{}: {error}", file.display())])?;
@@ -165,8 +167,8 @@ fn read(file: &Path) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| cannot(error.to_string()))
 }
 
-/// Replaces a material file, which keeps its permissions. A link stays a link.
-fn write(file: &Path, text: &str) -> io::Result<()> {
+/// Replaces a file, which keeps its permissions. A link stays a link.
+pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
     let file = fs::canonicalize(file)?;
     let permissions = fs::metadata(&file)?.permissions();
     engine::replace_file(&file, text.as_bytes())?;

@@ -1,5 +1,7 @@
 //! Actions and updates, without a window.
 
+mod saving;
+
 use super::*;
 use crate::testkit;
 use preview::Show;

@@ -146,6 +146,9 @@ impl<'a> Session<'a> {
                 Some(format!("failure {}", lines.unwrap_or_default().join("; ")))
             }
             PreviewUpdate::Status(_) | PreviewUpdate::Material { .. } | PreviewUpdate::Close => None,
+            PreviewUpdate::MaterialSaved { .. }
+            | PreviewUpdate::LightEdit { .. }
+            | PreviewUpdate::LightSaved(_) => None,
         });
         lines.collect()
     }
