@@ -1,7 +1,7 @@
 //! Questions over the window, which wait for an answer: whether to save before closing, and whether to write the
 //! light.
 
-use eframe::egui::{Button, Id, Modal, RichText, ScrollArea, Ui};
+use eframe::egui::{Button, Frame, Id, Modal, RichText, ScrollArea, Ui};
 
 use crate::state::Action;
 use crate::theme;
@@ -42,7 +42,8 @@ pub(crate) fn dialog(ui: &Ui, dialog: &Dialog, actions: &mut Vec<Action>) {
         Dialog::SaveLight { .. } => &[(Answer::Save, "Write"), (Answer::Cancel, "Cancel (Esc)")],
     };
     let window = ui.ctx().content_rect();
-    Modal::new(Id::unique("dialog")).show(ui.ctx(), |ui| {
+    let frame = Frame::popup(ui.style()).inner_margin(14);
+    Modal::new(Id::unique("dialog")).frame(frame).show(ui.ctx(), |ui| {
         ui.set_max_width((window.width() - AROUND).clamp(120.0, WIDEST));
         ui.label(RichText::new(question).heading().color(theme::STRONG));
         let most = (window.height() - BESIDE_LINES).max(40.0);

@@ -67,7 +67,7 @@ fn buttons(ui: &mut Ui, editor: &MaterialEditor, actions: &mut Vec<Action>) {
         (redo, "redo", "Redo (Ctrl Shift Z)", Action::Redo),
         (is_edited, "revert", "Return to the values of the file (Ctrl R)", Action::Revert),
     ];
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         for (enabled, name, explained, action) in buttons {
             if ui.add_enabled(enabled, Button::new(name).small()).on_hover_text(explained).clicked() {
                 actions.push(action);

@@ -70,6 +70,7 @@ mod tabulate_brdf;
 mod test_pattern;
 #[cfg(test)]
 mod testkit;
+mod toml_text;
 mod vector;
 mod vertex_blend;
 

@@ -1,13 +1,13 @@
-//! Edits of a manifest's text. Only the edited places change: comments, order, spaces, line ends and the notation of
-//! everything else stay, byte for byte.
-
-use std::ops::Range;
+//! Edits of a manifest's text.
 
 use engine::{Document, Entry, Table, Value, ValueKind};
+
+use crate::toml_text::{self, TomlText, is_integer, table_of};
 
 /// A value as it is written.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Written {
+    /// The name of a stage or a kind.
     Text(String),
     Number(f64),
     Numbers([f64; 4]),
@@ -43,7 +43,7 @@ pub(crate) fn edited(file: &str, text: &str, edits: &[ManifestEdit]) -> Result<S
     let mut expected = parse(body)?.table;
     for edit in edits {
         let table = parse(&text)?.table;
-        text = Text { text: &text, table: &table }.edited(edit).ok_or_else(cannot)?;
+        text = Text { text: TomlText(&text), table: &table }.edited(edit).ok_or_else(cannot)?;
         expect(&mut expected, edit).ok_or_else(cannot)?;
     }
     match parse(&text) {
@@ -93,19 +93,12 @@ fn entries_of<'e>(entries: &'e mut [Entry], name: &str) -> Option<&'e mut Vec<En
     }
 }
 
-fn is_integer(value: &Value) -> bool {
-    matches!(value.kind, ValueKind::Integer(_))
-}
-
 impl Written {
     /// Its TOML. A whole number in place of a whole one stays without a point.
     pub(crate) fn toml(&self, in_place_of_integer: bool) -> String {
         match self {
-            Self::Text(text) => toml_edit::Value::from(text.as_str()).to_string(),
-            Self::Number(number) if in_place_of_integer && number.fract() == 0.0 && number.abs() < 1e15 => {
-                format!("{number:.0}")
-            }
-            Self::Number(number) => format!("{number:?}"),
+            Self::Text(text) => format!("{text:?}"),
+            Self::Number(number) => toml_text::number(*number, in_place_of_integer),
             Self::Numbers(numbers) => format!("{numbers:?}"),
         }
     }
@@ -118,7 +111,7 @@ impl Written {
 
 /// The text of a manifest, and its content, whose spans refer to the text.
 struct Text<'t> {
-    text: &'t str,
+    text: TomlText<'t>,
     table: &'t Table,
 }
 
@@ -132,20 +125,13 @@ impl Text<'_> {
     }
 
     fn set(&self, stage: &str, key: &str, value: &Written) -> Option<String> {
-        let at = self.stage(stage)?;
-        let table = table_of(&at.value)?;
+        let stages = table_of(&self.table.get("stage")?.value)?;
+        let table = table_of(&self.stage(stage)?.value)?;
         if let Some(entry) = table.get(key) {
-            return Some(self.replaced(entry.value.span.clone(), &value.toml(is_integer(&entry.value))));
+            return Some(self.text.replaced(entry.value.span.clone(), &value.toml(is_integer(&entry.value))));
         }
-        let sibling = table.entries.iter().filter(|entry| table_of(&entry.value).is_none());
-        let sibling = sibling.max_by_key(|entry| entry.value.span.end)?;
-        let written = format!("{key} = {}", value.toml(false));
-        match self.is_inline(at) {
-            true => Some(self.inserted(sibling.value.span.end, &format!(", {written}"))),
-            false => {
-                Some(self.with_lines(sibling.value.span.end, &format!("{}{written}", self.before(sibling))))
-            }
-        }
+        let is_inline = [stages, table].into_iter().any(|table| self.text.is_inline(table));
+        self.text.with_entry(table, is_inline, key, &value.toml(false))
     }
 
     fn connect(&self, stage: &str, port: &str, to: &str) -> Option<String> {
@@ -155,9 +141,9 @@ impl Text<'_> {
             None => table_of(&table.get(LONG)?.value)?.get(port)?,
         };
         let span = connected.value.span.clone();
-        let is_literal = self.text[span.clone()].starts_with('\'');
+        let is_literal = self.text.0[span.clone()].starts_with('\'');
         let new = if is_literal { format!("'{to}'") } else { Written::Text(to.into()).toml(false) };
-        Some(self.replaced(span, &new))
+        Some(self.text.replaced(span, &new))
     }
 
     fn add(&self, behind: &str, stage: &str, entries: &[(&'static str, Written)]) -> Option<String> {
@@ -166,97 +152,26 @@ impl Text<'_> {
         let lines = entries.iter().map(|(key, value)| format!("{key} = {}", value.toml(false)));
         let lines = lines.collect::<Vec<_>>();
         let inline = format!("{stage} = {{ {} }}", lines.join(", "));
-        if self.is_inline_table(self.table.get("stage")?) {
-            return Some(self.inserted(at.value.span.end, &format!(", {inline}")));
+        let text = &self.text;
+        if text.is_inline(table_of(&self.table.get("stage")?.value)?) {
+            return Some(text.inserted(at.value.span.end, &format!(", {inline}")));
         }
-        if self.is_inline_table(at) {
-            return Some(self.with_lines(at.value.span.end, &format!("{}{inline}", self.before(at))));
+        if text.is_inline(table_of(&at.value)?) {
+            return Some(text.with_lines(at.value.span.end, &format!("{}{inline}", text.before(at))));
         }
-        if !self.before(kind).trim().is_empty() {
+        let indent = text.before(kind);
+        if !indent.trim().is_empty() {
             // Its lines are `stage.lighting.kind = ...`, or the same without `stage.` under a header.
-            return Some(self.with_lines(last_place(&at.value), &format!("{}{inline}", self.before(at))));
+            return Some(text.with_lines(last_place(&at.value), &format!("{}{inline}", text.before(at))));
         }
-        let indent = self.before(kind);
-        let end = self.with_comments(last_place(&at.value));
+        let end = text.with_comments(last_place(&at.value));
         let body = lines.iter().map(|line| format!("\n{indent}{line}")).collect::<String>();
-        let header = self.indent_of_header(kind.key_span.start);
-        Some(self.with_lines(end, &format!("\n{header}[stage.{stage}]{body}")))
+        let header = text.indent_of_header(kind.key_span.start);
+        Some(text.with_lines(end, &format!("\n{header}[stage.{stage}]{body}")))
     }
 
     fn stage(&self, name: &str) -> Option<&Entry> {
         table_of(&self.table.get("stage")?.value)?.get(name)
-    }
-
-    /// Whether the entries of a stage are between braces.
-    fn is_inline(&self, stage: &Entry) -> bool {
-        self.is_inline_table(stage)
-            || self.table.get("stage").is_some_and(|stages| self.is_inline_table(stages))
-    }
-
-    fn is_inline_table(&self, entry: &Entry) -> bool {
-        self.text[entry.value.span.start..].starts_with('{')
-    }
-
-    /// What is written before a key in its line: spaces, or `stage.turned.`.
-    fn before(&self, entry: &Entry) -> &str {
-        &self.text[self.line_start(entry.key_span.start)..entry.key_span.start]
-    }
-
-    fn line_start(&self, at: usize) -> usize {
-        self.text[..at].rfind('\n').map_or(0, |newline| newline + 1)
-    }
-
-    /// The end of a line, before its line end.
-    fn line_end(&self, at: usize) -> usize {
-        let end = self.text[at..].find('\n').map_or(self.text.len(), |newline| at + newline);
-        if self.text[at..end].ends_with('\r') { end - 1 } else { end }
-    }
-
-    /// The end of the lines of comments that directly follow a line, unless they lead over to what is below them.
-    fn with_comments(&self, at: usize) -> usize {
-        let own = self.line_end(at);
-        let mut end = own;
-        while let Some(newline) = self.text[end..].find('\n') {
-            let next = end + newline + 1;
-            let next_end = self.line_end(next);
-            match self.text[next..next_end].trim() {
-                "" => return end,
-                comment if comment.starts_with('#') => end = next_end,
-                _ => return own,
-            }
-        }
-        end
-    }
-
-    /// The spaces before the header that a line is under.
-    fn indent_of_header(&self, at: usize) -> &str {
-        let header = self.text[..at].lines().rfind(|line| line.trim_start().starts_with('['));
-        header.map_or("", |line| &line[..line.len() - line.trim_start().len()])
-    }
-
-    fn replaced(&self, span: Range<usize>, new: &str) -> String {
-        format!("{}{new}{}", &self.text[..span.start], &self.text[span.end..])
-    }
-
-    fn inserted(&self, at: usize, new: &str) -> String {
-        self.replaced(at..at, new)
-    }
-
-    /// The text with further lines behind the line of a place, whose line end they have.
-    fn with_lines(&self, at: usize, lines: &str) -> String {
-        let end = self.line_end(at);
-        let rest = &self.text[end..];
-        let is_windows = rest.starts_with('\r') || rest.is_empty() && self.text.contains("\r\n");
-        let newline = if is_windows { "\r\n" } else { "\n" };
-        let lines = lines.split('\n').map(|line| format!("{newline}{line}")).collect::<String>();
-        self.inserted(end, &lines)
-    }
-}
-
-fn table_of(value: &Value) -> Option<&Table> {
-    match &value.kind {
-        ValueKind::Table(table) => Some(table),
-        _ => None,
     }
 }
 
@@ -324,6 +239,7 @@ mod tests {
             ("[stage]\nturned = { kind = \"rotate\", yaw = 30, input = \"l\" } # a set\n", "75"),
             ("stage.turned.kind = \"rotate\"\nstage.turned.yaw = 30\nstage.turned.input = \"l\"", "75"),
             ("stage = { turned = { yaw = 30 } }", "75"),
+            ("stage = { turned.kind = \"rotate\", turned.yaw = 30, x.kind = \"y\" }", "75"),
             ("[ stage . \"turned\" ]\n\n\nyaw=+30\n\n# the end", "75"),
         ] {
             check(before, &[yaw(75.0)], &before.replace("+30", after).replace("30", after));
@@ -353,6 +269,10 @@ mod tests {
             (
                 "[stage]\nturned = { kind = \"rotate\", input = \"l\" } # a set\n",
                 "[stage]\nturned = { kind = \"rotate\", input = \"l\", yaw = 75.0 } # a set\n",
+            ),
+            (
+                "stage = { x.kind = \"y\", turned.kind = \"rotate\", z.kind = \"y\" }",
+                "stage = { x.kind = \"y\", turned.kind = \"rotate\", turned.yaw = 75.0, z.kind = \"y\" }",
             ),
             (
                 "[stage]\nturned.kind = \"rotate\"\nturned.input = \"l\"\n\nx.kind = \"y\"\n",

@@ -11,8 +11,8 @@ use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ::preview::{
-    Aim, Catalog, InitialView, Light, List, MaterialForm, Object, Picture, PreviewUpdate, RenderError, Scene,
-    Subject, SubjectDetails, SubjectRequest,
+    Aim, Catalog, InitialView, Light, List, Object, Picture, PreviewUpdate, RenderError, Scene, Subject,
+    SubjectDetails, SubjectRequest,
 };
 use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
 use stages::{PreviewCatalog, SceneCache};
@@ -384,6 +384,7 @@ impl<'a> PreviewController<'a> {
         if plan_catalog.is_empty() {
             return Err(subject::nothing_to_preview(&project.manifest, &project.stages).lines());
         }
+        self.check_edits(&plan_catalog)?;
         self.files = PreviewFiles::beside(&project.manifest).with_screenshots(self.request.screenshots);
         self.watched.change(project.clone());
         (self.project, self.awaits_watcher) = (project, true);

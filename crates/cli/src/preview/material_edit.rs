@@ -124,6 +124,23 @@ impl MaterialEdits {
         Ok(Some(edited))
     }
 
+    /// The first material with unsaved values whose name is that of another file among these.
+    pub(crate) fn unsaved_of_another_file<'f>(
+        &self,
+        file_of: impl Fn(&str) -> Option<Result<&'f Path, String>>,
+    ) -> Option<&str> {
+        let real = |file: &Path| fs::canonicalize(file).ok();
+        let is_other = |(material, known): &(&String, &MaterialText)| {
+            let is_unsaved = known.edit.as_ref().is_some_and(|edit| !edit.is_saved);
+            is_unsaved
+                && file_of(material).is_some_and(|file| match (&known.file, file) {
+                    (Ok(known), Ok(file)) => real(known) != real(file),
+                    _ => true,
+                })
+        };
+        self.files.iter().find(is_other).map(|(material, _)| material.as_str())
+    }
+
     /// The files with values that are not saved.
     pub(crate) fn unsaved(&self) -> impl Iterator<Item = &Path> {
         let files = self.files.values();

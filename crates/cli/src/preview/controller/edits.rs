@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use ::preview::{Aim, MaterialForm, PreviewUpdate};
 
+use stages::PreviewCatalog;
+
 use super::{PendingWork, PreviewController};
 use crate::preview::light_edit;
 
@@ -43,6 +45,21 @@ impl PreviewController<'_> {
             work.read_material = true;
             self.send(PreviewUpdate::Toast { title: title.into(), lines });
             self.send(PreviewUpdate::MaterialSaved { material, saved });
+        }
+    }
+
+    /// Checks that no unsaved values are of another file than the material of that name in a catalog.
+    ///
+    /// # Errors
+    /// If there are some. Lines for a message.
+    pub(super) fn check_edits(&self, catalog: &PreviewCatalog) -> Result<(), Vec<String>> {
+        let file_of = |material: &str| Some(catalog.material_file(catalog.with_material(material)?));
+        match self.edits.unsaved_of_another_file(file_of) {
+            None => Ok(()),
+            Some(material) => Err(vec![
+                format!("{material} is another file there, and its values here are not saved"),
+                "hint: save or revert them first".into(),
+            ]),
         }
     }
 

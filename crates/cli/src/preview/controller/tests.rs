@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
+use ::preview::MaterialForm;
 use engine::{BuildOptions, ItemKey, Kinds, Summary};
 
 use super::*;
