@@ -1,28 +1,10 @@
-//! Questions over the window, which wait for an answer: whether to save before closing, and whether to write the
-//! light.
+//! Questions over the window, which wait for an answer: whether to save before closing, and whether to write
+//! the light.
 
 use eframe::egui::{Button, Frame, Id, Modal, RichText, ScrollArea, Ui};
 
-use crate::state::Action;
+use crate::state::{Action, Answer, Dialog};
 use crate::theme;
-use preview::Aim;
-
-/// A question.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Dialog {
-    /// The window is to close, and these materials have values that are not saved.
-    Unsaved(Vec<String>),
-    /// Whether to write a turn of the light to the manifest: the question, and what changes.
-    SaveLight { turn: Aim, lines: Vec<String> },
-}
-
-/// An answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Answer {
-    Save,
-    Discard,
-    Cancel,
-}
 
 /// The widest dialog, and the gaps around its content, in points.
 const WIDEST: f32 = 560.0;
@@ -31,8 +13,8 @@ const AROUND: f32 = 60.0;
 /// The height of the question, the buttons and the gaps around a dialog.
 const BESIDE_LINES: f32 = 150.0;
 
-/// Draws a dialog and collects the answer. Enter presses the button that has the keyboard, at first the first one;
-/// Tab goes to the next. Escape is [`Action::Dismiss`].
+/// Draws a dialog and collects the answer. Enter presses the button that has the keyboard, at first the first
+/// one; Tab goes to the next. Escape is [`Action::Dismiss`].
 pub(crate) fn dialog(ui: &Ui, dialog: &Dialog, actions: &mut Vec<Action>) {
     let (question, lines) = text(dialog);
     let buttons: &[(Answer, &str)] = match dialog {
@@ -58,6 +40,7 @@ pub(crate) fn dialog(ui: &Ui, dialog: &Dialog, actions: &mut Vec<Action>) {
                 && !drawn.iter().any(|(_, button)| button.has_focus())
             {
                 first.request_focus();
+                ui.ctx().request_repaint();
             }
             let clicked = drawn.iter().filter(|(_, button)| button.clicked());
             actions.extend(clicked.map(|(answer, _)| Action::Answer(*answer)));

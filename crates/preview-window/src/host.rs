@@ -54,13 +54,14 @@ pub trait Host: Send {
     /// [`PreviewUpdate::MaterialSaved`], and reports an error as a [`PreviewUpdate::Toast`].
     fn save_material(&mut self, material: &str, form: &MaterialForm);
 
-    /// Finds how the manifest would have the light turned further as the window turns it. Nothing is written. The host
-    /// answers with [`PreviewUpdate::LightEdit`], or reports why it cannot be written as a
+    /// Finds how the manifest would have the light turned further as the window turns it. Nothing is written.
+    /// The host answers with [`PreviewUpdate::LightEdit`], or reports why it cannot be written as a
     /// [`PreviewUpdate::Toast`].
     fn propose_light(&mut self, turn: Aim);
 
-    /// Writes the turn of a [`PreviewUpdate::LightEdit`] to the manifest, if what changes is still what its lines say.
-    /// The host answers with [`PreviewUpdate::LightSaved`], or reports an error as a [`PreviewUpdate::Toast`].
+    /// Writes the turn of a [`PreviewUpdate::LightEdit`] to the manifest, if what changes is still what its
+    /// lines say. The host answers with [`PreviewUpdate::LightSaved`], or reports an error as a
+    /// [`PreviewUpdate::Toast`].
     fn save_light(&mut self, turn: Aim, lines: &[String]);
 
     /// The window has closed.

@@ -3,7 +3,7 @@
 use eframe::egui::{Align, Button, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
 use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
 
-use crate::editor::editor;
+use crate::editor::{editor, heading_with};
 use crate::error_meter::{ErrorMeter, ModeError};
 use crate::numbers;
 use crate::scene_statistics::SceneStatistics;
@@ -44,8 +44,10 @@ pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, ac
 
 /// The turn of the light, which can be written to the manifest.
 fn light(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
-    ui.label(RichText::new("Turn the light").small().color(theme::WEAK));
     let [is_turned, is_changed] = state.is_light_changed();
+    let Aim { yaw, pitch } = state.settings.light;
+    let turn = if is_turned { format!("{}, not written", pair(yaw, pitch)) } else { String::new() };
+    heading_with(ui, "Turn the light", &turn);
     let buttons = [
         (
             is_turned,
@@ -60,11 +62,6 @@ fn light(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
             if ui.add_enabled(enabled, Button::new(name).small()).on_hover_text(explained).clicked() {
                 actions.push(action);
             }
-        }
-        if is_turned {
-            let Aim { yaw, pitch } = state.settings.light;
-            let turn = format!("{}, not written", pair(yaw, pitch));
-            ui.add(Label::new(RichText::new(turn).small().color(theme::REFLECTED)).truncate());
         }
     });
     ui.add_space(4.0);

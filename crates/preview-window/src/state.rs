@@ -13,7 +13,6 @@ use preview::{
 };
 use sphere::Direction;
 
-use crate::dialog::{Answer, Dialog};
 use crate::material_editor::MaterialEditor;
 
 /// An action of the user. Angles are changes in radians.
@@ -107,6 +106,23 @@ pub(crate) enum Effect {
     SaveLight(Aim, Vec<String>),
     Fullscreen(bool),
     Close,
+}
+
+/// A question that waits for an answer.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Dialog {
+    /// The window is to close, and these materials have values that are not saved.
+    Unsaved(Vec<String>),
+    /// Whether to write a turn of the light to the manifest: the question, and what changes.
+    SaveLight { turn: Aim, lines: Vec<String> },
+}
+
+/// The answer to a [`Dialog`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    Save,
+    Discard,
+    Cancel,
 }
 
 /// A message that disappears after a while.

@@ -28,7 +28,8 @@ impl Rotation {
         Self(about(DVec3::Z, yaw) * about(DVec3::Y, pitch) * about(DVec3::X, roll))
     }
 
-    /// The yaw, pitch and roll of this rotation, in radians; if the pitch is 90 degrees up or down, the roll is 0.
+    /// The yaw, pitch and roll of this rotation, in radians; if the pitch is 90 degrees up or down, the roll
+    /// is 0.
     pub fn yaw_pitch_roll(self) -> [f64; 3] {
         let [x, y, z] = [self.matrix().x_axis, self.matrix().y_axis, self.matrix().z_axis];
         let level = math::hypot(x.x, x.y);

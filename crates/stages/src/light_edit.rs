@@ -1,10 +1,11 @@
 //! Writes a light that was turned in a window into the manifest.
 //!
-//! The light of a subject is turned by the `rotate` stage that is nearest to the stage that reflects it: its angles
-//! are changed. If there is none, one is added, which every reflection of that light reads from then on.
+//! The light of a subject is turned by the `rotate` stage that is nearest to the stage that reflects it: its
+//! angles are changed. If there is none, one is added, which every reflection of that light reads from then
+//! on.
 //!
-//! Stages that take such a reflection together with its environment, as reports and previews do, get the environment
-//! turned in the same way; other stages do not turn.
+//! Stages that take such a reflection together with its environment, as reports and previews do, get the
+//! environment turned in the same way; other stages do not turn.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,7 +40,8 @@ enum Turning {
 }
 
 impl PreviewCatalog {
-    /// The text of this catalog's manifest with the light of an entry turned further: by a pitch, and then by a yaw.
+    /// The text of this catalog's manifest with the light of an entry turned further: by a pitch, and then by
+    /// a yaw.
     ///
     /// # Errors
     /// If the angles are too small to be written, or the text is not one that can be edited. One line.
@@ -265,7 +267,8 @@ struct Angle {
     new: Written,
 }
 
-/// The parameters of a `rotate` stage that change if its light is turned further, by a yaw and a pitch in degrees.
+/// The parameters of a `rotate` stage that change if its light is turned further, by a yaw and a pitch in
+/// degrees.
 fn angles(now: rotate::Parameters, [yaw, pitch]: [f64; 2]) -> Vec<Angle> {
     let by = Rotation::from_yaw_pitch_roll(yaw.to_radians(), pitch.to_radians(), 0.0);
     let turned = by.after(now.rotation());

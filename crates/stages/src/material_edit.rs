@@ -181,8 +181,8 @@ fn colour(value: &Toml) -> Option<[f64; 3]> {
     }
 }
 
-/// A text with another value of a parameter, written as the one before it. Of a colour, only the channels that
-/// differ are replaced; a grey stays one number as long as it is grey.
+/// A text with another value of a parameter, written as the one before it. Of a colour, only the channels
+/// that differ are replaced; a grey stays one number as long as it is grey.
 fn with_value(
     text: &str,
     mut table: &Table,

@@ -1,5 +1,5 @@
-//! Edits of TOML texts. Only the edited places change: comments, order, spaces, line ends and the notation of everything
-//! else stay, byte for byte.
+//! Edits of TOML texts. Only the edited places change: comments, order, spaces, line ends and the notation of
+//! everything else stay, byte for byte.
 
 use std::ops::Range;
 
@@ -25,7 +25,8 @@ impl TomlText<'_> {
         if self.0[at..end].ends_with('\r') { end - 1 } else { end }
     }
 
-    /// The end of the lines of comments that directly follow a line, unless they lead over to what is below them.
+    /// The end of the lines of comments that directly follow a line, unless they lead over to what is below
+    /// them.
     pub(crate) fn with_comments(&self, at: usize) -> usize {
         let own = self.end(at);
         let mut end = own;
@@ -56,8 +57,8 @@ impl TomlText<'_> {
         format!("{}{new}{}", &self.0[..span.start], &self.0[span.end..])
     }
 
-    /// The text with an entry behind the last value of a table, in the notation of that one. `is_inline` says whether
-    /// the table, or one around it, is between braces.
+    /// The text with an entry behind the last value of a table, in the notation of that one. `is_inline` says
+    /// whether the table, or one around it, is between braces.
     pub(crate) fn with_entry(
         &self,
         table: &Table,

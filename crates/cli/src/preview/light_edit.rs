@@ -1,5 +1,5 @@
-//! Writes the light that the window has turned to the manifest. It is written only when the user has agreed to what
-//! changes.
+//! Writes the light that the window has turned to the manifest. It is written only when the user has agreed
+//! to what changes.
 
 use std::path::PathBuf;
 
@@ -29,7 +29,8 @@ pub(super) fn propose(
 /// Writes what was proposed with these lines; returns the manifest.
 ///
 /// # Errors
-/// If the manifest has changed so that the lines are no longer true, or cannot be written. Lines for a message.
+/// If the manifest has changed so that the lines are no longer true, or cannot be written. Lines for a
+/// message.
 pub(super) fn save(
     project: &Project,
     kinds: &Kinds,

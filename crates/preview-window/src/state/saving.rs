@@ -3,8 +3,7 @@
 use preview::{Aim, List};
 use sphere::Rotation;
 
-use super::{Effect, State, turned};
-use crate::dialog::{Answer, Dialog};
+use super::{Answer, Dialog, Effect, State, turned};
 
 impl State {
     /// Closes the window, unless there are values that are not saved: then it asks.
@@ -44,8 +43,8 @@ impl State {
         Some(Effect::SaveAndClose(forms.collect()))
     }
 
-    /// A material was saved or not. If the window waits for that to close, it closes after the last one; a material
-    /// that cannot be saved is shown instead.
+    /// A material was saved or not. If the window waits for that to close, it closes after the last one; a
+    /// material that cannot be saved is shown instead.
     pub(super) fn saved(&mut self, material: &str, saved: bool) -> Option<Effect> {
         if let Some(Ok(editor)) = self.editors.get_mut(material) {
             editor.saved(saved);

@@ -259,8 +259,8 @@ impl SceneCache {
 }
 
 impl PreviewCatalog {
-    /// Whether the light of a scene of an entry is turned as the manifest says. Light that no environment made only is
-    /// when its `rotate` stage has run.
+    /// Whether the light of a scene of an entry is turned as the manifest says. Light that no environment
+    /// made only is when its `rotate` stage has run.
     pub fn is_light_turned(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> bool {
         let plan = self.plan();
         artifact(plan, entry.environment) == Some(artifacts::Environment::TYPE)

@@ -1,7 +1,6 @@
 //! What is asked before the window closes or the light is written.
 
 use super::*;
-use crate::dialog::Answer;
 
 /// Two materials are edited: chrome to 5, gold to 6.
 fn edited_state() -> State {
