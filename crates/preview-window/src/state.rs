@@ -351,8 +351,8 @@ impl State {
             PreviewUpdate::Status(line) => self.status = line,
             PreviewUpdate::Toast { title, lines } => self.toast(title, lines),
             PreviewUpdate::Failure(failure) => {
-                // The same failure stays hidden.
-                self.failure_hidden &= failure == self.failure;
+                // The same failure stays hidden, also if it means something else for the picture now.
+                self.failure_hidden &= details(&failure) == details(&self.failure);
                 self.failure = failure;
             }
             PreviewUpdate::Close => return Some(Effect::Close),
@@ -520,6 +520,12 @@ impl State {
         let is_pair = agrees(environment, &subject.environment) && agrees(material, &subject.material);
         (!is_pair).then(|| format!("no stage reflects {environment} off {material}"))
     }
+}
+
+/// The lines of a failure below its headline, if it has some.
+fn details(failure: &Option<Vec<String>>) -> Option<&[String]> {
+    let lines = failure.as_deref()?;
+    Some(if lines.len() > 1 { &lines[1..] } else { lines })
 }
 
 /// The entry that many steps after `from`, around the ends; the first if `from` is not in the list.
