@@ -407,7 +407,7 @@ fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
 
 /// The slider of `ior`, the fourth parameter of `standard`, near its ends: in a window of 960 x 640 points
 /// without lists.
-const IOR: [[usize; 2]; 2] = [[868, 197], [936, 197]];
+const IOR: [[usize; 2]; 2] = [[868, 243], [936, 243]];
 
 /// A material that is bright or dark by its index of refraction alone.
 const GLASS: &str = "# Black glass.\nmodel = \"standard\"\nbase_color = 0.01   # nearly black\nroughness = 0.5\nior = 1.4 # dark\n";
@@ -457,15 +457,84 @@ fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
 
     preview.drag(IOR[1], IOR[0]);
     preview.glimpse("another edit makes it dark", |now| !is_bright(now));
+    let edited = preview.see("the dark picture is there", |_| true);
     preview.key("ctrl+q");
+    preview.glimpse("a question about unsaved values", |now| has_changed(now, &edited));
+    assert_eq!(file(), saved);
+    preview.key("Escape");
+    preview.glimpse("Escape keeps the window open", |now| is_same(now, &edited));
+    preview.key("ctrl+q");
+    preview.glimpse("the question again", |now| has_changed(now, &edited));
+    preview.key("Return");
     let stderr = Arc::clone(&preview.stderr);
     assert_eq!(preview.exit(), Some(0));
+    assert!(!stderr.lock().unwrap().contains("warning: "), "{}", stderr.lock().unwrap());
+    let ior = file()
+        .lines()
+        .find_map(|line| line.strip_prefix("ior = ")?.strip_suffix(" # dark")?.parse::<f64>().ok());
+    assert!(ior.is_some_and(|ior| ior < 2.0) && file() != saved, "{}", file());
+
+    // Ctrl-C does not ask.
+    let saved = file();
+    let mut again = Preview::open(&project, &screen, &[&item[..], &["--backend", "cpu"]].concat());
+    again.see("the window is there again", |_| true);
+    again.drag(IOR[0], IOR[1]);
+    again.glimpse("it is edited again", is_bright);
+    let ended = Command::new("kill").args(["-INT", &again.child.id().to_string()]).status().unwrap();
+    assert!(ended.success());
+    let stderr = Arc::clone(&again.stderr);
+    assert_eq!(again.exit(), Some(0));
     let stderr = stderr.lock().unwrap();
     assert!(
         stderr.contains("warning: the changes of ") && stderr.contains("gold.toml were not saved"),
         "{stderr}"
     );
     assert_eq!(file(), saved);
+}
+
+#[test]
+fn a_turned_light_is_written_to_the_manifest_and_the_picture_does_not_turn_twice() {
+    if let Some(missing) = missing() {
+        return test_data::skip(
+            "a_turned_light_is_written_to_the_manifest_and_the_picture_does_not_turn_twice",
+            &missing,
+        );
+    }
+    let (project, screen) = (Project::new(&sample()), Screen::new());
+    project
+        .write(".specula/preview.json", r#"{"version":1,"settings":{"size":[960,640],"inspector":false}}"#);
+    let manifest = || fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    let before = manifest();
+    let item = ["preview", "--item", "environment=studio,material=gold,mesh=sphere"];
+    let mut preview = Preview::open(
+        &project,
+        &screen,
+        &[&item[..], &["--mode", "prefiltered", "--backend", "cpu"]].concat(),
+    );
+    preview.built(1);
+    let gold = preview.see("gold is there", has_contrast);
+    (0..12).for_each(|_| preview.key("shift+Right"));
+    let turned = preview.see("keys turn the light by 60 degrees", |now| has_changed(now, &gold));
+    preview.key("ctrl+shift+s");
+    preview.glimpse("a question about the light", |now| has_changed(now, &turned));
+    assert_eq!(manifest(), before, "nothing is written unasked");
+    preview.key("Escape");
+    preview.glimpse("Escape writes nothing", |now| is_same(now, &turned));
+    preview.key("ctrl+shift+s");
+    preview.glimpse("the question about the light again", |now| has_changed(now, &turned));
+    preview.key("Return");
+    preview.wait("the manifest is written", |_| (manifest() != before).then_some(()));
+    let new = "\n[stage.lighting-turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 60.0\n";
+    let written = manifest();
+    assert!(written.contains(new), "{written}");
+    let restored = written.replace(new, "").replace("\"lighting-turned\"", "\"lighting\"");
+    assert_eq!(restored, before, "nothing else has changed");
+    preview.built(2);
+    preview.see("the light of the maps is turned and the window's is not", |now| is_same(now, &turned));
+    preview.key("ctrl+q");
+    assert_eq!(preview.exit(), Some(0));
+    let settings = fs::read_to_string(project.path(".specula/preview.json")).unwrap();
+    assert!(settings.contains(r#""light":{"pitch":0.0,"yaw":0.0}"#), "{settings}");
 }
 
 #[test]

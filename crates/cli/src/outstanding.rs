@@ -100,6 +100,11 @@ impl OutstandingErrors {
         (!named.is_empty()).then(|| format!("still failing: {}", list(&named, "; ", NAMED)))
     }
 
+    /// Whether the manifest has errors, so that the last valid one is in use.
+    pub(crate) fn rejects_manifest(&self) -> bool {
+        self.manifest.is_some()
+    }
+
     /// Whether one of the errors keeps some of these items from being rebuilt.
     pub(crate) fn affects(&self, items: &[ItemName]) -> bool {
         let failed = self.failures.keys().any(|item| items.contains(item));

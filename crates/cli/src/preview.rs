@@ -10,6 +10,7 @@ mod dropped;
 mod files;
 #[cfg(feature = "window")]
 mod host;
+mod light_edit;
 mod material_edit;
 mod project;
 mod request;

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use brdf::{Choice, Fresnel, Ggx, Lambert, Material, Phong, project};
 use envmap::Environment;
 use preview::{
-    Catalog, Export, InitialView, Light, Look, MapSizes, MaterialForm, Picture, PreviewUpdate, Scene,
+    Aim, Catalog, Export, InitialView, Light, Look, MapSizes, MaterialForm, Picture, PreviewUpdate, Scene,
     Subject, SubjectDetails,
 };
 use preview_window::{Host, UpdateSender, WindowError, WindowSettings, open};
@@ -62,6 +62,11 @@ impl Host for ExampleHost {
     fn edit_material(&mut self, _: &str, _: Option<&MaterialForm>) {}
 
     fn save_material(&mut self, _: &str, _: &MaterialForm) {}
+
+    // Nor has it a manifest.
+    fn propose_light(&mut self, _: Aim) {}
+
+    fn save_light(&mut self, _: Aim, _: &[String]) {}
 
     fn closed(&mut self) {}
 }

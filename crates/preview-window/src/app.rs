@@ -17,7 +17,7 @@ use crate::picture_texture::PictureTexture;
 use crate::pointer::Pointer;
 use crate::render_thread::RenderThread;
 use crate::renderer_adapter::{CpuAdapter, RenderRequest, RendererAdapter};
-use crate::state::{Effect, State};
+use crate::state::{Action, Effect, State};
 use crate::theme;
 use preview::{Arrangement, Cpu, PreviewUpdate, RenderError, Shot};
 
@@ -157,8 +157,33 @@ impl App {
                 self.host.edit_material(&material, form.as_ref());
             }
             Some(Effect::SaveMaterial(material, form)) => self.host.save_material(&material, &form),
+            Some(Effect::SaveAndClose(materials)) => {
+                materials.iter().for_each(|(material, form)| self.host.save_material(material, form));
+            }
+            Some(Effect::DiscardAndClose(materials)) => {
+                materials.iter().for_each(|material| self.host.edit_material(material, None));
+                self.close(context);
+            }
+            Some(Effect::ProposeLight(turn)) => self.host.propose_light(turn),
+            Some(Effect::SaveLight(turn, lines)) => self.host.save_light(turn, &lines),
             Some(Effect::Fullscreen(on)) => context.send_viewport_cmd(ViewportCommand::Fullscreen(on)),
             Some(Effect::Close) => self.close(context),
+        }
+    }
+
+    /// Asks before somebody closes the window while there are unsaved values.
+    fn intercept_close(&mut self, context: &Context) {
+        if self.closing || !context.input(|input| input.viewport().close_requested()) {
+            return;
+        }
+        match self.state.update(Action::Close) {
+            Some(Effect::Close) => self.closing = true,
+            _ => {
+                context.send_viewport_cmd(ViewportCommand::CancelClose);
+                // It may be minimized, and the question is in it.
+                context.send_viewport_cmd(ViewportCommand::Minimized(false));
+                context.send_viewport_cmd(ViewportCommand::Focus);
+            }
         }
     }
 
@@ -241,6 +266,7 @@ impl App {
 impl eframe::App for App {
     fn logic(&mut self, context: &Context, _frame: &mut eframe::Frame) {
         self.receive(context);
+        self.intercept_close(context);
     }
 
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {

@@ -1,7 +1,8 @@
 //! The editor of the shown material, in the inspector: a slider or a colour for each of its parameters.
 
 use brdf::{Absent, Parameter, Range, Value, ValueType};
-use eframe::egui::{Align, Button, DragValue, Label, Layout, RichText, Slider, Ui, UiBuilder};
+use eframe::egui::text::{LayoutJob, TextFormat};
+use eframe::egui::{Align, Button, DragValue, Label, Layout, RichText, Slider, TextStyle, Ui, UiBuilder};
 
 use crate::material_editor::MaterialEditor;
 use crate::state::{Action, State};
@@ -17,7 +18,8 @@ const WIDE: f64 = 1e3;
 pub(crate) fn editor(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     let material = &state.settings.subject.material;
     let Some(editor) = state.editors.get(material) else { return };
-    ui.label(RichText::new("Edit the material").small().color(theme::WEAK));
+    let is_edited = matches!(editor, Ok(editor) if editor.is_edited());
+    heading_with(ui, "Edit the material", if is_edited { "not saved" } else { "" });
     let editor = match editor {
         Ok(editor) => editor,
         Err(reason) => {
@@ -53,6 +55,16 @@ pub(crate) fn editor(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     ui.separator();
 }
 
+/// A heading, and a note about what is not saved. Nothing below it moves when the note appears.
+pub(crate) fn heading_with(ui: &mut Ui, heading: &str, note: &str) {
+    let mut text = LayoutJob::default();
+    for (part, colour) in [(heading, theme::WEAK), (note, theme::REFLECTED)] {
+        let format = TextFormat::simple(TextStyle::Small.resolve(ui.style()), colour);
+        text.append(part, if text.is_empty() { 0.0 } else { 8.0 }, format);
+    }
+    ui.add(Label::new(text).truncate());
+}
+
 fn buttons(ui: &mut Ui, editor: &MaterialEditor, actions: &mut Vec<Action>) {
     let [undo, redo] = editor.steps();
     let is_edited = editor.is_edited();
@@ -72,9 +84,6 @@ fn buttons(ui: &mut Ui, editor: &MaterialEditor, actions: &mut Vec<Action>) {
             if ui.add_enabled(enabled, Button::new(name).small()).on_hover_text(explained).clicked() {
                 actions.push(action);
             }
-        }
-        if is_edited {
-            ui.label(RichText::new("not saved").small().color(theme::REFLECTED));
         }
     });
 }

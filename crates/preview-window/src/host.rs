@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
-use preview::{MaterialForm, Picture, PreviewUpdate, Subject};
+use preview::{Aim, MaterialForm, Picture, PreviewUpdate, Subject};
 
 /// Sends updates to a window and repaints it, from any thread.
 #[derive(Clone, Debug)]
@@ -50,9 +50,19 @@ pub trait Host: Send {
     fn edit_material(&mut self, material: &str, form: Option<&MaterialForm>);
 
     /// Writes the values of a material's parameters to its file, unless that has changed since the last
-    /// [`PreviewUpdate::Material`]. The host answers with that, and reports an error as a
-    /// [`PreviewUpdate::Toast`].
+    /// [`PreviewUpdate::Material`]. The host answers with that and
+    /// [`PreviewUpdate::MaterialSaved`], and reports an error as a [`PreviewUpdate::Toast`].
     fn save_material(&mut self, material: &str, form: &MaterialForm);
+
+    /// Finds how the manifest would have the light turned further as the window turns it. Nothing is written.
+    /// The host answers with [`PreviewUpdate::LightEdit`], or reports why it cannot be written as a
+    /// [`PreviewUpdate::Toast`].
+    fn propose_light(&mut self, turn: Aim);
+
+    /// Writes the turn of a [`PreviewUpdate::LightEdit`] to the manifest, if what changes is still what its
+    /// lines say. The host answers with [`PreviewUpdate::LightSaved`], or reports an error as a
+    /// [`PreviewUpdate::Toast`].
+    fn save_light(&mut self, turn: Aim, lines: &[String]);
 
     /// The window has closed.
     fn closed(&mut self);

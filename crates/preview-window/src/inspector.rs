@@ -1,15 +1,15 @@
 //! The panel on the right: the editor of the material, and statistics of the scene and the view.
 
-use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
+use eframe::egui::{Align, Button, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
 use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
 
-use crate::editor::editor;
+use crate::editor::{editor, heading_with};
 use crate::error_meter::{ErrorMeter, ModeError};
 use crate::numbers;
 use crate::scene_statistics::SceneStatistics;
 use crate::state::{Action, ShownScene, State};
 use crate::theme;
-use preview::{Arrangement, Background, Mode, Named};
+use preview::{Aim, Arrangement, Background, Mode, Named};
 
 /// The most circular lights that are listed.
 const MOST_DISKS: usize = 8;
@@ -30,6 +30,7 @@ pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, ac
             ui.label(RichText::new("no scene yet").color(theme::WEAK));
             return;
         };
+        light(ui, state, actions);
         editor(ui, state, actions);
         let statistics = error_meter.statistics(shown.scene_id);
         subject(ui, shown, statistics.as_deref());
@@ -39,6 +40,31 @@ pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, ac
         view(ui, state);
         notes(ui, shown);
     });
+}
+
+/// The turn of the light, which can be written to the manifest.
+fn light(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+    let [is_turned, is_changed] = state.is_light_changed();
+    let Aim { yaw, pitch } = state.settings.light;
+    let turn = if is_turned { format!("{}, not written", pair(yaw, pitch)) } else { String::new() };
+    heading_with(ui, "Turn the light", &turn);
+    let buttons = [
+        (
+            is_turned,
+            "write",
+            "Write the turn to the manifest; a question says what changes (Ctrl Shift S)",
+            Action::SaveLight,
+        ),
+        (is_changed, "reset", "Turn the light back (Shift Home)", Action::ResetLight),
+    ];
+    ui.horizontal(|ui| {
+        for (enabled, name, explained, action) in buttons {
+            if ui.add_enabled(enabled, Button::new(name).small()).on_hover_text(explained).clicked() {
+                actions.push(action);
+            }
+        }
+    });
+    ui.add_space(4.0);
 }
 
 fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>) {

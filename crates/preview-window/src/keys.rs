@@ -190,6 +190,7 @@ fn table() -> Vec<Binding> {
     add(group, C::shift(Key::ArrowUp), "pitch", Action::TurnLight(turn(0.0, -1.0)));
     add(group, C::shift(Key::ArrowDown), "pitch", Action::TurnLight(turn(0.0, 1.0)));
     add(group, C::shift(Key::Home), "reset the light", Action::ResetLight);
+    add(group, C::command_shift(Key::S), "write the light", Action::SaveLight);
     let group = "Material";
     add(group, C::command(Key::S), "save the material", Action::SaveMaterial);
     add(group, C::command(Key::Z), "undo", Action::Undo);
@@ -283,6 +284,7 @@ mod tests {
             Action::Tone(_) | Action::NextTone => "tone",
             Action::TurnLight(_) | Action::MoveDisk(..) => "light",
             Action::ResetLight => "reset light",
+            Action::SaveLight => "save light",
             Action::Orbit(_) => "orbit",
             Action::ZoomBy(_) => "zoom",
             Action::ResetCamera => "reset camera",
@@ -292,6 +294,8 @@ mod tests {
             Action::Revert => "revert",
             // Controls of the inspector, which Tab reaches, have keys of their own.
             Action::SetParameter(..) | Action::EndDrag | Action::LoadFile | Action::KeepValues => "control",
+            // Buttons of a dialog have the keyboard.
+            Action::Answer(_) => "control",
             Action::ToggleLists => "lists",
             Action::ToggleInspector => "inspector",
             Action::TogglePanels => "panels",
@@ -321,6 +325,7 @@ mod tests {
             Action::TurnLight(aim),
             Action::MoveDisk(0, sphere::Direction::Z),
             Action::ResetLight,
+            Action::SaveLight,
             Action::Orbit(aim),
             Action::ZoomBy(2.0),
             Action::ResetCamera,

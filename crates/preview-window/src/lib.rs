@@ -10,6 +10,7 @@
 mod adaptive_quality;
 mod app;
 mod device_health;
+mod dialog;
 mod dropped_files;
 mod editor;
 mod error_meter;

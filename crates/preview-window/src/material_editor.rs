@@ -112,6 +112,13 @@ impl MaterialEditor {
         None
     }
 
+    /// The values of [`MaterialEditor::save`] were written, or not.
+    pub(crate) fn saved(&mut self, written: bool) {
+        if let Some(form) = self.saving.take().filter(|_| written) {
+            self.file = form;
+        }
+    }
+
     /// Takes the file's values. With unsaved values in the window, the user has to choose.
     pub(crate) fn follow(&mut self, file: Result<MaterialForm, String>) {
         let saved = self.saving.take();

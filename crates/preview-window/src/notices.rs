@@ -78,22 +78,21 @@ pub(crate) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Ve
     let width = (picture.width() - AROUND).clamp(120.0, 860.0);
     over(ui, "failure", picture, Align2::CENTER_BOTTOM, Stroke::new(1.0, theme::FAILED), |ui| {
         ui.set_width(width);
-        ui.horizontal(|ui| {
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let hide = Button::new("hide").small();
-                if ui.add(hide).on_hover_text("Escape; W shows it again").clicked() {
-                    actions.push(Action::HideFailure);
-                }
-                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                    ui.add(Label::new(RichText::new(headline).color(theme::FAILED)).truncate());
+        ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+            let hide = Button::new("hide").small();
+            if ui.add(hide).on_hover_text("Escape; W shows it again").clicked() {
+                actions.push(Action::HideFailure);
+            }
+            let most = (picture.height() * 0.4).max(48.0);
+            ui.with_layout(Layout::top_down(Align::Min), |ui| {
+                ScrollArea::vertical().max_height(most).show(ui, |ui| {
+                    ui.add(Label::new(RichText::new(headline).color(theme::FAILED)).wrap());
+                    for line in lines {
+                        let line = RichText::new(line).monospace().color(theme::STRONG);
+                        ui.add(Label::new(line).selectable(true));
+                    }
                 });
             });
-        });
-        let most = (picture.height() * 0.4).max(48.0);
-        ScrollArea::vertical().max_height(most).show(ui, |ui| {
-            for line in lines {
-                ui.add(Label::new(RichText::new(line).monospace().color(theme::STRONG)).selectable(true));
-            }
         });
     });
 }

@@ -2,6 +2,7 @@
 
 use eframe::egui::{CentralPanel, Frame, Margin, Panel, Rect, TextureId, Ui, vec2};
 
+use crate::dialog::dialog;
 use crate::dropped_files;
 use crate::error_meter::ErrorMeter;
 use crate::inspector::inspector;
@@ -79,6 +80,9 @@ impl PanelLayout<'_> {
             notices::help(ui, picture);
         }
         dropped_files::hovering(ui, picture);
+        if let Some(question) = &state.dialog {
+            dialog(ui, question, actions);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The state of the window and its changes: [`State::update`] carries out the user's actions,
 //! [`State::apply`] the program's updates. Neither draws nor waits, so that tests need no window.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -43,6 +43,8 @@ pub(crate) enum Action {
     MoveDisk(usize, Direction),
     /// Turns the light back, and moves its disks back.
     ResetLight,
+    /// Asks how the turned light would be written to the manifest.
+    SaveLight,
     Orbit(Aim),
     /// Multiplies the magnification.
     ZoomBy(f64),
@@ -74,7 +76,10 @@ pub(crate) enum Action {
     Drop(Vec<PathBuf>),
     /// Goes back to what was shown before files were dropped.
     ReturnFromDropped,
+    /// Closes the window, if necessary after a question.
     Close,
+    /// Answers the question of the dialog.
+    Answer(Answer),
 }
 
 /// What the window does after an action or an update.
@@ -91,8 +96,33 @@ pub(crate) enum Effect {
     /// Shows a material with these values, or with those of its file.
     EditMaterial(String, Option<MaterialForm>),
     SaveMaterial(String, MaterialForm),
+    /// Saves several materials, and closes when all are saved.
+    SaveAndClose(Vec<(String, MaterialForm)>),
+    /// Shows materials with the values of their files, and closes.
+    DiscardAndClose(Vec<String>),
+    /// Asks the host how this turn of the light would be written.
+    ProposeLight(Aim),
+    /// Writes a turn of the light, as these lines of the dialog say.
+    SaveLight(Aim, Vec<String>),
     Fullscreen(bool),
     Close,
+}
+
+/// A question that waits for an answer.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Dialog {
+    /// The window is to close, and these materials have values that are not saved.
+    Unsaved(Vec<String>),
+    /// Whether to write a turn of the light to the manifest: the question, and what changes.
+    SaveLight { turn: Aim, lines: Vec<String> },
+}
+
+/// The answer to a [`Dialog`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    Save,
+    Discard,
+    Cancel,
 }
 
 /// A message that disappears after a while.
@@ -131,11 +161,17 @@ pub(crate) struct State {
     /// Whether the failure is only in the status line.
     pub(crate) failure_hidden: bool,
     pub(crate) help: bool,
+    /// The question that waits for an answer.
+    pub(crate) dialog: Option<Dialog>,
+    /// The materials that are being saved before the window closes.
+    closing: BTreeSet<String>,
     /// Whether a screenshot is being drawn.
     pub(crate) taking_screenshot: bool,
     pub(crate) fullscreen: bool,
     /// The environment whose disks were moved, and where they are now.
     moved_disks: Option<(String, Vec<Direction>)>,
+    /// A turn of the light that the next scene has of its own.
+    saved_turn: Option<Aim>,
     /// The scene in the window as it was built.
     built: Option<Arc<Scene>>,
     scene_count: u64,
@@ -170,6 +206,13 @@ impl State {
 
     /// Carries out an action of the user.
     pub(crate) fn update(&mut self, action: Action) -> Option<Effect> {
+        if self.dialog.is_some() {
+            return match action {
+                Action::Answer(answer) => self.answer(answer),
+                Action::Dismiss => self.answer(Answer::Cancel),
+                _ => None,
+            };
+        }
         let settings = &mut self.settings;
         match action {
             Action::Choose(list, name) => return self.choose(list, name),
@@ -211,6 +254,11 @@ impl State {
                     self.show_scene();
                 }
             }
+            Action::SaveLight if self.shown.is_none() => return None,
+            Action::SaveLight if settings.light == Aim::default() => {
+                self.toast("the light is not turned".into(), Vec::new());
+            }
+            Action::SaveLight => return Some(Effect::ProposeLight(settings.light)),
             Action::Orbit(by) => settings.camera = turned(settings.camera, by),
             Action::ZoomBy(factor) => settings.zoom *= factor,
             Action::ResetCamera => {
@@ -252,7 +300,8 @@ impl State {
             Action::Screenshot => return self.shown.is_some().then_some(Effect::Screenshot),
             Action::Drop(files) => return Some(Effect::ShowFiles(files)),
             Action::ReturnFromDropped => return Some(Effect::ReturnFromDropped),
-            Action::Close => return Some(Effect::Close),
+            Action::Close => return self.close(),
+            Action::Answer(_) => return None,
         }
         self.settings = std::mem::take(&mut self.settings).within_bounds();
         None
@@ -279,6 +328,7 @@ impl State {
                     let first_scene_id = same.map_or(scene_id, |shown| shown.first_scene_id);
                     let (framing, scene) = (scene.framing(), Arc::new(scene));
                     self.built = Some(Arc::clone(&scene));
+                    self.turn_back();
                     self.shown =
                         Some(ShownScene { subject, scene, framing, details, scene_id, first_scene_id });
                     if self.moved_disks.is_some() {
@@ -293,11 +343,16 @@ impl State {
                     self.editors.insert(material, editor);
                 }
             },
+            PreviewUpdate::MaterialSaved { material, saved } => return self.saved(&material, saved),
+            PreviewUpdate::LightEdit { turn, lines } => {
+                self.dialog.get_or_insert(Dialog::SaveLight { turn, lines });
+            }
+            PreviewUpdate::LightSaved(turn) => self.saved_turn = Some(turn),
             PreviewUpdate::Status(line) => self.status = line,
             PreviewUpdate::Toast { title, lines } => self.toast(title, lines),
             PreviewUpdate::Failure(failure) => {
-                // The same failure stays hidden.
-                self.failure_hidden &= failure == self.failure;
+                // The same failure stays hidden, also if it means something else for the picture now.
+                self.failure_hidden &= details(&failure) == details(&self.failure);
                 self.failure = failure;
             }
             PreviewUpdate::Close => return Some(Effect::Close),
@@ -467,6 +522,12 @@ impl State {
     }
 }
 
+/// The lines of a failure below its headline, if it has some.
+fn details(failure: &Option<Vec<String>>) -> Option<&[String]> {
+    let lines = failure.as_deref()?;
+    Some(if lines.len() > 1 { &lines[1..] } else { lines })
+}
+
 /// The entry that many steps after `from`, around the ends; the first if `from` is not in the list.
 fn stepped<'a, T: PartialEq>(list: &'a [T], from: &T, by: isize) -> Option<&'a T> {
     let count = list.len().try_into().ok().filter(|count: &isize| *count > 0)?;
@@ -485,5 +546,6 @@ fn thirds(exposure: f64) -> f64 {
     (exposure * 3.0).round() / 3.0
 }
 
+mod saving;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! The messages of the program to the preview's window.
 
-use crate::{Catalog, MaterialForm, Scene, Subject, SubjectRequest};
+use crate::{Aim, Catalog, MaterialForm, Scene, Subject, SubjectRequest};
 
 /// An export of a subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,6 +48,22 @@ pub enum PreviewUpdate {
         /// The unsaved values that a window before this one had.
         edited: Option<MaterialForm>,
     },
+    /// A material was to be saved.
+    MaterialSaved {
+        /// The material's name in the catalog.
+        material: String,
+        /// Whether its file was written; if not, a toast says why.
+        saved: bool,
+    },
+    /// How the light that the window has turned would be written to the manifest, for the user to agree to.
+    LightEdit {
+        /// The turn.
+        turn: Aim,
+        /// The headline, a question, and what changes.
+        lines: Vec<String>,
+    },
+    /// The manifest has this turn of the window's light, and the light of the next scene is turned by it.
+    LightSaved(Aim),
     /// The status line.
     Status(String),
     /// A message in a corner for a few seconds: `rebuilt in 0.8 s` and what reran.

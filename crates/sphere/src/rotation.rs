@@ -28,6 +28,24 @@ impl Rotation {
         Self(about(DVec3::Z, yaw) * about(DVec3::Y, pitch) * about(DVec3::X, roll))
     }
 
+    /// The yaw, pitch and roll of this rotation, in radians; if the pitch is 90 degrees up or down, the roll
+    /// is 0.
+    pub fn yaw_pitch_roll(self) -> [f64; 3] {
+        let [x, y, z] = [self.matrix().x_axis, self.matrix().y_axis, self.matrix().z_axis];
+        let level = math::hypot(x.x, x.y);
+        let pitch = math::atan2(-x.z, level);
+        // Straight up or down, yaw and roll turn about one axis.
+        match level < 1e-9 {
+            true => [math::atan2(-y.x, y.y), pitch, 0.0],
+            false => [math::atan2(x.y, x.x), pitch, math::atan2(y.z, z.z)],
+        }
+    }
+
+    /// The unit quaternion [x, y, z, w] of this rotation.
+    pub fn quaternion(self) -> [f64; 4] {
+        self.0.to_array()
+    }
+
     /// The rotation of a quaternion (x, y, z, w), normalised; `None` if it is zero or not finite.
     pub fn from_quaternion(x: f64, y: f64, z: f64, w: f64) -> Option<Self> {
         let length = DQuat::from_xyzw(x, y, z, w).length();

@@ -280,6 +280,18 @@ fn positive_roll_turns_y_toward_z() {
 }
 
 #[test]
+fn the_angles_of_a_rotation_make_it_again() {
+    for degrees in [[30.0, 0.0, 0.0], [-170.0, 20.0, 75.0], [10.0, 90.0, 0.0], [-35.5, -90.0, 20.0]] {
+        let [yaw, pitch, roll] = degrees.map(f64::to_radians);
+        let rotation = Rotation::from_yaw_pitch_roll(yaw, pitch, roll);
+        let [yaw, pitch, roll] = rotation.yaw_pitch_roll();
+        assert_same_rotation(Rotation::from_yaw_pitch_roll(yaw, pitch, roll), rotation);
+        let [x, y, z, w] = rotation.quaternion();
+        assert_same_rotation(Rotation::from_quaternion(x, y, z, w).unwrap(), rotation);
+    }
+}
+
+#[test]
 fn yaw_pitch_roll_is_rz_ry_rx() {
     let (yaw, pitch, roll) = (0.7, -0.4, 1.9);
     let matrix = DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);

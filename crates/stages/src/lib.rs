@@ -36,8 +36,10 @@ mod import_material;
 mod import_mesh;
 mod import_reflection_maps;
 mod irradiance;
+mod light_edit;
 mod light_field;
 mod light_mismatch;
+mod manifest_edit;
 mod map_index;
 mod map_input;
 mod map_source;
@@ -68,10 +70,12 @@ mod tabulate_brdf;
 mod test_pattern;
 #[cfg(test)]
 mod testkit;
+mod toml_text;
 mod vector;
 mod vertex_blend;
 
 pub use colour::Rgb;
+pub use light_edit::LightEdit;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
 pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_picture::material_picture;

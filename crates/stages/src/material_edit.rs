@@ -7,9 +7,9 @@ use std::path::Path;
 use brdf::{Absent, MODELS, Parameter, Value, ValueType, Values};
 use engine::{Document, Table, Value as Toml, ValueKind};
 use preview::{FormSection, MaterialForm};
-use toml_edit::{Array, DocumentMut, Item, TableLike};
 
 use crate::material_file::{GLTF, LAYERS, MEASURED, is_gltf_file, is_measured_file};
+use crate::toml_text::{self, TomlText, is_integer, table_of};
 
 /// The one parameter of a measured table.
 const SCALE: Parameter = Parameter {
@@ -65,19 +65,15 @@ pub fn material_with_form(name: &str, text: &str, form: &MaterialForm) -> Result
         return Ok(text.to_owned());
     }
     let (mark, body) = text.split_at(if text.starts_with('\u{feff}') { 3 } else { 0 });
-    let mut document = body.parse::<DocumentMut>().map_err(|error| format!("{name}: {error}"))?;
+    let mut edited = body.to_owned();
     for field in form.fields() {
         let (Some(parameter), Some(value)) = (form.parameter(field), form.value(field)) else { continue };
         if old.value(field) != Some(value) {
+            let document = Document::parse(name, edited.as_bytes()).map_err(|_| changed_shape())?;
             let place = &form.sections[field.section].place;
-            let table = table_at(document.as_table_mut(), place).ok_or_else(changed_shape)?;
-            set(table, parameter.name, value);
+            edited = with_value(&edited, &document.table, place, parameter.name, value)
+                .ok_or_else(changed_shape)?;
         }
-    }
-    // toml_edit ends every line in the same way.
-    let mut edited = document.to_string().replace("\r\n", "\n");
-    if body.contains("\r\n") {
-        edited = edited.replace('\n', "\r\n");
     }
     let edited = format!("{mark}{edited}");
     match material_form(name, &edited) {
@@ -185,85 +181,46 @@ fn colour(value: &Toml) -> Option<[f64; 3]> {
     }
 }
 
-/// The table at a place.
-fn table_at<'t>(
-    table: &'t mut dyn TableLike,
+/// A text with another value of a parameter, written as the one before it. Of a colour, only the channels
+/// that differ are replaced; a grey stays one number as long as it is grey.
+fn with_value(
+    text: &str,
+    mut table: &Table,
     place: &[(&'static str, usize)],
-) -> Option<&'t mut dyn TableLike> {
-    let Some(((name, index), rest)) = place.split_first() else { return Some(table) };
-    let inner: &mut dyn TableLike = match table.get_mut(name)? {
-        Item::ArrayOfTables(tables) => tables.get_mut(*index)?,
-        Item::Value(toml_edit::Value::Array(items)) => items.get_mut(*index)?.as_inline_table_mut()?,
-        _ => return None,
-    };
-    table_at(inner, rest)
-}
-
-/// Sets a value, written as the one before it.
-fn set(table: &mut dyn TableLike, name: &str, value: &Value) {
-    if let Some(old) = table.get_mut(name).and_then(Item::as_value_mut) {
-        return replace(old, value);
+    name: &str,
+    value: &Value,
+) -> Option<String> {
+    let text = TomlText(text);
+    let mut is_inline = false;
+    for (name, index) in place {
+        let ValueKind::Array(tables) = &table.get(name)?.value.kind else { return None };
+        table = table_of(tables.get(*index)?)?;
+        is_inline |= text.is_inline(table);
     }
-    // The space before the end of an inline table moves behind its new last value.
-    let mut end = None;
-    if let Some((_, last)) = table.iter_mut().last()
-        && let Some(last) = last.as_value_mut()
-        && let Some(suffix) = last.decor().suffix().and_then(|suffix| suffix.as_str())
-        && suffix.trim().is_empty()
-        && !suffix.contains('\n')
-    {
-        end = Some(suffix.to_owned());
-        last.decor_mut().set_suffix("");
-    }
-    let mut new = match value {
-        Value::Colour([red, green, blue]) if red == green && green == blue => as_toml(*red, None),
-        Value::Colour(rgb) => rgb.iter().copied().collect::<Array>().into(),
-        Value::Number(number) => as_toml(*number, None),
-        Value::Records(_) => return,
-    };
-    if let Some(end) = end {
-        new.decor_mut().set_prefix(" ");
-        new.decor_mut().set_suffix(end);
-    }
-    table.insert(name, Item::Value(new));
-}
-
-/// Replaces a value, with the spaces and comments around it. Of a colour, only the channels that differ are
-/// replaced; a grey stays one number as long as it is grey.
-fn replace(old: &mut toml_edit::Value, value: &Value) {
-    match (value, old.as_array_mut()) {
-        (Value::Colour(rgb), Some(channels)) => {
-            for (channel, new) in channels.iter_mut().zip(rgb) {
-                if as_f64(channel) != Some(*new) {
-                    put(channel, as_toml(*new, Some(channel)));
+    let old = table.get(name).map(|entry| &entry.value);
+    let is_whole = old.is_some_and(is_integer);
+    let new = match (value, old.map(|old| &old.kind)) {
+        (Value::Colour(rgb), Some(ValueKind::Array(channels))) => {
+            let mut edited = text.0.to_owned();
+            // From the last to the first, so that the places of the others stay.
+            for (channel, new) in channels.iter().zip(rgb).rev() {
+                if number(channel) != Some(*new) {
+                    edited.replace_range(channel.span.clone(), &toml_text::number(*new, is_integer(channel)));
                 }
             }
+            return Some(edited);
         }
-        (Value::Colour([red, green, blue]), None) if red == green && green == blue => {
-            put(old, as_toml(*red, Some(old)));
+        (Value::Colour([red, green, blue]), _) if red == green && green == blue => {
+            toml_text::number(*red, is_whole)
         }
-        (Value::Colour(rgb), None) => put(old, rgb.iter().copied().collect::<Array>().into()),
-        (Value::Number(number), _) => put(old, as_toml(*number, Some(old))),
-        (Value::Records(_), _) => {}
+        (Value::Colour(rgb), _) => format!("{rgb:?}"),
+        (Value::Number(number), _) => toml_text::number(*number, is_whole),
+        (Value::Records(_), _) => return None,
+    };
+    match old {
+        Some(old) => Some(text.replaced(old.span.clone(), &new)),
+        None => text.with_entry(table, is_inline, name, &new),
     }
-}
-
-fn put(old: &mut toml_edit::Value, mut new: toml_edit::Value) {
-    new.decor_mut().clone_from(old.decor());
-    *old = new;
-}
-
-/// A number: a whole one in place of a whole one stays without a point.
-fn as_toml(number: f64, old: Option<&toml_edit::Value>) -> toml_edit::Value {
-    let is_whole = number.fract() == 0.0 && number.abs() < 1e15;
-    match old.is_some_and(toml_edit::Value::is_integer) && is_whole {
-        true => (number as i64).into(),
-        false => number.into(),
-    }
-}
-
-fn as_f64(value: &toml_edit::Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
 #[cfg(test)]
@@ -356,6 +313,15 @@ mod tests {
     fn line_ends_and_the_byte_order_mark_stay() {
         let text = "\u{feff}# mark\r\nmodel = \"lambert\"\r\nalbedo = 0.5 # grey\r\n";
         assert_eq!(edited(text, &[(0, "albedo", Value::Colour([0.75; 3]))]), text.replace("0.5", "0.75"));
+        // Also if they differ, and without one at the end.
+        let mixed = "# mark\r\nmodel = \"ggx\"\nroughness = 0.5\r\nior = 1.5 # glass";
+        let new =
+            edited(mixed, &[(0, "roughness", Value::Number(0.25)), (0, "specular", Value::Colour([0.5; 3]))]);
+        assert_eq!(new, mixed.replace("0.5", "0.25") + "\r\nspecular = 0.5");
+        assert_eq!(
+            edited(&new, &[(0, "specular", Value::Colour([0.75; 3]))]),
+            new.replace("specular = 0.5", "specular = 0.75")
+        );
     }
 
     #[test]

@@ -172,6 +172,17 @@ impl PreviewCatalog {
         Ok(self.entries.get(&(environment, material)))
     }
 
+    /// All that can be shown, each with the name of its environment.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (&str, &CatalogEntry)> {
+        self.entries.iter().map(|((environment, _), entry)| (self.environments[*environment].as_str(), entry))
+    }
+
+    /// The first entry of a material.
+    pub fn with_material(&self, material: &str) -> Option<&CatalogEntry> {
+        let is_of = |(_, of): &(usize, usize)| self.materials[*of] == material;
+        self.entries.iter().find(|(pair, _)| is_of(pair)).map(|(_, entry)| entry)
+    }
+
     /// Checks that an environment is known.
     ///
     /// # Errors

@@ -71,25 +71,40 @@ parameters! {
 }
 
 impl Parameters {
-    fn rotation(&self) -> Rotation {
+    pub(crate) fn rotation(&self) -> Rotation {
         let Some(Quaternion([x, y, z, w])) = self.quaternion else {
-            let [yaw, pitch, roll] = [self.yaw, self.pitch, self.roll].map(f64::to_radians);
+            let [yaw, pitch, roll] = self.angles().map(f64::to_radians);
             return Rotation::from_yaw_pitch_roll(yaw, pitch, roll);
         };
         Rotation::from_quaternion(x, y, z, w).unwrap_or(Rotation::IDENTITY)
+    }
+
+    /// Yaw, pitch and roll, in degrees.
+    pub(crate) fn angles(&self) -> [f64; 3] {
+        [self.yaw, self.pitch, self.roll]
+    }
+
+    /// What is given instead of angles: [x, y, z, w].
+    pub(crate) fn quaternion(&self) -> Option<[f64; 4]> {
+        self.quaternion.map(|Quaternion(quaternion)| quaternion)
     }
 }
 
 /// How a stage turns the lighting that arrives; the identity if the stage is of another kind.
 pub(crate) fn turn_of(stage: &Stage) -> Rotation {
-    if stage.kind.name() != Rotate::NAME {
-        return Rotation::IDENTITY;
+    match stage.kind.name() {
+        Rotate::NAME => parameters_of(stage).rotation(),
+        _ => Rotation::IDENTITY,
     }
+}
+
+/// The parameters of a stage of this kind.
+pub(crate) fn parameters_of(stage: &Stage) -> Parameters {
     let parameters = stage.configured.canonical();
     let angle = |name: &str| parameters[name].as_f64().unwrap_or_default();
     let quaternion = serde_json::from_value::<[f64; 4]>(parameters["quaternion"].clone());
     let quaternion = quaternion.ok().map(Quaternion);
-    Parameters { yaw: angle("yaw"), pitch: angle("pitch"), roll: angle("roll"), quaternion }.rotation()
+    Parameters { yaw: angle("yaw"), pitch: angle("pitch"), roll: angle("roll"), quaternion }
 }
 
 /// The kind `rotate`.

@@ -11,7 +11,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ::preview::{
-    Catalog, InitialView, List, MaterialForm, Object, Picture, PreviewUpdate, RenderError, Scene, Subject,
+    Aim, Catalog, InitialView, Light, List, Object, Picture, PreviewUpdate, RenderError, Scene, Subject,
     SubjectDetails, SubjectRequest,
 };
 use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
@@ -28,6 +28,8 @@ use super::watched::WatchedProject;
 use super::{still, subject};
 use crate::arguments::Backend;
 use crate::print::{self, say};
+
+pub(crate) use edits::MaterialEdit;
 
 /// Sends updates to a window.
 type Window = Box<dyn Fn(PreviewUpdate) + Send>;
@@ -55,19 +57,14 @@ pub(crate) enum PreviewMessage {
     SavePicture(Subject, Picture),
     /// Edit a material.
     Edit(String, MaterialEdit),
+    /// Say how a turn of the light would be written to the manifest.
+    ProposeLight(Aim),
+    /// Write it, if these lines still say what changes.
+    SaveLight(Aim, Vec<String>),
     /// Close the window, even if it has not opened yet.
     Close,
     /// No other message follows.
     End,
-}
-
-/// An edit of a material.
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends them"))]
-pub(crate) enum MaterialEdit {
-    /// Show it with these values, or with those of its file.
-    Show(Option<MaterialForm>),
-    /// Write these values to its file.
-    Save(MaterialForm),
 }
 
 /// Where the subject is shown.
@@ -95,6 +92,8 @@ struct PendingWork {
     pictures: Vec<(Subject, Picture)>,
     /// In order, but of several values to show only the last.
     edits: Vec<(String, MaterialEdit)>,
+    proposed_light: Option<Aim>,
+    saved_light: Option<edits::SavedLight>,
     /// Read the file of the shown material again.
     read_material: bool,
     end: bool,
@@ -135,6 +134,8 @@ pub(crate) struct PreviewController<'a> {
     /// The same for the watcher: they go first.
     goes_first: Wanted,
     shown: Option<(Subject, Scene, SubjectDetails)>,
+    /// A turn of the light that was written, until a scene has it, and the light that was shown without it.
+    written_light: Option<(Aim, Option<Arc<Light>>)>,
     /// Why dropped files cannot be shown.
     dropped_error: Vec<String>,
     /// Why the wanted subject cannot be shown.
@@ -179,6 +180,7 @@ impl<'a> PreviewController<'a> {
             parts: Vec::new(),
             goes_first: Wanted::default(),
             shown: None,
+            written_light: None,
             dropped_error: Vec::new(),
             error: Vec::new(),
             sent: Sent::default(),
@@ -247,6 +249,10 @@ impl<'a> PreviewController<'a> {
                 work.edits.pop_if(replaced);
                 work.edits.push((material, edit));
             }
+            PreviewMessage::ProposeLight(turn) => work.proposed_light = Some(turn),
+            PreviewMessage::SaveLight(turn, lines) => {
+                work.saved_light = Some(edits::SavedLight { turn, lines })
+            }
             PreviewMessage::SavePicture(subject, picture) => work.pictures.push((subject, picture)),
             PreviewMessage::Close => {
                 self.closing = true;
@@ -272,7 +278,9 @@ impl<'a> PreviewController<'a> {
                 work.load_results |= self.parts.contains(item);
             }
             Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),
-            Event::Rejected { .. } | Event::BuildError { .. } => self.built = true,
+            // The last valid manifest may still be built.
+            Event::Rejected { .. } => self.built = !self.status.has_build(),
+            Event::BuildError { .. } => self.built = true,
             _ => {}
         }
     }
@@ -292,6 +300,7 @@ impl<'a> PreviewController<'a> {
         }
         let is_edited = !work.edits.is_empty();
         self.edit_materials(&mut work);
+        self.edit_light(&mut work);
         if work.end {
             for file in self.edits.unsaved() {
                 say!("warning: the changes of {} were not saved", file.display());
@@ -317,26 +326,6 @@ impl<'a> PreviewController<'a> {
         let is_still = matches!(self.output, CommandOutput::Still(_));
         if is_still && self.built && !self.request.continues_without {
             self.cancel.cancel();
-        }
-    }
-
-    /// Gives materials the values that the window set, and saves them.
-    fn edit_materials(&mut self, work: &mut PendingWork) {
-        for (material, edit) in std::mem::take(&mut work.edits) {
-            let form = match edit {
-                MaterialEdit::Show(form) => {
-                    self.edits.edit(&material, form);
-                    continue;
-                }
-                MaterialEdit::Save(form) => form,
-            };
-            let (title, lines) = match self.edits.save(&material, form) {
-                Ok(file) => ("saved the material", vec![file.display().to_string()]),
-                Err(lines) => ("the material was not saved", lines),
-            };
-            // The file may have changed.
-            work.read_material = true;
-            self.send(PreviewUpdate::Toast { title: title.into(), lines });
         }
     }
 
@@ -395,6 +384,7 @@ impl<'a> PreviewController<'a> {
         if plan_catalog.is_empty() {
             return Err(subject::nothing_to_preview(&project.manifest, &project.stages).lines());
         }
+        self.check_edits(&plan_catalog)?;
         self.files = PreviewFiles::beside(&project.manifest).with_screenshots(self.request.screenshots);
         self.watched.change(project.clone());
         (self.project, self.awaits_watcher) = (project, true);
@@ -497,6 +487,13 @@ impl<'a> PreviewController<'a> {
                 let _ = scene.light.exposure();
                 let looks = scene.objects.iter().map(|object| &object.look);
                 looks.filter(|look| look.has_maps()).for_each(|look| _ = look.local());
+                let is_turned = catalog.is_light_turned(results, entry);
+                let written = self.written_light.take_if(|(_, before)| {
+                    is_turned && before.as_ref().is_none_or(|before| !Arc::ptr_eq(before, &scene.light))
+                });
+                if let Some((turn, _)) = written {
+                    window(PreviewUpdate::LightSaved(turn));
+                }
                 window(PreviewUpdate::Scene { subject, scene, details });
             }
             CommandOutput::Still(view) => self.draw(view, &subject, &scene),
@@ -535,7 +532,7 @@ impl<'a> PreviewController<'a> {
         let mut failure = self.status.errors().lines();
         failure.extend(self.error.iter().chain(&self.dropped_error).cloned());
         if !failure.is_empty() {
-            failure.insert(0, self.headline().into());
+            failure.insert(0, self.headline());
         }
         if self.sent.failure != failure {
             self.sent.failure.clone_from(&failure);
@@ -546,20 +543,33 @@ impl<'a> PreviewController<'a> {
         }
     }
 
-    /// What the errors mean for the picture.
-    fn headline(&self) -> &'static str {
-        match (&self.shown, self.error.is_empty()) {
+    /// What the errors mean for the picture, in any mode.
+    fn headline(&self) -> String {
+        let errors = self.status.errors();
+        let headline = match (&self.shown, self.error.is_empty()) {
             _ if !self.dropped_error.is_empty() => "The dropped files cannot be shown",
+            (None, _) if errors.rejects_manifest() && self.status.has_build() => {
+                return self.manifest_has_errors("the last valid one is still being built");
+            }
             (None, _) => "There is nothing to show",
             (Some(_), false) => "This cannot be shown; the picture is an earlier one",
-            (Some((_, scene, _)), true) if self.status.errors().affects(&self.ancestry) => {
-                match scene.has_maps() {
-                    true => "The build failed; this picture is the last good one",
-                    false => "The build failed; this picture is by brute force, without maps",
-                }
+            (Some(_), true) if errors.rejects_manifest() => {
+                return self.manifest_has_errors(match self.status.has_build() {
+                    true => "the last valid one is still being built, and shown",
+                    false => "the last valid one is still shown",
+                });
             }
+            (Some((_, scene, _)), true) if errors.affects(&self.ancestry) => match scene.has_maps() {
+                true => "The build failed; this picture is the last good one",
+                false => "The build failed; this picture shows what was made before",
+            },
             (Some(_), true) => "A stage failed; this picture does not depend on it",
-        }
+        };
+        headline.into()
+    }
+
+    fn manifest_has_errors(&self, but: &str) -> String {
+        format!("{} has errors; {but}", dropped::name_of(&self.project))
     }
 
     fn send(&self, update: PreviewUpdate) {
@@ -580,5 +590,6 @@ fn is_same(one: &Scene, other: &Scene) -> bool {
     one.objects.len() == other.objects.len() && one.objects.iter().zip(&other.objects).all(same_object)
 }
 
+mod edits;
 #[cfg(test)]
 mod tests;

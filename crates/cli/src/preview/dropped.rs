@@ -140,15 +140,8 @@ fn imported(plan: &Plan, item: Option<ItemIndex>, kind: &str) -> Option<Imported
 
 /// Yaw, pitch and roll in degrees of a rotation; `None` if it turns nothing.
 fn angles(turn: Rotation) -> Option<[f64; 3]> {
-    let [x, y, z] = [turn.matrix().x_axis, turn.matrix().y_axis, turn.matrix().z_axis];
-    let level = x.x.hypot(x.y);
-    let pitch = (-x.z).atan2(level);
-    // Straight up or down, yaw and roll are one turn.
-    let is_upright = level < 1e-9;
-    let yaw = if is_upright { (-y.x).atan2(y.y) } else { x.y.atan2(x.x) };
-    let roll = if is_upright { 0.0 } else { y.z.atan2(z.z) };
     // Nobody wrote more digits.
-    let degrees = [yaw, pitch, roll].map(|angle| (angle.to_degrees() * 1e9).round() / 1e9 + 0.0);
+    let degrees = turn.yaw_pitch_roll().map(|angle| (angle.to_degrees() * 1e9).round() / 1e9 + 0.0);
     (degrees != [0.0; 3]).then_some(degrees)
 }
 

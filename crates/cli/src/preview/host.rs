@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-use ::preview::{InitialView, MaterialForm, Picture, Subject, SubjectRequest};
+use ::preview::{Aim, InitialView, MaterialForm, Picture, Subject, SubjectRequest};
 use engine::Cancel;
 use parking_lot::Mutex;
 use preview_window::{self as window, Host, UpdateSender, WindowError, WindowSettings};
@@ -88,6 +88,14 @@ impl Host for WindowHost {
     fn save_material(&mut self, material: &str, form: &MaterialForm) {
         let _ =
             self.messages.send(PreviewMessage::Edit(material.to_owned(), MaterialEdit::Save(form.clone())));
+    }
+
+    fn propose_light(&mut self, turn: Aim) {
+        let _ = self.messages.send(PreviewMessage::ProposeLight(turn));
+    }
+
+    fn save_light(&mut self, turn: Aim, lines: &[String]) {
+        let _ = self.messages.send(PreviewMessage::SaveLight(turn, lines.to_vec()));
     }
 
     fn closed(&mut self) {}

@@ -93,6 +93,8 @@ impl MaterialEdits {
         let file = file.to_owned();
         let made = material_of(&file, &text)?;
         if read(&file) != known.text {
+            // The window asks what to do with it when the material is shown.
+            self.sent.remove(material);
             return Err(vec![format!("{} has changed on the disk", file.display())]);
         }
         write(&file, &text).map_err(|error| vec![format!("{}: {error}", file.display())])?;
@@ -120,6 +122,23 @@ impl MaterialEdits {
             return Ok(None);
         }
         Ok(Some(edited))
+    }
+
+    /// The first material with unsaved values whose name is that of another file among these.
+    pub(crate) fn unsaved_of_another_file<'f>(
+        &self,
+        file_of: impl Fn(&str) -> Option<Result<&'f Path, String>>,
+    ) -> Option<&str> {
+        let real = |file: &Path| fs::canonicalize(file).ok();
+        let is_other = |(material, known): &(&String, &MaterialText)| {
+            let is_unsaved = known.edit.as_ref().is_some_and(|edit| !edit.is_saved);
+            is_unsaved
+                && file_of(material).is_some_and(|file| match (&known.file, file) {
+                    (Ok(known), Ok(file)) => real(known) != real(file),
+                    _ => true,
+                })
+        };
+        self.files.iter().find(is_other).map(|(material, _)| material.as_str())
     }
 
     /// The files with values that are not saved.
@@ -165,8 +184,8 @@ fn read(file: &Path) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|error| cannot(error.to_string()))
 }
 
-/// Replaces a material file, which keeps its permissions. A link stays a link.
-fn write(file: &Path, text: &str) -> io::Result<()> {
+/// Replaces a file, which keeps its permissions. A link stays a link.
+pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
     let file = fs::canonicalize(file)?;
     let permissions = fs::metadata(&file)?.permissions();
     engine::replace_file(&file, text.as_bytes())?;

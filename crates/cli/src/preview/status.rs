@@ -34,11 +34,31 @@ pub(crate) struct BuildStatus {
     long: BTreeMap<ItemName, f64>,
     /// The process that holds the lock that the current build waits for.
     holder: Option<String>,
-    /// When the first change since the last build was noticed, in milliseconds.
-    noticed: Option<f64>,
-    changed: Vec<String>,
+    /// The changes since the current or the last build began.
+    pending: Changes,
+    /// Those that the current build, and builds before it that were stopped, are for.
+    building: Changes,
     /// The items that ran since then, by stage.
     ran: Vec<(String, Vec<ItemName>)>,
+}
+
+/// Changes that were noticed.
+#[derive(Default)]
+struct Changes {
+    /// When the first was noticed, in milliseconds.
+    since: Option<f64>,
+    paths: Vec<String>,
+}
+
+impl Changes {
+    fn add(&mut self, since: Option<f64>, paths: impl IntoIterator<Item = String>) {
+        self.since = self.since.or(since);
+        for path in paths {
+            if !self.paths.contains(&path) {
+                self.paths.push(path);
+            }
+        }
+    }
 }
 
 impl BuildStatus {
@@ -60,14 +80,14 @@ impl BuildStatus {
                 self.watching = watching(*folders, *poll_milliseconds, because.as_deref());
             }
             Event::Noticed { changes, milliseconds } => {
-                self.noticed.get_or_insert(now - milliseconds);
-                for change in changes {
-                    if !self.changed.contains(&change.path) {
-                        self.changed.push(change.path.clone());
-                    }
-                }
+                let paths = changes.iter().map(|change| change.path.clone());
+                self.pending.add(Some(now - milliseconds), paths);
             }
-            Event::Planned { items, .. } => self.progress = Some((0, *items)),
+            Event::Planned { items, .. } => {
+                self.progress = Some((0, *items));
+                let Changes { since, paths } = std::mem::take(&mut self.pending);
+                self.building.add(since, paths);
+            }
             Event::Progress { item, share } => _ = self.long.insert(item.clone(), *share),
             Event::Finished { item, .. } => {
                 self.count_done();
@@ -84,10 +104,11 @@ impl BuildStatus {
                     return self.toast(now, summary.failed);
                 }
             }
-            Event::Rejected { .. } | Event::BuildError { .. } => {
+            // The build of the last valid manifest goes on.
+            Event::Rejected { .. } => self.pending = Changes::default(),
+            Event::BuildError { .. } => {
                 self.progress = None;
-                self.noticed = None;
-                self.changed.clear();
+                (self.pending, self.building) = (Changes::default(), Changes::default());
             }
             _ => {}
         }
@@ -97,6 +118,11 @@ impl BuildStatus {
     /// Whether a build runs, or the first one has not started.
     pub(crate) fn is_building(&self) -> bool {
         self.progress.is_some() || self.watching.is_empty()
+    }
+
+    /// Whether a build runs.
+    pub(crate) fn has_build(&self) -> bool {
+        self.progress.is_some()
     }
 
     /// The status line.
@@ -126,8 +152,9 @@ impl BuildStatus {
 
     /// The outcome of a rebuild.
     fn toast(&mut self, now: f64, failed: usize) -> Option<Toast> {
-        let (changed, ran) = (std::mem::take(&mut self.changed), std::mem::take(&mut self.ran));
-        let time = duration(now - self.noticed.take()?);
+        let Changes { since, paths: changed } = std::mem::take(&mut self.building);
+        let ran = std::mem::take(&mut self.ran);
+        let time = duration(now - since?);
         let mut lines = Vec::new();
         if !changed.is_empty() {
             lines.push(format!("because of {}", fitting(&changed, COLUMNS)));
@@ -165,6 +192,10 @@ mod tests {
     fn noticed(path: &str) -> Event {
         let changes = vec![Change { path: path.into(), what: Changed::Changed }];
         Event::Noticed { changes, milliseconds: 20.0 }
+    }
+
+    fn rejected() -> Event {
+        Event::Rejected { diagnostics: engine::Diagnostics::new("pipeline.toml", "", Vec::new()) }
     }
 
     fn planned(items: usize) -> Event {
@@ -235,6 +266,18 @@ mod tests {
         };
         assert!(title(&mut status, 1).starts_with("1 item failed, after "));
         assert!(title(&mut status, 0).ends_with(": nothing had to run"));
+    }
+
+    #[test]
+    fn a_broken_manifest_stops_no_build_and_is_not_among_its_causes() {
+        let mut status = BuildStatus::default();
+        update(&mut status, &[noticed("gold.toml"), planned(2), noticed("pipeline.toml"), rejected()]);
+        assert!(status.has_build());
+        assert_eq!(status.line(), "building: 0 of 2 items");
+        let toast = update(&mut status, &[finished("material", "gold"), ended(false)]).unwrap();
+        assert_eq!(toast.lines, ["because of gold.toml", "material [gold]"]);
+        assert_eq!(update(&mut status, &[noticed("pipeline.toml"), rejected()]), None);
+        assert_eq!(update(&mut status, &[planned(2), ended(false)]), None, "nothing was noticed for it");
     }
 
     #[test]

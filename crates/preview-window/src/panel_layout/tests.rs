@@ -1,5 +1,6 @@
 //! The panels without a window: what is drawn, and what input does.
 
+mod dialog;
 mod layout;
 
 use std::path::{Path, PathBuf};
@@ -233,9 +234,9 @@ fn a_click_in_a_list_requests_its_subject() {
 #[test]
 fn every_key_of_the_table_does_its_action_and_each_does_something() {
     /// Everything that a key may change.
-    fn changeable(state: &State) -> (ViewSettings, [bool; 4], usize, Option<MaterialEditor>) {
+    fn changeable(state: &State) -> (ViewSettings, [bool; 5], usize, Option<MaterialEditor>) {
         let State { help, failure_hidden, fullscreen, taking_screenshot, toasts, .. } = state;
-        let flags = [*help, *failure_hidden, *fullscreen, *taking_screenshot];
+        let flags = [*help, *failure_hidden, *fullscreen, *taking_screenshot, state.dialog.is_some()];
         let editor = state.editors["chrome"].clone().ok();
         (state.settings.clone(), flags, toasts.len(), editor)
     }

@@ -1,5 +1,7 @@
 //! Actions and updates, without a window.
 
+mod saving;
+
 use super::*;
 use crate::testkit;
 use preview::Show;
@@ -175,6 +177,11 @@ fn a_failure_covers_the_last_picture_until_it_is_resolved_or_hidden() {
     assert!(!state.failure_hidden);
     state.apply(PreviewUpdate::Failure(None));
     assert_eq!(state.failure, None);
+    let with_headline = |line: &str| PreviewUpdate::Failure(Some(vec![line.into(), "it is broken".into()]));
+    state.apply(with_headline("still being built"));
+    state.update(Action::HideFailure);
+    state.apply(with_headline("still shown"));
+    assert!(state.failure_hidden, "the details are the same");
 }
 
 #[test]

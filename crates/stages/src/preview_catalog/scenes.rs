@@ -259,6 +259,14 @@ impl SceneCache {
 }
 
 impl PreviewCatalog {
+    /// Whether the light of a scene of an entry is turned as the manifest says. Light that no environment
+    /// made only is when its `rotate` stage has run.
+    pub fn is_light_turned(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> bool {
+        let plan = self.plan();
+        artifact(plan, entry.environment) == Some(artifacts::Environment::TYPE)
+            || entry.lighting.is_some_and(|item| is_current(plan, results, entry, item))
+    }
+
     /// The material of an entry, as the last build made it.
     pub fn material(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> Option<Material> {
         let material = results.get(entry.material?)?.get::<artifacts::Material>().ok()?;

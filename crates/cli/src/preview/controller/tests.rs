@@ -1,11 +1,14 @@
 //! The controller by itself: messages in, updates out.
 
 mod dropped;
+mod light;
+mod rejected;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
+use ::preview::MaterialForm;
 use engine::{BuildOptions, ItemKey, Kinds, Summary};
 
 use super::*;
@@ -143,6 +146,9 @@ fn received(updates: &Receiver<PreviewUpdate>) -> Vec<String> {
         }
         PreviewUpdate::Status(line) => format!("status: {line}"),
         PreviewUpdate::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
+        PreviewUpdate::MaterialSaved { material, saved } => format!("saved: {material}, {saved}"),
+        PreviewUpdate::LightEdit { lines, .. } => format!("light: {}", lines.join("; ")),
+        PreviewUpdate::LightSaved(_) => "light saved".into(),
         PreviewUpdate::Failure(None) => "no failure".into(),
         PreviewUpdate::Failure(Some(lines)) => format!("failure: {}", lines.join("; ")),
         PreviewUpdate::Close => "close".into(),
@@ -250,7 +256,10 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Save(edit(9.0).1))]);
     let (form, others) = form_and_others(&updates);
     assert!(form.is_some(), "the file's values are sent");
-    assert_eq!(others, [format!("toast: saved the material: {}", file.display())]);
+    assert_eq!(
+        others,
+        [format!("toast: saved the material: {}", file.display()), "saved: gold, true".into()]
+    );
     assert_eq!(fs::read_to_string(&file).unwrap(), GOLD.replace("= 4", "= 9"));
     project.build_only(&["material"]);
     controller.handle_all([planned(), finished("material", [("material", "gold")])]);
@@ -283,6 +292,7 @@ fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
     fs::write(project.path("paint/gold.toml"), &theirs).unwrap();
     controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Save(form.clone()))]);
     let (on_disk, others) = form_and_others(&updates);
+    assert!(others.contains(&"saved: gold, false".into()), "{others:?}");
     assert!(others.iter().any(|line| line.starts_with("toast: the material was not saved: ")), "{others:?}");
     assert!(on_disk.is_some_and(|on_disk| on_disk != form), "the window can ask the user");
     assert_eq!(fs::read_to_string(project.path("paint/gold.toml")).unwrap(), theirs);

@@ -146,6 +146,9 @@ impl<'a> Session<'a> {
                 Some(format!("failure {}", lines.unwrap_or_default().join("; ")))
             }
             PreviewUpdate::Status(_) | PreviewUpdate::Material { .. } | PreviewUpdate::Close => None,
+            PreviewUpdate::MaterialSaved { .. }
+            | PreviewUpdate::LightEdit { .. }
+            | PreviewUpdate::LightSaved(_) => None,
         });
         lines.collect()
     }
@@ -292,4 +295,32 @@ fn light_that_the_pipeline_turns_stays_turned_until_other_light_is_dropped() {
     session.drop(&[folder.path("drop/dawn.exr")]);
     let made = fs::read_to_string(session.builds().unwrap()).unwrap();
     assert!(!made.contains("yaw"), "{made}");
+}
+
+#[test]
+fn unsaved_values_are_not_given_to_another_file_of_the_same_name() {
+    let folder = Folder::new();
+    fs::write(folder.path("drop/gold.toml"), MATTE).unwrap();
+    let request = folder.request();
+    let all = watched(&request);
+    let mut session = Session::new(&folder, &request, &all);
+    let form = stages::material_form("gold.toml", &MATTE.replace("0.5", "0.25")).unwrap();
+    session.send(PreviewMessage::Edit("gold".into(), MaterialEdit::Show(Some(form))));
+    session.received();
+    assert_eq!(
+        session.drop(&[folder.path("drop/gold.toml")]),
+        [
+            "failure The dropped files cannot be shown; gold is another file there, and its values here are not saved; \
+          hint: save or revert them first"
+        ]
+    );
+    // Beside other files, gold keeps them.
+    session.drop(&[folder.path("drop/clay.toml")]);
+    session.builds().unwrap();
+    session.send(show("studio", "gold"));
+    let unsaved = session.controller.edits.unsaved().map(Path::to_owned).collect::<Vec<_>>();
+    assert_eq!(unsaved.len(), 1);
+    session.send(PreviewMessage::Edit("gold".into(), MaterialEdit::Show(None)));
+    session.drop(&[folder.path("drop/gold.toml")]);
+    assert!(session.builds().is_some(), "it is reverted");
 }
