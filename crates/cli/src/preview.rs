@@ -36,7 +36,7 @@ use crate::arguments::{MANIFEST, ManifestArgument, PreviewArguments, WatchArgume
 use crate::exit::Exit;
 #[cfg(not(feature = "window"))]
 use crate::print::say;
-use crate::{assets, manifest, print, watch};
+use crate::{assets, manifest, print, watch, working_folder};
 
 pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, Exit> {
     let is_project = match &arguments.files[..] {
@@ -54,12 +54,13 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
     let mut path = arguments.files.first().cloned().unwrap_or_else(|| MANIFEST.into());
     manifest::find(&mut path);
     let mut screenshots = path.with_file_name(SCREENSHOTS);
-    let mut project = Project { manifest: path, ..Project::default() };
+    let mut manifest = ManifestArgument { manifest: path };
+    let mut project = Project { manifest: working_folder::path(&manifest.manifest), ..Project::default() };
     if !is_project {
         project = Project::of_files(&arguments.files)?;
+        manifest.manifest.clone_from(&project.manifest);
         screenshots = SCREENSHOTS.into();
     }
-    let manifest = ManifestArgument { manifest: project.manifest.clone() };
     let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds)?);
     if catalog.is_empty() {
         subject::nothing_to_preview(&manifest.manifest, &[]).print();
@@ -127,7 +128,8 @@ fn open(
 /// `specula watch --preview`.
 pub(crate) fn run_with_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let manifest = &arguments.manifest.manifest;
-    let project = Project { manifest: manifest.clone(), stages: arguments.stages.clone(), files: Vec::new() };
+    let place = working_folder::path(manifest);
+    let project = Project { manifest: place, stages: arguments.stages.clone(), files: Vec::new() };
     let request = WindowRequest {
         project: &project,
         screenshots: &manifest.with_file_name(SCREENSHOTS),

@@ -81,7 +81,7 @@ pub(crate) fn watch(
     };
     let manifest = &arguments.manifest.manifest;
     let manifest =
-        ManifestFile { name: manifest.display().to_string(), path: working_folder::named().join(manifest) };
+        ManifestFile { name: working_folder::name(manifest), path: working_folder::path(manifest) };
     let result = engine::watch(&manifest, kinds, &options, cancel, &events);
     reporter.close();
     match result {

@@ -21,8 +21,19 @@ pub(crate) fn enter(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
+/// The absolute path of a file that is named relative to the working folder.
+pub(crate) fn path(file: &Path) -> PathBuf {
+    named().join(file)
+}
+
+/// The name of a file in messages: relative to the working folder if it is inside.
+pub(crate) fn name(file: &Path) -> String {
+    let path = path(file);
+    path.strip_prefix(named()).unwrap_or(file).display().to_string()
+}
+
 /// The absolute path of the working folder, with the links that lead to it as they were named.
-pub(crate) fn named() -> PathBuf {
+fn named() -> PathBuf {
     if let Some(entered) = ENTERED.get() {
         return entered.clone();
     }
