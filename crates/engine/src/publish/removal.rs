@@ -2,7 +2,8 @@
 //! files of killed builds. Only files of the ledger are removed, and only if they are as they were published.
 
 use std::collections::{HashMap, HashSet};
-use std::fs;
+use std::fs::{self, Metadata};
+use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -129,8 +130,7 @@ impl Publisher<'_> {
     fn left_over(&self, line: &Published) -> Result<Option<PublishEvent>, Error> {
         let file = &line.file;
         let place = self.root.join(file);
-        let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
-        let Some(found) = found else { return Ok(None) };
+        let Some(found) = self.found(&place)?.filter(|_| self.is_inside(&place)) else { return Ok(None) };
         if self.is_wanted_in_other_spelling(file, &place) {
             return Ok(None);
         }
@@ -142,6 +142,22 @@ impl Publisher<'_> {
             "{} has been changed since it was published; nothing exports it now, and it was left there",
             place.display()
         ))))
+    }
+
+    /// What is at a place; `None` if nothing is.
+    ///
+    /// # Errors
+    /// If that cannot be seen: the project's folder may have been moved away for a moment.
+    fn found(&self, place: &Path) -> Result<Option<Metadata>, Error> {
+        let look = || fs::symlink_metadata(place);
+        let is_absent = |error: &io::Error| {
+            matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
+        };
+        match look() {
+            Ok(found) => Ok(Some(found)),
+            Err(error) if is_absent(&error) && self.plan.state.is_dir() && look().is_err() => Ok(None),
+            Err(error) => Err(Error::io(&error, "look at", place)),
+        }
     }
 
     fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {
