@@ -1,18 +1,16 @@
 //! The command line: commands, arguments and options.
 
+mod process;
 mod values;
 
-use std::env;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use ::preview::{Mode, SubjectRequest};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 
-use crate::escape::escaped;
+use crate::command_error::JsonOutput;
 use crate::exit::Exit;
-use crate::print;
 
 /// The usual name of a manifest.
 pub(crate) const MANIFEST: &str = "pipeline.toml";
@@ -31,26 +29,9 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
-impl Arguments {
-    /// The arguments of this process. A request for help, or an error, is printed and returned as an exit
-    /// code.
-    pub(crate) fn of_process() -> Result<Self, ExitCode> {
-        let typed = env::args_os().collect::<Vec<_>>();
-        Self::try_parse_from(&typed).map_err(|error| {
-            // clap colours what it quotes, so the arguments have to be escaped before clap sees them.
-            let shown = typed.iter().map(|argument| escaped(&argument.to_string_lossy()).into_owned());
-            match Self::try_parse_from(shown) {
-                Err(shown) if shown.kind() == error.kind() => _ = shown.print(),
-                _ => print::message(error.to_string().trim_end()),
-            }
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))
-        })
-    }
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Colour {
-    /// On a terminal, unless NO_COLOR is set
+    /// On a terminal, unless NO_COLOR, FORCE_COLOR, CLICOLOR_FORCE or CLICOLOR say otherwise
     Auto,
     Always,
     Never,
@@ -171,6 +152,22 @@ impl Command {
         };
         Some(&mut manifest.manifest)
     }
+
+    /// What the command prints on standard output for programs, if `--json` asks for it.
+    pub(crate) fn json(&self) -> Option<JsonOutput> {
+        let (is_wanted, output) = match self {
+            Self::Build(BuildArguments { json, .. }) | Self::Watch(WatchArguments { json, .. }) => {
+                (*json, JsonOutput::Events)
+            }
+            Self::Inspect { json, .. } => (*json, JsonOutput::Object),
+            Self::Cache { command } => (command.query().json, JsonOutput::Object),
+            Self::Explain(ExplainArguments { query, .. })
+            | Self::Verify(VerifyArguments { query, .. })
+            | Self::Check(CheckArguments { query, .. }) => (query.json, JsonOutput::Object),
+            _ => return None,
+        };
+        is_wanted.then_some(output)
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -197,6 +194,14 @@ pub(crate) enum CacheCommand {
         #[command(flatten)]
         query: QueryArguments,
     },
+}
+
+impl CacheCommand {
+    fn query(&self) -> &QueryArguments {
+        match self {
+            Self::Stats { query } | Self::Gc { query, .. } | Self::Verify { query } => query,
+        }
+    }
 }
 
 #[derive(Args, Clone, Debug)]

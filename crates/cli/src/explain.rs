@@ -6,15 +6,16 @@ use engine::{Cause, Explanation, FileState, FromCache, ItemName, Kinds, LastRun,
 use serde_json::json;
 
 use crate::arguments::ExplainArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::lists::list;
 use crate::print::say;
 use crate::reasons::{cause, dated, lines, origin, short};
 use crate::{manifest, print, quantity};
 
-pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.query.manifest, kinds)?;
-    let explanations = engine::explain(&plan, &arguments.target).map_err(print::failure)?;
+    let explanations = engine::explain(&plan, &arguments.target)?;
     if arguments.query.json {
         return Ok(print::json(json!({ "items": explanations })));
     }

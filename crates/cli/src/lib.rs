@@ -14,6 +14,7 @@ mod build;
 mod build_reporter;
 mod cache;
 mod check;
+mod command_error;
 mod completions;
 mod convert;
 mod convert_sh;
@@ -39,6 +40,7 @@ mod run_item;
 mod sample;
 mod schema;
 mod screen;
+mod settings;
 mod standard_pipeline;
 mod terminal;
 mod test_pattern;
@@ -52,6 +54,7 @@ use std::process::ExitCode;
 use engine::Kinds;
 
 use crate::arguments::{Arguments, Command};
+use crate::command_error::CommandError;
 
 pub use crate::exit::Exit;
 
@@ -65,12 +68,13 @@ pub fn main(kinds: Kinds) -> ExitCode {
 
 fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
     let Arguments { working_folder, color, mut command } = arguments;
+    let json = command.json();
     terminal::want_colour(color);
     if let Some(folder) = working_folder
         && let Err(error) = std::env::set_current_dir(&folder)
     {
-        print::error(&[format!("cannot work in {}: {error}", folder.display())], None);
-        return Exit::Usage;
+        let message = format!("cannot work in {}: {error}", folder.display());
+        return CommandError::usage([message]).report(json);
     }
     if let Some(manifest) = command.manifest_mut() {
         manifest::find(manifest);
@@ -79,7 +83,10 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Build(arguments) => build::run(&arguments, kinds),
         Command::Watch(arguments) if arguments.preview => Ok(preview::run_with_watch(&arguments, kinds)),
         Command::Watch(arguments) => Ok(watch::run(&arguments, kinds)),
-        Command::Preview(arguments) => preview::run(&arguments, kinds),
+        Command::Preview(arguments) => {
+            let (Ok(exit) | Err(exit)) = preview::run(&arguments, kinds);
+            Ok(exit)
+        }
         Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),
@@ -97,7 +104,5 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::RunItem { item } => run_item::run(&item, kinds),
         Command::Man { folder } => Ok(completions::write_manual(&folder)),
     };
-    // A command that cannot continue returns its exit code as an error.
-    let (Ok(exit) | Err(exit)) = result;
-    exit
+    result.unwrap_or_else(|error| error.report(json))
 }

@@ -1,4 +1,4 @@
-//! The manifest as every command loads it: a plan, or its errors drawn at their places.
+//! The manifest as every command loads it: a plan, or its errors, which are drawn at their places.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,10 +11,9 @@ use miette::{
 };
 
 use crate::arguments::{MANIFEST, ManifestArgument};
+use crate::command_error::CommandError;
 use crate::escape::{Painted, escaped};
-use crate::exit::Exit;
 use crate::lists::more;
-use crate::print::{painted, say};
 use crate::quantity::count;
 use crate::terminal;
 
@@ -34,16 +33,16 @@ pub(crate) fn find(manifest: &mut PathBuf) {
     }
 }
 
-/// The plan of a manifest. Its errors, if there are any, are printed and returned as an exit code.
-pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
-    Plan::load(&argument.manifest, kinds).map_err(|diagnostics| {
-        painted(&drawn(&diagnostics, terminal::width()));
-        say!("{}; nothing ran.", counted(&diagnostics));
-        let manifest = &argument.manifest;
-        if !manifest.exists() && !manifest.with_file_name("pipeline.toml").exists() {
-            say!("hint: `specula init` writes a starter manifest");
-        }
-        Exit::Manifest
+/// The plan of a manifest.
+///
+/// # Errors
+/// If the manifest has errors or does not exist.
+pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, CommandError> {
+    let manifest = &argument.manifest;
+    Plan::load(manifest, kinds).map_err(|diagnostics| {
+        let is_absent = !manifest.exists() && !manifest.with_file_name(MANIFEST).exists();
+        let help = is_absent.then_some("`specula init` writes a starter manifest");
+        CommandError::manifest(diagnostics).with_help(help)
     })
 }
 

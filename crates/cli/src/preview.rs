@@ -32,6 +32,7 @@ use self::subject::SubjectError;
 #[cfg(feature = "window")]
 use crate::arguments::Backend;
 use crate::arguments::{MANIFEST, ManifestArgument, PreviewArguments, WatchArguments};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 #[cfg(not(feature = "window"))]
 use crate::print::say;
@@ -59,7 +60,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
         screenshots = SCREENSHOTS.into();
     }
     let manifest = ManifestArgument { manifest: project.manifest.clone() };
-    let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds)?);
+    let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds).map_err(CommandError::print)?);
     if catalog.is_empty() {
         subject::nothing_to_preview(&manifest.manifest, &[]).print();
         return Err(Exit::Manifest);

@@ -7,11 +7,12 @@ use engine::{Content, Kinds, Recipe, SourceFile, Verification};
 use serde_json::json;
 
 use crate::arguments::VerifyArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::reasons::{cause, dated, short};
 use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.query.manifest, kinds)?;
     // As for `explain`, a path may be relative to `out`.
     let below = plan.out.join(&arguments.file);
@@ -22,10 +23,9 @@ pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, Ex
             ErrorKind::IsADirectory => Some("name one of the files in this folder"),
             _ => None,
         };
-        print::error(&[format!("cannot read {}: {error}", file.display())], help);
-        Exit::Usage
+        CommandError::usage([format!("cannot read {}: {error}", file.display())]).with_help(help)
     })?;
-    let found = engine::verify(&plan, file, &bytes, &containers::read_recipe).map_err(print::failure)?;
+    let found = engine::verify(&plan, file, &bytes, &containers::read_recipe)?;
     let printed = match arguments.query.json {
         true => print::json(json!({ "current": found.is_current(), "verification": found })),
         false => print::data(&describe(&found)),

@@ -268,17 +268,17 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
-    /// The changed manifest, or a file that it names, has errors; the watcher still uses the last valid
-    /// manifest. Reported once for the same errors, and again if they are all that a change led to.
+    /// The manifest, or a file that it names, has errors. A build ends with that; a watcher still uses the
+    /// last valid manifest, and reports the same errors once, and again if they are all that a change led to.
     Rejected {
         /// The first 50 errors, and the number of further ones.
         diagnostics: Diagnostics,
     },
     /// The manifest and the files that it names are valid again after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a disk is full, a folder cannot be written. It is tried again after
-    /// a pause and at the next change. Reported once for the same error, and again if it is the answer to a
-    /// change.
+    /// The build as a whole cannot go on: a disk is full, a folder cannot be written, an option is not valid.
+    /// A build ends with that; a watcher tries again after a pause and at the next change, and reports the
+    /// same error once, and again if it is the answer to a change.
     BuildError {
         /// What happened, then its causes.
         error: Vec<String>,
