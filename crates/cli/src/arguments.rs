@@ -246,7 +246,7 @@ pub(crate) struct BuildArguments {
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Also list the items that are up to date, all failures, and notes about results
+    /// Also list the items that are up to date, all warnings and failures, and notes about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Show warnings and failures, and nothing else
@@ -372,7 +372,7 @@ pub(crate) struct WatchingArguments {
     #[arg(long, value_name = "MS", num_args = 0..=1, default_missing_value = "500",
           value_parser = clap::value_parser!(u64).range(10..=3_600_000))]
     pub(crate) poll: Option<u64>,
-    /// List every item and every file
+    /// List every item, file and warning
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Keep at most this much of decoded artifacts in memory, such as 512MiB; 0 keeps none

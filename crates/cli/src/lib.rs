@@ -46,6 +46,7 @@ mod terminal;
 mod test_pattern;
 mod timings;
 mod verify;
+mod warning_groups;
 mod watch;
 mod watch_reporter;
 

@@ -13,6 +13,7 @@ use crate::lists::{NAMED, SHOWN, fitting, list, more};
 use crate::outstanding::{OutstandingErrors, Transition};
 use crate::quantity::{count, duration};
 use crate::screen::Screen;
+use crate::warning_groups::WarningGroups;
 use crate::{manifest, reasons};
 
 /// A build that takes longer reports what it has done so far, in milliseconds.
@@ -61,6 +62,8 @@ struct State {
     running: Vec<(ItemName, Vec<Reason>)>,
     /// The files that were removed since the last report.
     removed: Vec<String>,
+    /// The warnings since the last report.
+    warnings: WarningGroups,
     /// How many files this build published.
     published: usize,
     /// How many items failed in this build, and how many failures it fixed.
@@ -160,7 +163,10 @@ impl WatchReporter {
             }
             Event::Removed { file } if self.verbose => self.line(&since, &format!("{file} was removed")),
             Event::Removed { file } => state.removed.push(file.clone()),
-            Event::Warning { item, message } => self.line("warning", &format!("{item}: {message}")),
+            Event::Warning { item, message } if self.verbose => {
+                self.line("warning", &format!("{item}: {message}"));
+            }
+            Event::Warning { item, message } => state.warnings.add(item, message),
             Event::Note { item, message } if self.verbose => self.line("note", &format!("{item}: {message}")),
             Event::Note { .. } | Event::TaskTimed { .. } => {}
             Event::Failed { item, error, help } => {
@@ -234,6 +240,9 @@ impl WatchReporter {
         if !removed.is_empty() {
             let names = fitting(&removed, self.screen.width() - INDENT - "removed ".len());
             self.line("", &format!("removed {names}"));
+        }
+        for warning in state.warnings.take_lines() {
+            self.line("warning", &warning);
         }
         state.reported = now;
     }
