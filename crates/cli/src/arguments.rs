@@ -52,7 +52,7 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: CacheCommand,
     },
-    /// Check that an exported file matches its recipe, and that its sources have not changed since
+    /// Check that exported files match their recipes, and that their sources have not changed since
     Verify(VerifyArguments),
     /// Check the manifest, or check that outputs do not depend on the number of threads
     Check(CheckArguments),
@@ -514,8 +514,10 @@ pub(crate) struct ExplainArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct VerifyArguments {
-    /// A file in the output folder, or a copy of one in any place
-    pub(crate) file: PathBuf,
+    /// Files in the output folder, or copies of them in any place; folders and globs stand for the files in
+    /// them [default: the whole output folder]
+    #[arg(value_name = "FILE|FOLDER|GLOB")]
+    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) query: QueryArguments,
 }

@@ -251,12 +251,13 @@ fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
 fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     let path = Path::new(target);
     let mut names = vec![slashed(&normal(path))];
-    names.extend(names_by_place(plan, path));
+    names.extend(names_in_out(plan, path));
     names
 }
 
-/// The names of a path relative to `out`, if it is inside.
-pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
+/// The names of a path relative to the plan's `out`, if it is inside; that of `out` itself is empty. They may
+/// differ if links lead there.
+pub fn names_in_out(plan: &Plan, path: &Path) -> Vec<String> {
     let mut names = Vec::new();
     let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));
     let mut places = vec![normal(&absolute)];

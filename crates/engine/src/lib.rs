@@ -77,7 +77,7 @@ pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
-pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
+pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain, names_in_out};
 pub use failure::Failure;
 pub use files::{Files, Read};
 pub use key::{Digest, ItemKey};
@@ -102,7 +102,10 @@ pub use spelling::nearest;
 pub use state::prepare_state_folder;
 pub use steps::Steps;
 pub use timestamp::Timestamp;
-pub use verify::{Content, Recipe, SourceFile, Verification, verify};
+pub use verify::{
+    Content, FilesToVerify, MissingFile, OutVerification, Recipe, SourceFile, Verification, verify,
+    verify_out,
+};
 pub use wanted::Wanted;
 pub use watch::{WatchOptions, watch};
 

@@ -430,6 +430,11 @@ impl<'a> Publisher<'a> {
 /// The prefix of the names of temporary files.
 const TEMPORARY: &str = ".specula-";
 
+/// Whether a file name is that of a temporary file.
+pub(crate) fn is_temporary(name: &str) -> bool {
+    name.starts_with(TEMPORARY) && name.ends_with(".tmp")
+}
+
 /// The kind in a recipe.
 fn kind_of_recipe(recipe: &str) -> Option<String> {
     #[derive(Deserialize)]

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use super::{PublishEvent, Publisher, TEMPORARY};
+use super::{PublishEvent, Publisher, is_temporary};
 use crate::journal::{Line, Tag};
 use crate::ledger::{Published, out_name};
 use crate::selection::Selection;
@@ -180,7 +180,7 @@ fn sweep_folder(folder: &Path) {
         let name = name.to_string_lossy();
         if kind.is_dir() {
             sweep_folder(&entry.path());
-        } else if kind.is_file() && name.starts_with(TEMPORARY) && name.ends_with(".tmp") {
+        } else if kind.is_file() && is_temporary(&name) {
             let _ = fs::remove_file(entry.path());
         }
     }
