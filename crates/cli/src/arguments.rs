@@ -1,6 +1,5 @@
 //! The command line: commands, arguments and options.
 
-mod process;
 mod values;
 
 use std::path::PathBuf;
@@ -9,7 +8,6 @@ use ::preview::{Mode, SubjectRequest};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 
-use crate::command_error::JsonOutput;
 use crate::exit::Exit;
 
 /// The usual name of a manifest.
@@ -194,6 +192,15 @@ pub(crate) enum CacheCommand {
         #[command(flatten)]
         query: QueryArguments,
     },
+}
+
+/// What a command with `--json` prints on standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum JsonOutput {
+    /// One object.
+    Object,
+    /// A line for each event.
+    Events,
 }
 
 impl CacheCommand {

@@ -5,9 +5,9 @@ use std::time::Duration;
 use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
 use parking_lot::Mutex;
 
-use crate::arguments::BuildArguments;
+use crate::arguments::{BuildArguments, JsonOutput};
 use crate::build_reporter::BuildReporter;
-use crate::command_error::{CommandError, JsonOutput};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::manifest;
 use crate::print::{EventStream, say};

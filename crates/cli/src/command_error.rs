@@ -6,9 +6,11 @@ use std::fmt;
 use engine::{Diagnostics, Error, ErrorKind, Event};
 use serde_json::json;
 
+use crate::arguments::JsonOutput;
+use crate::drawn_errors;
 use crate::exit::Exit;
 use crate::print::{self, EventStream, say};
-use crate::{manifest, terminal};
+use crate::terminal;
 
 /// An error that ends a command.
 #[derive(Debug, PartialEq)]
@@ -24,15 +26,6 @@ pub(crate) struct CommandError {
     hides_text: bool,
 }
 
-/// What a command with `--json` prints on standard output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum JsonOutput {
-    /// One object.
-    Object,
-    /// A line for each event.
-    Events,
-}
-
 impl CommandError {
     /// The command line names something that does not exist or is of no use.
     pub(crate) fn usage(chain: impl Into<Vec<String>>) -> Self {
@@ -46,7 +39,7 @@ impl CommandError {
 
     /// The manifest has errors.
     pub(crate) fn manifest(diagnostics: Diagnostics) -> Self {
-        let chain = vec![manifest::counted(&diagnostics)];
+        let chain = vec![drawn_errors::counted(&diagnostics)];
         Self { diagnostics: Some(Box::new(diagnostics)), ..Self::new(Exit::Manifest, chain) }
     }
 
@@ -93,7 +86,7 @@ impl CommandError {
     pub(crate) fn print(self) -> Exit {
         match &self.diagnostics {
             Some(diagnostics) if !self.hides_text => {
-                print::painted(&manifest::drawn(diagnostics, terminal::width()));
+                print::painted(&drawn_errors::drawn(diagnostics, terminal::width()));
                 say!("{}; nothing ran.", self.chain.join(": "));
                 self.help.iter().for_each(|help| say!("hint: {help}"));
             }

@@ -18,6 +18,7 @@ mod command_error;
 mod completions;
 mod convert;
 mod convert_sh;
+mod drawn_errors;
 mod escape;
 mod exit;
 mod explain;
@@ -33,6 +34,7 @@ mod panics;
 mod png_file;
 mod preview;
 mod print;
+mod process_arguments;
 mod quantity;
 mod reasons;
 mod remote_options;
@@ -61,7 +63,7 @@ pub use crate::exit::Exit;
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
-    match Arguments::of_process() {
+    match process_arguments::parse() {
         Ok(arguments) => panics::reported_once(|| run(arguments, &kinds)).into(),
         Err(exit) => exit,
     }

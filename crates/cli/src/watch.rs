@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use engine::{BuildOptions, Cancel, Event, Kinds, Wanted, WatchOptions};
 use parking_lot::Mutex;
 
-use crate::arguments::WatchArguments;
+use crate::arguments::{JsonOutput, WatchArguments};
 use crate::build::{exit_of, stop_on_interrupt};
-use crate::command_error::{CommandError, JsonOutput};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print::EventStream;
 use crate::remote_options::shared_cache_of_watcher;

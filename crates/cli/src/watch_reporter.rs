@@ -14,7 +14,7 @@ use crate::outstanding::{OutstandingErrors, Transition};
 use crate::quantity::{count, duration};
 use crate::screen::Screen;
 use crate::warning_groups::WarningGroups;
-use crate::{manifest, reasons};
+use crate::{drawn_errors, reasons};
 
 /// A build that takes longer reports what it has done so far, in milliseconds.
 const REPORT_INTERVAL: f64 = 2000.0;
@@ -193,9 +193,9 @@ impl WatchReporter {
                 }
             }
             Event::Rejected { diagnostics } => {
-                self.screen.painted(&manifest::drawn(diagnostics, self.screen.width()));
+                self.screen.painted(&drawn_errors::drawn(diagnostics, self.screen.width()));
                 let next = if state.built { "still using the last valid manifest" } else { "nothing runs" };
-                self.line("", &format!("{}; {next}", manifest::counted(diagnostics)));
+                self.line("", &format!("{}; {next}", drawn_errors::counted(diagnostics)));
                 state.changed.clear();
             }
             Event::Accepted => self.line("fixed", "the manifest is valid again"),

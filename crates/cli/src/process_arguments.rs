@@ -7,29 +7,26 @@ use std::process::ExitCode;
 
 use clap::{ArgMatches, ColorChoice, CommandFactory, Parser, ValueEnum};
 
-use super::{Arguments, Colour};
-use crate::command_error::{CommandError, JsonOutput};
+use crate::arguments::{Arguments, Colour, JsonOutput};
+use crate::command_error::CommandError;
 use crate::escape::escaped;
 use crate::exit::Exit;
 use crate::{print, terminal};
 
-impl Arguments {
-    /// The arguments of this process. A request for help, or an error, is printed and returned as an exit
-    /// code.
-    pub(crate) fn of_process() -> Result<Self, ExitCode> {
-        let typed = env::args_os().collect::<Vec<_>>();
-        Self::try_parse_from(&typed).map_err(|error| {
-            // clap stops at the first error, but the options after it still say how to report it.
-            let words = typed.iter().map(|word| word.to_string_lossy()).take_while(|word| word != "--");
-            let words = words.collect::<Vec<_>>();
-            colour(&words).into_iter().for_each(terminal::want_colour);
-            if error.use_stderr() && words.iter().any(|word| word == "--json") {
-                command_error(&error).report_json(json_output(&typed));
-            }
-            print_error(&typed, &error);
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))
-        })
-    }
+/// The arguments of this process. A request for help, or an error, is printed and returned as an exit code.
+pub(crate) fn parse() -> Result<Arguments, ExitCode> {
+    let typed = env::args_os().collect::<Vec<_>>();
+    Arguments::try_parse_from(&typed).map_err(|error| {
+        // clap stops at the first error, but the options after it still say how to report it.
+        let words = typed.iter().map(|word| word.to_string_lossy()).take_while(|word| word != "--");
+        let words = words.collect::<Vec<_>>();
+        colour(&words).into_iter().for_each(terminal::want_colour);
+        if error.exit_code() != 0 && words.iter().any(|word| word == "--json") {
+            command_error(&error).report_json(json_output(&typed));
+        }
+        print_error(&typed, &error);
+        ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))
+    })
 }
 
 /// The value of `--color`.
