@@ -59,6 +59,23 @@ fn a_file_that_a_person_deleted_or_changed_is_in_the_first_line() {
 }
 
 #[test]
+fn digests_are_explained_by_the_files_behind_them() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    fs::copy(project.path("out/maps/chalk.exr"), project.path("out/maps/gold.exr")).unwrap();
+    let text = project.ok(&["explain", "out/maps/gold.exr"]).stdout;
+    let (studio, chalk) = ("assets/environments/studio.exr", "assets/materials/chalk.toml");
+    let copied = format!(", the result of map [studio, chalk], from {studio}, {chalk} (a build restores it)");
+    assert!(text.lines().next().unwrap().contains(&copied), "{text}");
+    let line = |begin: &str| text.lines().find(|line| line.trim().starts_with(begin)).unwrap().to_owned();
+    let of_gold = format!(", from {studio}, {GOLD}");
+    assert!(line("made ").ends_with(&format!(" maps/gold.exr{of_gold}")), "{text}");
+    assert!(line("input ").ends_with(&format!(" reflection = reflection [studio, gold]{of_gold}")), "{text}");
+    let artifact = project.ok(&["explain", "reflection [studio, gold]"]).stdout;
+    assert!(artifact.contains(&format!(" brdf = coefficients [gold], from {GOLD}\n")), "{artifact}");
+}
+
+#[test]
 fn a_result_from_the_cache_is_explained_with_its_cause_and_the_run_that_made_it() {
     let project = Project::small();
     let brass = "assets/materials/brass.toml";

@@ -19,8 +19,8 @@ use crate::state::State;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
-    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, Trouble,
-    Wanted,
+    BuildSession, Cancel, Cause, Error, ErrorKind, Event, ItemIndex, LockPurpose, LockTimeout, Plan, Reason,
+    Summary, Trouble, Wanted,
 };
 
 /// Options of a build.
@@ -331,4 +331,28 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
         }));
     }
     forecasts
+}
+
+/// For each stale item, the changes that made it stale.
+pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
+    let digest = |input: ItemIndex| match &forecasts[input] {
+        Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
+        _ => None,
+    };
+    let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
+    for (item, forecast) in forecasts.iter().enumerate() {
+        let of_input = |input: ItemIndex| match &causes[input][..] {
+            [] => check.last_causes(input),
+            causes => causes.to_vec(),
+        };
+        let begun = match forecast {
+            Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
+            Some(Forecast::Current { restored: true, .. }) => {
+                check.causes(item, &check.reasons(item, digest), of_input)
+            }
+            _ => Vec::new(),
+        };
+        causes.push(begun);
+    }
+    causes
 }

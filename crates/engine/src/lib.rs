@@ -29,6 +29,7 @@ mod kind;
 mod ledger;
 mod lock;
 mod memory;
+mod names_in_out;
 mod own_time;
 mod parallel;
 mod parameters;
@@ -77,7 +78,7 @@ pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
-pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain, names_in_out};
+pub use explain::{Explanation, ExportedFile, FileState, InputOrigin, LastRun, explain};
 pub use failure::Failure;
 pub use files::{Files, Read};
 pub use key::{Digest, ItemKey};
@@ -85,6 +86,7 @@ pub use kind::{
     Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, Output, Port, Product, RecipeReader,
 };
 pub use lock::{LockPurpose, LockTimeout};
+pub use names_in_out::names_in_out;
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use range::{Number, OrAuto, Range, Ranged};
@@ -103,7 +105,7 @@ pub use state::prepare_state_folder;
 pub use steps::Steps;
 pub use timestamp::Timestamp;
 pub use verify::{
-    Content, FilesToVerify, MissingFile, OutVerification, Recipe, SourceFile, Verification, verify,
+    Content, FilesToVerify, MissingFile, Origin, OutVerification, Recipe, SourceFile, Verification, verify,
     verify_out,
 };
 pub use wanted::Wanted;

@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::build::{Forecast, forecast};
+use crate::build::{Forecast, forecast, forecast_causes};
 use crate::disk::Disk;
-use crate::explain::{forecast_causes, names_in_out};
 use crate::files::modified;
 use crate::ledger::Published;
+use crate::names_in_out::names_in_out;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::selection::Selection;
@@ -124,6 +124,15 @@ pub struct SourceFile {
     pub old_time: Option<Timestamp>,
     /// When the present file was modified, by its file system.
     pub new_time: Option<Timestamp>,
+}
+
+/// What made a result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Origin {
+    /// The item.
+    pub item: ItemName,
+    /// The files that it and the items before it were made from.
+    pub sources: Vec<String>,
 }
 
 /// Reports whether an exported file is as it was published, and whether that is up to date.
@@ -251,8 +260,8 @@ struct Match {
 }
 
 /// The records of the last runs, and the earlier ones that remain.
-struct Records<'a> {
-    check: &'a UpToDateCheck<'a>,
+pub(crate) struct Records<'a> {
+    pub(crate) check: &'a UpToDateCheck<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
     /// The files of the plan, each with its item and which of the item's outputs it is.
@@ -263,7 +272,7 @@ struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    fn new(check: &'a UpToDateCheck<'a>) -> Self {
+    pub(crate) fn new(check: &'a UpToDateCheck<'a>) -> Self {
         let items = (0..check.plan.items.len()).map(|item| (check.name(item), item)).collect();
         let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
             let mut records = check
@@ -280,6 +289,26 @@ impl<'a> Records<'a> {
         let last = vec![OnceCell::new(); check.plan.items.len()];
         let (manifest, places) = (check.plan.manifest_name(), OnceCell::new());
         Self { check, manifest, items, places, last, earlier: LazyCell::new(read) }
+    }
+
+    /// What made a file with this content, which may be in any place; `None` if no record has it.
+    pub(crate) fn origin(&self, digest: Digest, file: &Path) -> Option<Origin> {
+        let Match { item, record, .. } = self.by_digest(digest, file)?;
+        Some(Origin { item: record.item.clone(), sources: self.sources(item, &record) })
+    }
+
+    /// The files that the artifact of another item was made from; none if its record is gone.
+    pub(crate) fn sources_of_input(&self, used: &InputUsed) -> Vec<String> {
+        let record = self.maker(&used.item, used.digest);
+        record.map_or_else(Vec::new, |record| self.sources(self.items.get(&used.item).copied(), record))
+    }
+
+    /// The files that the result of a run was made from, by the item itself and by those before it.
+    pub(crate) fn sources(&self, item: Option<ItemIndex>, record: &Record) -> Vec<String> {
+        let mut ancestry = Ancestry::default();
+        ancestry.follow(self, item, record);
+        let files = ancestry.sources.into_iter().filter(|source| !source.listing && source.old.is_some());
+        files.map(|source| source.path).collect()
     }
 
     /// The latest record of an item.
