@@ -14,6 +14,7 @@ use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
 use crate::quantity::{count, duration, size};
 use crate::reasons;
+use crate::removals::Removals;
 use crate::screen::Screen;
 use crate::warning_groups::WarningGroups;
 
@@ -32,6 +33,7 @@ struct State {
     elsewhere: HashMap<ItemName, String>,
     failures: Vec<(ItemName, Vec<String>, Option<String>)>,
     skipped: Vec<(ItemName, Option<ItemName>)>,
+    removals: Removals,
     warnings: WarningGroups,
 }
 
@@ -127,8 +129,11 @@ impl BuildReporter {
                     self.line("published", file);
                 }
             }
-            Event::Removed { file } => {
-                self.line(if self.dry_run { "would remove" } else { "removed" }, file);
+            Event::Removed { file, because, .. } => {
+                if self.verbose {
+                    self.line(if self.dry_run { "would remove" } else { "removed" }, file);
+                }
+                self.state().removals.add(because, file);
             }
             Event::Ended(_) => self.screen.clear(),
             // Only a watcher sends these.
@@ -153,10 +158,13 @@ impl BuildReporter {
         }
     }
 
-    /// Removes the bar, and shows the warnings and failures so far, these in full.
+    /// Removes the bar, and shows why files were removed, the warnings, and the failures so far in full.
     pub(crate) fn show_failures(&self) {
         self.screen.close();
         let mut state = self.state();
+        for line in state.removals.take_lines(if self.dry_run { "would be removed" } else { "removed" }) {
+            self.line("", line);
+        }
         for line in state.warnings.take_lines() {
             self.important("warning", line);
         }

@@ -38,6 +38,7 @@ mod process_arguments;
 mod quantity;
 mod reasons;
 mod remote_options;
+mod removals;
 mod run_item;
 mod sample;
 mod schema;

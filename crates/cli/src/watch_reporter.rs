@@ -12,6 +12,7 @@ use parking_lot::{Mutex, MutexGuard};
 use crate::lists::{NAMED, SHOWN, fitting, list, more};
 use crate::outstanding::{OutstandingErrors, Transition};
 use crate::quantity::{count, duration};
+use crate::removals::Removals;
 use crate::screen::Screen;
 use crate::warning_groups::WarningGroups;
 use crate::{drawn_errors, reasons};
@@ -61,7 +62,7 @@ struct State {
     /// What runs, and why.
     running: Vec<(ItemName, Vec<Reason>)>,
     /// The files that were removed since the last report.
-    removed: Vec<String>,
+    removals: Removals,
     /// The warnings since the last report.
     warnings: WarningGroups,
     /// How many files this build published.
@@ -161,8 +162,12 @@ impl WatchReporter {
                     state.group(&item.stage, now.milliseconds).files.push(file.clone());
                 }
             }
-            Event::Removed { file } if self.verbose => self.line(&since, &format!("{file} was removed")),
-            Event::Removed { file } => state.removed.push(file.clone()),
+            Event::Removed { file, because, .. } => {
+                if self.verbose {
+                    self.line(&since, &format!("{file} was removed"));
+                }
+                state.removals.add(because, file);
+            }
             Event::Warning { item, message } if self.verbose => {
                 self.line("warning", &format!("{item}: {message}"));
             }
@@ -236,10 +241,8 @@ impl WatchReporter {
         for group in std::mem::take(&mut state.groups) {
             self.line(&duration(group.at - state.noticed), &group.line(self.screen.width()));
         }
-        let removed = std::mem::take(&mut state.removed);
-        if !removed.is_empty() {
-            let names = fitting(&removed, self.screen.width() - INDENT - "removed ".len());
-            self.line("", &format!("removed {names}"));
+        for removed in state.removals.take_lines("removed") {
+            self.line("", &removed);
         }
         for warning in state.warnings.take_lines() {
             self.line("warning", &warning);

@@ -8,6 +8,7 @@ use crate::disk::Disk;
 use crate::kind::is_left_out;
 use crate::lock::LockRequest;
 use crate::publish::{Publisher, sweep};
+use crate::removal_cause::RemovalCauses;
 use crate::run::RunContext;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
@@ -20,7 +21,7 @@ use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
     BuildSession, Cancel, Cause, Error, ErrorKind, Event, ItemIndex, LockPurpose, LockTimeout, Plan, Reason,
-    Summary, Trouble, Wanted,
+    RemovalCause, Summary, Trouble, Wanted,
 };
 
 /// Options of a build.
@@ -184,8 +185,9 @@ impl BuildSession {
         let mut scheduler = self.pool.install(scheduler);
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
+        let causes = RemovalCauses::new(&check);
         for (item, event) in removals {
-            scheduler.report(event_of(&item, event));
+            scheduler.report(event_of(&item, event, || causes.of(&item)));
         }
         removed?;
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
@@ -231,9 +233,11 @@ impl BuildSession {
             rayon::join(|| UpToDateCheck::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
         let mut summary = Summary::default();
-        for file in publisher.would_remove(plan, selected, options.stages.is_empty())? {
+        let causes = RemovalCauses::new(&check);
+        for (item, file) in publisher.would_remove(plan, selected, options.stages.is_empty())? {
             summary.removed += 1;
-            events(Event::Removed { file });
+            let because = causes.of(&item);
+            events(Event::Removed { item, file, because });
         }
         for (index, forecast) in forecast(&check, selected).into_iter().enumerate() {
             let item = check.name(index);
@@ -252,7 +256,12 @@ impl BuildSession {
                         }
                         if is_left_out(blob.digest) {
                             summary.removed += 1;
-                            events(Event::Removed { file: file.clone() });
+                            let (item, file) = (item.clone(), file.clone());
+                            events(Event::Removed {
+                                item,
+                                file,
+                                because: RemovalCause::of_item(plan, index),
+                            });
                         } else {
                             summary.published += 1;
                             let restored = publisher.is_restored(file, blob.digest);

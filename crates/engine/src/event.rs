@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::{Diagnostics, Digest, ItemKey, Timestamp, Traffic};
+use crate::{Diagnostics, Digest, ItemKey, RemovalCause, Timestamp, Traffic};
 
 /// An event as `--json` prints it: one object on a line of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -244,10 +244,14 @@ pub enum Event {
         /// Whether the file was only restored: its content had not changed.
         restored: bool,
     },
-    /// A file was removed from `out` because its item no longer exists.
+    /// A file was removed from `out` because nothing exports it any more.
     Removed {
+        /// The item that had exported it.
+        item: ItemName,
         /// The file, relative to `out`.
         file: String,
+        /// Why: what happened to the source or the stage that it was made from.
+        because: RemovalCause,
     },
     /// The build ended.
     Ended(Summary),

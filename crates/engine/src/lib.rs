@@ -41,6 +41,7 @@ mod range;
 mod reader;
 mod record;
 mod regular;
+mod removal_cause;
 mod retention;
 mod run;
 mod run_elsewhere;
@@ -92,6 +93,7 @@ pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, 
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};
+pub use removal_cause::RemovalCause;
 pub use run_item::run_item;
 pub use session::{BuildSession, WORKER};
 pub use shared_blob::SharedBlob;

@@ -168,7 +168,7 @@ fn log(events: &[Event]) -> String {
             Event::Published { file, bytes, restored, .. } => {
                 writeln!(text, "{} {file} {bytes}", if *restored { "restored" } else { "published" })
             }
-            Event::Removed { file } => writeln!(text, "removed {file}"),
+            Event::Removed { file, .. } => writeln!(text, "removed {file}"),
             Event::Watching { .. } => writeln!(text, "watching"),
             Event::Noticed { changes, .. } => {
                 let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));
