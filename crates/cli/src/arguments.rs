@@ -235,6 +235,10 @@ pub(crate) struct BuildArguments {
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
+    /// Run the stages and items that are named, or all, even if they are up to date; what they need is not
+    /// forced
+    #[arg(long)]
+    pub(crate) force: bool,
     /// The number of threads [default: one per processor]
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
@@ -352,6 +356,9 @@ pub(crate) struct WatchArguments {
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
+    /// In the first build, run these stages and items, or all, even if they are up to date
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,

@@ -18,6 +18,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Com
     let plan = manifest::load(&arguments.manifest, kinds)?;
     let options = BuildOptions {
         stages: arguments.stages.clone(),
+        force: arguments.force,
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,

@@ -96,6 +96,7 @@ fn open(
         let watched = WatchArguments {
             stages: project.stages,
             manifest: ManifestArgument { manifest: project.manifest },
+            force: false,
             json: false,
             once: false,
             preview: true,

@@ -39,6 +39,7 @@ pub(crate) fn watch(
     let options = WatchOptions {
         build: BuildOptions {
             stages: arguments.stages.clone(),
+            force: arguments.force,
             jobs: watching.jobs.map(usize::from),
             keep_going: true,
             wanted: wanted.clone(),

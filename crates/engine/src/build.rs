@@ -8,7 +8,7 @@ use crate::disk::Disk;
 use crate::kind::is_left_out;
 use crate::lock::LockRequest;
 use crate::publish::{Publisher, sweep};
-use crate::removal_cause::RemovalCauses;
+use crate::removal_cause::{RemovalCauses, files_changed};
 use crate::run::RunContext;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
@@ -21,7 +21,7 @@ use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
     BuildSession, Cancel, Cause, Error, ErrorKind, Event, ItemIndex, LockPurpose, LockTimeout, Plan, Reason,
-    RemovalCause, Summary, Trouble, Wanted,
+    Summary, Trouble, Wanted,
 };
 
 /// Options of a build.
@@ -30,6 +30,8 @@ pub struct BuildOptions {
     /// The stages and items (`map [sky, gold]`) to build, with everything that they need; empty means all
     /// stages.
     pub stages: Vec<String>,
+    /// Whether these stages and items run even if they are up to date; what they need does not.
+    pub force: bool,
     /// The number of threads; `None` means the number of available cores.
     pub jobs: Option<usize>,
     /// Whether items that do not depend on a failed item still run.
@@ -88,7 +90,10 @@ impl BuildSession {
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let clock = Instant::now();
-        let selected = Selection::of(plan, &options.stages)?;
+        let mut selected = Selection::of(plan, &options.stages)?;
+        if options.force {
+            selected = selected.forced(plan, &options.stages)?;
+        }
         events(Event::Planned {
             dry_run: options.dry_run,
             stages: selected.stages(plan),
@@ -257,11 +262,7 @@ impl BuildSession {
                         if is_left_out(blob.digest) {
                             summary.removed += 1;
                             let (item, file) = (item.clone(), file.clone());
-                            events(Event::Removed {
-                                item,
-                                file,
-                                because: RemovalCause::of_item(plan, index),
-                            });
+                            events(Event::Removed { item, file, because: files_changed(plan, index) });
                         } else {
                             summary.published += 1;
                             let restored = publisher.is_restored(file, blob.digest);

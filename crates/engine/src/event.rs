@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::{Diagnostics, Digest, ItemKey, RemovalCause, Timestamp, Traffic};
+use crate::{Diagnostics, Digest, ItemKey, Timestamp, Traffic};
 
 /// An event as `--json` prints it: one object on a line of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -121,6 +121,8 @@ pub enum Reason {
     ResultLost,
     /// Its source or its stage was removed and is back, unchanged.
     Returned,
+    /// The build was asked to run it even if it is up to date.
+    Forced,
 }
 
 /// Something that happened during a build.
@@ -325,6 +327,64 @@ pub enum Changed {
     Gone,
     /// Events were lost, so everything below is checked.
     Unknown,
+}
+
+/// Why a file is removed from `out`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(tag = "cause", rename_all = "kebab-case")]
+pub enum RemovalCause {
+    /// A source was deleted.
+    SourceDeleted {
+        /// The source, relative to the manifest's folder if it is inside.
+        path: String,
+    },
+    /// A source has another name now.
+    SourceRenamed {
+        /// The source, relative to the manifest's folder if it is inside.
+        path: String,
+        /// Its present name, relative to the manifest's folder if it is inside.
+        to: String,
+    },
+    /// A file is no longer a source of a stage.
+    SourceExcluded {
+        /// The file, relative to the manifest's folder if it is inside.
+        path: String,
+        /// The stage.
+        stage: String,
+    },
+    /// The manifest no longer has a stage.
+    StageGone {
+        /// The stage.
+        stage: String,
+        /// The manifest.
+        manifest: String,
+    },
+    /// A stage has other items, because its inputs changed.
+    ItemsChanged {
+        /// The stage.
+        stage: String,
+    },
+    /// A stage exports files with other names.
+    FilesChanged {
+        /// The stage.
+        stage: String,
+    },
+}
+
+impl fmt::Display for RemovalCause {
+    /// What happened, as a clause: `hdri/studio.hdr was deleted`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SourceDeleted { path } => write!(f, "{path} was deleted"),
+            Self::SourceRenamed { path, to } => write!(f, "{path} was renamed to {to}"),
+            Self::SourceExcluded { path, stage } => {
+                write!(f, "{path} is no longer a source of stage {stage}")
+            }
+            Self::StageGone { stage, manifest } => write!(f, "stage {stage} is no longer in {manifest}"),
+            Self::ItemsChanged { stage } => write!(f, "stage {stage} has other items now"),
+            Self::FilesChanged { stage } => write!(f, "stage {stage} exports other files now"),
+        }
+    }
 }
 
 /// What a build did.

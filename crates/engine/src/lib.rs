@@ -77,7 +77,7 @@ pub use determinism::{Determinism, Difference, FailedRun, default_threads, deter
 pub use diagnostic::{Diagnostic, Diagnostics, line_and_column};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
-pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
+pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCause, Summary, Work};
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
 pub use explain::{Explanation, ExportedFile, FileState, InputOrigin, LastRun, explain};
 pub use failure::Failure;
@@ -93,7 +93,6 @@ pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, 
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};
-pub use removal_cause::RemovalCause;
 pub use run_item::run_item;
 pub use session::{BuildSession, WORKER};
 pub use shared_blob::SharedBlob;

@@ -1,83 +1,15 @@
 //! Why files are removed from `out`: what happened to the source or the stage that they were made from.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::fs;
 use std::sync::OnceLock;
 
 use parking_lot::Mutex;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 use crate::journal::Tag;
 use crate::record::Record;
 use crate::up_to_date::{UpToDateCheck, item_subject};
-use crate::{ItemIndex, ItemKey, ItemName, Plan};
-
-/// Why a file is removed from `out`.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
-#[serde(tag = "cause", rename_all = "kebab-case")]
-pub enum RemovalCause {
-    /// A source was deleted.
-    SourceDeleted {
-        /// The source, relative to the manifest's folder if it is inside.
-        path: String,
-    },
-    /// A source has another name now.
-    SourceRenamed {
-        /// The source, relative to the manifest's folder if it is inside.
-        path: String,
-        /// Its present name, relative to the manifest's folder if it is inside.
-        to: String,
-    },
-    /// A file is no longer a source of a stage.
-    SourceExcluded {
-        /// The file, relative to the manifest's folder if it is inside.
-        path: String,
-        /// The stage.
-        stage: String,
-    },
-    /// The manifest no longer has a stage.
-    StageGone {
-        /// The stage.
-        stage: String,
-        /// The manifest.
-        manifest: String,
-    },
-    /// A stage has other items, because its inputs changed.
-    ItemsChanged {
-        /// The stage.
-        stage: String,
-    },
-    /// A stage exports files with other names.
-    FilesChanged {
-        /// The stage.
-        stage: String,
-    },
-}
-
-impl fmt::Display for RemovalCause {
-    /// What happened, as a clause: `hdri/studio.hdr was deleted`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::SourceDeleted { path } => write!(f, "{path} was deleted"),
-            Self::SourceRenamed { path, to } => write!(f, "{path} was renamed to {to}"),
-            Self::SourceExcluded { path, stage } => {
-                write!(f, "{path} is no longer a source of stage {stage}")
-            }
-            Self::StageGone { stage, manifest } => write!(f, "stage {stage} is no longer in {manifest}"),
-            Self::ItemsChanged { stage } => write!(f, "stage {stage} has other items now"),
-            Self::FilesChanged { stage } => write!(f, "stage {stage} exports other files now"),
-        }
-    }
-}
-
-impl RemovalCause {
-    /// Why a file of an item that the plan has is removed.
-    pub(crate) fn of_item(plan: &Plan, item: ItemIndex) -> Self {
-        Self::FilesChanged { stage: plan.stages[plan.items[item].stage].name.clone() }
-    }
-}
+use crate::{ItemIndex, ItemKey, ItemName, Plan, RemovalCause};
 
 /// Finds out why the files of items are removed.
 pub(crate) struct RemovalCauses<'a> {
@@ -95,7 +27,7 @@ impl<'a> RemovalCauses<'a> {
     /// Why a file that an item has exported is removed.
     pub(crate) fn of(&self, item: &ItemName) -> RemovalCause {
         if let Some(known) = self.items().get(item) {
-            return RemovalCause::of_item(self.check.plan, *known);
+            return files_changed(self.check.plan, *known);
         }
         if !self.has_stage(&item.stage) {
             return self.stage_gone(&item.stage);
@@ -166,4 +98,9 @@ impl<'a> RemovalCauses<'a> {
             (digest.is_some() && check.current_digest(&path, listing) == digest).then_some(path)
         })
     }
+}
+
+/// Why a file of an item that the plan has is removed.
+pub(crate) fn files_changed(plan: &Plan, item: ItemIndex) -> RemovalCause {
+    RemovalCause::FilesChanged { stage: plan.stages[plan.items[item].stage].name.clone() }
 }

@@ -7,6 +7,7 @@ mod determinism;
 mod elsewhere;
 mod explanations;
 mod failures;
+mod forced;
 mod hostile;
 mod interruptions;
 mod outdated;
@@ -206,5 +207,6 @@ fn reason(reason: &Reason) -> String {
         Reason::Kind { old, new } => format!("kind {old} -> {new}"),
         Reason::ResultLost => "result lost".into(),
         Reason::Returned => "returned".into(),
+        Reason::Forced => "forced".into(),
     }
 }

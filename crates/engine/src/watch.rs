@@ -71,7 +71,7 @@ const PULSE: Duration = Duration::from_millis(100);
 /// How a watcher watches and builds.
 #[derive(Clone, Debug)]
 pub struct WatchOptions {
-    /// The options of each build; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself.
+    /// The options of each build, of which `force` counts for the first that is not stopped; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself.
     pub build: BuildOptions,
     /// The quiet time after a change before it is built, so that files are complete.
     pub debounce: Duration,
@@ -316,6 +316,8 @@ impl<'a> Watcher<'a> {
         match built {
             Ok(summary) => {
                 self.has_built = true;
+                // A change may have stopped the build that was asked for.
+                self.build.force &= summary.cancelled;
                 let has_ended = !summary.cancelled;
                 let failed = self.session.failed_on.lock().iter().cloned().chain(broken).collect();
                 self.collector.record_outcome(&self.changed, &failed, has_ended);

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::{Scheduler, WorkSpan};
 use crate::publish::PublishEvent;
+use crate::removal_cause::files_changed;
 use crate::{Event, ItemIndex, ItemName, RemovalCause};
 
 impl Scheduler<'_, '_> {
@@ -28,7 +29,7 @@ impl Scheduler<'_, '_> {
         let name = self.check.name(item);
         let plan = self.check.plan;
         for event in events {
-            self.report(event_of(&name, event, || RemovalCause::of_item(plan, item)));
+            self.report(event_of(&name, event, || files_changed(plan, item)));
         }
     }
 
