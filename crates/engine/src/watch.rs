@@ -71,7 +71,8 @@ const PULSE: Duration = Duration::from_millis(100);
 /// How a watcher watches and builds.
 #[derive(Clone, Debug)]
 pub struct WatchOptions {
-    /// The options of each build, of which `force` counts for the first that is not stopped; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself.
+    /// The options of each build; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself, and
+    /// forces nothing after the first build that was not stopped.
     pub build: BuildOptions,
     /// The quiet time after a change before it is built, so that files are complete.
     pub debounce: Duration,
