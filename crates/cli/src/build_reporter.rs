@@ -61,6 +61,9 @@ impl BuildReporter {
     pub(crate) fn show(&self, event: &Event) {
         match event {
             Event::Planned { items, .. } => self.screen.begin(*items),
+            Event::ManifestWarnings { diagnostics } => {
+                diagnostics.to_string().lines().for_each(|line| self.important("warning", line));
+            }
             Event::Waiting { holder, limit_milliseconds } => {
                 let limit = limit_milliseconds.map(|limit| format!(", at most {}", duration(limit)));
                 self.important("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));
@@ -139,6 +142,7 @@ impl BuildReporter {
             // Only a watcher sends these.
             Event::Watching { .. }
             | Event::Noticed { .. }
+            | Event::RebuildLoop { .. }
             | Event::Rejected { .. }
             | Event::Accepted
             | Event::BuildError { .. } => {}

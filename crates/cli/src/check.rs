@@ -64,8 +64,12 @@ fn describe_plan(arguments: &CheckArguments, plan: &Plan) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();
     if arguments.query.json {
-        return print::json(json!({ "sound": true, "stages": stages, "items": items, "files": files }));
+        let warnings = &plan.warnings;
+        return print::json(
+            json!({ "sound": true, "stages": stages, "items": items, "files": files, "warnings": warnings }),
+        );
     }
+    plan.warnings.to_string().lines().for_each(|line| say!("warning: {line}"));
     print::data(&format!(
         "{} is valid: {}, {}, {} in out\n",
         arguments.query.manifest.manifest.display(),

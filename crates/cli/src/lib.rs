@@ -52,6 +52,7 @@ mod verify;
 mod warning_groups;
 mod watch;
 mod watch_reporter;
+mod working_folder;
 
 use std::process::ExitCode;
 
@@ -75,7 +76,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
     let json = command.json();
     terminal::want_colour(color);
     if let Some(folder) = working_folder
-        && let Err(error) = std::env::set_current_dir(&folder)
+        && let Err(error) = working_folder::enter(&folder)
     {
         let message = format!("cannot work in {}: {error}", folder.display());
         return CommandError::usage([message]).report(json);

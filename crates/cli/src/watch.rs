@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use engine::{BuildOptions, Cancel, Event, Kinds, Wanted, WatchOptions};
+use engine::{BuildOptions, Cancel, Event, Kinds, ManifestFile, Wanted, WatchOptions};
 use parking_lot::Mutex;
 
 use crate::arguments::{JsonOutput, WatchArguments};
@@ -12,8 +12,8 @@ use crate::exit::Exit;
 use crate::print::EventStream;
 use crate::remote_options::shared_cache_of_watcher;
 use crate::screen::Screen;
-use crate::terminal;
 use crate::watch_reporter::{Moment, WatchReporter};
+use crate::{terminal, working_folder};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
@@ -81,7 +81,10 @@ pub(crate) fn watch(
             reporter.show(&event);
         }
     };
-    let result = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
+    let manifest = &arguments.manifest.manifest;
+    let manifest =
+        ManifestFile { name: manifest.display().to_string(), path: working_folder::named().join(manifest) };
+    let result = engine::watch(&manifest, kinds, &options, cancel, &events);
     reporter.close();
     match result {
         Err(error) => CommandError::from(error).report(json),

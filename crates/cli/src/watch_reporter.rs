@@ -126,6 +126,9 @@ impl WatchReporter {
                 state.transitions = [0; 2];
                 self.screen.begin(*items);
             }
+            Event::ManifestWarnings { diagnostics } => {
+                diagnostics.to_string().lines().for_each(|line| self.line("warning", line));
+            }
             Event::Waiting { holder, .. } => self.line("waiting", &format!("for {holder}")),
             Event::UpToDate { item, .. } => {
                 self.screen.settled();
@@ -196,6 +199,16 @@ impl WatchReporter {
                 if state.unannounced.take().is_none() {
                     self.summarise(&mut state, summary, &since);
                 }
+            }
+            Event::RebuildLoop { item, files } => {
+                let files = list(files, ", ", NAMED);
+                self.line(
+                    "stopped",
+                    &format!(
+                        "{item} was built again and again, because each time {files} changed during the build: \
+                         a stage writes what it reads. It is built again when another file changes."
+                    ),
+                );
             }
             Event::Rejected { diagnostics } => {
                 self.screen.painted(&drawn_errors::drawn(diagnostics, self.screen.width()));
@@ -425,8 +438,13 @@ fn by_folder(changes: &[Change]) -> Vec<String> {
 }
 
 fn in_words(change: &Change) -> String {
-    let path = &change.path;
+    let path = match change.path.as_str() {
+        "." => "the project folder",
+        path => path,
+    };
     match change.what {
+        Changed::Appeared if change.path == "." => format!("{path} is back"),
+        Changed::Changed if change.path == "." => format!("{path} was replaced by another one"),
         Changed::Appeared => format!("{path} is new"),
         Changed::Changed => format!("{path} changed"),
         Changed::Gone => format!("{path} is gone"),

@@ -74,7 +74,14 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
                     let _ = sender.send((Instant::now(), event));
                 }
             };
-            engine::watch(&manifest, &testkit::kinds(), &options, &cancel, &events).expect("it watches");
+            engine::watch(
+                &engine::ManifestFile::of(&manifest),
+                &testkit::kinds(),
+                &options,
+                &cancel,
+                &events,
+            )
+            .expect("it watches");
         });
         while let Ok((_, event)) = receiver.recv() {
             if matches!(event, Event::Watching { .. }) {

@@ -99,11 +99,24 @@ impl BuildSession {
             stages: selected.stages(plan),
             items: selected.items(),
         });
+        self.report_warnings(plan, events);
         if options.dry_run {
             let summary = self.dry_run(plan, options, &selected, events)?;
             return Ok(report_end(summary, clock, events));
         }
         self.run_items(plan, options, &selected, clock, cancel, events)
+    }
+
+    /// Reports the warnings of a plan that were not reported for the last one.
+    fn report_warnings(&self, plan: &Plan, events: &(dyn Fn(Event) + Sync)) {
+        let mut reported = self.reported_warnings.lock();
+        let messages = plan.warnings.errors.iter().map(|warning| warning.message.clone());
+        let before = std::mem::replace(&mut *reported, messages.collect());
+        let mut diagnostics = plan.warnings.clone();
+        diagnostics.errors.retain(|warning| !before.contains(&warning.message));
+        if !diagnostics.errors.is_empty() {
+            events(Event::ManifestWarnings { diagnostics });
+        }
     }
 
     fn run_items(
@@ -178,7 +191,7 @@ impl BuildSession {
             cancel,
             memory: &self.memory,
             running: &running,
-            pending: self.pending.as_deref(),
+            watched: self.watched.as_ref(),
             gate: Arc::default(),
             wanted: &options.wanted,
             repeat_warnings: options.repeat_warnings,
@@ -198,7 +211,7 @@ impl BuildSession {
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         *self.failed_on.lock() = running.read_by(&scheduler.failed);
         self.end_reads();
-        publisher.finish()?;
+        *self.removed_outputs.lock() = publisher.finish()?;
         outcome?;
         if let Some(options) = &options.shared {
             let traffic = options.cache.finish(&|| cancel.is_cancelled());
@@ -237,6 +250,7 @@ impl BuildSession {
         let (check, publisher) = self.pool.install(|| {
             rayon::join(|| UpToDateCheck::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
+        check.check_seen()?;
         let mut summary = Summary::default();
         let causes = RemovalCauses::new(&check);
         for (item, file) in publisher.would_remove(plan, selected, options.stages.is_empty())? {

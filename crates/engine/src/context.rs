@@ -10,8 +10,9 @@ use parking_lot::Mutex;
 use crate::cancel::StaleFlag;
 use crate::files::listing_digest;
 use crate::gate::Gate;
+use crate::plan::{HOW_TO_READ_EXPORTS, leads_into};
 use crate::progress::ShareDone;
-use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
+use crate::{Artifact, BrokenLink, Cancel, Digest, DiskFolders, Failure, Files, Handle, ItemKey, Read};
 
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
@@ -21,6 +22,8 @@ pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
     pub(crate) folder: Option<PathBuf>,
+    /// The folder for exports, from which nothing is read.
+    pub(crate) out: Option<PathBuf>,
     pub(crate) key: Option<ItemKey>,
     pub(crate) recipe: String,
     pub(crate) scratch: PathBuf,
@@ -45,6 +48,7 @@ impl<'a> Context<'a> {
             inputs: BTreeMap::new(),
             source: None,
             folder: None,
+            out: None,
             key: None,
             recipe: String::new(),
             scratch: std::env::temp_dir(),
@@ -170,9 +174,13 @@ impl<'a> Context<'a> {
     /// writes meanwhile is read again until it no longer changes.
     ///
     /// # Errors
-    /// If the file cannot be read; the message names it.
+    /// If the file cannot be read, or is an export of the same manifest; the message names it.
     pub fn read(&self, path: &Path) -> Result<Arc<Vec<u8>>, Failure> {
         let path = self.resolve(path);
+        if let Some(refused) = self.refused(&path) {
+            self.record(Read { path, listing: false, digest: None });
+            return Err(refused);
+        }
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
         self.record(Read { path: path.clone(), listing: false, digest });
@@ -182,7 +190,11 @@ impl<'a> Context<'a> {
         }
         bytes.map_err(|error| {
             let is_busy = error.kind() == std::io::ErrorKind::ResourceBusy;
-            let failure = Failure::from(error).context(format!("cannot read {}", path.display()));
+            let failure = match BrokenLink::on_the_way_to(&path) {
+                Some(link) => Failure::new(link.to_string()),
+                None => Failure::from(error),
+            };
+            let failure = failure.context(format!("cannot read {}", path.display()));
             if is_busy { failure.help(WHEN_WRITTEN) } else { failure }
         })
     }
@@ -190,9 +202,13 @@ impl<'a> Context<'a> {
     /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].
     ///
     /// # Errors
-    /// If the folder cannot be read; the message names it.
+    /// If the folder cannot be read, or is the one for exports; the message names it.
     pub fn list(&self, path: &Path) -> Result<Vec<(String, bool)>, Failure> {
         let path = self.resolve(path);
+        if let Some(refused) = self.refused(&path) {
+            self.record(Read { path, listing: true, digest: None });
+            return Err(refused);
+        }
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
         self.record(Read { path: path.clone(), listing: true, digest });
@@ -294,6 +310,13 @@ impl<'a> Context<'a> {
             Some(folder) if path.is_relative() => folder.join(path),
             _ => path.to_path_buf(),
         }
+    }
+
+    /// The failure to read an export of the same manifest: it may be older than the item that makes it.
+    fn refused(&self, path: &Path) -> Option<Failure> {
+        let out = self.out.as_ref().filter(|out| leads_into(path, out, &DiskFolders))?;
+        let message = format!("{} is inside {}, where this manifest exports", path.display(), out.display());
+        Some(Failure::new(message).help(HOW_TO_READ_EXPORTS))
     }
 
     fn record(&self, read: Read) {

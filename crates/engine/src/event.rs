@@ -138,6 +138,12 @@ pub enum Event {
         /// The number of their items.
         items: usize,
     },
+    /// The manifest is valid, but a person should look at something: a file that a glob misses by its case, or
+    /// an exclusion without effect. A watcher reports each only when it is new.
+    ManifestWarnings {
+        /// The warnings, with their places in the manifest.
+        diagnostics: Diagnostics,
+    },
     /// Another process has the folder locked; the build waits for it. Reported once, when the wait becomes
     /// noticeable.
     Waiting {
@@ -274,6 +280,15 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
+    /// An item ran more than ten times in ten seconds, each time because of changes that were made while it was
+    /// built: something in the build writes what it reads. It is not built because of them any more. Building goes
+    /// on with the next other change.
+    RebuildLoop {
+        /// The item.
+        item: ItemName,
+        /// The files that changed last.
+        files: Vec<String>,
+    },
     /// The manifest, or a file that it names, has errors. A build ends with that; a watcher still uses the
     /// last valid manifest, and reports the same errors once, and again if they are all that a change led to.
     Rejected {
@@ -309,7 +324,7 @@ pub enum Work {
 /// A change that a watcher noticed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 pub struct Change {
-    /// The file or folder, relative to the manifest's folder if it is inside.
+    /// The file or folder, relative to the manifest's folder if it is inside; `.` is that folder itself.
     pub path: String,
     /// How it changed.
     pub what: Changed,

@@ -67,6 +67,7 @@ mod up_to_date;
 mod verify;
 mod wanted;
 mod watch;
+mod writers;
 
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
@@ -89,7 +90,10 @@ pub use kind::{
 pub use lock::{LockPurpose, LockTimeout};
 pub use names_in_out::names_in_out;
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
-pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
+pub use plan::{
+    BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage,
+    StageIndex,
+};
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};

@@ -11,7 +11,7 @@
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::{
     Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemName, Kinds, Port, Product, RecipeReader,
@@ -20,20 +20,25 @@ use crate::{
 
 mod cycles;
 mod folders;
+mod glob;
 mod graph;
 mod index;
 mod items;
 mod manifest;
 mod schema;
+mod search;
 mod source;
 pub(crate) mod template;
 
-pub use folders::{DiskFolders, Folders, Found, Name};
+pub use folders::{BrokenLink, DiskFolders, Folders, Found, Name};
 pub(crate) use folders::{FolderQueries, RecordingFolders};
 pub use graph::Graph;
 pub use index::{ItemIndex, StageIndex};
 pub use items::Item;
+use search::Search;
+pub(crate) use search::leads_into;
 pub use source::Source;
+pub(crate) use source::{HOW_TO_READ_EXPORTS, listed};
 
 /// A stage of the manifest with its kind, parameters and connections.
 #[derive(Clone)]
@@ -50,6 +55,8 @@ pub struct Stage {
     pub ports: Vec<Port>,
     /// The connected ports, in the order of `ports`, each with the stage that feeds it.
     pub inputs: Vec<(String, StageIndex)>,
+    /// The files that it reads, for a kind that has a source.
+    pub source: Option<Source>,
     /// What an item of the stage makes.
     pub product: Product,
 }
@@ -68,8 +75,32 @@ pub struct Plan {
     /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share
     /// them.
     pub items: Arc<[Item]>,
+    /// What a person should check in the manifest, such as a file that a glob misses by its case.
+    pub warnings: Diagnostics,
     /// Finds the recipe in an exported file.
     pub recipe_reader: RecipeReader,
+    /// Computed when a watcher asks for it.
+    pub(crate) output_folders: Arc<OnceLock<Vec<String>>>,
+}
+
+/// A manifest: its name in messages, and where it is.
+///
+/// The place does not depend on the working folder, because a folder may be moved away and another one put in
+/// its place: a process keeps the old one as its working folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ManifestFile {
+    /// The name in messages, usually as the user gave it.
+    pub name: String,
+    /// The absolute path.
+    pub path: PathBuf,
+}
+
+impl ManifestFile {
+    /// The manifest at a path, which is relative to the present working folder.
+    pub fn of(path: &Path) -> Self {
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        Self { name: path.display().to_string(), path: absolute }
+    }
 }
 
 impl Plan {
@@ -79,8 +110,9 @@ impl Plan {
     /// If the manifest's text, its stages or the files that they match are not valid: all errors. If the text
     /// is not TOML or has another schema, nothing else is checked.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
-        let bytes = read(manifest)?;
-        Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
+        let manifest = ManifestFile::of(manifest);
+        let bytes = read(&manifest)?;
+        Self::of_bytes(&manifest, &bytes, kinds, &DiskFolders)
     }
 
     /// The manifest's file name: several manifests may share a folder, and then its state.
@@ -94,6 +126,18 @@ impl Plan {
         ItemName { stage: self.stages[item.stage].name.clone(), key: item.key.clone() }
     }
 
+    /// The folders in `out` that exported files are in, sorted.
+    pub(crate) fn output_folders(&self) -> &[String] {
+        self.output_folders.get_or_init(|| {
+            let files = self.items.iter().flat_map(|item| &item.files);
+            let mut folders = files.filter_map(|file| Some(file.rsplit_once('/')?.0)).collect::<Vec<_>>();
+            folders.dedup();
+            folders.sort_unstable();
+            folders.dedup();
+            folders.into_iter().map(str::to_owned).collect()
+        })
+    }
+
     /// Whether it is a clone of another plan.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.items, &other.items)
@@ -103,15 +147,17 @@ impl Plan {
 
     /// The plan of a manifest that has been read, among these folders.
     pub(crate) fn of_bytes(
-        manifest: &Path,
+        manifest: &ManifestFile,
         bytes: &[u8],
         kinds: &Kinds,
         folders: &dyn Folders,
     ) -> Result<Self, Diagnostics> {
         let (graph, mut errors) = parse(manifest, bytes, kinds)?;
-        let assets = items::assets(&graph, folders, &mut errors);
+        let mut search = Search::new(folders);
+        let assets = items::assets(&graph, &mut search);
+        errors.append(&mut search.errors);
         let items = items::expand(&graph, &assets, &mut errors);
-        assemble(&graph, items, errors)
+        assemble(&graph, items, search.warnings, errors)
     }
 }
 
@@ -121,11 +167,16 @@ impl Graph {
     /// # Errors
     /// If the manifest is not valid: all errors that do not depend on other files.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
-        Self::of_bytes(manifest, &read(manifest)?, kinds)
+        let manifest = ManifestFile::of(manifest);
+        Self::of_bytes(&manifest, &read(&manifest)?, kinds)
     }
 
     /// The graph of a manifest that has been read.
-    pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Diagnostics> {
+    pub(crate) fn of_bytes(
+        manifest: &ManifestFile,
+        bytes: &[u8],
+        kinds: &Kinds,
+    ) -> Result<Self, Diagnostics> {
         let (graph, errors) = parse(manifest, bytes, kinds)?;
         if errors.is_empty() { Ok(graph) } else { Err(graph.diagnostics(errors)) }
     }
@@ -145,13 +196,15 @@ impl Graph {
         folders: &dyn Folders,
         before: Option<&Expansion>,
     ) -> Result<Expansion, Diagnostics> {
-        let mut errors = Vec::new();
-        let assets = items::assets(self, folders, &mut errors);
+        let mut search = Search::new(folders);
+        let assets = items::assets(self, &mut search);
+        let Search { mut errors, warnings, .. } = search;
         if let Some(before) = before.filter(|before| errors.is_empty() && before.assets == assets) {
-            return Ok(before.clone());
+            let warnings = self.diagnostics(warnings);
+            return Ok(Expansion { plan: Plan { warnings, ..before.plan.clone() }, assets });
         }
         let items = items::expand(self, &assets, &mut errors);
-        let plan = assemble(self, items, errors)?;
+        let plan = assemble(self, items, warnings, errors)?;
         Ok(Expansion { plan, assets })
     }
 }
@@ -164,21 +217,27 @@ pub(crate) struct Expansion {
 }
 
 /// The graph as far as it is valid, and what is not.
-fn parse(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
-    let document = Document::parse(manifest.display().to_string(), bytes)?;
-    let absolute = std::path::absolute(manifest).map_err(|error| {
-        document.diagnostics(vec![Diagnostic::of_file(format!("cannot make the path absolute: {error}"))])
-    })?;
+fn parse(
+    manifest: &ManifestFile,
+    bytes: &[u8],
+    kinds: &Kinds,
+) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
+    let document = Document::parse(manifest.name.clone(), bytes)?;
     let mut errors = Vec::new();
     let (file, text) = (document.file.clone(), document.text.clone());
-    match Graph::parse(absolute, document, kinds, &mut errors) {
+    match Graph::parse(manifest.path.clone(), document, kinds, &mut errors) {
         Some(graph) => Ok((graph, errors)),
         None => Err(Diagnostics::new(file, text, errors)),
     }
 }
 
 /// The plan of a graph, if there are no errors.
-fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
+fn assemble(
+    graph: &Graph,
+    items: Vec<Item>,
+    warnings: Vec<Diagnostic>,
+    errors: Vec<Diagnostic>,
+) -> Result<Plan, Diagnostics> {
     if !errors.is_empty() {
         return Err(graph.diagnostics(errors));
     }
@@ -192,6 +251,7 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
             ports: node.ports.clone(),
             configured: node.configured.clone()?,
             parameters: node.parameters.clone(),
+            source: node.source.clone(),
             product: node.product.clone()?,
             kind,
         })
@@ -201,7 +261,9 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
             let items = items.into();
             let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
-            Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })
+            let warnings = graph.diagnostics(warnings);
+            let (recipe_reader, output_folders) = (graph.recipe_reader, Arc::default());
+            Ok(Plan { manifest, out, state, stages, items, warnings, recipe_reader, output_folders })
         }
         // Each unknown part of a stage comes with a diagnostic; if one was forgotten, an error is better than
         // a guess.
@@ -213,14 +275,14 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
 }
 
 /// The bytes of the manifest: at most one more than [`Document::MAX_BYTES`].
-pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Diagnostics> {
+pub(crate) fn read(manifest: &ManifestFile) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
     let limit = Document::MAX_BYTES as u64 + 1;
-    let read = regular::open(manifest).and_then(|(file, _)| file.take(limit).read_to_end(&mut bytes));
+    let read = regular::open(&manifest.path).and_then(|(file, _)| file.take(limit).read_to_end(&mut bytes));
     match read {
         Ok(_) => Ok(bytes),
         Err(error) => {
-            Err(Diagnostics::new(manifest.display().to_string(), "", vec![unreadable(manifest, &error)]))
+            Err(Diagnostics::new(manifest.name.clone(), "", vec![unreadable(&manifest.path, &error)]))
         }
     }
 }
@@ -230,7 +292,7 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
         return Diagnostic::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
     }
     let error = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
-    let folder = manifest.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = manifest.parent().unwrap_or(manifest);
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
     let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();
     names.retain(|name| name.ends_with(".toml"));

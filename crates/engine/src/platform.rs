@@ -3,7 +3,7 @@
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
@@ -110,12 +110,21 @@ fn device(_: &Metadata) -> u64 {
     0
 }
 
-/// The type of the file system of a path, if other machines can change files there without an event.
-pub(crate) fn shared_file_system(path: &Path) -> Option<String> {
-    shared_mount(&fs::read_to_string("/proc/self/mountinfo").ok()?, path)
+/// Where the drive that holds a path is mounted; `None` if the system does not say.
+pub(crate) fn mount_point(path: &Path) -> Option<PathBuf> {
+    let path = fs::canonicalize(path).ok()?;
+    Some(innermost_mount(&fs::read_to_string(MOUNTS).ok()?, &path)?.0.into())
 }
 
-/// The same, from a table of mounts: `36 35 98:0 /root /mount/point options - type source options`.
+/// The table of mounts: `36 35 98:0 /root /mount/point options - type source options`.
+const MOUNTS: &str = "/proc/self/mountinfo";
+
+/// The type of the file system of a path, if other machines can change files there without an event.
+pub(crate) fn shared_file_system(path: &Path) -> Option<String> {
+    shared_mount(&fs::read_to_string(MOUNTS).ok()?, path)
+}
+
+/// The type of the file system of a path by a table of mounts, if it is shared.
 fn shared_mount(table: &str, path: &Path) -> Option<String> {
     const SHARED: [&str; 16] = [
         "nfs",
@@ -135,14 +144,24 @@ fn shared_mount(table: &str, path: &Path) -> Option<String> {
         "vboxsf",
         "virtiofs",
     ];
+    let (_, kind) = innermost_mount(table, path)?;
+    (SHARED.contains(&kind.as_str()) || kind.starts_with("fuse.")).then_some(kind)
+}
+
+/// The mount of a path by a table of mounts: its place, and the type of its file system.
+fn innermost_mount(table: &str, path: &Path) -> Option<(String, String)> {
     let mounts = table.lines().filter_map(|line| {
         let (mount, kind) = line.split_once(" - ")?;
-        let point = mount.split(' ').nth(4)?.replace("\\040", " ");
-        path.starts_with(&point).then(|| (point.len(), kind.split(' ').next().unwrap_or_default().to_owned()))
+        let point = unescaped(mount.split(' ').nth(4)?);
+        path.starts_with(&point).then(|| (point, kind.split(' ').next().unwrap_or_default().to_owned()))
     });
     // If one mount covers another, the last one counts.
-    let (_, kind) = mounts.max_by_key(|(length, _)| *length)?;
-    (SHARED.contains(&kind.as_str()) || kind.starts_with("fuse.")).then_some(kind)
+    mounts.max_by_key(|(point, _)| point.len())
+}
+
+/// A path of the table of mounts, where four characters are written in octal.
+fn unescaped(path: &str) -> String {
+    path.replace("\\040", " ").replace("\\011", "\t").replace("\\012", "\n").replace("\\134", "\\")
 }
 
 /// Renames a file over another (or to a new name) in one step, even while others have the old one open.

@@ -430,9 +430,9 @@ impl<'a> Publisher<'a> {
 /// The prefix of the names of temporary files.
 const TEMPORARY: &str = ".specula-";
 
-/// Whether a file name is that of a temporary file.
-pub(crate) fn is_temporary(name: &str) -> bool {
-    name.starts_with(TEMPORARY) && name.ends_with(".tmp")
+/// Whether a path is that of a temporary file, which is renamed into its place.
+pub(crate) fn is_temporary(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(TEMPORARY))
 }
 
 /// The kind in a recipe.

@@ -21,7 +21,7 @@ use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
-use crate::session::PathSet;
+use crate::session::WatchedChanges;
 use crate::shared_cache::{Shared, SharedCacheOptions, UploadOutputs};
 use crate::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action, list};
 use crate::store::Blob;
@@ -39,8 +39,8 @@ pub(crate) struct RunContext<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) running: &'a Arc<RunningBuild>,
-    /// The paths that a watcher will handle, if there is a watcher.
-    pub(crate) pending: Option<&'a PathSet>,
+    /// What a watcher knows of changes, if there is one.
+    pub(crate) watched: Option<&'a WatchedChanges>,
     /// What goes first.
     pub(crate) wanted: &'a Wanted,
     /// Where items pause while wanted ones run.
@@ -181,6 +181,7 @@ impl RunContext<'_> {
             Err(failure) if !failure.system_error && self.will_rebuild(&reader, &reads) => {
                 Err(Failure::cancelled())
             }
+            Ok(_) if self.is_unfinished(&reader, &reads) => Err(Failure::cancelled()),
             output => output,
         };
         let made = Ran {
@@ -230,6 +231,7 @@ impl RunContext<'_> {
             revision: info.revision,
             parameters: info.parameters.clone(),
             source: self.check.source(request.item),
+            mount: self.check.mount(request.item),
             inputs: request.inputs,
             reads,
             outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
@@ -410,6 +412,7 @@ impl RunContext<'_> {
             .with_cancel(self.cancel.clone())
             .with_folder(self.check.folder.to_path_buf())
             .with_scratch(self.check.state.store.temporary_folder());
+        context.out = Some(self.check.plan.out.clone());
         context.stale = Some(self.running.stale_flag(request.item));
         context.share = Arc::clone(&request.share);
         context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
@@ -467,18 +470,24 @@ impl RunContext<'_> {
     /// Whether a watcher will build again because one of these files has changed since, or is still being
     /// written. If so, a failure on what was read is not reported.
     fn will_rebuild(&self, reader: &Reader, reads: &[Read]) -> bool {
-        let Some(pending) = self.pending else { return false };
+        let Some(watched) = self.watched else { return false };
         let is_pending = {
-            let pending = pending.lock();
+            let pending = watched.pending.lock();
             !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
         };
         // The watcher may not have heard of the change yet.
         is_pending
+            || self.is_unfinished(reader, reads)
             || reads.iter().any(|read| {
                 reader.stamp(&read.path).is_some_and(|stamp| {
                     fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
                 })
             })
+    }
+
+    /// Whether a program is still writing a file that was read, and a watcher will build again when it is done.
+    fn is_unfinished(&self, reader: &Reader, reads: &[Read]) -> bool {
+        self.watched.is_some_and(|watched| watched.are_unfinished(reads, |path| reader.modified(path)))
     }
 
     fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {

@@ -230,7 +230,7 @@ impl RunContext<'_> {
     fn has_changed(&self, reads: &[FileRead]) -> bool {
         let is_other =
             |read: &FileRead| digest_now(&self.check.folder.join(&read.path), read.listing) != read.digest;
-        self.pending.is_some() && reads.iter().any(is_other)
+        self.watched.is_some() && reads.iter().any(is_other)
     }
 
     /// What an item is expected to read: its source, and what its last run read.

@@ -392,6 +392,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             gone: false,
             inputs: self.check.inputs(item, |input| self.digest(input)),
             source: self.check.source(item),
+            mount: self.check.mount(item),
             reasons,
             causes: worth_keeping(&causes),
             from_cache: Some(FromCache {

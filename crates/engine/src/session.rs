@@ -1,7 +1,9 @@
 //! What one process keeps from one build to the next, so that a watcher's next build starts warm.
 
 use std::collections::HashSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Sender;
 use std::sync::{Arc, Weak};
 
 use parking_lot::{Mutex, MutexGuard};
@@ -13,7 +15,9 @@ use crate::memory::Memory;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::selection::Selection;
 use crate::up_to_date::KnownItems;
-use crate::{Error, ErrorKind, Plan};
+use crate::watch::Message;
+use crate::writers::being_written;
+use crate::{Error, ErrorKind, Plan, Read, Timestamp};
 
 /// The prefix of the names of a session's threads. Kinds run on them: their panics are caught there and
 /// reported as failures of their items, so that a panic hook does not need to print them a second time.
@@ -30,13 +34,16 @@ pub struct BuildSession {
     reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
     pub(crate) saved: Mutex<SavedState>,
-    /// The paths that a watcher has heard of and not handled yet, if there is a watcher: it will build again
-    /// because of them.
-    pub(crate) pending: Option<Arc<PathSet>>,
+    /// What a watcher knows of changes, if there is one.
+    pub(crate) watched: Option<WatchedChanges>,
     /// The build that runs, or the last one.
     running: Mutex<Weak<RunningBuild>>,
     /// The files that the failed items of the last build read.
     pub(crate) failed_on: PathSet,
+    /// The warnings of the last plan.
+    pub(crate) reported_warnings: Mutex<Vec<String>>,
+    /// The exported files, relative to `out`, that the last build removed.
+    pub(crate) removed_outputs: Mutex<HashSet<String>>,
 }
 
 /// So many threads.
@@ -58,6 +65,48 @@ impl PathSet {
         self.0.lock()
     }
 }
+
+/// What a watcher knows of changes while a build runs.
+pub(crate) struct WatchedChanges {
+    /// The paths that it has heard of and not handled yet: it will build again because of them.
+    pub(crate) pending: Arc<PathSet>,
+    /// The files that are still being written: nothing is made of them yet.
+    pub(crate) unfinished: Arc<PathSet>,
+    /// Whether it may not have heard of programs that were writing before it began: a build has to look.
+    pub(crate) is_new: AtomicBool,
+    /// Where it is told of them.
+    pub(crate) sender: Mutex<Sender<Message>>,
+}
+
+impl WatchedChanges {
+    /// Whether a program is still writing one of these files. The watcher then builds again when it is finished.
+    pub(crate) fn are_unfinished(
+        &self,
+        reads: &[Read],
+        modified: impl Fn(&Path) -> Option<Timestamp>,
+    ) -> bool {
+        let unfinished = self.unfinished.lock();
+        if !unfinished.is_empty() && reads.iter().any(|read| unfinished.contains(&read.path)) {
+            return true;
+        }
+        drop(unfinished);
+        if !self.is_new.load(Ordering::Relaxed) {
+            return false;
+        }
+        let is_recent = |read: &&Read| {
+            modified(&read.path).is_some_and(|time| Timestamp::now().0.saturating_sub(time.0) < RECENT)
+        };
+        let written = being_written(reads.iter().filter(is_recent).map(|read| read.path.as_path()));
+        for path in &written {
+            self.unfinished.lock().insert(path.clone());
+            let _ = self.sender.lock().send(Message::BeingWritten(path.clone()));
+        }
+        !written.is_empty()
+    }
+}
+
+/// A file that was not written to for so many milliseconds is finished, even if a program has it open.
+const RECENT: u64 = 30_000;
 
 /// What is kept of the state folder between two builds. Others may write there meanwhile, so it is checked
 /// before it is used.
@@ -108,9 +157,11 @@ impl BuildSession {
             reads: Mutex::default(),
             memory: Memory::new(memory),
             saved: Mutex::default(),
-            pending: None,
+            watched: None,
             running: Mutex::default(),
             failed_on: PathSet::default(),
+            reported_warnings: Mutex::default(),
+            removed_outputs: Mutex::default(),
         })
     }
 

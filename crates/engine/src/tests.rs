@@ -16,6 +16,7 @@ mod publishing;
 mod rebuilds;
 mod shared;
 mod snapshot;
+mod unseen;
 mod watch;
 
 use std::fmt::Write;
@@ -30,7 +31,9 @@ use crate::{
 
 /// A project in a folder of its own.
 struct Project {
-    folder: tempfile::TempDir,
+    /// Removed at the end, if the project has one of its own.
+    _temporary: Option<tempfile::TempDir>,
+    folder: PathBuf,
     kinds: Kinds,
     options: BuildOptions,
     cancel: Cancel,
@@ -38,15 +41,21 @@ struct Project {
 
 impl Project {
     fn new(manifest: &str) -> Self {
-        let options = BuildOptions { jobs: Some(1), keep_going: true, ..BuildOptions::default() };
-        let folder = tempfile::tempdir().unwrap();
-        let project = Self { folder, kinds: kinds(), options, cancel: Cancel::default() };
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path().canonicalize().unwrap();
+        let project = Self { _temporary: Some(temporary), ..Self::at(folder) };
         project.write("pipeline.toml", manifest);
         project
     }
 
+    /// A project in a folder that may not exist yet.
+    fn at(folder: PathBuf) -> Self {
+        let options = BuildOptions { jobs: Some(1), keep_going: true, ..BuildOptions::default() };
+        Self { _temporary: None, folder, kinds: kinds(), options, cancel: Cancel::default() }
+    }
+
     fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().canonicalize().unwrap().join(name)
+        self.folder.join(name)
     }
 
     fn write(&self, name: &str, text: &str) {
@@ -143,6 +152,7 @@ fn log(events: &[Event]) -> String {
     for event in events {
         let _ = match event {
             Event::Planned { stages, items, .. } => writeln!(text, "planned {stages} stages, {items} items"),
+            Event::ManifestWarnings { diagnostics } => writeln!(text, "warnings: {diagnostics}"),
             Event::Waiting { holder, .. } => writeln!(text, "waiting for {holder}"),
             Event::UpToDate { item, host: None } => writeln!(text, "up to date {item}"),
             Event::UpToDate { item, host: Some(host) } => writeln!(text, "from {host} {item}"),
@@ -176,6 +186,7 @@ fn log(events: &[Event]) -> String {
                 writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
             }
             Event::Rejected { diagnostics } => writeln!(text, "rejected: {diagnostics}"),
+            Event::RebuildLoop { item, files } => writeln!(text, "loop {item}: {}", files.join(", ")),
             Event::Accepted => writeln!(text, "accepted"),
             Event::BuildError { error, .. } => writeln!(text, "build error: {}", error.join(": ")),
             Event::Ended(Summary {

@@ -11,15 +11,18 @@ use serde_json::Value;
 
 use crate::disk::Disk;
 use crate::files::modified;
-use crate::journal::{LatestRecord, Line, Subject, Tag, short, subject};
+use crate::journal::{LatestRecord, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::running::{ChangedPaths, Dependencies};
 use crate::selection::Selection;
 use crate::state::State;
 use crate::store::{Blob, Presence};
-use crate::{Digest, Error, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel};
+use crate::{
+    Digest, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel, platform,
+};
 
+mod gone;
 mod shared;
 
 /// What is computed once for a stage.
@@ -219,31 +222,6 @@ impl<'a> UpToDateCheck<'a> {
         made.map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
-    /// Marks the records of items that the manifest no longer has.
-    ///
-    /// # Errors
-    /// If the journal cannot be written.
-    pub(crate) fn mark_gone(&self) -> Result<(), Error> {
-        let journal = &self.state.journal;
-        let is_ours = |latest: &LatestRecord<'_>| !latest.is_gone() && latest.manifest() == self.manifest;
-        if self.known.is_some() {
-            return Ok(());
-        }
-        let ours = journal.latest_records().filter(|(_, latest)| is_ours(latest));
-        if ours.count() == self.latest.iter().flatten().filter(|latest| is_ours(latest)).count() {
-            return Ok(());
-        }
-        let here = parallel::map(self.plan.items.len(), &|item| self.subject(item));
-        let here = here.into_iter().collect::<HashSet<_>>();
-        let ours =
-            journal.latest_records().filter(|(subject, latest)| is_ours(latest) && !here.contains(subject));
-        let gone = ours.filter_map(|(subject, _)| {
-            let record = journal.get::<Record>(Tag::Item, subject)?;
-            Some(Line::new(Tag::Item, subject, Some(&Record { gone: true, ..record })))
-        });
-        journal.append(&gone.collect::<Vec<_>>())
-    }
-
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
         self.plan.item_name(item)
     }
@@ -289,6 +267,13 @@ impl<'a> UpToDateCheck<'a> {
     /// The source as records contain it.
     pub(crate) fn source(&self, item: ItemIndex) -> Option<String> {
         self.plan.items[item].source.as_deref().map(|source| path_name(self.folder, source))
+    }
+
+    /// Where the drive of an item's source is mounted, if it is not that of the manifest's folder.
+    pub(crate) fn mount(&self, item: ItemIndex) -> Option<String> {
+        let mount = platform::mount_point(self.plan.items[item].source.as_deref()?)?;
+        let is_same = platform::mount_point(self.folder).is_some_and(|folder| folder == mount);
+        (!is_same).then(|| path_name(self.folder, &mount))
     }
 
     /// The artifacts at the ports, given the digest of each item's artifact.

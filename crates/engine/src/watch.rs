@@ -15,11 +15,14 @@
 //! - If the system's event queue overflows, all watches are renewed and a pass follows.
 //! - Folders from which no events arrive are polled instead ([`probe`], [`poller`]).
 //!
-//! A file that is still being written gives no hint until it is finished ([`unfinished`]). If the system
+//! A file that is still being written gives no hint until it is finished ([`unfinished`]). Exported files that
+//! somebody removes are restored. A build that causes itself is found ([`rebuild_loop`]), and so is a drive that
+//! is mounted ([`mounts`]). If the system
 //! refuses an operation, it is tried again after a pause ([`backoff`]). A pass that no change triggered is
 //! reported only if it has news ([`event_buffer`]).
 
 use std::collections::BTreeSet;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,12 +32,16 @@ use changes::{Hints, Wakeup};
 use event_buffer::{EventBuffer, OutstandingErrors};
 use manifest::{ManifestLoader, ManifestSnapshot};
 use places::Places;
+use rebuild_loop::{LoopCheck, RebuildLoop};
+
+use parking_lot::Mutex;
 
 use crate::disk::ReadSet;
 use crate::record::path_name;
+use crate::session::WatchedChanges;
 use crate::{
     BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
-    LockPurpose, LockTimeout, Plan, Summary,
+    LockPurpose, LockTimeout, ManifestFile, Plan, Summary,
 };
 
 mod backoff;
@@ -42,9 +49,11 @@ mod changes;
 mod event_buffer;
 mod listener;
 mod manifest;
+mod mounts;
 mod places;
 mod poller;
 mod probe;
+mod rebuild_loop;
 mod unfinished;
 
 pub(crate) use backoff::Backoff;
@@ -98,7 +107,7 @@ pub struct WatchOptions {
 /// # Errors
 /// If threads cannot be started, or if the first valid manifest does not have a stage that was asked for.
 pub fn watch(
-    manifest: &Path,
+    manifest: &ManifestFile,
     kinds: &Kinds,
     options: &WatchOptions,
     cancel: &Cancel,
@@ -134,9 +143,16 @@ pub(crate) struct Watcher<'a> {
     has_built: bool,
     /// Whether a change was reported and no build has ended since.
     has_unanswered_change: bool,
+    /// The last valid plan.
+    plan: Option<Plan>,
+    /// Finds builds that cause themselves.
+    rebuild_loop: RebuildLoop,
+    /// The changes that such builds have made.
+    held_changes: Hints,
 }
 
 /// How a pass ended.
+#[derive(Clone, Default)]
 struct PassResult {
     /// Whether there was a build and it was not stopped: it succeeded or failed.
     has_ended: bool,
@@ -150,20 +166,23 @@ struct PassResult {
 
 impl<'a> Watcher<'a> {
     pub(crate) fn new(
-        manifest: &Path,
+        manifest: &ManifestFile,
         kinds: &'a Kinds,
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
         collector: ChangeCollector,
     ) -> Result<Self, Error> {
-        let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
-        session.pending = Some(collector.pending());
+        session.watched = Some(WatchedChanges {
+            pending: collector.pending(),
+            unfinished: collector.unfinished(),
+            is_new: AtomicBool::new(true),
+            sender: Mutex::new(collector.sender()),
+        });
         Ok(Self {
-            // Diagnostics name the file as it was given.
-            loader: ManifestLoader::new(manifest.into(), kinds),
-            manifest: absolute,
+            loader: ManifestLoader::new(manifest.clone(), kinds),
+            manifest: manifest.path.clone(),
             options,
             build: BuildOptions {
                 dry_run: false,
@@ -183,6 +202,9 @@ impl<'a> Watcher<'a> {
             check_after: CHECK_AFTER,
             has_built: false,
             has_unanswered_change: false,
+            plan: None,
+            rebuild_loop: RebuildLoop::default(),
+            held_changes: Hints::default(),
         })
     }
 
@@ -203,15 +225,39 @@ impl<'a> Watcher<'a> {
                 }
                 self.has_unanswered_change = false;
             }
-            if !self.wait(&result) {
-                return Ok(());
-            }
-            is_triggered = self.report_changes();
+            let Some(hints) = self.next_changes(result.clone()) else { return Ok(()) };
+            is_triggered = self.report_changes(hints);
             // Hints do not name what happened before everything was watched.
             self.is_all &= !result.must_repeat;
             if is_triggered {
                 self.retry.reset();
             }
+        }
+    }
+
+    /// Waits until there is something to do, and returns the changes that are built next; `None` if the watcher was
+    /// cancelled. Changes that a build has made itself do not count if that goes on and on.
+    fn next_changes(&mut self, mut result: PassResult) -> Option<Hints> {
+        loop {
+            if !self.wait(&result) {
+                return None;
+            }
+            let mut hints = self.collector.take_for_build();
+            hints.merge(std::mem::take(&mut self.held_changes));
+            let last = hints.last().filter(|_| !self.rebuild_loop.take_look());
+            let latency = self.collector.latency();
+            match last.map_or(LoopCheck::Build, |last| self.rebuild_loop.check(last, latency)) {
+                LoopCheck::Build => return Some(hints),
+                LoopCheck::Stopped => {}
+                LoopCheck::Stop(item) => {
+                    let folder = self.manifest.parent().unwrap_or(&self.manifest);
+                    let files = hints.paths.keys().map(|path| path_name(folder, path)).collect();
+                    (self.events)(Event::RebuildLoop { item, files });
+                }
+            }
+            self.held_changes = hints;
+            // Nothing is built because of time alone.
+            result = PassResult::default();
         }
     }
 
@@ -226,6 +272,7 @@ impl<'a> Watcher<'a> {
             }
         };
         let due = pause.map(|pause| Instant::now() + pause);
+        let due = due.into_iter().chain(self.rebuild_loop.look_again()).min();
         if result.must_repeat {
             // Changes are reported before they are built.
             self.collector.poll_now();
@@ -258,8 +305,7 @@ impl<'a> Watcher<'a> {
     }
 
     /// Reports the changes that are built next; `false` if there are none that can be named.
-    fn report_changes(&mut self) -> bool {
-        let hints = self.collector.take_for_build();
+    fn report_changes(&mut self, hints: Hints) -> bool {
         let folder = self.manifest.parent().unwrap_or(&self.manifest);
         let changes = hints.paths.iter().filter_map(|(path, existed)| {
             let what = match (existed, path.exists()) {
@@ -269,21 +315,46 @@ impl<'a> Watcher<'a> {
                 // It appeared and has gone.
                 (false, false) => return None,
             };
-            Some(Change { path: path_name(folder, path), what })
+            let name = path_name(folder, path);
+            Some(Change { path: if name.is_empty() { ".".into() } else { name }, what })
         });
         let mut changes = changes.collect::<Vec<_>>();
+        changes.extend(self.removed_outputs(&hints.removed_outputs));
         if hints.lost {
             changes.push(Change { path: ".".into(), what: Changed::Unknown });
         }
         changes.sort_unstable();
         self.changed = hints.paths.keys().cloned().collect();
-        self.is_all = hints.are_all();
+        // If the project's folder is another one now, nothing is known of it.
+        self.is_all = hints.are_all() && !hints.paths.keys().any(|path| folder.starts_with(path));
         if changes.is_empty() {
             return false;
         }
         self.has_unanswered_change = true;
         (self.events)(Event::Noticed { changes, milliseconds: hints.age().as_secs_f64() * 1e3 });
         true
+    }
+
+    /// The exported files and folders that somebody has removed, without those in a folder that was removed.
+    fn removed_outputs(&self, removed: &BTreeSet<PathBuf>) -> Vec<Change> {
+        let Some(plan) = self.plan.as_ref().filter(|plan| !removed.is_empty() && plan.state.exists()) else {
+            return Vec::new();
+        };
+        let topmost = removed.iter().filter_map(|path| {
+            let above = path.ancestors().take_while(|above| above.starts_with(&plan.out));
+            above.take_while(|above| fs::symlink_metadata(above).is_err()).last()
+        });
+        let topmost = topmost.collect::<BTreeSet<_>>();
+        let by_builds = self.session.removed_outputs.lock();
+        let files = plan.items.iter().flat_map(|item| &item.files);
+        let files = files.filter(|file| !by_builds.contains(*file)).map(|file| plan.out.join(file));
+        let lost = files.flat_map(|file| {
+            let above = file.ancestors().take_while(|above| above.starts_with(&plan.out));
+            above.filter_map(|above| topmost.get(above).copied()).next()
+        });
+        let lost = lost.collect::<BTreeSet<_>>();
+        let folder = self.manifest.parent().unwrap_or(&self.manifest);
+        lost.into_iter().map(|path| Change { path: path_name(folder, path), what: Changed::Gone }).collect()
     }
 
     /// Loads the manifest, expands its sources and builds. A pass that a change triggered reports all that it
@@ -297,8 +368,9 @@ impl<'a> Watcher<'a> {
             snapshot = self.loader.load();
         }
         let has_reported = self.report_diagnostics(&snapshot);
-        let plan =
-            snapshot.plan.as_ref().filter(|plan| snapshot.diagnostics.is_none() || has_all_sources(plan));
+        self.plan.clone_from(&snapshot.plan);
+        let plan = snapshot.plan.as_ref();
+        let plan = plan.filter(|plan| snapshot.diagnostics.is_none() || can_still_be_built(plan));
         // A manifest that is half written is waited for, as any other file is.
         let broken = snapshot.diagnostics.is_some().then(|| self.manifest.clone());
         let Some(plan) = plan else {
@@ -319,6 +391,12 @@ impl<'a> Watcher<'a> {
                 self.has_built = true;
                 // A change may have stopped the build that was asked for.
                 self.build.force &= summary.cancelled;
+                if let Some(watched) = &self.session.watched {
+                    watched.is_new.store(false, Ordering::Relaxed);
+                }
+                if summary.published > 0 {
+                    self.collector.watch_outputs(plan);
+                }
                 let has_ended = !summary.cancelled;
                 let failed = self.session.failed_on.lock().iter().cloned().chain(broken).collect();
                 self.collector.record_outcome(&self.changed, &failed, has_ended);
@@ -340,15 +418,10 @@ impl<'a> Watcher<'a> {
 
     /// Reports new errors of the manifest, or that it is valid again; `false` if nothing changed.
     fn report_diagnostics(&mut self, snapshot: &ManifestSnapshot) -> bool {
-        if self.rejected == snapshot.diagnostics {
-            return false;
-        }
-        self.rejected.clone_from(&snapshot.diagnostics);
-        (self.events)(match &snapshot.diagnostics {
-            Some(diagnostics) => Event::Rejected { diagnostics: diagnostics.clone() },
-            None => Event::Accepted,
-        });
-        true
+        let event = diagnostics_event(&mut self.rejected, snapshot);
+        let is_new = event.is_some();
+        event.into_iter().for_each(self.events);
+        is_new
     }
 
     /// Builds and collects changes meanwhile, which stop the items that they make stale. Also returns whether
@@ -360,10 +433,11 @@ impl<'a> Watcher<'a> {
         is_triggered: bool,
     ) -> (Result<Summary, Error>, bool) {
         let Self { manifest, collector, loader, session, cancel, events, build, outstanding, .. } = self;
-        let (session, cancel) = (&*session, *cancel);
+        let (session, cancel, rejected) = (&*session, *cancel, &mut self.rejected);
         let sender = collector.sender();
         let has_ended = AtomicBool::new(false);
         let buffer = EventBuffer::new(*events, is_triggered, outstanding);
+        let ran = Mutex::new(Vec::new());
         std::thread::scope(|scope| {
             let collecting = scope.spawn(|| {
                 let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
@@ -372,7 +446,11 @@ impl<'a> Watcher<'a> {
                     let wakeup = collector.wait(Some(Instant::now() + PULSE), &has_ended);
                     if wakeup == Wakeup::Hints {
                         let hints = collector.take();
-                        outdate(session, loader, &hints, collector.places());
+                        let snapshot = outdate(session, loader, &hints, collector.places());
+                        // The build goes on with the last valid manifest, and may take long.
+                        if let Some(event) = diagnostics_event(rejected, &snapshot) {
+                            buffer.report_now(event);
+                        }
                         during.merge(hints);
                     }
                     // More files become known while items read them.
@@ -391,25 +469,49 @@ impl<'a> Watcher<'a> {
                     }
                 }
             });
-            let built = session.build(plan, build, cancel, &|event| buffer.push(event));
+            let report = |event: Event| {
+                if let Event::Finished { item, .. } = &event {
+                    ran.lock().push(item.clone());
+                }
+                buffer.push(event);
+            };
+            let built = session.build(plan, build, cancel, &report);
             has_ended.store(true, Ordering::Release);
             // The collecting thread waits for messages.
             let _ = sender.send(Message::Wake);
             let is_more = collecting.join().unwrap_or(true);
+            self.rebuild_loop.build_ended(std::mem::take(&mut *ran.lock()));
             (built, is_more)
         })
     }
 }
 
+/// The event of new errors of the manifest, or of its being valid again.
+fn diagnostics_event(rejected: &mut Option<Diagnostics>, snapshot: &ManifestSnapshot) -> Option<Event> {
+    if *rejected == snapshot.diagnostics {
+        return None;
+    }
+    rejected.clone_from(&snapshot.diagnostics);
+    Some(match &snapshot.diagnostics {
+        Some(diagnostics) => Event::Rejected { diagnostics: diagnostics.clone() },
+        None => Event::Accepted,
+    })
+}
+
 /// Stops the items of the running build that changes make stale.
-fn outdate(session: &BuildSession, loader: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
+fn outdate(
+    session: &BuildSession,
+    loader: &mut ManifestLoader<'_>,
+    hints: &Hints,
+    places: &Places,
+) -> ManifestSnapshot {
     let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
     if hints.lost {
         paths.extend(places.files.iter().cloned());
     }
-    let ManifestSnapshot { plan, diagnostics, .. } = loader.load();
-    // The next pass reports errors of the manifest; until then the last valid graph is built.
-    session.outdate(&paths, plan.filter(|_| diagnostics.is_none()).as_ref());
+    let snapshot = loader.load();
+    session.outdate(&paths, snapshot.plan.as_ref().filter(|_| snapshot.diagnostics.is_none()));
+    snapshot
 }
 
 /// The places that the graph depends on, as far as they are known.
@@ -422,9 +524,12 @@ fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) 
     let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
     places.add_reads(&sources);
     session.read_sets().iter().for_each(|noted| places.add_reads(&*noted.places()));
+    snapshot.plan.iter().for_each(|plan| _ = places.add_outputs(plan));
     places
 }
 
-fn has_all_sources(plan: &Plan) -> bool {
-    plan.items.iter().filter_map(|item| item.source.as_ref()).all(|source| source.exists())
+/// Whether a plan whose manifest has errors now still has its folder and its sources.
+fn can_still_be_built(plan: &Plan) -> bool {
+    plan.state.exists()
+        && plan.items.iter().filter_map(|item| item.source.as_ref()).all(|source| source.exists())
 }

@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -25,8 +26,52 @@ pub enum Found {
     File,
     /// A folder.
     Folder,
-    /// A device, a pipe, or a link to nothing: never a source.
+    /// A device or a pipe: never a source.
     Other,
+    /// A link that leads to nothing, or to what cannot be looked at now: a source that cannot be read.
+    Unreachable,
+}
+
+/// A link that leads to nothing, or to what cannot be looked at now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BrokenLink {
+    /// The link.
+    pub path: PathBuf,
+    /// The path in it.
+    pub target: PathBuf,
+    /// Why it cannot be followed.
+    pub why: io::ErrorKind,
+}
+
+impl BrokenLink {
+    /// The first link on the way to a path that cannot be followed.
+    pub(crate) fn on_the_way_to(path: &Path) -> Option<Self> {
+        let mut above = path.ancestors().collect::<Vec<_>>();
+        above.reverse();
+        above.into_iter().find_map(Self::at)
+    }
+
+    fn at(path: &Path) -> Option<Self> {
+        let is_link = std::fs::symlink_metadata(path).ok()?.is_symlink();
+        let why = std::fs::metadata(path).err().filter(|_| is_link)?.kind();
+        Some(Self { path: path.into(), target: std::fs::read_link(path).ok()?, why })
+    }
+
+    /// The absolute path that the link names.
+    pub(crate) fn destination(&self) -> PathBuf {
+        self.path.parent().unwrap_or(&self.path).join(&self.target)
+    }
+}
+
+impl fmt::Display for BrokenLink {
+    /// `env/a.hdr is a link to ../store/a.hdr, which does not exist`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is a link to {}, which ", self.path.display(), self.target.display())?;
+        match self.why {
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => f.write_str("does not exist"),
+            why => write!(f, "cannot be followed: {why}"),
+        }
+    }
 }
 
 /// The folders that sources are searched in.
@@ -44,6 +89,11 @@ pub trait Folders {
     fn real(&self, _: &Path) -> Option<PathBuf> {
         None
     }
+
+    /// The first link on the way to a path that cannot be followed.
+    fn broken_link(&self, _: &Path) -> Option<BrokenLink> {
+        None
+    }
 }
 
 /// The folders of the disk.
@@ -58,7 +108,7 @@ impl Folders for DiskFolders {
             // On most file systems the listing contains the type; only links are followed.
             let own = entry.file_type()?;
             let found = if own.is_symlink() {
-                self.find(&entry.path()).unwrap_or(Found::Other)
+                self.find(&entry.path()).unwrap_or(Found::Unreachable)
             } else {
                 Found::of(own)
             };
@@ -73,6 +123,10 @@ impl Folders for DiskFolders {
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
         std::fs::canonicalize(path).ok()
+    }
+
+    fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
+        BrokenLink::on_the_way_to(path)
     }
 }
 
@@ -112,8 +166,13 @@ impl Folders for RecordingFolders {
     }
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
-        // Not recorded: only the folder for exports is asked for, and the engine itself makes its changes.
+        // Not recorded: the folder for exports is the engine's own, and sources are recorded as they are listed
+        // or looked for.
         DiskFolders.real(path)
+    }
+
+    fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
+        DiskFolders.broken_link(path)
     }
 }
 

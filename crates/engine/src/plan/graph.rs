@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::cycles;
 use super::index::StageIndex;
 use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
-use super::source::{Source, listed};
+use super::source::{Source, listed, unexpanded};
 use super::template::{Template, check};
 use crate::spelling::Spelling;
 use crate::{
@@ -387,6 +387,12 @@ fn out_folder(out: &Key<String>, folder: &Path, errors: &mut Vec<Diagnostic>) ->
         let message = format!("out = {:?} is the manifest's own folder", written.value);
         let expected = "expected a folder for exports only, inside the manifest's folder";
         errors.push(error(message, expected.into()));
+        return None;
+    }
+    if let Some(expansion) = unexpanded(plain) {
+        let message =
+            format!("out = {:?} would be a folder of that name: {expansion} is not expanded", written.value);
+        errors.push(error(message, "expected a folder inside the manifest's folder".into()));
         return None;
     }
     if let Err(problem) = check(plain, "the manifest's folder") {

@@ -22,9 +22,9 @@ use rayon::prelude::*;
 use super::folders::Folders;
 use super::graph::{Graph, Node};
 use super::index::{ItemIndex, StageIndex};
+use super::search::Search;
 use super::source::{Asset, listed};
 use super::template::{self, Template};
-use crate::spelling::Spelling;
 use crate::{Diagnostic, ItemKey, Product};
 
 /// The most items of a plan.
@@ -51,10 +51,9 @@ pub struct Item {
 pub(crate) type Assets = Vec<Vec<Asset>>;
 
 /// The files and folders of the source stages.
-pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, errors: &mut Vec<Diagnostic>) -> Arc<Assets> {
-    errors.extend(linked_out(graph, folders));
-    let spelling = Spelling::default();
-    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, errors));
+pub(crate) fn assets(graph: &Graph, search: &mut Search<'_>) -> Arc<Assets> {
+    search.errors.extend(linked_out(graph, search.folders));
+    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(search));
     Arc::new(found.map(Option::unwrap_or_default).collect())
 }
 

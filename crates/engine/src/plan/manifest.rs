@@ -46,7 +46,8 @@ pub(crate) struct Declaration {
     /// The place of the table's header.
     pub(crate) header: Range<usize>,
     pub(crate) kind: Key<String>,
-    pub(crate) source: Key<String>,
+    /// Paths and globs; after a `!`, those that are left out.
+    pub(crate) source: Key<Vec<Written<String>>>,
     /// The short form: the stage for the first port.
     pub(crate) input: Key<String>,
     /// Names of ports and of stages.
@@ -154,7 +155,7 @@ fn declaration(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Declaration {
         name,
         header: table.span.clone(),
         kind,
-        source: string(table, "source", errors),
+        source: one_or_more(table, "source", errors),
         input,
         inputs,
         per: words(table, "per", errors),
@@ -180,6 +181,18 @@ fn string(table: &Table, key: &str, errors: &mut Vec<Diagnostic>) -> Key<String>
                 errors.push(not_a(&entry.value, "a string", &format!("{key} = \"...\"")));
                 Key::Invalid
             }
+        },
+    }
+}
+
+/// A string, or an array of them.
+fn one_or_more(table: &Table, key: &str, errors: &mut Vec<Diagnostic>) -> Key<Vec<Written<String>>> {
+    match table.get(key) {
+        Some(entry) if matches!(entry.value.kind, ValueKind::Array(_)) => words(table, key, errors),
+        _ => match string(table, key, errors) {
+            Key::Given(written) => Key::Given(Written { span: written.span.clone(), value: vec![written] }),
+            Key::Absent => Key::Absent,
+            Key::Invalid => Key::Invalid,
         },
     }
 }

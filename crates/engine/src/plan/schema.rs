@@ -74,9 +74,11 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
     let mut required = vec!["kind".to_owned()];
     properties.insert("kind".into(), json!({ "const": kind.name(), "description": summary }));
     if kind.has_source() {
-        let description = "The files to read, relative to the manifest: one path, or a glob (`*`, `**/`, `{a,b}`) for an item from \
-                           each file.";
-        properties.insert("source".into(), json!({ "type": "string", "description": description }));
+        let description = "The files to read, relative to the manifest: one path, a glob (`*`, `**/`, `{a,b}`) for an item from \
+                           each file, or several of them, after a `!` those that are left out.";
+        let text = json!({ "type": "string", "minLength": 1 });
+        let several = json!({ "type": "array", "items": text, "minItems": 1 });
+        properties.insert("source".into(), json!({ "anyOf": [text, several], "description": description }));
         required.push("source".into());
     }
     let connections = connections(kind, &mut properties, &mut required);

@@ -68,7 +68,7 @@ impl Folders for Tree {
 
 fn load(files: &str, manifest: &str) -> Result<Plan, Diagnostics> {
     let text = format!("schema = 1\n{manifest}");
-    Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &Tree::new(files))
+    Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &Tree::new(files))
 }
 
 /// The errors of a manifest; `schema = 1` is inserted as its first line.

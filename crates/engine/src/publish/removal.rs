@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use super::{PublishEvent, Publisher, is_temporary};
+use super::{PublishEvent, Publisher, TEMPORARY};
 use crate::journal::{Line, Tag};
 use crate::ledger::{Published, out_name};
 use crate::selection::Selection;
@@ -83,13 +83,14 @@ impl Publisher<'_> {
         removed.collect()
     }
 
-    /// Removes folders that are empty now, and records that publishing has ended.
+    /// Removes folders that are empty now, and records that publishing has ended. Returns the files that were
+    /// removed.
     ///
     /// Only at the end of a build: until then another item may be about to write into such a folder.
     ///
     /// # Errors
     /// If the journal cannot be written.
-    pub(crate) fn finish(&self) -> Result<(), Error> {
+    pub(crate) fn finish(&self) -> Result<HashSet<String>, Error> {
         for folder in self.emptied_folders.lock().iter() {
             for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
                 // Fails if the folder is not empty.
@@ -101,7 +102,7 @@ impl Publisher<'_> {
         if self.announced.load(Ordering::Acquire) {
             self.state.journal.append(&[self.ledger.publishing(false)])?;
         }
-        Ok(())
+        Ok(std::mem::take(&mut *self.removed.lock()))
     }
 
     /// Removes files of the ledger, and the folders that they leave empty.
@@ -181,7 +182,7 @@ fn sweep_folder(folder: &Path) {
         let name = name.to_string_lossy();
         if kind.is_dir() {
             sweep_folder(&entry.path());
-        } else if kind.is_file() && is_temporary(&name) {
+        } else if kind.is_file() && name.starts_with(TEMPORARY) && name.ends_with(".tmp") {
             let _ = fs::remove_file(entry.path());
         }
     }

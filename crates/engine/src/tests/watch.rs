@@ -5,8 +5,10 @@
 
 mod editors;
 mod folders;
+mod loops;
 mod loss;
 mod manifests;
+mod outputs;
 mod reads;
 mod retries;
 mod running;
@@ -22,7 +24,7 @@ use parking_lot::{Condvar, Mutex};
 use super::{Project, log};
 use crate::testkit::kinds;
 use crate::watch::{Backoff, ChangeCollector, Watcher};
-use crate::{Cancel, Change, Changed, Error, Event, Summary, WatchOptions};
+use crate::{Cancel, Change, Changed, Error, Event, ManifestFile, Summary, WatchOptions};
 
 /// The longest wait for anything.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -114,13 +116,18 @@ impl<'a> Watched<'a> {
         [first, longest]: [Duration; 2],
     ) -> Self {
         let (log, cancel) = (Arc::new(EventLog::default()), Cancel::default());
-        let (manifest, writer, stop) = (project.path("pipeline.toml"), Arc::clone(&log), cancel.clone());
+        let manifest = ManifestFile::of(&project.path("pipeline.toml"));
+        let (writer, stop) = (Arc::clone(&log), cancel.clone());
         let thread = std::thread::spawn(move || {
             let events = |event| {
                 writer.events.lock().push(event);
                 writer.changed.notify_all();
             };
-            let kinds = kinds().with(running::WaitForFile).with(retries::Refused).with(writing::Sentence);
+            let kinds = kinds()
+                .with(running::WaitForFile)
+                .with(retries::Refused)
+                .with(writing::Sentence)
+                .with(loops::Meddler);
             let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, collector)?;
             watcher.retry = Backoff::new(first, longest);
             watcher.run()

@@ -197,6 +197,7 @@ impl UpToDateCheck<'_> {
             revision: info.revision,
             parameters: info.parameters.clone(),
             source: self.source(item),
+            mount: self.mount(item),
             inputs: Vec::new(),
             reads: Vec::new(),
             outputs: Vec::new(),

@@ -160,7 +160,7 @@ fn files_below(folder: &Path) -> Vec<String> {
             let path = if below.is_empty() { name.clone() } else { format!("{below}/{name}") };
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
                 open.push(path);
-            } else if !is_temporary(&name) {
+            } else if !is_temporary(Path::new(&name)) {
                 found.push(path);
             }
         }

@@ -6,29 +6,42 @@
 //! Here nothing is merged. An event is only a hint; contents decide what runs.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use super::listener::{FileEvent, Listener, Message};
+use super::listener::{FileEvent, Listener, Message, is_removal};
+use super::mounts::MountListener;
 use super::places::Places;
 use super::poller::Poller;
 use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
 use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
+use crate::publish::is_temporary;
 use crate::session::PathSet;
-use crate::{Event, platform};
+use crate::writers::being_written;
+use crate::{Event, Plan, platform};
 
 /// How often a waiting watcher checks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);
+
+/// The longest time that the system takes to report a change.
+const LATENCY: Duration = Duration::from_millis(100);
+
+/// How long no exported file is removed before the removed ones are restored: a program that removes a folder of
+/// them would fail if they came back meanwhile.
+const REMOVING: Duration = Duration::from_millis(300);
 
 /// Changes that have not been built yet.
 #[derive(Debug, Default)]
 pub(super) struct Hints {
     /// The changed paths, as the graph spells them, and whether each led to a file or folder before.
     pub(super) paths: BTreeMap<PathBuf, bool>,
+    /// The exported files and folders that were removed, as the graph spells them.
+    pub(super) removed_outputs: BTreeSet<PathBuf>,
     /// Whether events were lost.
     pub(super) lost: bool,
     /// Whether something may have changed that is not among the paths.
@@ -68,9 +81,21 @@ impl Hints {
         self.ready.map(|(first, last)| (last + quiet).min(first + quiet * MOST_QUIET_TIMES))
     }
 
+    /// An exported file was removed. Whoever removes it may be about to remove others.
+    fn add_removed_output(&mut self, path: PathBuf) {
+        let now = Instant::now();
+        self.removed_outputs.insert(path);
+        self.add(now, now + REMOVING, now + REMOVING);
+    }
+
     /// Whether nothing else can have changed.
     pub(super) fn are_all(&self) -> bool {
-        !self.lost && !self.is_uncertain
+        !self.lost && !self.is_uncertain && self.removed_outputs.is_empty()
+    }
+
+    /// The time of the last change that can be built.
+    pub(super) fn last(&self) -> Option<Instant> {
+        self.ready.map(|(_, last)| last)
     }
 
     /// The time since the first change.
@@ -83,6 +108,7 @@ impl Hints {
         for (path, existed) in others.paths {
             self.paths.entry(path).or_insert(existed);
         }
+        self.removed_outputs.extend(others.removed_outputs);
         self.lost |= others.lost;
         self.is_uncertain |= others.is_uncertain;
         self.first = self.first.into_iter().chain(others.first).min();
@@ -109,6 +135,7 @@ pub(crate) struct ChangeCollector {
     messages: Receiver<Message>,
     sender: Sender<Message>,
     listener: Option<Listener>,
+    mounts: Option<MountListener>,
     poller: Option<Poller>,
     /// The time between two polls, if polling becomes necessary.
     fallback: Duration,
@@ -134,6 +161,7 @@ impl ChangeCollector {
         let mut collector = Self {
             messages,
             listener: None,
+            mounts: None,
             poller: poll.map(Poller::new),
             fallback,
             quiet,
@@ -149,7 +177,10 @@ impl ChangeCollector {
         };
         if poll.is_none() {
             match Listener::new(collector.sender.clone()) {
-                Ok(listener) => collector.listener = Some(listener),
+                Ok(listener) => {
+                    collector.listener = Some(listener);
+                    collector.mounts = MountListener::new(collector.sender.clone());
+                }
                 Err(why) => collector.poll_because(why),
             }
         }
@@ -182,6 +213,11 @@ impl ChangeCollector {
     /// The changed paths that have not been built yet, including files that are still being written.
     pub(super) fn pending(&self) -> Arc<PathSet> {
         Arc::clone(&self.pending)
+    }
+
+    /// The files that are still being written.
+    pub(super) fn unfinished(&self) -> Arc<PathSet> {
+        self.unfinished.shared()
     }
 
     /// Records what a build made of changes: the files on which items failed, and whether the build was
@@ -220,6 +256,20 @@ impl ChangeCollector {
         }
         self.probe();
         is_more
+    }
+
+    /// Watches the folders of the files that a build has published.
+    pub(super) fn watch_outputs(&mut self, plan: &Plan) {
+        if self.places.add_outputs(plan)
+            && let Some(listener) = &mut self.listener
+        {
+            listener.listen(&self.places);
+        }
+    }
+
+    /// The time after a build within which its own changes are noticed.
+    pub(super) fn latency(&self) -> Duration {
+        self.poller.as_ref().map_or(Duration::ZERO, Poller::every) + LATENCY
     }
 
     /// Tests whether events arrive from the roots that are new.
@@ -355,9 +405,30 @@ impl ChangeCollector {
                     self.finished(path, &file, file.first);
                 }
             }
+            Message::MountsChanged => {
+                // Another folder is in the place of a watched one; the pass that follows watches it.
+                let replaced = self.listener.as_ref().map_or_else(Vec::new, Listener::replaced);
+                for folder in replaced {
+                    for path in self.places.concerned(&folder) {
+                        let existed = self.places.existed(&path);
+                        self.changed(path, existed);
+                    }
+                    self.hints.is_uncertain = true;
+                    self.hints.add_now();
+                }
+            }
+            Message::BeingWritten(path) => {
+                let existed = self.places.existed(&path);
+                self.unfinished.written(path, existed, None, Instant::now());
+            }
             Message::Event(event) => {
                 self.listener.iter_mut().for_each(|listener| listener.forget_moved(&event));
                 for path in &event.paths {
+                    if is_removal(&event.kind)
+                        && let Some(output) = self.places.output_at(path)
+                    {
+                        self.output_removed(output);
+                    }
                     self.probes.arrived(path);
                     let file_event = FileEvent::of(&event.kind, path);
                     for path in self.places.concerned(path) {
@@ -402,6 +473,13 @@ impl ChangeCollector {
         self.hints.add(file.first, since, Instant::now());
     }
 
+    /// An exported file or a folder of them, or something else in `out`, was removed or renamed.
+    fn output_removed(&mut self, path: PathBuf) {
+        if !is_temporary(&path) && fs::symlink_metadata(&path).is_err() {
+            self.hints.add_removed_output(path);
+        }
+    }
+
     fn changed(&mut self, path: PathBuf, existed: bool) {
         self.hints.paths.entry(path).or_insert(existed);
         self.hints.add_now();
@@ -411,7 +489,18 @@ impl ChangeCollector {
     pub(super) fn poll_now(&mut self) {
         let Some(poller) = &mut self.poller else { return };
         let polled = poller.poll(&self.places);
-        polled.changed.into_iter().for_each(|path| self.apply(path, FileEvent::Changed));
+        let outputs = self.places.output_folders().collect::<Vec<_>>();
+        for path in outputs {
+            // The time of the first poll that misses it counts.
+            if !self.hints.removed_outputs.contains(&path) {
+                self.output_removed(path);
+            }
+        }
+        let written = being_written(polled.changed.iter().map(PathBuf::as_path));
+        for path in polled.changed {
+            let event = if written.contains(&path) { FileEvent::Written } else { FileEvent::Changed };
+            self.apply(path, event);
+        }
         if polled.is_uncertain {
             self.hints.is_uncertain = true;
             self.hints.add_now();

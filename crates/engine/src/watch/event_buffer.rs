@@ -97,6 +97,15 @@ impl<'a> EventBuffer<'a> {
     }
 }
 
+impl EventBuffer<'_> {
+    /// Reports an event that is not one of the build.
+    pub(super) fn report_now(&self, event: Event) {
+        // With the lock, so that events come one at a time.
+        let _state = self.state.lock();
+        (self.events)(event);
+    }
+}
+
 impl State<'_> {
     /// Whether an event of a build that no change triggered is worth reporting.
     fn is_news(&self, event: &Event) -> bool {
@@ -104,7 +113,10 @@ impl State<'_> {
         // If the last build failed as a whole, only the end of this one shows whether it gets further.
         let is_known = |item| build.is_some() || items.contains_key(item);
         match event {
-            Event::Finished { .. } | Event::Published { .. } | Event::Removed { .. } => true,
+            Event::ManifestWarnings { .. }
+            | Event::Finished { .. }
+            | Event::Published { .. }
+            | Event::Removed { .. } => true,
             Event::UpToDate { item, .. } => items.contains_key(item),
             Event::Started { item, .. } | Event::Warning { item, .. } => !is_known(item),
             Event::Failed { item, error, help } => {

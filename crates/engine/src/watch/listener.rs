@@ -24,6 +24,10 @@ pub(crate) enum Message {
     Event(Event),
     /// Events were lost.
     EventsLost,
+    /// A drive was mounted or unmounted.
+    MountsChanged,
+    /// A program has this file open for writing, and no event has said so.
+    BeingWritten(PathBuf),
     /// Only ends the waiting.
     Wake,
 }
@@ -107,11 +111,8 @@ impl Listener {
     /// Listens to the folders of these places and to no others.
     pub(super) fn listen(&mut self, places: &Places) -> Listened {
         // Outdated watches are dropped first, because a folder has only one watch, whatever its name.
-        let outdated = self.watched.iter().filter(|(folder, identity)| {
-            !places.folders.contains_key(*folder)
-                || platform::folder_identity(folder).as_ref() != Some(identity)
-        });
-        let outdated = outdated.map(|(folder, _)| folder.clone()).collect::<HashSet<_>>();
+        let unwanted = self.watched.keys().filter(|folder| !places.folders.contains_key(*folder));
+        let outdated = unwanted.cloned().chain(self.replaced()).collect::<HashSet<_>>();
         outdated.iter().for_each(|folder| self.drop_watch(folder));
         let mut listened = Listened::default();
         for (folder, wanted) in &places.folders {
@@ -125,7 +126,7 @@ impl Listener {
                     self.watched.insert(folder.clone(), identity);
                     listened.is_more = true;
                 }
-                Err(error) if is_gone(&error) => {}
+                Err(error) if is_gone(&error) || wanted.is_output => {}
                 Err(error) => {
                     if wanted.is_needed || is_limit(&error) {
                         let why = || format!("cannot listen to {}: {}", folder.display(), unable(&error));
@@ -137,9 +138,18 @@ impl Listener {
         listened
     }
 
+    /// The watched folders in whose place there is another folder now, or none.
+    pub(super) fn replaced(&self) -> Vec<PathBuf> {
+        let replaced = self
+            .watched
+            .iter()
+            .filter(|(folder, identity)| platform::folder_identity(folder).as_ref() != Some(identity));
+        replaced.map(|(folder, _)| folder.clone()).collect()
+    }
+
     /// Forgets the watches of folders that were moved or removed.
     pub(super) fn forget_moved(&mut self, event: &Event) {
-        if !matches!(event.kind, EventKind::Remove(_) | EventKind::Modify(ModifyKind::Name(_))) {
+        if !is_removal(&event.kind) {
             return;
         }
         for path in &event.paths {
@@ -166,6 +176,11 @@ impl Listener {
         // The watch may have gone with its folder.
         let _ = self.watcher.unwatch(folder);
     }
+}
+
+/// Whether an event removes or renames something.
+pub(super) fn is_removal(kind: &EventKind) -> bool {
+    matches!(kind, EventKind::Remove(_) | EventKind::Modify(ModifyKind::Name(_)))
 }
 
 fn is_close(kind: &EventKind) -> bool {

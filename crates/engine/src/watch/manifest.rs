@@ -1,13 +1,11 @@
 //! Loads the manifest and its graph, and keeps the last valid ones.
 
-use std::path::PathBuf;
-
 use crate::plan::{self, Expansion, FolderQueries, RecordingFolders};
-use crate::{Diagnostics, Graph, Kinds, Plan, Source};
+use crate::{Diagnostics, Graph, Kinds, ManifestFile, Plan, Source};
 
 /// A manifest that is read again and again.
 pub(super) struct ManifestLoader<'a> {
-    manifest: PathBuf,
+    manifest: ManifestFile,
     kinds: &'a Kinds,
     /// The text of `latest`.
     bytes: Option<Vec<u8>>,
@@ -32,7 +30,7 @@ pub(super) struct ManifestSnapshot {
 }
 
 impl<'a> ManifestLoader<'a> {
-    pub(super) fn new(manifest: PathBuf, kinds: &'a Kinds) -> Self {
+    pub(super) fn new(manifest: ManifestFile, kinds: &'a Kinds) -> Self {
         let latest = Err(Diagnostics::new("", "", Vec::new()));
         Self { manifest, kinds, bytes: None, latest, valid: None, is_latest_valid: false }
     }

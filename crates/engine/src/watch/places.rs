@@ -11,8 +11,8 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use super::probe::is_probe;
-use crate::Source;
 use crate::plan::FolderQueries;
+use crate::{Plan, Source};
 
 /// The most links that may follow each other, as on Linux.
 const MOST_LINKS: usize = 40;
@@ -28,7 +28,13 @@ pub(super) struct WatchedFolder {
     listed: Vec<PathBuf>,
     /// Whether the graph reads a file or the names here; otherwise paths only lead through the folder.
     pub(super) is_needed: bool,
+    /// Whether it is watched only for exported files that somebody removes.
+    pub(super) is_output: bool,
 }
+
+/// At most this many folders of exported files are watched. Files that are removed from others are restored by the
+/// next build.
+const MAX_OUTPUT_FOLDERS: usize = 1024;
 
 /// All places of a graph.
 #[derive(Debug, Default)]
@@ -46,6 +52,8 @@ pub(super) struct Places {
     sources: Vec<Source>,
     /// The paths that the engine itself writes to.
     own: Vec<PathBuf>,
+    /// The folder for exports, as given and canonical.
+    out: Option<(PathBuf, PathBuf)>,
     /// The manifest's folder, as given and canonical.
     base: (PathBuf, PathBuf),
     /// The canonical paths of folders; `None` if a folder does not exist.
@@ -56,11 +64,10 @@ impl Places {
     /// The places of a manifest, and no others yet. `own` are the folders that the engine writes to.
     pub(super) fn of(manifest: &Path, own: Vec<PathBuf>) -> Self {
         let base = manifest.parent().unwrap_or(manifest);
-        let real = fs::canonicalize(base).unwrap_or_else(|_| base.into());
-        let mut places = Self { own, base: (base.into(), real.clone()), ..Self::default() };
-        if let (Some(above), Some(name)) = (real.parent(), real.file_name()) {
-            places.add_name(above, name, base);
-        }
+        let mut places = Self { own, ..Self::default() };
+        // Each folder and link on the way to it is a place: another folder may be put there.
+        let real = places.resolve_uncached(base).unwrap_or_else(|| base.into());
+        places.base = (base.into(), real);
         places.add_file(manifest);
         places
     }
@@ -97,6 +104,35 @@ impl Places {
                 self.listings.insert(path.clone());
             }
         }
+    }
+
+    /// Adds the folders of exported files that exist, and that around `out`. Returns whether one is new.
+    pub(super) fn add_outputs(&mut self, plan: &Plan) -> bool {
+        let Ok(real) = fs::canonicalize(&plan.out) else { return false };
+        let below = plan.output_folders().iter().flat_map(|folder| Path::new(folder).ancestors());
+        let folders = below.map(|folder| real.join(folder)).collect::<BTreeSet<_>>();
+        let around = real.parent().map(Path::to_path_buf);
+        let mut is_new = false;
+        for folder in around.into_iter().chain([real.clone()]).chain(folders).take(MAX_OUTPUT_FOLDERS) {
+            is_new |= !self.folders.contains_key(&folder);
+            self.folders
+                .entry(folder)
+                .or_insert_with(|| WatchedFolder { is_output: true, ..WatchedFolder::default() });
+        }
+        self.out = Some((plan.out.clone(), real));
+        is_new
+    }
+
+    /// The exported file, or the folder of some, at the path of an event, as the graph spells it.
+    pub(super) fn output_at(&self, path: &Path) -> Option<PathBuf> {
+        let (out, real) = self.out.as_ref()?;
+        let below = path.strip_prefix(real).ok()?;
+        Some(if below.as_os_str().is_empty() { out.clone() } else { out.join(below) })
+    }
+
+    /// The folders of exported files that are watched.
+    pub(super) fn output_folders(&self) -> impl Iterator<Item = PathBuf> {
+        self.folders.keys().filter_map(|folder| self.output_at(folder))
     }
 
     /// Whether a file, or a listing of a folder, is among the places.
@@ -168,10 +204,8 @@ impl Places {
 
     /// The folders of the sources and of the manifest: those that are probed.
     pub(super) fn roots(&self) -> BTreeSet<PathBuf> {
-        let roots = self.sources.iter().filter_map(|source| {
-            let root = if source.is_glob() { Some(source.root()) } else { source.root().parent() };
-            fs::canonicalize(root?).ok()
-        });
+        let roots = self.sources.iter().flat_map(Source::folders);
+        let roots = roots.filter_map(|root| fs::canonicalize(root).ok());
         roots.chain([self.base.1.clone()]).filter(|root| self.folders.contains_key(root)).collect()
     }
 

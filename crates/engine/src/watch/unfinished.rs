@@ -1,7 +1,8 @@
 //! Files that are still being written, as far as that can be known: they are not built yet.
 //!
 //! Linux reports when a file that was open for writing is closed. So after a write the watcher waits until
-//! then, or until the file has been quiet for a while, since a program may keep a file open. If a program
+//! then. If the file has been quiet for a while, it looks whether a program still has it open for writing
+//! ([`crate::writers`]), and waits on if so, up to a limit, since a program may keep a file open. If a program
 //! closes the file after each piece, or if the system does not report a close, only a failure shows that the
 //! file was not complete: if an item failed on a file that soon changes again, the file has to be quiet for
 //! longer, and longer still after each further failure. An exception is a file that did not grow when it was
@@ -10,16 +11,21 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::backoff::Backoff;
+use crate::session::PathSet;
+use crate::writers::being_written;
+
 /// However busy files are, they are built after so many times the quiet time.
 pub(super) const MOST_QUIET_TIMES: u32 = 10;
 
 /// How long to wait for files.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WritePauses {
-    /// The quiet time of a file that is open for writing.
+    /// The quiet time of a file that no program is known to have open for writing, and the time between two
+    /// looks whether one has.
     pub(crate) open: Duration,
     /// The longest wait for such a file, however busy it is.
     pub(crate) longest: Duration,
@@ -71,11 +77,18 @@ struct UnstableFile {
 #[derive(Default)]
 pub(super) struct UnfinishedFiles {
     pub(super) pauses: WritePauses,
+    /// The paths of `files`, for items that read one of them.
+    shared: Arc<PathSet>,
     files: HashMap<PathBuf, UnfinishedFile>,
     unstable: HashMap<PathBuf, UnstableFile>,
 }
 
 impl UnfinishedFiles {
+    /// The files that the watcher waits for.
+    pub(super) fn shared(&self) -> Arc<PathSet> {
+        Arc::clone(&self.shared)
+    }
+
     /// Whether the watcher waits for a file.
     pub(super) fn have(&self, path: &Path) -> bool {
         self.files.contains_key(path)
@@ -99,7 +112,7 @@ impl UnfinishedFiles {
             Some((existed, first, complete)) => (existed, first, Some(complete)),
             None => (existed, now, None),
         };
-        self.files.insert(path, UnfinishedFile { existed, first, last: now, is_open: true, complete_since });
+        self.insert(path, UnfinishedFile { existed, first, last: now, is_open: true, complete_since });
     }
 
     /// A file was closed. Returns it if it had been written to and can be built.
@@ -123,7 +136,7 @@ impl UnfinishedFiles {
         } else if is_unstable {
             let file =
                 UnfinishedFile { existed, first: now, last: now, is_open: false, complete_since: None };
-            self.files.insert(path.into(), file);
+            self.insert(path.into(), file);
         } else {
             return false;
         }
@@ -132,7 +145,13 @@ impl UnfinishedFiles {
 
     /// Stops waiting for a file.
     pub(super) fn take(&mut self, path: &Path) -> Option<UnfinishedFile> {
+        self.shared.lock().remove(path);
         self.files.remove(path)
+    }
+
+    fn insert(&mut self, path: PathBuf, file: UnfinishedFile) {
+        self.shared.lock().insert(path.clone());
+        self.files.insert(path, file);
     }
 
     /// Stops waiting for the files that have been quiet for long enough, or busy for too long.
@@ -141,12 +160,22 @@ impl UnfinishedFiles {
             return Vec::new();
         }
         let ready = self.files.iter().filter(|(path, file)| self.ready_at(path, file) <= now);
-        let ready = ready.map(|(path, _)| path.clone()).collect::<Vec<_>>();
+        let mut ready = ready.map(|(path, _)| path.clone()).collect::<Vec<_>>();
+        // A program may pause for long while it has the file open.
+        for path in being_written(ready.iter().map(PathBuf::as_path)) {
+            if let Some(file) = self.files.get_mut(&path)
+                && now < file.first + self.pauses.longest
+            {
+                (file.last, file.is_open) = (now, true);
+                ready.retain(|ready| *ready != path);
+            }
+        }
         ready.into_iter().filter_map(|path| self.take(&path).map(|file| (path, file))).collect()
     }
 
     /// Stops waiting for all files.
     pub(super) fn take_all(&mut self) -> Vec<(PathBuf, UnfinishedFile)> {
+        self.shared.lock().clear();
         self.files.drain().collect()
     }
 

@@ -39,7 +39,9 @@ impl Watcher {
                     memory,
                     cache_limit: None,
                 };
-                engine::watch(&manifest, &kinds, &options, &cancel, &|event| _ = sender.send(event))
+                engine::watch(&engine::ManifestFile::of(&manifest), &kinds, &options, &cancel, &|event| {
+                    _ = sender.send(event)
+                })
             })
         };
         Self { cancel, thread: Some(thread), events, recent: Vec::new() }

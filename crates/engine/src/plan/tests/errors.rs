@@ -114,7 +114,6 @@ input = "loose"
         expect![[r#"
             3:7 3 is not a string | expected out = "..."
             5:9 1 is not a table | expected [stage.loose]
-            8:10 an array is not a string | expected source = "..."
             10:8 3 is not a string | expected kind = "..."
             13:9 an array is not a string | expected input = "..."
             16:10 "s" is not a table | expected inputs = { PORT = "STAGE" } | input = "s" connects the first port
@@ -232,7 +231,8 @@ source = "a.txt"
 #[test]
 fn schema_out_and_stages_are_checked() {
     let check = |text: &str, expected: Expect| {
-        let plan = Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &Tree::new(""));
+        let plan =
+            Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &Tree::new(""));
         expected.assert_eq(&shown(&plan.map(|plan| drawn(&plan)).unwrap_err()));
     };
     check(

@@ -3,10 +3,16 @@
 use super::*;
 
 fn check(files: &str, source: &str, expected: Expect) {
-    let manifest = format!("[stage.s]\nkind = \"text-source\"\nsource = \"{source}\"\n");
+    check_value(files, &format!("\"{source}\""), expected);
+}
+
+/// As TOML writes the source. Warnings come after the files.
+fn check_value(files: &str, source: &str, expected: Expect) {
+    let manifest = format!("[stage.s]\nkind = \"text-source\"\nsource = {source}\n");
     let text = match load(files, &manifest) {
         Ok(plan) => {
-            plan.items.iter().map(|item| format!("{}\n", item.source.as_ref().unwrap().display())).collect()
+            let sources = plan.items.iter().map(|item| item.source.as_ref().unwrap().display());
+            sources.map(|source| format!("{source}\n")).collect::<String>() + &shown(&plan.warnings)
         }
         Err(errors) => shown(&errors),
     };
@@ -85,7 +91,8 @@ fn exports_hidden_folders_and_links_below_a_double_star_are_not_searched() {
     *names = names.iter().cloned().map(|name| Name { link: name.name == "b", ..name }).collect();
     let found = |source: &str| {
         let text = format!("schema = 1\n[stage.s]\nkind = \"text-source\"\nsource = \"{source}\"\n");
-        let plan = Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &tree).unwrap();
+        let plan =
+            Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &tree).unwrap();
         plan.items.iter().map(|item| item.key.to_string()).collect::<Vec<_>>()
     };
     assert_eq!(found("**/*.exr"), ["z"]);
@@ -232,8 +239,180 @@ fn invalid_sources_are_errors() {
         "a/x.exr a/x.hdr a/y.exr a/y.hdr",
         "a/*",
         expect![[r#"
-            4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | the stem is the item's name: rename a file, or use a stage for each glob
-            4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | the stem is the item's name: rename a file, or use a stage for each glob
+            4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
+            4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
         "#]],
     );
+}
+
+#[test]
+fn several_globs_and_what_they_leave_out() {
+    let files = "sky/noon.hdr sky/old_noon.hdr sky/old/dawn.hdr sky/lab/lamp.hdr lab/probe.exr";
+    check_value(
+        files,
+        r#"["sky/*.hdr", "!sky/old_*"]"#,
+        expect![[r#"
+        /project/sky/noon.hdr
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["!sky/old_*", "sky/*.hdr", "lab/probe.exr"]"#,
+        expect![[r#"
+        /project/sky/noon.hdr
+        /project/lab/probe.exr
+    "#]],
+    );
+    // A folder that is left out is not searched.
+    check_value(
+        files,
+        r#"["sky/**/*.hdr", "!sky/old"]"#,
+        expect![[r#"
+        /project/sky/lab/lamp.hdr
+        /project/sky/noon.hdr
+        /project/sky/old_noon.hdr
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["sky/**/*.hdr", "!**/lamp.*", "!./sky/../sky/old/*"]"#,
+        expect![[r#"
+        /project/sky/noon.hdr
+        /project/sky/old_noon.hdr
+    "#]],
+    );
+    // A file that two globs match is one item.
+    check_value(
+        files,
+        r#"["sky/n*.hdr", "./sky/../sky/noon.hdr", "sky/noon.hdr"]"#,
+        expect![[r#"
+        /project/sky/noon.hdr
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["sky/*.hdr", "!sky/odl_*"]"#,
+        expect![[r#"
+        /project/sky/noon.hdr
+        /project/sky/old_noon.hdr
+        4:24 "!sky/odl_*" leaves out nothing: no file of this source matches it
+    "#]],
+    );
+}
+
+#[test]
+fn a_source_without_a_file_to_read_is_an_error() {
+    let files = "sky/noon.hdr sky/dawn.hdr";
+    check_value(
+        files,
+        r#""!sky/old_*""#,
+        expect![[r#"
+        4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
+    "#]],
+    );
+    check_value(
+        files,
+        "[]",
+        expect![[r#"
+        4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["sky/*.hdr", "!sky"]"#,
+        expect![[r#"
+        4:10 every file that the source matches is left out | expected at least one file | make what follows the ! narrower
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["sky/*.hdr", "!"]"#,
+        expect![[r#"
+        4:24 the source is empty | expected a file, a folder or a glob
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["sky/*.hdr", "sky/*.exr"]"#,
+        expect![[r#"
+        4:24 no file matches "sky/*.exr" | expected files in sky | sky contains dawn.hdr, noon.hdr
+    "#]],
+    );
+    check_value(
+        files,
+        r#"["sky/*.hdr", 7]"#,
+        expect![[r#"
+        4:10 an array is not an array of strings | expected source = ["..."]
+    "#]],
+    );
+}
+
+#[test]
+fn a_file_that_differs_in_case_only_is_named() {
+    check(
+        "sky/a.hdr sky/B.HDR sky/c.Exr sky/d.png",
+        "sky/*.{exr,hdr}",
+        expect![[r#"
+        /project/sky/a.hdr
+        4:10 2 files are not read: they differ from "sky/*.{exr,hdr}" in case only: sky/B.HDR, sky/c.Exr | rename it, or add its spelling to the glob: *.{hdr,HDR}
+    "#]],
+    );
+    check_value(
+        "sky/a.hdr sky/B.HDR",
+        r#"["sky/*.hdr", "sky/*.HDR"]"#,
+        expect![[r#"
+        /project/sky/B.HDR
+        /project/sky/a.hdr
+    "#]],
+    );
+    check(
+        "sky/B.HDR",
+        "sky/*.hdr",
+        expect![[r#"
+        4:10 no file matches "sky/*.hdr" | expected files in sky | sky/B.HDR differs in case only, and case counts
+    "#]],
+    );
+    check_value(
+        "sky/a.hdr sky/B.HDR",
+        r#"["sky/*.hdr", "!sky/*.HDR"]"#,
+        expect![[r#"
+        /project/sky/a.hdr
+    "#]],
+    );
+}
+
+#[test]
+fn what_a_shell_expands_is_not_expanded_and_said_so() {
+    check(
+        "sky/a.hdr",
+        "~/sky/*.hdr",
+        expect![[r#"
+        4:10 no file matches "~/sky/*.hdr" | expected files in ~/sky | a source does not expand ~: write the path itself
+    "#]],
+    );
+    check(
+        "sky/a.hdr",
+        "$HDRI/*.hdr",
+        expect![[r#"
+        4:10 no file matches "$HDRI/*.hdr" | expected files in $HDRI | a source does not expand $HDRI: write the path itself
+    "#]],
+    );
+    check(
+        "sky/a.hdr",
+        "${HDRI}/sky.hdr",
+        expect![[r#"
+        4:10 no file matches "${HDRI}/sky.hdr" | expected files in /project | a source does not expand ${HDRI}: write the path itself
+    "#]],
+    );
+    check(
+        "$HDRI/sky.hdr",
+        "$HDRI/sky.hdr",
+        expect![[r#"
+        /project/$HDRI/sky.hdr
+    "#]],
+    );
+    let errors = load("a.txt", "out = \"~/out\"\n[stage.s]\nkind = \"text-source\"\nsource = \"a.txt\"");
+    expect![[r#"
+        2:7 out = "~/out" would be a folder of that name: ~ is not expanded | expected a folder inside the manifest's folder | out = "out" is the default
+    "#]].assert_eq(&shown(&errors.map(|plan| drawn(&plan)).unwrap_err()));
 }

@@ -84,6 +84,57 @@ each_way! {
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "GREY")]);
     }
 
+    fn the_project_moved_away_and_another_one_in_its_place(way: Way) {
+        let around = Around::new();
+        let watched = Watched::new(&around.project, way);
+        around.rename("project", "old");
+        watched.until("the error", |events| events.iter().any(|event| matches!(event, Event::Rejected { .. })));
+        around.rename("other", "project");
+        watched.until_out(&[("other.txt", "OTHER")]);
+        assert!(watched.noticed().contains(&(".".into(), Changed::Appeared)), "{:?}", watched.noticed());
+        around.project.edit("path = \"{text}\"", "path = \"{text}-loud\"");
+        watched.until_out(&[("other-loud.txt", "OTHER")]);
+        around.project.write("in/sky.txt", "blue");
+        watched.until_out(&[("other-loud.txt", "OTHER"), ("sky-loud.txt", "BLUE")]);
+        assert!(!around.folder.path().join("old/out/other-loud.txt").exists());
+    }
+
+    fn the_project_replaced_at_once(way: Way) {
+        let around = Around::new();
+        let watched = Watched::new(&around.project, way);
+        around.rename("project", "old");
+        around.rename("other", "project");
+        watched.until_out(&[("other.txt", "OTHER")]);
+        around.project.edit("path = \"{text}\"", "path = \"{text}-loud\"");
+        watched.until_out(&[("other-loud.txt", "OTHER")]);
+    }
+
+    fn the_project_deleted_and_made_again(way: Way) {
+        let around = Around::new();
+        let watched = Watched::new(&around.project, way);
+        for text in ["one", "two"] {
+            // The watcher may be writing into it.
+            while fs::remove_dir_all(around.folder.path().join("project")).is_err() {}
+            watched.until("it has gone", |events| changes(events).any(|(_, what)| what == Changed::Gone));
+            around.make("project", &[("sky", text)]);
+            watched.until_out(&[("sky.txt", &text.to_uppercase())]);
+        }
+        around.project.edit("path = \"{text}\"", "path = \"{text}-loud\"");
+        watched.until_out(&[("sky-loud.txt", "TWO")]);
+    }
+
+    fn a_folder_above_the_project_replaced(way: Way) {
+        let around = Around::below("a/b");
+        let watched = Watched::new(&around.project, way);
+        around.rename("a", "old");
+        watched.until("it has gone", |events| changes(events).any(|(_, what)| what == Changed::Gone));
+        around.make("new/b/project", &[("sky", "grey")]);
+        around.rename("new", "a");
+        watched.until_out(&[("sky.txt", "GREY")]);
+        around.project.write("in/sky.txt", "red");
+        watched.until_out(&[("sky.txt", "RED")]);
+    }
+
     fn a_folder_outside_the_project(way: Way) {
         let library = tempfile::tempdir().unwrap();
         fs::write(library.path().join("sky.txt"), "blue").unwrap();
@@ -95,6 +146,86 @@ each_way! {
         fs::write(library.path().join("rain.txt"), "wet").unwrap();
         watched.until_out(&[("rain.txt", "WET"), ("sky.txt", "GREY")]);
     }
+}
+
+/// A project in a folder with another one, which may take its place.
+struct Around {
+    folder: tempfile::TempDir,
+    project: Project,
+}
+
+impl Around {
+    fn new() -> Self {
+        Self::below(".")
+    }
+
+    /// The project is in a folder of this folder.
+    fn below(path: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().canonicalize().unwrap().join(path).join("project");
+        let around = Self { project: Project::at(place), folder };
+        around.make(&format!("{path}/project"), &[("sky", "blue")]);
+        around.make("other", &[("other", "other")]);
+        around
+    }
+
+    fn make(&self, name: &str, texts: &[(&str, &str)]) {
+        let folder = self.folder.path().join(name);
+        fs::create_dir_all(folder.join("in")).unwrap();
+        for (name, text) in texts {
+            fs::write(folder.join("in").join(format!("{name}.txt")), text).unwrap();
+        }
+        fs::write(folder.join("pipeline.toml"), CAPITALS).unwrap();
+    }
+
+    fn rename(&self, from: &str, to: &str) {
+        fs::rename(self.folder.path().join(from), self.folder.path().join(to)).unwrap();
+    }
+}
+
+/// Mounts a folder on another one; `None` if this user may not.
+#[cfg(target_os = "linux")]
+fn mounted(folder: &std::path::Path, on: &std::path::Path) -> Option<impl Drop + use<>> {
+    struct Mounted(std::path::PathBuf);
+    impl Drop for Mounted {
+        fn drop(&mut self) {
+            let _ = std::process::Command::new("umount").arg("--lazy").arg(&self.0).status();
+        }
+    }
+    let mounted = std::process::Command::new("mount").arg("--bind").args([folder, on]).output();
+    if mounted.is_ok_and(|mounted| mounted.status.success()) {
+        return Some(Mounted(on.into()));
+    }
+    eprintln!("SKIPPED: this user may not mount");
+    None
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_drive_mounted_over_a_watched_folder() {
+    let drive = tempfile::tempdir().unwrap();
+    fs::write(drive.path().join("sky.txt"), "grey").unwrap();
+    let project = capitals();
+    let watched = Watched::new(&project, Way::Listening);
+    let Some(mount) = mounted(drive.path(), &project.path("in")) else { return };
+    watched.until_out(&[("sky.txt", "GREY")]);
+    fs::write(drive.path().join("sky.txt"), "red").unwrap();
+    watched.until_out(&[("sky.txt", "RED")]);
+    drop(mount);
+    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_drive_mounted_over_a_folder_above_the_sources() {
+    let around = Around::new();
+    around.make("drive/project", &[("sky", "grey")]);
+    let watched = Watched::new(&around.project, Way::Listening);
+    let [drive, on] = ["drive/project", "project"].map(|name| around.folder.path().join(name));
+    let Some(_mount) = mounted(&drive, &on) else { return };
+    watched.until_out(&[("sky.txt", "GREY")]);
+    around.project.write("in/sky.txt", "red");
+    watched.until_out(&[("sky.txt", "RED")]);
 }
 
 #[cfg(unix)]
@@ -139,6 +270,20 @@ mod links {
             project.write("two/sky.txt", "due");
             project.write("two/rain.txt", "wet");
             watched.until_out(&[("rain.txt", "WET"), ("sky.txt", "DUE")]);
+        }
+
+        fn a_link_to_the_project_is_replaced(way: Way) {
+            let around = Around::new();
+            around.rename("project", "v1");
+            around.rename("other", "v2");
+            symlink("v1", around.folder.path().join("project")).unwrap();
+            let watched = Watched::new(&around.project, way);
+            watched.until_out(&[("sky.txt", "BLUE")]);
+            symlink("v2", around.folder.path().join("next")).unwrap();
+            around.rename("next", "project");
+            watched.until_out(&[("other.txt", "OTHER")]);
+            around.project.edit("path = \"{text}\"", "path = \"{text}-loud\"");
+            watched.until_out(&[("other-loud.txt", "OTHER")]);
         }
 
         fn a_link_in_the_middle_of_a_chain_is_replaced(way: Way) {

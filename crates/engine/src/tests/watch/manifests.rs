@@ -138,3 +138,24 @@ fn only_the_stages_that_were_asked_for_are_built() {
     watched.until("two builds", |events| summaries(events).filter(|summary| summary.ran > 0).count() == 2);
     assert_eq!(texts(&project), []);
 }
+
+#[test]
+fn errors_of_a_manifest_are_reported_while_a_build_runs() {
+    let project = Project::new(&CAPITALS.replace("kind = \"upper\"", "kind = \"wait-for-file\""));
+    project.write("in/gold.txt", &format!("wait {}", project.path("go").display()));
+    let watched = Watched::start(&project, Way::Listening.options());
+    watched.until("the build runs", |events| {
+        let is_wait = |event: &Event| matches!(event, Event::Started { item, .. } if item.stage == "upper");
+        events.iter().any(is_wait)
+    });
+    let built = summaries(&watched.events()).count();
+    let valid = project.read("pipeline.toml");
+    project.write("pipeline.toml", "schema = ");
+    watched.until("the rejection", |events| !rejected(events).is_empty());
+    project.write("pipeline.toml", &valid);
+    watched.until("it is accepted", |events| events.contains(&Event::Accepted));
+    assert_eq!(summaries(&watched.events()).count(), built, "the build still runs");
+    project.write("go", "");
+    watched.until("the build ends", |events| summaries(events).count() > built);
+    assert_eq!(rejected(&watched.events()).len(), 1);
+}

@@ -1,0 +1,65 @@
+//! The files that other programs have open for writing, as far as the system shows it.
+//!
+//! Linux shows the open files of the processes of the same user, and all of them to root. Other systems show none.
+
+use std::collections::{HashMap, HashSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Those of some files that a program has open for writing.
+pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> HashSet<PathBuf> {
+    let real = files.into_iter().filter_map(|file| Some((fs::canonicalize(file).ok()?, file)));
+    let real = real.collect::<HashMap<_, _>>();
+    let mut found = HashSet::new();
+    if real.is_empty() || !cfg!(target_os = "linux") {
+        return found;
+    }
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    for process in processes.filter(|process| process.file_name().to_string_lossy().parse::<u32>().is_ok()) {
+        let process = process.path();
+        for open in fs::read_dir(process.join("fd")).into_iter().flatten().flatten() {
+            if let Ok(link) = fs::read_link(open.path())
+                && let Some(file) = real.get(&link)
+                && is_writable(&process.join("fdinfo").join(open.file_name()))
+            {
+                found.insert(file.to_path_buf());
+            }
+        }
+    }
+    found
+}
+
+/// Whether a description of an open file, with a line `flags: 0100001` in octal, says that it may be written to.
+fn is_writable(description: &Path) -> bool {
+    const WRITE_ONLY_OR_BOTH: u32 = 0o3;
+    let text = fs::read_to_string(description).unwrap_or_default();
+    let flags = text.lines().find_map(|line| line.strip_prefix("flags:"));
+    let flags = flags.and_then(|flags| u32::from_str_radix(flags.trim(), 8).ok());
+    flags.is_some_and(|flags| flags & WRITE_ONLY_OR_BOTH != 0)
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use std::fs::{File, OpenOptions};
+
+    use super::*;
+
+    #[test]
+    fn a_file_is_being_written_as_long_as_it_is_open_for_that() {
+        let folder = tempfile::tempdir().unwrap();
+        let [written, read, other] = ["written", "read", "other"].map(|name| folder.path().join(name));
+        [&written, &read, &other].into_iter().for_each(|file| fs::write(file, "").unwrap());
+        let _reader = File::open(&read).unwrap();
+        let all = || [&written, &read, &other].into_iter().map(PathBuf::as_path);
+        for options in [OpenOptions::new().write(true), OpenOptions::new().read(true).append(true)] {
+            let writer = options.open(&written).unwrap();
+            assert_eq!(being_written(all()), HashSet::from([written.clone()]));
+            drop(writer);
+            assert_eq!(being_written(all()), HashSet::new());
+        }
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink(&written, &link).unwrap();
+        let _writer = OpenOptions::new().append(true).open(&written).unwrap();
+        assert_eq!(being_written([link.as_path()]), HashSet::from([link.clone()]));
+    }
+}
