@@ -182,7 +182,8 @@ pub struct Watcher {
 }
 
 impl Watcher {
-    fn new(mut child: Child) -> Self {
+    /// The events of a process whose standard output is piped.
+    pub fn new(mut child: Child) -> Self {
         let stdout = BufReader::new(child.stdout.take().unwrap());
         let (sender, events) = channel();
         std::thread::spawn(move || {

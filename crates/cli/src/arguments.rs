@@ -251,6 +251,9 @@ pub(crate) struct BuildArguments {
     /// After the first failure, start no other item
     #[arg(long)]
     pub(crate) fail_fast: bool,
+    /// Keep the scratch folder of each `exec` that fails, in .specula/kept, and say how to run it by hand
+    #[arg(long)]
+    pub(crate) keep_scratch: bool,
     /// If another process works in the folder, wait for it without a limit, or at most SECONDS [default: 10]
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true)]
     pub(crate) wait: Option<Option<u32>>,
@@ -365,6 +368,9 @@ pub(crate) struct WatchArguments {
     /// End after the first rebuild that a change causes, with its exit code
     #[arg(long)]
     pub(crate) once: bool,
+    /// Keep the scratch folder of each `exec` that fails, in .specula/kept, and say how to run it by hand
+    #[arg(long)]
+    pub(crate) keep_scratch: bool,
     /// Show the results in a window, as `specula preview` does
     #[arg(long, conflicts_with = "once")]
     pub(crate) preview: bool,

@@ -22,6 +22,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Com
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
+        keep_scratch: arguments.keep_scratch,
         lock_timeout: lock_timeout(arguments.wait),
         repeat_warnings: true,
         shared: shared_cache(&arguments.remote, &arguments.manifest.manifest)?,

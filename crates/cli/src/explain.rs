@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use engine::{Cause, Explanation, FileState, FromCache, InputOrigin, ItemName, Kinds, LastRun, Place};
+use engine::{
+    Cause, Explanation, FileState, FromCache, InputOrigin, ItemName, Kinds, LastRun, Place, ReadKind,
+};
 use serde_json::json;
 
 use crate::arguments::ExplainArguments;
@@ -159,7 +161,12 @@ fn describe_run(run: &LastRun, explanation: &Explanation, manifest: &str) -> Str
         let _ = writeln!(text, "    input {digest} {} = {}{}", used.port, used.item, from(sources));
     }
     for read in &run.reads {
-        let what = if read.listing { "names in" } else { "read" };
+        if read.kind == ReadKind::Lookup {
+            let found = read.found.as_deref().unwrap_or("nothing");
+            let _ = writeln!(text, "    PATH finds {found} for {}", read.path);
+            continue;
+        }
+        let what = if read.kind == ReadKind::Names { "names in" } else { "read" };
         let time = read.modified.map_or_else(String::new, |time| format!(", changed {time}"));
         let _ = writeln!(text, "    {what} {} {}{time}", short(read.digest.as_ref()), read.path);
     }

@@ -99,6 +99,7 @@ fn open(
             force: false,
             json: false,
             once: false,
+            keep_scratch: false,
             preview: true,
             watching: arguments.watching.clone(),
         };

@@ -61,10 +61,21 @@ pub(crate) fn line(reason: &Reason) -> String {
             let (old, new) = (dated(old.as_ref(), *old_time), dated(new.as_ref(), *new_time));
             format!("{path} changed ({old} to {new})")
         }
+        Reason::Program { name, old, new } => program(name, old.as_deref(), new.as_deref()),
         Reason::Kind { old, new } => format!("the kind was {old} and is {new}"),
         Reason::ResultLost => "its stored result is gone or damaged".into(),
         Reason::Returned => "it was removed and is back".into(),
         Reason::Forced => "forced by --force".into(),
+    }
+}
+
+/// What PATH finds for a program now, and what it found before.
+pub(crate) fn program(name: &str, old: Option<&str>, new: Option<&str>) -> String {
+    match (old, new) {
+        (Some(old), Some(new)) => format!("PATH finds {new} instead of {old}"),
+        (Some(old), None) => format!("PATH finds no {name} any more; it found {old}"),
+        (None, Some(new)) => format!("PATH finds {new}; it found no {name} before"),
+        (None, None) => format!("PATH finds no {name}"),
     }
 }
 

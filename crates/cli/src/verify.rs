@@ -6,13 +6,13 @@ use std::fmt::Write;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use engine::{Content, Kinds, Plan, Recipe, SourceFile, Verification};
+use engine::{Content, Kinds, Plan, ReadKind, Recipe, SourceFile, Verification};
 use serde_json::json;
 
 use crate::arguments::VerifyArguments;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::reasons::{cause, dated, short};
+use crate::reasons::{cause, dated, program, short};
 use crate::{manifest, print};
 
 pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
@@ -123,7 +123,14 @@ fn describe(found: &Verification) -> String {
 }
 
 fn describe_source(source: &SourceFile) -> String {
-    let what = if source.listing { "names in " } else { "" };
+    if source.kind == ReadKind::Lookup {
+        let [old, new] = [&source.old_found, &source.new_found].map(Option::as_deref);
+        return match new {
+            _ if source.new == source.old => format!("unchanged PATH finds {}", old.unwrap_or("nothing")),
+            _ => format!("changed   {}", program(&source.path, old, new)),
+        };
+    }
+    let what = if source.kind == ReadKind::Names { "names in " } else { "" };
     let old = dated(source.old.as_ref(), source.old_time);
     match source.new {
         new if new == source.old => format!("unchanged {what}{} ({old})", source.path),

@@ -42,6 +42,7 @@ pub(crate) fn watch(
             force: arguments.force,
             jobs: watching.jobs.map(usize::from),
             keep_going: true,
+            keep_scratch: arguments.keep_scratch,
             wanted: wanted.clone(),
             shared,
             all_local: true,

@@ -51,6 +51,8 @@ pub struct BuildOptions {
     pub repeat_warnings: bool,
     /// The items that somebody looks at, which go first.
     pub wanted: Wanted,
+    /// Whether the scratch folders of items that fail here are kept, for people who want to see them.
+    pub keep_scratch: bool,
     /// The cache that other machines share with this one.
     pub shared: Option<SharedCacheOptions>,
     /// Whether every result has to be in this folder, also those that are perhaps only in a shared cache: a
@@ -197,6 +199,7 @@ impl BuildSession {
             repeat_warnings: options.repeat_warnings,
             shared: options.shared.as_ref(),
             shared_blobs: shared_blobs.as_deref(),
+            keep_scratch: options.keep_scratch,
         };
         let jobs = self.pool.current_num_threads();
         let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);

@@ -33,7 +33,7 @@ pub struct Stats {
     pub earlier: Amount,
     /// Blobs that no record names.
     pub garbage: Amount,
-    /// Files that are being written, or were left by a killed process.
+    /// Files that are being written, were left by a killed process, or are in scratch folders that were kept.
     pub temporary: Amount,
     /// The journal: its lines and bytes.
     pub journal: Amount,
@@ -72,7 +72,7 @@ pub struct Freed {
     pub garbage: Amount,
     /// Results of earlier builds.
     pub earlier: Amount,
-    /// Files that killed processes had left incomplete.
+    /// Files that killed processes had left incomplete, and kept scratch folders.
     pub temporary: Amount,
     /// The remaining blobs.
     pub left: Amount,
@@ -114,7 +114,7 @@ pub fn stats(folder: &Path) -> Result<Stats, Error> {
         in_effect: inventory.amount(|kind| kind == Holding::InEffect),
         earlier: inventory.amount(|kind| kind == Holding::Earlier),
         garbage: inventory.amount(|kind| kind == Holding::Garbage),
-        temporary: state.store.temporary_files(),
+        temporary: state.store.temporary_files() + state.store.kept_files(),
         journal: Amount { count: lines, bytes },
         stages: inventory.shares(),
     })
@@ -128,13 +128,14 @@ pub fn stats(folder: &Path) -> Result<Stats, Error> {
 /// If there is no state folder, another process holds the lock, or the folder cannot be written.
 pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)) -> Result<Freed, Error> {
     let state = read(folder)?;
-    let temporary = state.store.temporary_files();
+    let temporary = state.store.temporary_files() + state.store.kept_files();
     let (freed, state) = if options.dry_run {
         (Collection::of(&Inventory::of(&state, folder), options.limit).freed, state)
     } else {
         drop(state);
         let mut state =
             State::open(lock(folder, LockPurpose::Collect, options.lock_timeout, waiting)?, None)?;
+        state.store.remove_kept();
         (state.collect(folder, options.limit)?, state)
     };
     drop(state);

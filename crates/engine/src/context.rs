@@ -1,6 +1,7 @@
 //! What a running item has access to: its inputs, the files that it names, its key; and what it reports.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,11 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
-use crate::files::listing_digest;
+use crate::files::{leads_to, lies_in, listing_digest};
 use crate::gate::Gate;
-use crate::plan::{HOW_TO_READ_EXPORTS, leads_into};
+use crate::plan::HOW_TO_READ_EXPORTS;
 use crate::progress::ShareDone;
-use crate::{Artifact, BrokenLink, Cancel, Digest, DiskFolders, Failure, Files, Handle, ItemKey, Read};
+use crate::{Artifact, BrokenLink, Cancel, Digest, Failure, Files, Handle, ItemKey, Read, ReadKind};
 
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
@@ -22,11 +23,13 @@ pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
     pub(crate) folder: Option<PathBuf>,
-    /// The folder for exports, from which nothing is read.
+    /// The folder for exports.
     pub(crate) out: Option<PathBuf>,
     pub(crate) key: Option<ItemKey>,
     pub(crate) recipe: String,
     pub(crate) scratch: PathBuf,
+    /// Where the scratch folder goes if the item fails and somebody wants to see it.
+    pub(crate) kept: Option<PathBuf>,
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
     /// Whether a change has made the item stale.
@@ -49,6 +52,7 @@ impl<'a> Context<'a> {
             source: None,
             folder: None,
             out: None,
+            kept: None,
             key: None,
             recipe: String::new(),
             scratch: std::env::temp_dir(),
@@ -82,6 +86,13 @@ impl<'a> Context<'a> {
     #[must_use]
     pub fn with_folder(mut self, folder: PathBuf) -> Self {
         self.folder = Some(folder);
+        self
+    }
+
+    /// Sets the folder for exports, which no item reads.
+    #[must_use]
+    pub fn with_out(mut self, out: PathBuf) -> Self {
+        self.out = Some(out);
         self
     }
 
@@ -174,16 +185,16 @@ impl<'a> Context<'a> {
     /// writes meanwhile is read again until it no longer changes.
     ///
     /// # Errors
-    /// If the file cannot be read, or is an export of the same manifest; the message names it.
+    /// If the file cannot be read, or is in the folder for exports; the message names it.
     pub fn read(&self, path: &Path) -> Result<Arc<Vec<u8>>, Failure> {
         let path = self.resolve(path);
-        if let Some(refused) = self.refused(&path) {
-            self.record(Read { path, listing: false, digest: None });
-            return Err(refused);
+        if let Err(failure) = self.check_not_exported(&path) {
+            self.record(Read::of(path, ReadKind::Content, None));
+            return Err(failure);
         }
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
-        self.record(Read { path: path.clone(), listing: false, digest });
+        self.record(Read::of(path.clone(), ReadKind::Content, digest));
         if bytes.as_ref().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
             self.stopped.store(true, Ordering::Relaxed);
             return Err(Failure::cancelled());
@@ -202,16 +213,16 @@ impl<'a> Context<'a> {
     /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].
     ///
     /// # Errors
-    /// If the folder cannot be read, or is the one for exports; the message names it.
+    /// If the folder cannot be read, or is in the folder for exports; the message names it.
     pub fn list(&self, path: &Path) -> Result<Vec<(String, bool)>, Failure> {
         let path = self.resolve(path);
-        if let Some(refused) = self.refused(&path) {
-            self.record(Read { path, listing: true, digest: None });
-            return Err(refused);
+        if let Err(failure) = self.check_not_exported(&path) {
+            self.record(Read::of(path, ReadKind::Names, None));
+            return Err(failure);
         }
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
-        self.record(Read { path: path.clone(), listing: true, digest });
+        self.record(Read::of(path.clone(), ReadKind::Names, digest));
         names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path.display())))
     }
 
@@ -222,8 +233,43 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let is_folder = self.files.is_folder(&path);
         let names = if is_folder { self.files.list(&path).ok() } else { None };
-        self.record(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
+        let digest = names.map(|names| listing_digest(&names));
+        self.record(Read::of(path, ReadKind::Names, digest));
         is_folder
+    }
+
+    /// The file that PATH finds for a program's name.
+    ///
+    /// The look-up is recorded: the item reruns when PATH finds another file, or none. The content of the
+    /// file is not: see [`Context::read`].
+    ///
+    /// # Errors
+    /// If PATH finds no file of this name that can be run.
+    pub fn find_program(&self, name: &OsStr) -> Result<PathBuf, Failure> {
+        let found = self.files.find_program(name);
+        let folder = self.folder.as_deref().unwrap_or(Path::new(""));
+        self.record(Read::lookup(folder, name, found.clone()));
+        found.ok_or_else(|| Failure::new(format!("there is no program {:?} in PATH", name.display())))
+    }
+
+    /// Checks that a path is not in the folder for exports, links followed: an item that reads a file there
+    /// is not ordered after the stage that makes the file.
+    ///
+    /// # Errors
+    /// If it is; the message names it.
+    pub fn check_not_exported(&self, path: &Path) -> Result<(), Failure> {
+        let path = self.resolve(path);
+        if self.out.as_ref().is_none_or(|out| !lies_in(&path, out, leads_to)) {
+            return Ok(());
+        }
+        let message = format!("{} is inside \"out\", the folder for exports", path.display());
+        Err(Failure::new(message).help(HOW_TO_READ_EXPORTS))
+    }
+
+    /// Whether a folder contains the folder for exports or the manifest, links followed.
+    pub fn contains_exports(&self, folder: &Path) -> bool {
+        let folder = self.resolve(folder);
+        [&self.out, &self.folder].into_iter().flatten().any(|inside| lies_in(inside, &folder, leads_to))
     }
 
     /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.
@@ -242,6 +288,12 @@ impl<'a> Context<'a> {
     /// Whatever a killed build leaves there is removed by the next build.
     pub fn scratch(&self) -> &Path {
         &self.scratch
+    }
+
+    /// Where the item's scratch folder goes if the item fails, for people who want to see it. An earlier one
+    /// may be there. `None`: the folder is removed.
+    pub fn kept_scratch(&self) -> Option<&Path> {
+        self.kept.as_deref()
     }
 
     /// Warns the user about something that they should check.
@@ -310,13 +362,6 @@ impl<'a> Context<'a> {
             Some(folder) if path.is_relative() => folder.join(path),
             _ => path.to_path_buf(),
         }
-    }
-
-    /// The failure to read an export of the same manifest: it may be older than the item that makes it.
-    fn refused(&self, path: &Path) -> Option<Failure> {
-        let out = self.out.as_ref().filter(|out| leads_into(path, out, &DiskFolders))?;
-        let message = format!("{} is inside {}, where this manifest exports", path.display(), out.display());
-        Some(Failure::new(message).help(HOW_TO_READ_EXPORTS))
     }
 
     fn record(&self, read: Read) {

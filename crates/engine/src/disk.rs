@@ -17,25 +17,25 @@ use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
 use crate::reader::Reader;
 use crate::regular::hash_until;
-use crate::{Cancel, Digest, Read, parallel};
+use crate::{Cancel, Digest, Read, ReadKind, parallel};
 
 /// The files on disk as one build sees them.
 pub(crate) struct Disk {
     /// The file system's time when the build began.
     now: i64,
-    digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
-    /// All files that items read, or would read again.
+    digests: Mutex<HashMap<(PathBuf, ReadKind), Option<Digest>>>,
+    /// Everything that items read, or would read again.
     reads: Arc<ReadSet>,
     cancel: Cancel,
 }
 
-/// The files and (`true`) folder listings that the items of a build read, now or in their last runs.
+/// What the items of a build read, now or in their last runs.
 #[derive(Default)]
-pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, bool)>>);
+pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, ReadKind)>>);
 
 impl ReadSet {
     /// All of them so far, locked.
-    pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, bool)>> {
+    pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, ReadKind)>> {
         self.0.lock()
     }
 }
@@ -47,41 +47,41 @@ struct Stamped {
 }
 
 impl Disk {
-    /// Adds the files that items read to `reads`. Once `cancel` is cancelled, files can no longer be read.
+    /// Adds what items read to `reads`. Once `cancel` is cancelled, files can no longer be read.
     pub(crate) fn new(now: i64, reads: Arc<ReadSet>, cancel: &Cancel) -> Self {
         Self { now, digests: Mutex::default(), reads, cancel: cancel.clone() }
     }
 
-    /// The digest of a file's content or a folder's listing at present; `None` if it cannot be read.
+    /// The digest of what a path has at present; `None` if that is nothing or cannot be read.
     ///
-    /// Each is read at most once in a build.
-    pub(crate) fn digest(&self, path: &Path, listing: bool, journal: &Journal) -> Option<Digest> {
-        let place = (path.to_path_buf(), listing);
+    /// Each question is asked at most once in a build.
+    pub(crate) fn digest(&self, path: &Path, kind: ReadKind, journal: &Journal) -> Option<Digest> {
+        let place = (path.to_path_buf(), kind);
         if let Some(known) = self.digests.lock().get(&place) {
             return *known;
         }
-        let (digest, line) = self.digest_and_line(path, listing, journal);
+        let (digest, line) = self.digest_and_line(path, kind, journal);
         self.digests.lock().insert(place, digest);
         // Without the line the next build hashes the file again; nothing else depends on it.
         let _ = journal.append(&line.into_iter().collect::<Vec<_>>());
         digest
     }
 
-    /// Reads these files and folders again when they are asked for next.
-    pub(crate) fn invalidate(&self, is_affected: impl Fn(&Path, bool) -> bool) {
-        self.digests.lock().retain(|(path, listing), _| !is_affected(path, *listing));
+    /// Asks again for what is affected, when it is asked for next.
+    pub(crate) fn invalidate(&self, is_affected: impl Fn(&Path, ReadKind) -> bool) {
+        self.digests.lock().retain(|(path, kind), _| !is_affected(path, *kind));
     }
 
-    /// Adds files and listings that items read in their last runs.
-    pub(crate) fn add_reads(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
+    /// Adds what items read in their last runs.
+    pub(crate) fn add_reads(&self, places: impl IntoIterator<Item = (PathBuf, ReadKind)>) {
         self.reads.places().extend(places);
     }
 
-    /// Computes the digests of many files and folders in parallel, before [`Disk::digest`] is asked for them.
-    pub(crate) fn hash_all(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
+    /// Computes many digests in parallel, before [`Disk::digest`] is asked for them.
+    pub(crate) fn hash_all(&self, places: Vec<(PathBuf, ReadKind)>, journal: &Journal) {
         let hashed = parallel::map(places.len(), &|index| {
-            let (path, listing) = &places[index];
-            self.digest_and_line(path, *listing, journal)
+            let (path, kind) = &places[index];
+            self.digest_and_line(path, *kind, journal)
         });
         let mut lines = Vec::new();
         let mut digests = self.digests.lock();
@@ -100,7 +100,7 @@ impl Disk {
 
     /// The lines that record the digests of the files that an item read.
     pub(crate) fn stamps_of(&self, reader: &Reader, reads: &[Read]) -> Vec<Line> {
-        let stamped = reads.iter().filter(|read| !read.listing).filter_map(|read| {
+        let stamped = reads.iter().filter(|read| read.kind == ReadKind::Content).filter_map(|read| {
             let stamp = reader.stamp(&read.path)?;
             stamp.is_settled(self.now).then_some((&read.path, Stamped { stamp, digest: read.digest? }))
         });
@@ -110,11 +110,11 @@ impl Disk {
     fn digest_and_line(
         &self,
         path: &Path,
-        listing: bool,
+        kind: ReadKind,
         journal: &Journal,
     ) -> (Option<Digest>, Option<Line>) {
-        if listing {
-            return (digest_now(path, true), None);
+        if kind != ReadKind::Content {
+            return (digest_now(path, kind), None);
         }
         let Ok(metadata) = fs::metadata(path) else { return (None, None) };
         let stamp = Stamp::of(&metadata);

@@ -110,6 +110,16 @@ pub enum Reason {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         new_time: Option<Timestamp>,
     },
+    /// PATH finds another file for a program that it runs.
+    Program {
+        /// The program's name.
+        name: String,
+        /// The file that was found at the last run, relative to the manifest's folder if it is inside; `null`
+        /// if there was none.
+        old: Option<String>,
+        /// The file that is found now; `null` if there is none.
+        new: Option<String>,
+    },
     /// The kind has a new revision, or the stage has another kind.
     Kind {
         /// Kind and revision at the last run.

@@ -71,7 +71,7 @@ pub struct LastRun {
     pub notes: Vec<String>,
     /// The artifacts at its ports.
     pub inputs: Vec<InputOrigin>,
-    /// The files and listings that it read.
+    /// What it read: files, names in folders, and where PATH leads.
     pub reads: Vec<FileRead>,
     /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported
     /// files hold it.

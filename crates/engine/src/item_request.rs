@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::store::Blob;
-use crate::{Digest, FileRead, ItemKey};
+use crate::{Digest, FileRead, ItemKey, ReadKind};
 
 /// To be raised when a request or report would be misunderstood by other versions.
-pub(crate) const FORMAT: u32 = 1;
+pub(crate) const FORMAT: u32 = 2;
 
 /// Files of the folder.
 pub(crate) const ITEM: &str = "item.json";
@@ -60,6 +60,8 @@ pub(crate) struct ItemRequest {
     /// For a kind that shows names.
     pub(crate) key: Option<ItemKey>,
     pub(crate) source: Option<String>,
+    /// The folder for exports, of which the item reads nothing.
+    pub(crate) out: String,
     /// For a kind whose results depend on the processor.
     pub(crate) processor: Option<String>,
     /// For a kind that exports files.
@@ -119,8 +121,8 @@ pub(crate) struct ItemReport {
 pub(crate) enum ItemEnd {
     /// It made these outputs.
     Made(Vec<Blob>),
-    /// It reads files that were not sent: their names, and whether the names in a folder are meant.
-    Needs(Vec<(String, bool)>),
+    /// It reads what was not sent: the names of files and folders, and what is asked of each.
+    Needs(Vec<(String, ReadKind)>),
     /// It failed.
     Failed {
         chain: Vec<String>,

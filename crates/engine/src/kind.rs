@@ -1,6 +1,7 @@
 //! What a stage can do: the trait that authors of kinds write, and its erased form that the engine sees.
 
 use std::any::Any;
+use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
 use crate::{Artifact, Context, Diagnostic, Digest, Failure, Field, Parameters, Table};
@@ -193,6 +194,12 @@ pub trait Kind: Send + Sync + 'static {
         Vec::new()
     }
 
+    /// The files and folders that these parameters name, beside the source. What lies in `out` is refused,
+    /// before anything runs: nothing orders it after the stage that makes it.
+    fn named_paths(_parameters: &Self::Parameters) -> Vec<NamedPath> {
+        Vec::new()
+    }
+
     /// Whether other machines may use the results of a stage with these parameters, from a cache that they
     /// share. False if a result depends on something that is not in its key, such as a device.
     fn is_shared(_parameters: &Self::Parameters) -> bool {
@@ -218,6 +225,21 @@ pub trait Kind: Send + Sync + 'static {
     /// If the input cannot be used. The message says what is wrong and where, what was expected and what to
     /// do.
     fn run(parameters: &Self::Parameters, context: &Context<'_>) -> Result<Output, Failure>;
+}
+
+/// A file or folder that a parameter names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedPath {
+    /// The parameter, an array.
+    pub parameter: &'static str,
+    /// The index in the array.
+    pub index: usize,
+    /// The path, relative to the manifest's folder.
+    pub path: PathBuf,
+    /// Whether it is a word that is a path only if something of that name exists.
+    pub is_word: bool,
+    /// Whether everything in it is read, if it is a folder.
+    pub is_read_whole: bool,
 }
 
 /// The sizes of the maps that an export writes, as far as its parameters say.
@@ -281,6 +303,10 @@ pub trait Configured: Send + Sync {
     /// [`Kind::check_inputs`]; each message begins with the parameter's name.
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let _ = types;
+        Vec::new()
+    }
+    /// [`Kind::named_paths`].
+    fn named_paths(&self) -> Vec<NamedPath> {
         Vec::new()
     }
     /// [`Kind::is_shared`].
@@ -440,6 +466,10 @@ impl<K: Kind> Configured for Stage<K> {
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let errors = K::check_inputs(&self.0, types).into_iter();
         errors.map(|(name, message)| (name, format!("{name}: {message}"))).collect()
+    }
+
+    fn named_paths(&self) -> Vec<NamedPath> {
+        K::named_paths(&self.0)
     }
 
     fn is_shared(&self) -> bool {

@@ -9,10 +9,10 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
+use crate::files::path_name;
 use crate::journal::{Journal, Line, PublishedStamp, Subject, Tag, subject};
 use crate::plan::template;
 use crate::platform::Stamp;
-use crate::record::path_name;
 use crate::{Digest, ItemName, Plan, parallel};
 
 /// A line of the ledger.

@@ -35,6 +35,7 @@ mod parallel;
 mod parameters;
 mod plan;
 mod platform;
+mod programs;
 mod progress;
 mod publish;
 mod range;
@@ -82,10 +83,10 @@ pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCaus
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
 pub use explain::{Explanation, ExportedFile, FileState, InputOrigin, LastRun, explain};
 pub use failure::Failure;
-pub use files::{Files, Read};
+pub use files::{Files, Read, ReadKind};
 pub use key::{Digest, ItemKey};
 pub use kind::{
-    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, Output, Port, Product, RecipeReader,
+    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, NamedPath, Output, Port, Product, RecipeReader,
 };
 pub use lock::{LockPurpose, LockTimeout};
 pub use names_in_out::names_in_out;

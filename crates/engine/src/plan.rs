@@ -36,7 +36,6 @@ pub use graph::Graph;
 pub use index::{ItemIndex, StageIndex};
 pub use items::Item;
 use search::Search;
-pub(crate) use search::leads_into;
 pub use source::Source;
 pub(crate) use source::{HOW_TO_READ_EXPORTS, listed};
 

@@ -1,14 +1,12 @@
 //! The record of a run, and the key under which its result is found again.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::executor::Place;
 use crate::shared_cache::{Shared, SharedOrigin};
 use crate::store::Blob;
-use crate::{Digest, ItemKey, ItemName, Reason, Timestamp};
+use crate::{Digest, ItemKey, ItemName, ReadKind, Reason, Timestamp};
 
 /// To be raised when the engine gives kinds something else for equal keys.
 const ENGINE_FORMAT: u32 = 1;
@@ -61,9 +59,9 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// The files and listings that it read: the path, whether it is a listing, and the digest.
-    pub(crate) fn reads(&self) -> impl Iterator<Item = (&str, bool, Option<Digest>)> {
-        self.reads.iter().map(|read| (read.path.as_str(), read.listing, read.digest))
+    /// What it read: the path, what was asked of it, and the digest of the answer.
+    pub(crate) fn reads(&self) -> impl Iterator<Item = (&str, ReadKind, Option<Digest>)> {
+        self.reads.iter().map(|read| (read.path.as_str(), read.kind, read.digest))
     }
 
     /// The item whose run made the result, and its manifest.
@@ -91,15 +89,19 @@ pub struct InputUsed {
     pub digest: Digest,
 }
 
-/// A file or folder that a run read.
+/// What a run read: a file, the names in a folder, or where PATH leads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileRead {
-    /// The path, relative to the manifest's folder if it is inside.
+    /// The path, relative to the manifest's folder if it is inside; for a look-up, the program's name.
     pub path: String,
-    /// Whether the names in a folder were read, not a file's content.
-    pub listing: bool,
-    /// The digest of what was read; `None` if it was looked for and did not exist.
+    /// What was asked of the path: in JSON, `listing` and, for a look-up, `lookup`.
+    #[serde(flatten)]
+    pub kind: ReadKind,
+    /// The digest of the answer; `None` if nothing was found.
     pub digest: Option<Digest>,
+    /// The file that a look-up found, named as `path` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub found: Option<String>,
     /// When the file had been modified, by its file system; for people only, it is not part of a key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modified: Option<Timestamp>,
@@ -219,16 +221,6 @@ pub(crate) fn recipe(
     canonical(&recipe).to_string()
 }
 
-/// A path as records contain it: relative to the manifest's folder if it is inside, with `/` between folders.
-pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
-    match path.strip_prefix(folder) {
-        Ok(inside) => {
-            inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
-        }
-        Err(_) => path.to_string_lossy().into_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -250,12 +242,6 @@ mod tests {
                 r#"{{"inputs":{{"all":["{digest}","{digest}"],"one":"{digest}"}},"kind":"export","parameters":{{"a":{{"b":null,"y":2}},"z":1}},"revision":3}}"#
             )
         );
-    }
-
-    #[test]
-    fn paths_inside_are_relative() {
-        assert_eq!(path_name(Path::new("/a/b"), Path::new("/a/b/c/d.exr")), "c/d.exr");
-        assert_eq!(path_name(Path::new("/a/b"), Path::new("/a/c.exr")), "/a/c.exr");
     }
 
     #[test]

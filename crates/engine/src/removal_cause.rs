@@ -89,13 +89,13 @@ impl<'a> RemovalCauses<'a> {
     fn renamed(&self, stage: &str, record: &Record) -> Option<String> {
         let (check, plan) = (self.check, self.check.plan);
         let source = record.source.as_deref()?;
-        let (_, listing, digest) = record.reads().find(|(path, ..)| *path == source)?;
+        let (_, kind, digest) = record.reads().find(|(path, ..)| *path == source)?;
         let mut items =
             (0..plan.items.len()).filter(|item| plan.stages[plan.items[*item].stage].name == stage);
         items.find_map(|item| {
             let is_new = check.latest(item).is_none_or(|latest| latest.is_gone());
             let path = check.source(item).filter(|_| is_new)?;
-            (digest.is_some() && check.current_digest(&path, listing) == digest).then_some(path)
+            (digest.is_some() && check.current_digest(&path, kind) == digest).then_some(path)
         })
     }
 }

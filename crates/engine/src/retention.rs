@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use crate::ReadKind;
 use crate::disk::stamp_subject;
 use crate::journal::{Journal, Retention, short};
 
@@ -17,7 +18,7 @@ impl Retention {
                 continue;
             }
             results.insert(short(latest.key()));
-            let files = latest.reads().filter(|(_, listing, _)| !listing);
+            let files = latest.reads().filter(|(_, kind, _)| *kind == ReadKind::Content);
             stamps.extend(files.map(|(path, ..)| stamp_subject(&folder.join(path))));
         }
         Self::new(results, stamps, gone)

@@ -11,6 +11,7 @@ use std::sync::atomic::Ordering;
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
 use crate::executor::Place;
+use crate::files::path_name;
 use crate::gate::Gate;
 use crate::journal::{Line, Tag, short};
 use crate::memory::Memory;
@@ -19,7 +20,7 @@ use crate::platform::Stamp;
 use crate::progress::ShareDone;
 use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
-use crate::record::{Record, path_name, recipe, worth_keeping};
+use crate::record::{Record, recipe, worth_keeping};
 use crate::running::{Dependencies, RunningBuild};
 use crate::session::WatchedChanges;
 use crate::shared_cache::{Shared, SharedCacheOptions, UploadOutputs};
@@ -28,7 +29,7 @@ use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
-    Product, Read, Reason, Timestamp, Upload, Wanted,
+    Product, Read, ReadKind, Reason, Timestamp, Upload, Wanted,
 };
 
 /// What all running items share.
@@ -47,6 +48,8 @@ pub(crate) struct RunContext<'a> {
     pub(crate) gate: Arc<Gate>,
     /// Whether the warnings of results that are up to date are reported again.
     pub(crate) repeat_warnings: bool,
+    /// Whether the scratch folders of items that fail are kept.
+    pub(crate) keep_scratch: bool,
     /// Where results are also stored, and found.
     pub(crate) shared: Option<&'a SharedCacheOptions>,
     /// What is known of its blobs.
@@ -288,13 +291,13 @@ impl RunContext<'_> {
         let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
         let Some(options) = self.shared.filter(|_| stage.configured.is_shared()) else { return };
         let files = |reads: &[FileRead]| -> NamedFiles {
-            reads.iter().map(|read| (read.path.clone(), read.listing, read.digest)).collect()
+            reads.iter().map(|read| (read.path.clone(), read.kind, read.digest)).collect()
         };
         let (expected, read) = (self.check.expected_reads(item), files(&record.reads));
         let described = |description: Description| serde_json::to_vec(&description).unwrap_or_default();
         let mut entries = Vec::new();
         let mut all = expected.clone();
-        let further = read.difference(&expected).map(|(path, listing, _)| (path.clone(), *listing));
+        let further = read.difference(&expected).map(|(path, kind, _)| (path.clone(), *kind));
         let further = further.collect::<Vec<_>>();
         if !further.is_empty() {
             all.extend(read);
@@ -399,7 +402,7 @@ impl RunContext<'_> {
             Ok(output) => output.and_then(|output| self.checked(request.item, output)),
         };
         let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
-        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.listing)));
+        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.kind)));
         let changing = changing(&reads).cloned();
         Attempt { output, changing, reader, reads, warnings, notes }
     }
@@ -411,8 +414,10 @@ impl RunContext<'_> {
         let mut context = Context::new(reader)
             .with_cancel(self.cancel.clone())
             .with_folder(self.check.folder.to_path_buf())
+            .with_out(self.check.plan.out.clone())
             .with_scratch(self.check.state.store.temporary_folder());
-        context.out = Some(self.check.plan.out.clone());
+        context.kept =
+            self.keep_scratch.then(|| self.check.state.store.kept_folder(&self.check.name(request.item)));
         context.stale = Some(self.running.stale_flag(request.item));
         context.share = Arc::clone(&request.share);
         context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
@@ -493,8 +498,9 @@ impl RunContext<'_> {
     fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {
         let named = reads.iter().map(|read| FileRead {
             path: path_name(self.check.folder, &read.path),
-            listing: read.listing,
+            kind: read.kind,
             digest: read.digest,
+            found: read.found.as_deref().map(|found| path_name(self.check.folder, found)),
             modified: reader.modified(&read.path),
         });
         named.collect()
@@ -503,9 +509,9 @@ impl RunContext<'_> {
 
 /// A file that was read twice with different contents.
 fn changing<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
-    let mut digests = HashMap::<(&'r PathBuf, bool), Option<Digest>>::new();
+    let mut digests = HashMap::<(&'r PathBuf, ReadKind), Option<Digest>>::new();
     let mut differs =
-        |read: &'r Read| *digests.entry((&read.path, read.listing)).or_insert(read.digest) != read.digest;
+        |read: &'r Read| *digests.entry((&read.path, read.kind)).or_insert(read.digest) != read.digest;
     reads.iter().find_map(|read| differs(read).then_some(&read.path))
 }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use parking_lot::Mutex;
 
 use crate::executor::{ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
-use crate::files::{digest_now, list, listing_digest, modified};
+use crate::files::{digest_now, list, listing_digest, modified, normal, path_name};
 use crate::item_request::{
     FORMAT, ITEM, InputArtifact, ItemEnd, ItemReport, ItemRequest, KnownFile, KnownFolder, PortInputs,
     REPORT, artifact_place, file_place, output_place,
@@ -23,7 +23,9 @@ use crate::shared_blob::SharedBlob;
 use crate::shared_cache::Shared;
 use crate::shared_results::{MOST_READS, SharedBlobs, is_in_one_of, may_ask_for};
 use crate::store::Blob;
-use crate::{Digest, Error, Failure, FileRead, ItemIndex, ItemKey, Product, Read, Timestamp, read_file};
+use crate::{
+    Digest, Error, Failure, FileRead, ItemIndex, ItemKey, Product, Read, ReadKind, Timestamp, read_file,
+};
 
 /// An item is sent at most so many times, each time with the files that it named the time before.
 const ROUNDS: usize = 16;
@@ -45,8 +47,8 @@ enum Content {
     File(String, Digest),
 }
 
-/// The files that an item may read, by name and whether the names in a folder are meant.
-type Names = BTreeSet<(String, bool)>;
+/// What an item may read: the names, and what is asked of each.
+type Names = BTreeSet<(String, ReadKind)>;
 
 impl RunContext<'_> {
     /// Why an item does not run elsewhere; `None` if it may.
@@ -56,9 +58,9 @@ impl RunContext<'_> {
             return Some(format!("{} runs only on the machine of the build", stage.kind.name()));
         }
         let names = self.names(item);
-        let size = |(name, listing): &(String, bool)| match listing {
-            false => fs::metadata(self.check.folder.join(name)).ok().map(|found| found.len()),
-            true => None,
+        let size = |(name, kind): &(String, ReadKind)| match kind {
+            ReadKind::Content => fs::metadata(self.check.folder.join(name)).ok().map(|found| found.len()),
+            ReadKind::Names | ReadKind::Lookup => None,
         };
         let bytes = names.iter().filter_map(size).sum::<u64>();
         (bytes > options.most_bytes).then(|| too_large(bytes, options))
@@ -106,7 +108,8 @@ impl RunContext<'_> {
                 ItemEnd::Needs(needs) => {
                     let source = self.check.source(item);
                     let programs = self.shared.map_or(&[][..], |shared| &shared.programs);
-                    let is_fine = |(name, _): &(String, bool)| may_ask_for(name, source.as_deref(), programs);
+                    let is_fine =
+                        |(name, _): &(String, ReadKind)| may_ask_for(name, source.as_deref(), programs);
                     let before = names.len();
                     names.extend(needs.iter().filter(|need| is_fine(need)).cloned());
                     if names.len() == before {
@@ -120,12 +123,12 @@ impl RunContext<'_> {
                 ItemEnd::Failed { .. } if end.is_known && !is_fresh => is_fresh = true,
                 ItemEnd::Failed { system_error: true, chain, .. } => return unable(chain.join(": ")),
                 ItemEnd::Made(_) | ItemEnd::Failed { .. } => {
-                    let digests = reads.into_iter().map(|(name, listing, digest)| ((name, listing), digest));
+                    let digests = reads.into_iter().map(|(name, kind, digest)| ((name, kind), digest));
                     let digests = digests.collect::<BTreeMap<_, _>>();
-                    let is_same = |read: &FileRead| match digests.get(&(read.path.clone(), read.listing)) {
+                    let is_same = |read: &FileRead| match digests.get(&(read.path.clone(), read.kind)) {
                         Some(sent) => *sent == read.digest,
                         // A program of that machine.
-                        None => self.check.current_digest(&read.path, read.listing) == read.digest,
+                        None => self.check.current_digest(&read.path, read.kind) == read.digest,
                     };
                     if let Some(other) = report.reads.iter().find(|read| !is_same(read)) {
                         return here(&format!("{} is another file there", other.path));
@@ -138,14 +141,12 @@ impl RunContext<'_> {
     }
 
     /// Says what the item depends on, so that a change of it makes the run stale.
-    fn depends_on(&self, item: ItemIndex, reads: &[(String, bool, Option<Digest>)]) {
-        let read = |(name, listing, digest): &(String, bool, Option<Digest>)| Read {
-            path: self.check.folder.join(name),
-            listing: *listing,
-            digest: *digest,
+    fn depends_on(&self, item: ItemIndex, reads: &[(String, ReadKind, Option<Digest>)]) {
+        let read = |(name, kind, digest): &(String, ReadKind, Option<Digest>)| {
+            Read::of(self.check.folder.join(name), *kind, *digest)
         };
         let reads = reads.iter().map(read).collect::<Vec<_>>();
-        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.listing)));
+        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.kind)));
         self.running.set_dependencies(item, Dependencies::Running(Arc::new(Mutex::new(reads))));
     }
 
@@ -206,7 +207,7 @@ impl RunContext<'_> {
             blobs.receive(&self.check.state.store, &digests, &|| self.cancel.is_cancelled());
         }
         let dated = |read: FileRead| FileRead {
-            modified: modified(&self.check.folder.join(&read.path)).filter(|_| !read.listing),
+            modified: modified(&self.check.folder.join(&read.path)).filter(|_| read.kind != ReadKind::Names),
             ..read
         };
         let ran = Ran {
@@ -229,18 +230,29 @@ impl RunContext<'_> {
     /// Whether a watcher will build again, because one of these files has changed since it was sent.
     fn has_changed(&self, reads: &[FileRead]) -> bool {
         let is_other =
-            |read: &FileRead| digest_now(&self.check.folder.join(&read.path), read.listing) != read.digest;
+            |read: &FileRead| digest_now(&self.check.folder.join(&read.path), read.kind) != read.digest;
         self.watched.is_some() && reads.iter().any(is_other)
     }
 
     /// What an item is expected to read: its source, and what its last run read.
     fn names(&self, item: ItemIndex) -> Names {
-        let expected = self.check.expected_reads(item).into_iter().map(|(name, listing, _)| (name, listing));
+        let expected = self.check.expected_reads(item).into_iter().map(|(name, kind, _)| (name, kind));
         let mut names = expected.collect::<Names>();
+        let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
+        // A worker cannot tell a word from the name of a file that is only here.
+        for named in stage.configured.named_paths().into_iter().filter(|named| named.path.is_relative()) {
+            let path = self.check.folder.join(&named.path);
+            let kind = match fs::metadata(&path) {
+                Ok(found) if found.is_dir() => ReadKind::Names,
+                Ok(_) => ReadKind::Content,
+                Err(_) => continue,
+            };
+            names.insert((path_name(self.check.folder, &normal(&path)), kind));
+        }
         let programs = self.shared.map_or(&[][..], |shared| &shared.programs);
         if let Some(latest) = self.check.latest(item) {
             let read = latest.reads().filter(|(name, ..)| !is_in_one_of(Path::new(name), programs));
-            names.extend(read.map(|(name, listing, _)| (name.to_owned(), listing)));
+            names.extend(read.map(|(name, kind, _)| (name.to_owned(), kind)));
         }
         names
     }
@@ -267,13 +279,13 @@ impl RunContext<'_> {
         });
         let inputs = inputs.collect();
         let path = |name: &str| self.check.folder.join(name);
-        let files = names.iter().filter(|(_, listing)| !listing).map(|(name, _)| KnownFile {
+        // Look-ups are not sent: a worker finds its own programs, and its report says which.
+        let asked = |asked: ReadKind| names.iter().filter(move |(_, kind)| *kind == asked);
+        let files = asked(ReadKind::Content).map(|(name, kind)| KnownFile {
             name: name.clone(),
-            digest: self.check.current_digest(name, false),
+            digest: self.check.current_digest(name, *kind),
         });
-        let folders = names
-            .iter()
-            .filter(|(_, listing)| *listing)
+        let folders = asked(ReadKind::Names)
             .map(|(name, _)| KnownFolder { name: name.clone(), entries: list(&path(name)).ok() });
         let is_many = |port: &str| info.many.contains(port);
         let kind = stage.kind.name();
@@ -287,6 +299,7 @@ impl RunContext<'_> {
             inputs,
             key: info.shows_keys.then(|| item.key.clone()),
             source: self.check.source(request.item),
+            out: path_name(self.check.folder, &self.check.plan.out),
             processor: info.processor.map(str::to_owned),
             recipe: matches!(stage.product, Product::Files(_))
                 .then(|| recipe(kind, info.revision, &info.parameters, &request.inputs, is_many)),
@@ -363,11 +376,11 @@ impl RunContext<'_> {
 
 impl ItemRequest {
     /// The files and folders that were sent, as records have them.
-    fn reads(&self) -> Vec<(String, bool, Option<Digest>)> {
-        let files = self.files.iter().map(|file| (file.name.clone(), false, file.digest));
+    fn reads(&self) -> Vec<(String, ReadKind, Option<Digest>)> {
+        let files = self.files.iter().map(|file| (file.name.clone(), ReadKind::Content, file.digest));
         let folders = self.folders.iter().map(|folder| {
             let digest = folder.entries.as_ref().map(|entries| listing_digest(entries));
-            (folder.name.clone(), true, digest)
+            (folder.name.clone(), ReadKind::Names, digest)
         });
         files.chain(folders).collect()
     }

@@ -14,17 +14,18 @@ use std::sync::Arc;
 use parking_lot::Mutex;
 
 use crate::files::normal;
+use crate::files::path_name;
 use crate::item_request::{
     FILES, FORMAT, ITEM, ItemEnd, ItemReport, ItemRequest, REPORT, artifact_place, file_place, output_place,
 };
 use crate::own_time::own_time;
-use crate::record::{canonical, path_name};
+use crate::record::canonical;
 use crate::run::{panicked, undeclared};
 use crate::shared_results::is_in_one_of;
 use crate::store::Blob;
 use crate::{
     Configured, Context, Digest, ErasedKind, Error, ErrorKind, Failure, FileRead, Files, Handle, Kinds,
-    Output, Product, Table, read_file,
+    Output, Product, ReadKind, Table, read_file,
 };
 
 /// Runs the item of a folder, and writes its outputs and its report there. Returns the failure of the item,
@@ -37,6 +38,11 @@ pub fn run_item(folder: &Path, kinds: &Kinds) -> Result<Option<Failure>, Error> 
     let request = request(&folder)?;
     let root = folder.join(FILES);
     fs::create_dir_all(&root).map_err(|error| Error::io(&error, "create", &root))?;
+    // A folder is there, even if nothing in it was sent.
+    for known in request.folders.iter().filter(|known| known.entries.is_some()) {
+        let place = folder.join(file_place(&known.name));
+        fs::create_dir_all(&place).map_err(|error| Error::io(&error, "create", &place))?;
+    }
     let scratch = folder.join("scratch");
     fs::create_dir_all(&scratch).map_err(|error| Error::io(&error, "create", &scratch))?;
     let sent = SentFiles::new(&folder, &request);
@@ -101,8 +107,9 @@ fn run(
     });
     let reads = context.reads().into_iter().map(|read| FileRead {
         path: path_name(&folder.join(FILES), &read.path),
-        listing: read.listing,
+        kind: read.kind,
         digest: read.digest,
+        found: read.found.as_deref().map(|found| path_name(&folder.join(FILES), found)),
         modified: None,
     });
     let reads = reads.collect();
@@ -157,7 +164,10 @@ fn context<'c>(
     sent: &'c SentFiles,
 ) -> Context<'c> {
     let root = folder.join(FILES);
-    let mut context = Context::new(sent).with_folder(root.clone()).with_scratch(scratch.to_path_buf());
+    let mut context = Context::new(sent)
+        .with_folder(root.clone())
+        .with_out(root.join(&request.out))
+        .with_scratch(scratch.to_path_buf());
     for input in &request.inputs {
         let handles = input.items.iter().map(|item| {
             let (place, digest) = (folder.join(artifact_place(item.digest)), item.digest);
@@ -221,7 +231,7 @@ struct SentFiles {
     /// The folders of programs.
     programs: Vec<PathBuf>,
     /// What was read and is not here, in order.
-    missing: Mutex<Vec<(String, bool)>>,
+    missing: Mutex<Vec<(String, ReadKind)>>,
 }
 
 impl SentFiles {
@@ -250,11 +260,11 @@ impl SentFiles {
         is_in_one_of(path, &self.programs)
     }
 
-    fn is_missing(&self, name: String, listing: bool) -> io::Error {
+    fn is_missing(&self, name: String, kind: ReadKind) -> io::Error {
         let text = format!("{name} was not sent with the item");
         let mut missing = self.missing.lock();
-        if !missing.contains(&(name.clone(), listing)) {
-            missing.push((name, listing));
+        if !missing.contains(&(name.clone(), kind)) {
+            missing.push((name, kind));
         }
         io::Error::new(io::ErrorKind::NotFound, text)
     }
@@ -267,7 +277,7 @@ impl Files for SentFiles {
             Some(Some(place)) => read_file(place).map(Arc::new),
             Some(None) => Err(io::ErrorKind::NotFound.into()),
             None if self.is_program(path) => read_file(path).map(Arc::new),
-            None => Err(self.is_missing(name, false)),
+            None => Err(self.is_missing(name, ReadKind::Content)),
         }
     }
 
@@ -276,7 +286,7 @@ impl Files for SentFiles {
         match self.folders.get(&name) {
             Some(Some(entries)) => Ok(entries.clone()),
             Some(None) => Err(io::ErrorKind::NotFound.into()),
-            None => Err(self.is_missing(name, true)),
+            None => Err(self.is_missing(name, ReadKind::Names)),
         }
     }
 
@@ -285,7 +295,7 @@ impl Files for SentFiles {
         match self.folders.get(&name) {
             Some(entries) => entries.is_some(),
             None => {
-                let _ = self.is_missing(name, true);
+                let _ = self.is_missing(name, ReadKind::Names);
                 false
             }
         }

@@ -17,8 +17,9 @@ use parking_lot::Mutex;
 use crate::cancel::StaleFlag;
 use crate::disk::Disk;
 use crate::files::{digest_now, normal};
+use crate::programs::SearchPath;
 use crate::selection::Selection;
-use crate::{Digest, ItemIndex, Plan, Read, Stage, Wanted};
+use crate::{ItemIndex, Plan, Read, ReadKind, Stage, Wanted};
 
 /// The files that an item's result depends on.
 pub(crate) enum Dependencies {
@@ -93,7 +94,7 @@ impl RunningBuild {
     /// Marks what is stale now; see [`BuildSession::outdate`](crate::BuildSession::outdate).
     pub(crate) fn outdate(&self, changes: &ChangedPaths, plan: Option<&Plan>) {
         // First, so that items which are checked from now on see the files' new contents.
-        self.disk.invalidate(|path, listing| changes.affect(path, listing));
+        self.disk.invalidate(|path, kind| changes.affect(path, kind));
         let mut stale = self.with_changed_reads(changes);
         let mut outdated = false;
         if let Some(plan) = plan {
@@ -122,27 +123,23 @@ impl RunningBuild {
         // Files are hashed after the lock is released: the build needs it too.
         let mut affected = Vec::new();
         for (index, dependencies) in self.dependencies.lock().iter().enumerate() {
-            let mut add = |path: &Path, listing: bool, digest: Option<Digest>| {
-                if changes.affect(path, listing) {
-                    affected.push((index, path.to_path_buf(), listing, digest));
+            let add = |read: &Read| {
+                if changes.affect(&read.path, read.kind) {
+                    affected.push((index, read.clone()));
                 }
             };
             match dependencies {
                 Dependencies::None => {}
-                Dependencies::Recorded(reads) => {
-                    reads.iter().for_each(|read| add(&read.path, read.listing, read.digest));
-                }
-                Dependencies::Running(reads) => {
-                    reads.lock().iter().for_each(|read| add(&read.path, read.listing, read.digest));
-                }
+                Dependencies::Recorded(reads) => reads.iter().for_each(add),
+                Dependencies::Running(reads) => reads.lock().iter().for_each(add),
             }
         }
         let mut stale = vec![false; self.plan.items.len()];
         let mut now = HashMap::new();
-        for (index, path, listing, digest) in affected {
-            let now = now.entry((path, listing));
-            let now = now.or_insert_with_key(|(path, listing)| digest_now(path, *listing));
-            stale[index] |= *now != digest;
+        for (index, read) in affected {
+            let now = now.entry((read.path, read.kind));
+            let now = now.or_insert_with_key(|(path, kind)| digest_now(path, *kind));
+            stale[index] |= *now != read.digest;
         }
         stale
     }
@@ -199,19 +196,26 @@ pub(crate) struct ChangedPaths {
     paths: HashSet<PathBuf>,
     /// The folders that contain them.
     folders: HashSet<PathBuf>,
+    search_path: SearchPath,
 }
 
 impl ChangedPaths {
     pub(crate) fn new(paths: &[PathBuf]) -> Self {
         let paths = paths.iter().map(|path| normal(path)).collect::<HashSet<_>>();
         let folders = paths.iter().filter_map(|path| path.parent()).map(Path::to_path_buf).collect();
-        Self { paths, folders }
+        Self { paths, folders, search_path: SearchPath::current() }
     }
 
-    /// Whether a file's content, or the names in a folder, may have changed.
-    pub(crate) fn affect(&self, path: &Path, listing: bool) -> bool {
+    /// Whether the answer to what was asked of a path may have changed.
+    pub(crate) fn affect(&self, path: &Path, kind: ReadKind) -> bool {
+        let is_changed = |path: &Path| path.ancestors().any(|ancestor| self.paths.contains(ancestor));
         let path = normal(path);
-        listing && self.folders.contains(&path)
-            || path.ancestors().any(|ancestor| self.paths.contains(ancestor))
+        match kind {
+            ReadKind::Content => is_changed(&path),
+            ReadKind::Names => self.folders.contains(&path) || is_changed(&path),
+            ReadKind::Lookup => path
+                .file_name()
+                .is_some_and(|name| self.search_path.candidates(name).any(|file| is_changed(&normal(&file)))),
+        }
     }
 }

@@ -21,10 +21,10 @@ use crate::record::Record;
 use crate::shared_blob::SharedBlob;
 use crate::shared_cache::{Shared, SharedCache};
 use crate::store::{Blob, Store};
-use crate::{Digest, FileRead, ItemName, Plan, Timestamp};
+use crate::{Digest, FileRead, ItemName, Plan, ReadKind, Timestamp};
 
 /// To be raised when the descriptions that are stored would be misunderstood by other versions.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Names of further files are followed this often before an item runs.
 pub(crate) const ROUNDS: usize = 4;
@@ -32,8 +32,8 @@ pub(crate) const ROUNDS: usize = 4;
 /// An item that read more files than this is not looked for.
 pub(crate) const MOST_READS: usize = 4096;
 
-/// The files that an action names: path, whether its listing is meant, digest.
-pub(crate) type NamedFiles = BTreeSet<(String, bool, Option<Digest>)>;
+/// What an action names: path, what is asked of it, digest of the answer.
+pub(crate) type NamedFiles = BTreeSet<(String, ReadKind, Option<Digest>)>;
 
 /// An action: the canonical text of everything that a result depends on.
 pub(crate) fn action(version: &str, key: Digest, files: &NamedFiles) -> Vec<u8> {
@@ -55,8 +55,8 @@ pub(crate) fn list(version: &str, plan: &Plan, stage: usize) -> Vec<u8> {
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Description {
-    /// The item reads further files: their paths, and whether their listings are meant.
-    Reads(Vec<(String, bool)>),
+    /// The item reads further files: their paths, and what is asked of each.
+    Reads(Vec<(String, ReadKind)>),
     /// The result.
     Result(Box<ResultDescription>),
 }
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn an_action_holds_all_that_a_result_depends_on() {
-        let files: NamedFiles = [("a.exr".to_owned(), false, Some(Digest([1; 32])))].into();
+        let files: NamedFiles = [("a.exr".to_owned(), ReadKind::Content, Some(Digest([1; 32])))].into();
         let text = action("1", Digest([2; 32]), &files);
         assert_eq!(text, action("1", Digest([2; 32]), &files));
         let others = [

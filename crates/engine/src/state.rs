@@ -108,7 +108,7 @@ fn check(folder: &Path) -> Result<(), Error> {
         let help = format!("delete {} to build everything anew", folder.display());
         Err(Error::new(ErrorKind::BadState, message).with_help(help))
     };
-    let folders = ["", "blobs", "tmp"].map(|name| (name, true));
+    let folders = ["", "blobs", "tmp", "kept"].map(|name| (name, true));
     let files = ["lock", "holder", "journal", "index", ".gitignore"].map(|name| (name, false));
     for (name, is_folder) in folders.into_iter().chain(files) {
         let path = if name.is_empty() { folder.to_path_buf() } else { folder.join(name) };
@@ -157,7 +157,7 @@ mod tests {
     fn links_and_pipes_in_the_folder_are_refused_and_not_followed() {
         let elsewhere = tempfile::tempdir().unwrap();
         let precious = elsewhere.path().join("precious");
-        for name in ["", "blobs", "blobs/ab", "tmp", "journal", "lock", "holder", ".gitignore"] {
+        for name in ["", "blobs", "blobs/ab", "tmp", "kept", "journal", "lock", "holder", ".gitignore"] {
             for target in [elsewhere.path(), &precious, &elsewhere.path().join("new")] {
                 fs::write(&precious, "precious").unwrap();
                 let folder = tempfile::tempdir().unwrap();

@@ -16,7 +16,7 @@ use std::{fmt, fs};
 use serde::{Deserialize, Serialize};
 
 use crate::regular::{read_file, replace_through};
-use crate::{Digest, Error, parallel, platform};
+use crate::{Digest, Error, ItemName, parallel, platform};
 
 /// A stored output: its digest and size.
 #[repr(C)]
@@ -82,6 +82,9 @@ impl fmt::Debug for Elsewhere {
 
 /// Asked for at least this many blobs, the store lists its folders.
 const LIST_FROM: usize = 4096;
+
+/// The folder for the scratch folders of items that failed.
+const KEPT: &str = "kept";
 
 /// A hasher that returns the first bytes of a digest.
 #[derive(Default)]
@@ -255,6 +258,40 @@ impl Store {
     /// items.
     pub(crate) fn temporary_folder(&self) -> PathBuf {
         self.folder.join("tmp")
+    }
+
+    /// The place of an item's scratch folder that is kept: until the item fails again, or the cache is
+    /// collected.
+    pub(crate) fn kept_folder(&self, item: &ItemName) -> PathBuf {
+        /// Longer names are cut, because paths have a greatest length.
+        const MAX_NAME: usize = 60;
+        let name = item.to_string();
+        let words = name.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        let plain = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
+        let plain = plain.chars().take(MAX_NAME).collect::<String>();
+        let digest = Digest::of(name.as_bytes()).to_string();
+        self.folder.join(KEPT).join(format!("{plain}-{}", &digest[..8]))
+    }
+
+    /// The scratch folders that were kept.
+    pub(crate) fn kept_files(&self) -> Amount {
+        let mut amount = Amount::default();
+        let mut open = vec![self.folder.join(KEPT)];
+        while let Some(folder) = open.pop() {
+            for entry in entries(&folder) {
+                match entry.metadata() {
+                    Ok(found) if found.is_dir() => open.push(entry.path()),
+                    Ok(found) => amount = amount + Amount { count: 1, bytes: found.len() },
+                    Err(_) => {}
+                }
+            }
+        }
+        amount
+    }
+
+    /// Removes the scratch folders that were kept.
+    pub(crate) fn remove_kept(&self) {
+        let _ = fs::remove_dir_all(self.folder.join(KEPT));
     }
 
     pub(crate) fn path(&self, digest: Digest) -> PathBuf {

@@ -215,6 +215,7 @@ fn reason(reason: &Reason) -> String {
         }
         Reason::Awaits { port, item } => format!("{port} after {item}"),
         Reason::File { path, old, new, .. } => format!("file {path} {} -> {}", known(old), known(new)),
+        Reason::Program { name, old, new } => format!("PATH: {name} {old:?} -> {new:?}"),
         Reason::Kind { old, new } => format!("kind {old} -> {new}"),
         Reason::ResultLost => "result lost".into(),
         Reason::Returned => "returned".into(),

@@ -10,16 +10,17 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::disk::Disk;
-use crate::files::modified;
+use crate::files::{look_up, modified, path_name};
 use crate::journal::{LatestRecord, Subject, Tag, short, subject};
 use crate::kind::Decoder;
-use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
+use crate::record::{KeyHasher, Record, canonical, kind_name};
 use crate::running::{ChangedPaths, Dependencies};
 use crate::selection::Selection;
 use crate::state::State;
 use crate::store::{Blob, Presence};
 use crate::{
-    Digest, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel, platform,
+    Digest, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, ReadKind, Reason, parallel,
+    platform,
 };
 
 mod gone;
@@ -153,20 +154,20 @@ impl<'a> UpToDateCheck<'a> {
         let mut known = self.known.take();
         let (mut places, mut read) = (HashSet::new(), HashSet::new());
         for &item in readers {
-            for (path, listing, _) in self.latest(item).iter().flat_map(LatestRecord::reads) {
+            for (path, kind, _) in self.latest(item).iter().flat_map(LatestRecord::reads) {
                 let path = self.folder.join(path);
                 if let Some(known) = &mut known {
-                    known.complete[item] &= !changes.is_some_and(|changes| changes.affect(&path, listing));
+                    known.complete[item] &= !changes.is_some_and(|changes| changes.affect(&path, kind));
                 }
                 if known.as_ref().is_none_or(|known| !known.complete[item]) {
-                    read.insert((path.clone(), listing));
+                    read.insert((path.clone(), kind));
                 }
-                places.insert((path, listing));
+                places.insert((path, kind));
             }
         }
         self.known = known;
         self.disk.add_reads(places);
-        self.disk.hash_all(read.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
+        self.disk.hash_all(read.into_iter().collect::<Vec<(PathBuf, ReadKind)>>(), &self.state.journal);
         let asked = if self.known.is_some() { 0 } else { self.plan.items.len() };
         let store = self.state.store.presence(asked);
         // Stage by stage, because keys contain the digests of inputs; the items of a stage in parallel.
@@ -319,9 +320,9 @@ impl<'a> UpToDateCheck<'a> {
     /// The files that a record with these reads depends on.
     pub(crate) fn dependencies<'r>(
         &self,
-        reads: impl Iterator<Item = (&'r str, bool, Option<Digest>)>,
+        reads: impl Iterator<Item = (&'r str, ReadKind, Option<Digest>)>,
     ) -> Dependencies {
-        let read = |(path, listing, digest)| Read { path: self.folder.join(path), listing, digest };
+        let read = |(path, kind, digest)| Read::of(self.folder.join(path), kind, digest);
         Dependencies::recorded(reads.map(read).collect())
     }
 
@@ -401,17 +402,22 @@ impl<'a> UpToDateCheck<'a> {
         item: ItemIndex,
         failed: bool,
         outputs: &[Blob],
-        mut reads: impl Iterator<Item = (&'r str, bool, Option<Digest>)>,
+        mut reads: impl Iterator<Item = (&'r str, ReadKind, Option<Digest>)>,
     ) -> bool {
         // An artifact is one output; an export has one for each of its files.
         !failed
             && outputs.len() == self.plan.items[item].files.len().max(1)
-            && reads.all(|(path, listing, digest)| self.current_digest(path, listing) == digest)
+            && reads.all(|(path, kind, digest)| self.current_digest(path, kind) == digest)
     }
 
-    /// The digest of the present content of a file or folder that was read.
-    pub(crate) fn current_digest(&self, path: &str, listing: bool) -> Option<Digest> {
-        self.disk.digest(&self.folder.join(path), listing, &self.state.journal)
+    /// The digest of the present answer to what was asked of a path.
+    pub(crate) fn current_digest(&self, path: &str, kind: ReadKind) -> Option<Digest> {
+        self.disk.digest(&self.folder.join(path), kind, &self.state.journal)
+    }
+
+    /// The file that PATH finds now for a program's name, named as records do.
+    pub(crate) fn program(&self, name: &str) -> Option<String> {
+        look_up(&self.folder.join(name)).map(|found| path_name(self.folder, &found))
     }
 
     fn input_items(&self, item: ItemIndex) -> impl Iterator<Item = (&str, ItemIndex)> {
@@ -463,21 +469,30 @@ impl<'a> UpToDateCheck<'a> {
 
     fn differing_files(&self, item: ItemIndex, record: &Record, reasons: &mut Vec<Reason>) {
         for read in &record.reads {
-            let new = self.current_digest(&read.path, read.listing);
-            if new != read.digest {
-                reasons.push(Reason::File {
+            let new = self.current_digest(&read.path, read.kind);
+            if new == read.digest {
+                continue;
+            }
+            reasons.push(if read.kind == ReadKind::Lookup {
+                Reason::Program {
+                    name: read.path.clone(),
+                    old: read.found.clone(),
+                    new: self.program(&read.path),
+                }
+            } else {
+                Reason::File {
                     path: read.path.clone(),
                     old: read.digest,
                     new,
                     old_time: read.modified,
                     new_time: modified(&self.folder.join(&read.path)),
-                });
-            }
+                }
+            });
         }
         let source = self.source(item);
         if let Some(path) = source.filter(|source| record.source.as_ref() != Some(source)) {
-            let listing = self.folder.join(&path).is_dir();
-            let new = self.current_digest(&path, listing);
+            let is_folder = self.folder.join(&path).is_dir();
+            let new = self.current_digest(&path, if is_folder { ReadKind::Names } else { ReadKind::Content });
             let new_time = modified(&self.folder.join(&path));
             reasons.push(Reason::File { path, old: None, new, old_time: None, new_time });
         }

@@ -23,8 +23,8 @@ use crate::shared_cache::Shared;
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
-    Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, Timestamp,
-    read_file,
+    Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, ReadKind,
+    Timestamp, read_file,
 };
 
 mod out;
@@ -109,17 +109,24 @@ pub enum Recipe {
     Absent,
 }
 
-/// A file or folder listing that something was made from.
+/// Something that a result was made from: a file, the names in a folder, or where PATH leads.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceFile {
-    /// The path, relative to the manifest's folder if it is inside.
+    /// The path, relative to the manifest's folder if it is inside; for a look-up, the program's name.
     pub path: String,
-    /// Whether the names in a folder were read, not a file's content.
-    pub listing: bool,
+    /// What was asked of the path: in JSON, `listing` and, for a look-up, `lookup`.
+    #[serde(flatten)]
+    pub kind: ReadKind,
     /// The digest when it was read; `None` if it was looked for and did not exist.
     pub old: Option<Digest>,
     /// The digest now; `None` if it does not exist.
     pub new: Option<Digest>,
+    /// The file that a look-up found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub old_found: Option<String>,
+    /// The file that a look-up finds now.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub new_found: Option<String>,
     /// When the file that was read had been modified, by its file system, if that was recorded.
     pub old_time: Option<Timestamp>,
     /// When the present file was modified, by its file system.
@@ -307,7 +314,8 @@ impl<'a> Records<'a> {
     pub(crate) fn sources(&self, item: Option<ItemIndex>, record: &Record) -> Vec<String> {
         let mut ancestry = Ancestry::default();
         ancestry.follow(self, item, record);
-        let files = ancestry.sources.into_iter().filter(|source| !source.listing && source.old.is_some());
+        let is_file = |source: &SourceFile| source.kind == ReadKind::Content && source.old.is_some();
+        let files = ancestry.sources.into_iter().filter(is_file);
         files.map(|source| source.path).collect()
     }
 
@@ -503,14 +511,16 @@ impl Ancestry {
                 self.revised.push(Cause { reason, chain: chain.clone() });
             }
             for read in &record.reads {
-                if self.sources.iter().any(|known| known.path == read.path && known.listing == read.listing) {
+                if self.sources.iter().any(|known| known.path == read.path && known.kind == read.kind) {
                     continue;
                 }
                 self.sources.push(SourceFile {
                     path: read.path.clone(),
-                    listing: read.listing,
+                    kind: read.kind,
                     old: read.digest,
-                    new: check.current_digest(&read.path, read.listing),
+                    new: check.current_digest(&read.path, read.kind),
+                    old_found: read.found.clone(),
+                    new_found: (read.kind == ReadKind::Lookup).then(|| check.program(&read.path)).flatten(),
                     old_time: read.modified,
                     new_time: modified(&check.folder.join(&read.path)),
                 });

@@ -37,11 +37,11 @@ use rebuild_loop::{LoopCheck, RebuildLoop};
 use parking_lot::Mutex;
 
 use crate::disk::ReadSet;
-use crate::record::path_name;
+use crate::files::path_name;
 use crate::session::WatchedChanges;
 use crate::{
     BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
-    LockPurpose, LockTimeout, ManifestFile, Plan, Summary,
+    LockPurpose, LockTimeout, ManifestFile, Plan, ReadKind, Summary,
 };
 
 mod backoff;
@@ -521,7 +521,8 @@ fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) 
     let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
     places.add_search(&snapshot.queries, snapshot.sources.iter().cloned());
     let items = snapshot.plan.iter().flat_map(|plan| plan.items.iter());
-    let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
+    let sources =
+        items.filter_map(|item| Some((item.source.clone()?, ReadKind::Content))).collect::<Vec<_>>();
     places.add_reads(&sources);
     session.read_sets().iter().for_each(|noted| places.add_reads(&*noted.places()));
     snapshot.plan.iter().for_each(|plan| _ = places.add_outputs(plan));

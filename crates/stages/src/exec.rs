@@ -19,8 +19,10 @@
 //!
 //! A program without a `/` is looked up in PATH; any other is relative to the manifest's folder. An argument
 //! that names an existing file in the manifest's folder becomes its full path, such as `tools/grade.py` in
-//! the example. Ports may have any names, and a stage may have none. A port takes every type of artifact,
-//! including the types of a studio's own kinds. The command must use every port, and `{output}`.
+//! the example. Every other relative path is one in the program's working folder, which is not in the
+//! project: write `{folder}/...` for a folder, and for a path that is a part of an argument. Ports may have
+//! any names, and a stage may have none. A port takes every type of artifact, including the types of a
+//! studio's own kinds. The command must use every port, and `{output}`.
 //!
 //! ## What a port's file holds
 //!
@@ -49,11 +51,29 @@
 //!
 //! ## When it reruns
 //!
-//! The stage reruns when an input, a parameter or a *tool file* changes. Tool files are the program's own
-//! file (as found in PATH), every argument that names a file, and the files and folders in `tools`. In
-//! folders, hidden files and Python's caches (`__pycache__`) are ignored. If a program starts other programs,
-//! or a script loads modules, list those in `tools`. Specula does not see other files that a program reads,
-//! or what it receives from the network.
+//! The stage reruns when an input, a parameter or a *tool file* changes, appears or disappears. Tool files
+//! are
+//!
+//! - the program's file and, of a script, the interpreters in its first line (`#!/usr/bin/env python3`).
+//!   Where PATH leads counts too: the stage reruns when PATH finds another file of that name, or finds it in
+//!   another folder;
+//! - files and folders that a whole argument names, or what follows the `=` of one (`--lut=tools/film.cube`);
+//! - `{folder}/...` wherever it stands, such as in `sh -c "{folder}/tools/run.sh {input} {output}"`. What a
+//!   shell writes there (`> {folder}/log`) is not one;
+//! - the files and folders in `tools`.
+//!
+//! All files in a folder are tool files, but for hidden files and Python's caches (`__pycache__`). If a
+//! program starts other programs, or a script loads modules, list those in `tools`. Specula does not see
+//! other files that a program reads, or what it receives from the network.
+//!
+//! If it cannot be told which files an argument means, a warning names the argument: the manifest's folder as
+//! a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a part of a path that a
+//! shell fills in (`{folder}/luts/$name.cube`), a word of a script that is also a file of the project. List
+//! those files in `tools`, and the warning ends.
+//!
+//! Nothing in `out` can be a tool file: the stage would not wait for the one that makes it. Such a manifest
+//! is refused, by whatever link or spelling the path leads there. Connect the stage that makes the file, as
+//! an input.
 //!
 //! ## Other machines
 //!
@@ -64,14 +84,15 @@
 //!
 //! With `remote = true` the program may also run on another machine (`--remote-executor`), which gets the
 //! inputs and the tool files of the manifest's folder. A program that is found in PATH has to be the same
-//! file there; if it is another, the item runs here. `platform` says what the machine must have, such as
-//! `platform = { container-image = "docker://studio/tools:7" }`; it is part of the key. A stage with
-//! variables in `env` always runs here.
+//! file in the same folder there; if it is another, the item runs here. `platform` says what the machine
+//! must have, such as `platform = { container-image = "docker://studio/tools:7" }`; it is part of the key.
+//! A stage with variables in `env` always runs here.
 //!
 //! ## The program's environment
 //!
-//! - Its working folder is a scratch folder of the item, which is removed afterwards, even after a failure.
-//!   Paths of inputs and output are relative to it, and are the same in every run.
+//! - Its working folder is a scratch folder of the item, which is removed afterwards, even after a failure
+//!   (but see `--keep-scratch` below). Paths of inputs and output are relative to it, and are the same in
+//!   every run.
 //! - Its environment variables are `PATH`, as Specula has it; `HOME` and `TMPDIR` (`TEMP`, `TMP`), in the
 //!   scratch folder; `LANG=C.UTF-8`, `TZ=UTC`, `SOURCE_DATE_EPOCH=0`, `PYTHONHASHSEED=0`,
 //!   `PYTHONDONTWRITEBYTECODE=1`; on Windows those that programs need to start (`SystemRoot`, `SystemDrive`,
@@ -86,6 +107,12 @@
 //! and the items that need it, and no others. After `timeout`, or when the build is cancelled, the program is
 //! killed with all processes that it started (on Unix: its process group). Processes that it leaves running
 //! are killed when it ends.
+//!
+//! The failure shows the command with its placeholders filled in, quoted for a shell. With `specula build
+//! --keep-scratch` the scratch folder stays in `.specula/kept`, with the files of inputs, and the command
+//! sets the same environment: paste it into a shell to run the program again. Values of variables in `env`
+//! are not shown; the command takes them from your shell. The folder stays until the item fails again under
+//! that option, or until `specula cache gc`. It is not kept if the program ran on another machine.
 //!
 //! ## Example
 //!
@@ -102,16 +129,19 @@
 
 mod command;
 mod exchange;
+mod interpreter;
+mod paths;
 mod process;
 mod tools;
 
 use std::ffi::OsString;
 use std::fs;
+use std::io;
 use std::ops::Bound;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Context, Failure, Kind, NamedPath, Output, Port, Product, parameters};
 
 use self::command::{Command, Piece};
 use self::exchange::{Formats, ProgramOutput};
@@ -129,7 +159,7 @@ parameters! {
         /// The format of an input's file, by port; see What a port's file holds.
         formats: Formats = Formats::default(),
         /// Files and folders, relative to the manifest, that the program uses in addition to those in the
-        /// command.
+        /// command; see When it reruns.
         tools: Vec<String> = Vec::new(),
         /// The environment variables that the program may see.
         env: Variables = Variables::default(),
@@ -153,7 +183,7 @@ impl Kind for Exec {
     type Parameters = Parameters;
 
     const NAME: &'static str = "exec";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("exec.rs");
 
     fn ports() -> Vec<Port> {
@@ -187,6 +217,17 @@ impl Kind for Exec {
             .collect()
     }
 
+    fn named_paths(parameters: &Parameters) -> Vec<NamedPath> {
+        let tools = parameters.tools.iter().enumerate().map(|(index, tool)| NamedPath {
+            parameter: "tools",
+            index,
+            path: tool.into(),
+            is_word: false,
+            is_read_whole: true,
+        });
+        paths::spelled(&parameters.command).chain(tools).collect()
+    }
+
     fn is_shared(parameters: &Parameters) -> bool {
         parameters.remote
     }
@@ -200,8 +241,8 @@ impl Kind for Exec {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let program = tools::program(&parameters.command, context)?;
-        tools::read(&parameters.command, &parameters.tools, context)?;
+        let (program, warnings) = tools::read(&parameters.command, &parameters.tools, context)?;
+        warnings.into_iter().for_each(|warning| context.warn(warning));
         let scratch = Scratch::new(context)?;
         let work = scratch.folder.path().join(WORK);
         let mut written = Vec::new();
@@ -210,7 +251,7 @@ impl Kind for Exec {
             written.push((name, file));
         }
         let output = parameters.output.prepare(&work)?;
-        let manifest = context.resolve(Path::new(""));
+        let manifest = context.resolve(Path::new("")).components().collect::<PathBuf>();
         let argument = |pieces: &[Piece]| -> OsString {
             let file = tools::named_file(pieces, context);
             file.map_or_else(|| filled(pieces, &written, &output, &manifest), OsString::from)
@@ -221,19 +262,24 @@ impl Kind for Exec {
             environment: tools::environment(&parameters.env, scratch.folder.path(), context),
             name: parameters.command.name(),
             limit: Duration::from_secs_f64(parameters.timeout),
+            scratch: scratch.folder.path().to_path_buf(),
         };
-        process.run(scratch.folder.path(), &work, context).map_err(|failure| {
+        let ran = process.run(scratch.folder.path(), &work, context).map_err(|failure| {
             let absent = parameters.command.arguments().find_map(|pieces| tools::absent(pieces, context));
             match absent.filter(|_| failure.help.is_none()) {
                 Some(file) => failure.help(format!("the file {} does not exist", file.display())),
                 None => failure,
             }
-        })?;
-        // Read a second time: if a tool file changed meanwhile, the engine sees two contents and discards the
-        // result.
-        tools::program(&parameters.command, context)?;
-        tools::read(&parameters.command, &parameters.tools, context)?;
-        parameters.output.read(&work, &process.name, context)
+        });
+        let made = ran.and_then(|()| {
+            // Read a second time: if a tool file changed meanwhile, the engine sees two contents and discards
+            // the result.
+            tools::read(&parameters.command, &parameters.tools, context)?;
+            parameters.output.read(&work, &process.name, context)
+        });
+        made.map_err(
+            |failure| if failure.cancelled { failure } else { scratch.report(failure, &process, context) },
+        )
     }
 }
 
@@ -259,7 +305,7 @@ fn filled(pieces: &[Piece], inputs: &[(&str, String)], output: &str, manifest: &
     argument
 }
 
-/// The folders of a run; removed at the end of it, however it ends.
+/// The folders of a run; removed at the end of it, unless it fails and they are kept.
 struct Scratch {
     folder: tempfile::TempDir,
 }
@@ -268,6 +314,37 @@ struct Scratch {
 const WORK: &str = "work";
 
 impl Scratch {
+    /// The failure with the command that can be run by hand, in this folder if it is kept.
+    fn report(self, mut failure: Failure, process: &Process, context: &Context<'_>) -> Failure {
+        let shown = match context.kept_scratch().map(|kept| self.keep(kept)) {
+            Some(Ok(kept)) => {
+                let command = process.command_line_in(kept, WORK);
+                format!("its files are kept in {}; the command:\n{command}", kept.display())
+            }
+            Some(Err(error)) => {
+                format!("its files cannot be kept: {error}; the command:\n{}", process.command_line())
+            }
+            None => format!(
+                "the command (specula build --keep-scratch keeps its files):\n{}",
+                process.command_line()
+            ),
+        };
+        failure.chain.insert(1.min(failure.chain.len()), shown);
+        failure
+    }
+
+    /// Moves the folder to a place where it stays, instead of the one before it.
+    fn keep(self, place: &Path) -> io::Result<&Path> {
+        if place.exists() {
+            fs::remove_dir_all(place)?;
+        }
+        fs::create_dir_all(place.parent().unwrap_or(place))?;
+        fs::rename(self.folder.path(), place)?;
+        // Nothing is left to remove.
+        drop(self.folder.keep());
+        Ok(place)
+    }
+
     fn new(context: &Context<'_>) -> Result<Self, Failure> {
         let made =
             tempfile::Builder::new().prefix("exec-").tempdir_in(context.scratch()).and_then(|folder| {

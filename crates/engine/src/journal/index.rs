@@ -24,7 +24,7 @@ use crate::regular::replace_through;
 use crate::{Digest, read_file};
 
 /// To be changed with the tables. The number also shows another byte order.
-const MAGIC: u64 = 0x5350_4543_494e_0002;
+const MAGIC: u64 = 0x5350_4543_494e_0003;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]

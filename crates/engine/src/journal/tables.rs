@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::line::{Subject, Tag};
 use crate::platform::Stamp;
 use crate::store::Blob;
-use crate::{Digest, FileRead};
+use crate::{Digest, FileRead, ReadKind};
 
 /// For one key, at most this many results are remembered, with different contents of the files read.
 const RESULTS: usize = 8;
@@ -74,7 +74,7 @@ impl Span {
     }
 }
 
-/// A file or listing that was read.
+/// Something that was read.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ReadEntry {
@@ -99,8 +99,9 @@ const GONE: u32 = 2;
 const FAILED: u32 = 4;
 const WARNED: u32 = 8;
 const SHARED: u32 = 16;
-const LISTING: u32 = 2;
+const NAMES: u32 = 2;
 const THERE: u32 = 4;
+const LOOKUP: u32 = 8;
 const SETTLED: u32 = 2;
 
 /// A row of a table that is sorted by subject.
@@ -255,7 +256,12 @@ impl Tables {
             self.reads.push(ReadEntry {
                 digest: read.digest.map_or([0; 32], |digest| digest.0),
                 path: self.names.number(&read.path),
-                flags: flag(read.listing, LISTING) | flag(read.digest.is_some(), THERE),
+                flags: flag(read.digest.is_some(), THERE)
+                    | match read.kind {
+                        ReadKind::Content => 0,
+                        ReadKind::Names => NAMES,
+                        ReadKind::Lookup => LOOKUP,
+                    },
             });
         }
         ItemEntry {
@@ -447,14 +453,18 @@ impl<'a> LatestRecord<'a> {
         self.tables.blobs.get(self.entry.outputs.range()).unwrap_or_default()
     }
 
-    /// The files and listings that it read: the path as in the record, whether it is a listing, and its
-    /// digest.
-    pub(crate) fn reads(&self) -> impl Iterator<Item = (&'a str, bool, Option<Digest>)> + use<'a> {
+    /// What it read: the path as in the record, what was asked of it, and the digest of the answer.
+    pub(crate) fn reads(&self) -> impl Iterator<Item = (&'a str, ReadKind, Option<Digest>)> + use<'a> {
         let tables = self.tables;
         let reads = tables.reads.get(self.entry.reads.range()).unwrap_or_default();
         reads.iter().map(|read| {
             let digest = (read.flags & THERE != 0).then_some(Digest(read.digest));
-            (tables.names.get(read.path), read.flags & LISTING != 0, digest)
+            let kind = match read.flags {
+                flags if flags & LOOKUP != 0 => ReadKind::Lookup,
+                flags if flags & NAMES != 0 => ReadKind::Names,
+                _ => ReadKind::Content,
+            };
+            (tables.names.get(read.path), kind, digest)
         })
     }
 }

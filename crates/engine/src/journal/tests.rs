@@ -191,7 +191,7 @@ fn a_journal_is_the_same_with_and_without_its_index() {
     assert_eq!((with.size(), said(&with)), (without.size(), said(&without)));
     let latest_records = |journal: &Journal| {
         let of = |(subject, latest): (Subject, LatestRecord<'_>)| {
-            let reads = latest.reads().map(|(path, listing, digest)| (path.to_owned(), listing, digest));
+            let reads = latest.reads().map(|(path, kind, digest)| (path.to_owned(), kind, digest));
             let facts = (latest.key(), latest.is_gone(), latest.has_failed(), latest.milliseconds());
             (subject, facts, latest.outputs().to_vec(), reads.collect::<Vec<_>>(), latest.kind().to_owned())
         };

@@ -8,6 +8,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::files::{leads_to, normal};
+
 /// A name in a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Name {
@@ -56,11 +58,6 @@ impl BrokenLink {
         let why = std::fs::metadata(path).err().filter(|_| is_link)?.kind();
         Some(Self { path: path.into(), target: std::fs::read_link(path).ok()?, why })
     }
-
-    /// The absolute path that the link names.
-    pub(crate) fn destination(&self) -> PathBuf {
-        self.path.parent().unwrap_or(&self.path).join(&self.target)
-    }
 }
 
 impl fmt::Display for BrokenLink {
@@ -93,6 +90,11 @@ pub trait Folders {
     /// The first link on the way to a path that cannot be followed.
     fn broken_link(&self, _: &Path) -> Option<BrokenLink> {
         None
+    }
+
+    /// Where a path leads, links followed as far as they exist.
+    fn leads_to(&self, path: &Path) -> PathBuf {
+        normal(path)
     }
 }
 
@@ -127,6 +129,10 @@ impl Folders for DiskFolders {
 
     fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
         BrokenLink::on_the_way_to(path)
+    }
+
+    fn leads_to(&self, path: &Path) -> PathBuf {
+        leads_to(path)
     }
 }
 
@@ -166,13 +172,17 @@ impl Folders for RecordingFolders {
     }
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
-        // Not recorded: the folder for exports is the engine's own, and sources are recorded as they are listed
-        // or looked for.
+        // Not recorded, nor is where paths lead: the folder for exports is the engine's own, and everything else
+        // is listed or looked for as well.
         DiskFolders.real(path)
     }
 
     fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
         DiskFolders.broken_link(path)
+    }
+
+    fn leads_to(&self, path: &Path) -> PathBuf {
+        DiskFolders.leads_to(path)
     }
 }
 

@@ -25,7 +25,8 @@ use super::index::{ItemIndex, StageIndex};
 use super::search::Search;
 use super::source::{Asset, listed};
 use super::template::{self, Template};
-use crate::{Diagnostic, ItemKey, Product};
+use crate::files::lies_in;
+use crate::{Diagnostic, ItemKey, NamedPath, Product, ValueKind};
 
 /// The most items of a plan.
 const MOST_ITEMS: usize = 1_000_000;
@@ -53,6 +54,7 @@ pub(crate) type Assets = Vec<Vec<Asset>>;
 /// The files and folders of the source stages.
 pub(crate) fn assets(graph: &Graph, search: &mut Search<'_>) -> Arc<Assets> {
     search.errors.extend(linked_out(graph, search.folders));
+    search.errors.extend(graph.nodes.iter().flat_map(|node| exports_read(graph, node, search.folders)));
     let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(search));
     Arc::new(found.map(Option::unwrap_or_default).collect())
 }
@@ -89,6 +91,43 @@ pub(crate) fn expand(graph: &Graph, assets: &Assets, errors: &mut Vec<Diagnostic
     }
     add_files(graph, &known, &mut items, assets, errors);
     items
+}
+
+/// The errors of parameters that name something in the folder for exports.
+fn exports_read(graph: &Graph, node: &Node, folders: &dyn Folders) -> Vec<Diagnostic> {
+    let Some(configured) = &node.configured else { return Vec::new() };
+    let folder = graph.manifest.parent().unwrap_or(&graph.manifest);
+    let error = |named: NamedPath| {
+        let path = folder.join(&named.path);
+        if named.is_word && path == graph.out {
+            return None;
+        }
+        // Looked for, so that a link that is put there later is noticed.
+        let _ = folders.find(&path);
+        let what = if lies_in(&path, &graph.out, |path| folders.leads_to(path)) {
+            "is inside"
+        } else if named.is_read_whole && lies_in(&graph.out, &path, |path| folders.leads_to(path)) {
+            "contains"
+        } else {
+            return None;
+        };
+        let entry = node.parameters.get(named.parameter);
+        let span = entry.map_or(node.header.clone(), |entry| match &entry.value.kind {
+            ValueKind::Array(values) => {
+                values.get(named.index).map_or(entry.value.span.clone(), |value| value.span.clone())
+            }
+            _ => entry.value.span.clone(),
+        });
+        let shown = named.path.to_string_lossy();
+        let message = format!("{}: {shown:?} {what} \"out\", the folder for exports", named.parameter);
+        Some(Diagnostic::at(span, message).help(match what {
+            "contains" => "list the files and folders in it that are read",
+            _ => {
+                "connect the stage that makes the file instead, inputs = { NAME = \"STAGE\" }, or move the file"
+            }
+        }))
+    };
+    configured.named_paths().into_iter().filter_map(error).collect()
 }
 
 /// The folder for exports is inside the manifest's folder even when links are followed: a project that

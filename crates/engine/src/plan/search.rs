@@ -9,6 +9,7 @@ use super::folders::{BrokenLink, Folders, Found, Name};
 use super::glob::{Glob, is_ignored_file, is_ignored_folder};
 use super::source::{Asset, HOW_TO_READ_EXPORTS, Source, SourcePath, listed, resolved, unexpanded};
 use crate::Diagnostic;
+use crate::files::lies_in;
 use crate::spelling::Spelling;
 
 /// The most folders that one glob searches.
@@ -283,10 +284,9 @@ impl Source {
 
     /// The error of a path that leads into the folder for exports.
     fn in_out(&self, source: &SourcePath, path: &Path, folders: &dyn Folders) -> Diagnostic {
-        let real = folders
-            .real(path)
-            .map_or_else(String::new, |real| format!(": it leads to {}", self.shown(&real)));
-        let message = format!("{} is inside \"out\", the folder for exports{real}", self.shown(path));
+        let real = self.shown(&folders.leads_to(path));
+        let message =
+            format!("{} is inside \"out\", the folder for exports: it leads to {real}", self.shown(path));
         Diagnostic::at(source.span.clone(), message).help(HOW_TO_READ_EXPORTS)
     }
 
@@ -344,7 +344,7 @@ impl Source {
 
     /// Whether a path leads into the folder for exports when links are followed.
     fn leads_into_out(&self, path: &Path, folders: &dyn Folders) -> bool {
-        self.out.as_ref().is_some_and(|out| leads_into(path, out, folders))
+        self.out.as_ref().is_some_and(|out| lies_in(path, out, |path| folders.leads_to(path)))
     }
 
     /// What a link is that leads nowhere, for messages.
@@ -355,15 +355,5 @@ impl Source {
     /// The exclusion of a path, as it would be written.
     fn exclusion(&self, path: &Path) -> String {
         format!("!{}", path.strip_prefix(&self.base).unwrap_or(path).display())
-    }
-}
-
-/// Whether a path leads into a folder when links are followed; also if what it leads to does not exist yet.
-pub(crate) fn leads_into(path: &Path, folder: &Path, folders: &dyn Folders) -> bool {
-    let target = || folders.broken_link(path).map(|link| resolved(&link.destination()));
-    match (folders.real(path).or_else(target), folders.real(folder)) {
-        (Some(path), Some(folder)) => path.starts_with(folder),
-        (Some(path), None) => path.starts_with(resolved(folder)),
-        (None, _) => false,
     }
 }

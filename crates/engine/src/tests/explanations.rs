@@ -5,7 +5,7 @@ use std::fmt::Write;
 use expect_test::expect;
 
 use super::*;
-use crate::{Cause, FileState, Reason};
+use crate::{Cause, FileState, ReadKind, Reason};
 
 const PAIRS: &str = r#"
 schema = 1
@@ -284,7 +284,9 @@ fn verified(project: &Project, file: &str) -> String {
     };
     let current = if found.is_current() { "current" } else { "stale" };
     let mut text = format!("{file}: {current}, {content} result of {item}, made by {}\n", found.maker);
-    for source in found.sources.iter().filter(|source| !source.listing && source.old.is_some()) {
+    for source in
+        found.sources.iter().filter(|source| source.kind == ReadKind::Content && source.old.is_some())
+    {
         let is = if source.old == source.new { "as it was" } else { "changed" };
         let _ = writeln!(text, "  {is} {}", source.path);
     }

@@ -9,7 +9,7 @@ use crate::shared_cache::{Question, SharedCacheOptions, SharedResult};
 use crate::shared_results::{
     Description, MOST_READS, NamedFiles, ROUNDS, SharedBlobs, action, list, may_ask_for,
 };
-use crate::{Digest, ItemIndex, Timestamp};
+use crate::{Digest, ItemIndex, ReadKind, Timestamp};
 
 impl UpToDateCheck<'_> {
     /// Whether the result of an item was found in a shared cache in this build.
@@ -136,24 +136,24 @@ impl UpToDateCheck<'_> {
                         let record = result.record(key, &host, outputs, self.blank_record(item, key));
                         let is_good = |record: &Record| {
                             self.is_valid(item, false, &record.outputs, record.reads())
-                                && record.reads().all(|(path, listing, digest)| {
-                                    files.contains(&(path.to_owned(), listing, digest))
+                                && record.reads().all(|(path, kind, digest)| {
+                                    files.contains(&(path.to_owned(), kind, digest))
                                 })
                         };
                         found.extend(record.filter(is_good).map(|record| (item, record)));
                     }
                     Ok(Description::Reads(names)) => {
                         let source = self.source(item);
-                        let is_fine = |(path, _): &(String, bool)| {
+                        let is_fine = |(path, _): &(String, ReadKind)| {
                             may_ask_for(path, source.as_deref(), &options.programs)
                         };
                         if names.len() > MOST_READS || !names.iter().all(is_fine) {
                             continue;
                         }
                         let before = files.len();
-                        files.extend(names.into_iter().map(|(path, listing)| {
-                            let digest = self.current_digest(&path, listing);
-                            (path, listing, digest)
+                        files.extend(names.into_iter().map(|(path, kind)| {
+                            let digest = self.current_digest(&path, kind);
+                            (path, kind, digest)
                         }));
                         if files.len() > before {
                             further.push((item, key, files));
@@ -175,9 +175,9 @@ impl UpToDateCheck<'_> {
         let source = self.source(item).into_iter();
         source
             .flat_map(|path| {
-                [false, true].map(|listing| {
-                    let digest = self.current_digest(&path, listing);
-                    (path.clone(), listing, digest)
+                [ReadKind::Content, ReadKind::Names].map(|kind| {
+                    let digest = self.current_digest(&path, kind);
+                    (path.clone(), kind, digest)
                 })
             })
             .collect()

@@ -12,7 +12,8 @@ use std::path::{Component, Path, PathBuf};
 
 use super::probe::is_probe;
 use crate::plan::FolderQueries;
-use crate::{Plan, Source};
+use crate::programs::SearchPath;
+use crate::{Plan, ReadKind, Source};
 
 /// The most links that may follow each other, as on Linux.
 const MOST_LINKS: usize = 40;
@@ -49,6 +50,8 @@ pub(super) struct Places {
     searches: BTreeSet<PathBuf>,
     /// Folders of which a stage reads all names.
     listings: BTreeSet<PathBuf>,
+    /// Look-ups of programs.
+    lookups: HashSet<PathBuf>,
     sources: Vec<Source>,
     /// The paths that the engine itself writes to.
     own: Vec<PathBuf>,
@@ -89,11 +92,19 @@ impl Places {
         }
     }
 
-    /// Adds what items read, and whether each is a listing.
-    pub(super) fn add_reads<'a>(&mut self, reads: impl IntoIterator<Item = &'a (PathBuf, bool)>) {
-        for (path, listing) in reads {
+    /// Adds what items read.
+    pub(super) fn add_reads<'a>(&mut self, reads: impl IntoIterator<Item = &'a (PathBuf, ReadKind)>) {
+        let search_path = SearchPath::current();
+        for (path, kind) in reads {
+            if *kind == ReadKind::Lookup {
+                if self.lookups.insert(path.clone()) {
+                    let tried = path.file_name().map(|name| search_path.tried(name));
+                    tried.iter().flatten().for_each(|file| self.add_file(file));
+                }
+                continue;
+            }
             self.add_file(path);
-            if *listing {
+            if *kind == ReadKind::Names {
                 if let Some(real) = self.resolve(path) {
                     let watched = self.folders.entry(real).or_default();
                     watched.is_needed = true;
@@ -135,9 +146,13 @@ impl Places {
         self.folders.keys().filter_map(|folder| self.output_at(folder))
     }
 
-    /// Whether a file, or a listing of a folder, is among the places.
-    pub(super) fn have(&self, (path, listing): &(PathBuf, bool)) -> bool {
-        if *listing { self.listings.contains(path) } else { self.files.contains(path) }
+    /// Whether what was read is among the places.
+    pub(super) fn have(&self, (path, kind): &(PathBuf, ReadKind)) -> bool {
+        match kind {
+            ReadKind::Content => self.files.contains(path),
+            ReadKind::Names => self.listings.contains(path),
+            ReadKind::Lookup => self.lookups.contains(path),
+        }
     }
 
     /// Whether there is a place that others do not have.

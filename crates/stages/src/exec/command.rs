@@ -39,6 +39,11 @@ impl Command {
         self.0.iter().skip(1).map(|argument| argument.pieces.as_slice())
     }
 
+    /// Each argument for messages, and its pieces.
+    pub(crate) fn shown_arguments(&self) -> impl Iterator<Item = (String, &[Piece])> {
+        self.0.iter().skip(1).map(|argument| (shown(&argument.text), argument.pieces.as_slice()))
+    }
+
     /// The ports that the arguments name, each once.
     pub(crate) fn inputs(&self) -> Vec<&str> {
         let mut seen = HashSet::new();
@@ -52,14 +57,8 @@ impl Command {
 
     /// The command for messages: its beginning, on one line.
     pub(crate) fn name(&self) -> String {
-        /// A script in an argument is not shown in full.
-        const LONGEST: usize = 80;
         let texts: Vec<_> = self.0.iter().map(|argument| argument.text.as_str()).collect();
-        let text = texts.join(" ").replace(char::is_control, " ");
-        match text.char_indices().nth(LONGEST) {
-            Some((end, _)) => format!("`{}...`", &text[..end]),
-            None => format!("`{text}`"),
-        }
+        format!("`{}`", shown(&texts.join(" ")))
     }
 
     /// The mismatches with the ports that are connected.
@@ -141,6 +140,16 @@ impl Parameter for Command {
     }
 }
 
+/// The beginning of a text, on one line: a script in an argument is not shown in full.
+fn shown(text: &str) -> String {
+    const MAX_SHOWN: usize = 80;
+    let text = text.replace(char::is_control, " ");
+    match text.char_indices().nth(MAX_SHOWN) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
+    }
+}
+
 /// Whether a port may have this name, which becomes the name of a file.
 pub(super) fn is_word(name: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -148,7 +157,7 @@ pub(super) fn is_word(name: &str) -> bool {
 }
 
 /// The pieces of an argument, or the error and a hint.
-fn pieces(text: &str) -> Result<Vec<Piece>, (String, String)> {
+pub(super) fn pieces(text: &str) -> Result<Vec<Piece>, (String, String)> {
     let braces = || "write {{ or }} for a literal brace".to_owned();
     if text.contains('\0') {
         return Err(("an argument cannot hold a NUL".into(), "remove it".into()));

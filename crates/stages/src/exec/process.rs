@@ -11,14 +11,18 @@ use std::time::{Duration, Instant};
 use engine::{Context, Failure};
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
+use super::tools::Variable;
+
 /// A program to run.
 pub(super) struct Process {
     pub(super) program: PathBuf,
     pub(super) arguments: Vec<OsString>,
-    pub(super) environment: Vec<(OsString, OsString)>,
+    pub(super) environment: Vec<Variable>,
     /// The command for messages.
     pub(super) name: String,
     pub(super) limit: Duration,
+    /// The scratch folder.
+    pub(super) scratch: PathBuf,
 }
 
 /// The most bytes that a program may write to standard output, and to standard error.
@@ -82,12 +86,36 @@ impl Process {
         self.check_status(status, &output)
     }
 
+    /// The command for a shell, with its placeholders filled in.
+    pub(super) fn command_line(&self) -> String {
+        let words =
+            std::iter::once(self.program.as_os_str()).chain(self.arguments.iter().map(OsString::as_os_str));
+        words.map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The command for a shell, to be run in a scratch folder that was moved, with its environment. Values of
+    /// the user's variables are left to the user's shell: they may be secrets.
+    pub(super) fn command_line_in(&self, scratch: &Path, work: &str) -> String {
+        let mut line = format!("cd {} && env -i", quoted(&scratch.join(work).to_string_lossy()));
+        for Variable { name, value, is_shown } in &self.environment {
+            let name = name.to_string_lossy();
+            // The folders of the environment were moved, too.
+            let moved = Path::new(value).strip_prefix(&self.scratch).map(|inside| scratch.join(inside));
+            let value = moved.map_or_else(|_| value.clone(), PathBuf::into_os_string);
+            line += &match is_shown {
+                true => format!(" {name}={}", quoted(&value.to_string_lossy())),
+                false => format!(" {name}=\"${name}\""),
+            };
+        }
+        format!("{line} {}", self.command_line())
+    }
+
     fn start(&self, output: &[PathBuf; 2], work: &Path) -> Result<Box<dyn ChildWrapper>, Failure> {
         let [stdout, stderr] = output;
         let mut command = CommandWrap::with_new(&self.program, |_| {});
         let inner = command.command_mut();
         inner.args(&self.arguments).current_dir(work).stdin(Stdio::null());
-        inner.env_clear().envs(self.environment.iter().map(|(name, value)| (name, value)));
+        inner.env_clear().envs(self.environment.iter().map(|Variable { name, value, .. }| (name, value)));
         let files = File::create(stdout).and_then(|stdout| Ok((stdout, File::create(stderr)?)));
         let (stdout, stderr) =
             files.map_err(|error| self.failure("cannot be given files", error).system_error())?;
@@ -134,6 +162,15 @@ impl Process {
             None => failure,
         }
     }
+}
+
+/// A word for a shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_@%+=:,./-".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
 }
 
 fn too_long(output: &[PathBuf; 2]) -> Option<&'static str> {
@@ -196,6 +233,19 @@ mod tests {
         assert_eq!(readable("\x1b[1;31merror\x1b[0m:\ta\r\nb\x07\x1b]c"), "error:\ta\nb]c");
         assert_eq!(readable("10%\r20%\r"), "10%\n20%\n");
         assert_eq!(readable("\x1b["), "");
+    }
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        for (word, expected) in [
+            ("--lut=/a/b.cube", "--lut=/a/b.cube"),
+            ("", "''"),
+            ("a b", "'a b'"),
+            ("cp $0 \"$1\"", "'cp $0 \"$1\"'"),
+            ("it's", r"'it'\''s'"),
+        ] {
+            assert_eq!(quoted(word), expected);
+        }
     }
 
     #[test]

@@ -2,12 +2,14 @@
 //! variables.
 
 use std::env;
-use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
+use std::ffi::OsString;
+use std::path::{Component, Path, PathBuf};
 
 use engine::{Context, Diagnostic, Digest, Entry, Failure, Parameter, Value, ValueKind, unexpected};
 
 use super::command::{Command, Piece};
+use super::interpreter;
+use super::paths::{self, Mention};
 
 /// The home folder in the scratch folder.
 pub(super) const HOME: &str = "home";
@@ -81,18 +83,24 @@ impl Parameter for Platform {
     }
 }
 
+/// A variable of a program's environment.
+pub(super) struct Variable {
+    pub(super) name: OsString,
+    pub(super) value: OsString,
+    /// Whether messages may show the value: not if it is the user's.
+    pub(super) is_shown: bool,
+}
+
 /// The environment of a program.
-pub(super) fn environment(
-    variables: &Variables,
-    scratch: &Path,
-    context: &Context<'_>,
-) -> Vec<(OsString, OsString)> {
+pub(super) fn environment(variables: &Variables, scratch: &Path, context: &Context<'_>) -> Vec<Variable> {
     let kept = ["PATH", "SystemRoot", "SystemDrive", "ComSpec", "PATHEXT"];
     let kept = if cfg!(windows) { &kept[..] } else { &kept[..1] };
-    let mut environment: Vec<(OsString, OsString)> =
-        kept.iter().filter_map(|name| Some((name.into(), env::var_os(name)?))).collect();
+    let variable =
+        |name: &str, value: OsString, is_shown: bool| Variable { name: name.into(), value, is_shown };
+    let mut environment: Vec<Variable> =
+        kept.iter().filter_map(|name| Some(variable(name, env::var_os(name)?, false))).collect();
     for (name, folder) in [("HOME", HOME), ("TMPDIR", TEMPORARY), ("TEMP", TEMPORARY), ("TMP", TEMPORARY)] {
-        environment.push((name.into(), scratch.join(folder).into()));
+        environment.push(variable(name, scratch.join(folder).into(), true));
     }
     for (name, value) in [
         ("LANG", "C.UTF-8"),
@@ -102,82 +110,209 @@ pub(super) fn environment(
         // Otherwise running a script would change the folders of its modules.
         ("PYTHONDONTWRITEBYTECODE", "1"),
     ] {
-        environment.push((name.into(), value.into()));
+        environment.push(variable(name, value.into(), true));
     }
     for (name, value) in &variables.0 {
         match value {
-            Some(value) => environment.push((name.into(), value.clone())),
+            Some(value) => environment.push(variable(name, value.clone(), false)),
             None => context.warn(format!("the environment variable {name} is not set")),
         }
     }
     environment
 }
 
-/// The absolute path of the program's file. The file is read, so that another program reruns the item.
-///
-/// # Errors
-/// If there is none.
-pub(super) fn program(command: &Command, context: &Context<'_>) -> Result<PathBuf, Failure> {
-    let written = plain(command.program(), context).unwrap_or_default();
-    let name = Path::new(&written);
-    let file = if name.components().count() > 1 || name.is_absolute() {
-        context.resolve(name)
-    } else {
-        search(name, env::var_os("PATH").as_deref()).ok_or_else(|| {
-            Failure::new(format!("there is no program {:?} in PATH", name.display()))
-                .help("install it, or write its path in command; a program beside the manifest is \"./NAME\"")
-        })?
-    };
-    context.read(&file).map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
-    Ok(file)
+/// The files that a command line uses, as far as they can be told.
+pub(super) struct Tools<'t> {
+    command: &'t Command,
+    /// The parameter `tools`.
+    listed: &'t [String],
+    context: &'t Context<'t>,
+    /// What the user should know about the files that cannot be told.
+    warnings: Vec<String>,
 }
 
-/// Reads the files that arguments and `tools` name, so that editing one reruns the item.
+/// Reads everything that a command line and the parameter `tools` name, so that an edit of it reruns the
+/// item. Returns the absolute path of the program's file, and warnings of arguments that may name more.
 ///
 /// # Errors
-/// If a file or folder in `tools` cannot be read.
-pub(super) fn read(command: &Command, tools: &[String], context: &Context<'_>) -> Result<(), Failure> {
-    for pieces in command.arguments() {
-        if let Some(file) = named_file(pieces, context) {
-            context.read(&file)?;
-        } else if let Some(file) = absent(pieces, context) {
-            // The engine records that the file is missing, and reruns the item when it appears.
-            let _ = context.read(&file);
+/// If there is no such program, if something in `tools` cannot be read, or if one of the files is in the
+/// folder for exports.
+pub(super) fn read(
+    command: &Command,
+    tools: &[String],
+    context: &Context<'_>,
+) -> Result<(PathBuf, Vec<String>), Failure> {
+    let mut read = Tools { command, listed: tools, context, warnings: Vec::new() };
+    let program = read.program()?;
+    read.arguments()?;
+    read.listed()?;
+    Ok((program, read.warnings))
+}
+
+impl Tools<'_> {
+    /// The program's file and its interpreters.
+    fn program(&mut self) -> Result<PathBuf, Failure> {
+        let context = self.context;
+        let written = plain(self.command.program(), context).unwrap_or_default();
+        let name = Path::new(&written);
+        let file = if name.components().count() > 1 || name.is_absolute() {
+            context.resolve(name)
+        } else {
+            context.find_program(&written).map_err(|failure| {
+                failure.help(
+                    "install it, or write its path in command; a program beside the manifest is \"./NAME\"",
+                )
+            })?
+        };
+        let content = context.read(&file);
+        let content = content.map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
+        let mut is_known = interpreter::read_interpreters(&content, context)?;
+        if interpreter::is_env(&file) {
+            let words = self.command.arguments().map(|pieces| match pieces.first() {
+                Some(Piece::Text(text)) => text.as_str(),
+                _ => "",
+            });
+            is_known &= interpreter::read_started_by_env(words, context)?;
+        }
+        if !is_known && self.listed.is_empty() {
+            self.warnings.push(format!(
+                "{}: cannot tell which program env starts, so another one does not rerun the item: list its \
+                 file in tools = [...]",
+                self.command.name()
+            ));
+        }
+        Ok(file)
+    }
+
+    /// What the arguments name.
+    fn arguments(&mut self) -> Result<(), Failure> {
+        for (text, pieces) in self.command.shown_arguments() {
+            for mention in paths::mentions(pieces, self.context) {
+                match mention {
+                    Mention::Path(path) => self.named(&path, &text)?,
+                    Mention::Below(path) => self.warn_of_folder(&path, &text),
+                    Mention::Word(path) if !is_listed(&path, self.listed) => {
+                        let path = path.display();
+                        self.warnings.push(format!(
+                            "the argument {text:?} has the word {path}, a file of the project that is not \
+                             tracked: write {{folder}}/{path}, or list it in tools = [...]"
+                        ));
+                    }
+                    Mention::Word(_) => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A file or folder that an argument names. One that does not exist is recorded as missing, so that the
+    /// item reruns when it appears.
+    fn named(&mut self, path: &Path, argument: &str) -> Result<(), Failure> {
+        self.context.check_not_exported(path)?;
+        let file = self.context.resolve(path);
+        if file.is_dir() {
+            let mut left = MAX_FILES;
+            let is_read = !self.context.contains_exports(path)
+                && read_folder(path, &mut Vec::new(), &mut left, self.context)?;
+            if !is_read {
+                self.warn_of_folder(path, argument);
+            }
+            return Ok(());
+        }
+        match self.context.read(path) {
+            Err(failure) if file.is_file() || failure.cancelled => Err(failure),
+            _ => Ok(()),
         }
     }
-    for tool in tools {
-        let tool = Path::new(tool);
-        let read =
-            if context.is_folder(tool) { read_folder(tool, context) } else { context.read(tool).map(drop) };
-        read.map_err(|failure| failure.help("tools: paths are relative to the manifest"))?;
+
+    /// Warns of an argument that names an unknown part of a folder, unless `tools` lists the folder.
+    fn warn_of_folder(&mut self, folder: &Path, argument: &str) {
+        let is_project = folder.as_os_str().is_empty() || self.context.contains_exports(folder);
+        if if is_project { !self.listed.is_empty() } else { is_listed(folder, self.listed) } {
+            return;
+        }
+        let name = if is_project { "the manifest's folder".into() } else { folder.display().to_string() };
+        self.warnings.push(format!(
+            "the argument {argument:?} names {name}, but not what the program reads there, so an edit of \
+             that does not rerun the item: list the files and folders in tools = [...]"
+        ));
     }
-    Ok(())
+
+    /// The files and folders of the parameter `tools`.
+    fn listed(&self) -> Result<(), Failure> {
+        for tool in self.listed.iter().map(Path::new) {
+            let read = if self.context.is_folder(tool) {
+                let mut left = usize::MAX;
+                read_folder(tool, &mut Vec::new(), &mut left, self.context).map(drop)
+            } else {
+                self.context.read(tool).map(drop)
+            };
+            read.map_err(|failure| match failure.help {
+                Some(_) => failure,
+                None => failure.help("tools: paths are relative to the manifest"),
+            })?;
+        }
+        Ok(())
+    }
 }
 
-/// The file that an argument without input and output names, if it names one.
+/// Whether a path is among `tools`, or in a folder that is.
+fn is_listed(path: &Path, tools: &[String]) -> bool {
+    let plain =
+        |path: &Path| path.components().filter(|part| *part != Component::CurDir).collect::<PathBuf>();
+    tools.iter().any(|tool| plain(path).starts_with(plain(Path::new(tool))))
+}
+
+/// The file that a whole argument names, if it names one.
 pub(super) fn named_file(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
-    let argument =
-        plain(pieces, context).filter(|argument| !argument.as_encoded_bytes().starts_with(b"-"))?;
-    let path = context.resolve(Path::new(&argument));
-    (!argument.is_empty() && path.is_file()).then_some(path)
+    paths::whole(pieces).map(|path| context.resolve(&path)).filter(|path| path.is_file())
 }
 
-/// The missing file that an argument looks like.
+/// The missing file that an argument names.
 pub(super) fn absent(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
-    let argument = plain(pieces, context).filter(|argument| is_like_a_path(argument))?;
-    let path = context.resolve(Path::new(&argument));
-    (!path.exists()).then_some(path)
+    paths::mentions(pieces, context).into_iter().find_map(|mention| match mention {
+        Mention::Path(path) => Some(context.resolve(&path)).filter(|path| !path.exists()),
+        _ => None,
+    })
 }
 
-fn read_folder(folder: &Path, context: &Context<'_>) -> Result<(), Failure> {
+/// An argument that names a folder with more files than this has to say in `tools` which ones matter.
+const MAX_FILES: usize = 4096;
+
+/// Reads the files in a folder, at most as many as are left; returns whether those were all. `open` are the
+/// folders above it, so that a link to one of them is not followed for ever.
+fn read_folder(
+    folder: &Path,
+    open: &mut Vec<PathBuf>,
+    left: &mut usize,
+    context: &Context<'_>,
+) -> Result<bool, Failure> {
+    let path = context.resolve(folder);
+    let real = path.canonicalize().unwrap_or(path);
+    if open.contains(&real) {
+        return Ok(true);
+    }
+    open.push(real);
     for (name, is_folder) in context.list(folder)? {
         if name.starts_with('.') || name == "__pycache__" || name.ends_with(".pyc") {
             continue;
         }
+        context.check_cancelled()?;
         let path = folder.join(name);
-        if is_folder { read_folder(&path, context)? } else { drop(context.read(&path)?) }
+        let is_all = if is_folder {
+            read_folder(&path, open, left, context)?
+        } else if *left == 0 {
+            false
+        } else {
+            *left -= 1;
+            context.read(&path).map(|_| true)?
+        };
+        if !is_all {
+            return Ok(false);
+        }
     }
-    Ok(())
+    open.pop();
+    Ok(true)
 }
 
 /// An argument that is the same in every run; `None` if it holds an input or the output.
@@ -193,57 +328,11 @@ fn plain(pieces: &[Piece], context: &Context<'_>) -> Option<OsString> {
     Some(argument)
 }
 
-/// Whether an argument looks like a path: `tools/grade.py`, but not `--stops`, `0.5` or a script.
-fn is_like_a_path(argument: &OsStr) -> bool {
-    let Some(text) = argument.to_str() else { return false };
-    !text.starts_with('-')
-        && text.contains(['/', '.'])
-        && !text.contains(char::is_whitespace)
-        && text.parse::<f64>().is_err()
-}
-
-/// The first file of this name in the folders of PATH that can be run.
-fn search(name: &Path, path: Option<&OsStr>) -> Option<PathBuf> {
-    let endings = if cfg!(windows) { &["", ".exe", ".bat", ".cmd"][..] } else { &[""] };
-    let folders = path.map(|path| env::split_paths(path).collect::<Vec<_>>()).unwrap_or_default();
-    // A relative folder would depend on the working folder.
-    let folders = folders.iter().filter(|folder| folder.is_absolute());
-    let files = folders.flat_map(|folder| {
-        endings.iter().map(|ending| {
-            let mut file = folder.join(name).into_os_string();
-            file.push(ending);
-            PathBuf::from(file)
-        })
-    });
-    files.into_iter().find(|file| can_run(file))
-}
-
-#[cfg(unix)]
-fn can_run(file: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    std::fs::metadata(file).is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn can_run(file: &Path) -> bool {
-    file.is_file() && file.extension().is_some()
-}
-
 #[cfg(test)]
 mod tests {
     use engine::ValueKind;
 
     use super::*;
-
-    #[test]
-    fn a_missing_file_is_distinguished_from_other_words() {
-        for path in ["tools/grade.py", "grade.py", "./grade"] {
-            assert!(is_like_a_path(path.as_ref()), "{path}");
-        }
-        for word in ["grade", "0.5", "-1e-3", "--lut=a/b", "cp $0 ./b", ""] {
-            assert!(!is_like_a_path(word.as_ref()), "{word}");
-        }
-    }
 
     #[test]
     fn a_variables_value_is_part_of_the_key_by_its_digest() {
@@ -257,24 +346,5 @@ mod tests {
         let expected = [format!("CARGO_MANIFEST_DIR={digest}"), "SPECULA_NOT_SET".into()];
         assert_eq!(canonical, serde_json::json!(expected));
         assert!(names(&["A=b"]).is_err() && names(&[""]).is_err());
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn path_leads_to_the_first_file_that_can_be_run() {
-        use std::os::unix::fs::PermissionsExt;
-        let folder = tempfile::tempdir().unwrap();
-        let file = |name: &str, mode: u32| {
-            let path = folder.path().join(name);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(&path, "").unwrap();
-            std::fs::set_permissions(&path, PermissionsExt::from_mode(mode)).unwrap();
-            path
-        };
-        let (_, second, _) = (file("a/tool", 0o644), file("b/tool", 0o755), file("c/tool", 0o755));
-        let path = env::join_paths(["x", "a", "b", "c"].map(|name| folder.path().join(name))).unwrap();
-        assert_eq!(search("tool".as_ref(), Some(&path)), Some(second));
-        assert_eq!(search("other".as_ref(), Some(&path)), None);
-        assert_eq!(search("tool".as_ref(), None), None);
     }
 }

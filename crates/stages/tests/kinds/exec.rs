@@ -16,6 +16,9 @@ use tempfile::TempDir;
 
 use crate::fixture::{case, environment, exr, pixels, sky};
 
+#[cfg(unix)]
+mod tools;
+
 /// A manifest of one environment for each file, and a stage `graded` that its lines complete.
 fn manifest(graded: &str) -> String {
     format!(
@@ -82,10 +85,14 @@ impl Project {
     }
 
     fn build(&self) -> Built {
-        let events = Mutex::new(Vec::new());
         let options = BuildOptions { jobs: Some(2), keep_going: true, ..BuildOptions::default() };
+        self.build_plan(&self.plan().unwrap(), options)
+    }
+
+    fn build_plan(&self, plan: &Plan, options: BuildOptions) -> Built {
+        let events = Mutex::new(Vec::new());
         let record = |event| events.lock().unwrap().push(event);
-        let summary = engine::build(&self.plan().unwrap(), &options, &self.cancel, &record).unwrap();
+        let summary = engine::build(plan, &options, &self.cancel, &record).unwrap();
         // No scratch folder is left, whatever happened.
         let left: Vec<_> = fs::read_dir(self.path(".specula/tmp")).unwrap().collect();
         assert!(left.is_empty(), "{left:?}");

@@ -1,5 +1,6 @@
 use std::io::Cursor;
 
+use engine::ReadKind;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use sphere::{Cube, Face, LatLong, OpenExrCube, OpenExrLatLong};
@@ -107,7 +108,7 @@ fn a_folder_is_six_faces() {
     assert_eq!(ran.notes, ["layout cube: 8 x 48 pixels resampled to 32 x 16"]);
     // The engine knows every file and the listing.
     assert_eq!(ran.reads.iter().filter(|read| read.path.extension().is_some_and(|e| e == "exr")).count(), 6);
-    assert!(ran.reads.iter().any(|read| read.listing && read.digest.is_some()));
+    assert!(ran.reads.iter().any(|read| read.kind == ReadKind::Names && read.digest.is_some()));
     let environment = ran.artifact::<Environment>();
     for (index, face) in Face::ALL.into_iter().enumerate() {
         let colour = environment.0.radiance(Cube { edge: 1 }.direction(face, 0, 0));
