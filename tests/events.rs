@@ -86,10 +86,18 @@ fn every_line_of_a_watcher_is_what_the_schema_says() {
     }
 }
 
+fn removed() -> engine::Event {
+    engine::Event::Removed {
+        item: engine::ItemName { stage: "map".into(), key: engine::ItemKey::default() },
+        file: "a".into(),
+        because: engine::RemovalCause::SourceDeleted { path: "a.hdr".into() },
+    }
+}
+
 #[test]
 fn a_line_that_is_not_an_event_is_refused() {
     let schema = strict();
-    let line = serde_json::to_value(EventLine::now(engine::Event::Removed { file: "a".into() })).unwrap();
+    let line = serde_json::to_value(EventLine::now(removed())).unwrap();
     assert!(schema.is_valid(&line));
     for (key, value) in
         [("event", "gone".into()), ("v", "1".into()), ("file", Value::Null), ("more", 1.into())]

@@ -140,7 +140,10 @@ fn no_command_prints_the_name_of_a_file_raw() {
     assert!(clean(&project, &["cache", "verify"]).contains(r"iso\u{2066}x"));
     fs::remove_file(project.path(&format!("turned/{BIDIRECTIONAL}.toml"))).unwrap();
     project.write("turned/plain.toml", MATERIAL);
-    assert!(clean(&project, &["build"]).contains(r"removed  maps/bidi\u{202e}txt.exr"));
+    assert!(clean(&project, &["verify"]).contains(r"maps/bidi\u{202e}txt.exr: left over"));
+    let text = clean(&project, &["build", "--verbose"]);
+    assert!(text.contains(r"removed  maps/bidi\u{202e}txt.exr"), "{text}");
+    assert!(text.contains(r"turned/bidi\u{202e}txt.toml was "), "{text}");
 }
 
 #[test]

@@ -55,3 +55,21 @@ fn the_first_are_reported_and_the_others_counted_and_events_name_all() {
     let events = project.events(&[]);
     assert_eq!(events.iter().filter(|event| event["event"] == "failed").count(), 61);
 }
+
+#[test]
+fn nearly_equal_warnings_share_a_line_and_verbose_shows_each() {
+    let project = Project::new(MANIFEST);
+    project.write("root.toml", "model = \"lambert\"\nalbedo = 0.5\n");
+    for n in 0..60 {
+        project.write(&format!("bad/m{n:02}.toml"), &format!("model = \"lambert\"\nalbedo = {}.5\n", n + 1));
+    }
+    let warnings = |arguments: &[&str]| {
+        let stderr = project.ok(arguments).stderr;
+        stderr.lines().filter(|line| line.contains("warning  ")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let [built] = &warnings(&["build"])[..] else { panic!("one line stands for all") };
+    assert!(built.contains("material: 60 items: the material reflects more light"), "{built}");
+    assert!(built.ends_with("; for example [m00]"), "{built}");
+    assert_eq!(warnings(&["build", "-q"]), [built.as_str()], "the warnings of a build are repeated");
+    assert_eq!(warnings(&["build", "--verbose"]).len(), 60);
+}

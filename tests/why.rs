@@ -59,6 +59,23 @@ fn a_file_that_a_person_deleted_or_changed_is_in_the_first_line() {
 }
 
 #[test]
+fn digests_are_explained_by_the_files_behind_them() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    fs::copy(project.path("out/maps/chalk.exr"), project.path("out/maps/gold.exr")).unwrap();
+    let text = project.ok(&["explain", "out/maps/gold.exr"]).stdout;
+    let (studio, chalk) = ("assets/environments/studio.exr", "assets/materials/chalk.toml");
+    let copied = format!(", the result of map [studio, chalk], from {studio}, {chalk} (a build restores it)");
+    assert!(text.lines().next().unwrap().contains(&copied), "{text}");
+    let line = |begin: &str| text.lines().find(|line| line.trim().starts_with(begin)).unwrap().to_owned();
+    let of_gold = format!(", from {studio}, {GOLD}");
+    assert!(line("made ").ends_with(&format!(" maps/gold.exr{of_gold}")), "{text}");
+    assert!(line("input ").ends_with(&format!(" reflection = reflection [studio, gold]{of_gold}")), "{text}");
+    let artifact = project.ok(&["explain", "reflection [studio, gold]"]).stdout;
+    assert!(artifact.contains(&format!(" brdf = coefficients [gold], from {GOLD}\n")), "{artifact}");
+}
+
+#[test]
 fn a_result_from_the_cache_is_explained_with_its_cause_and_the_run_that_made_it() {
     let project = Project::small();
     let brass = "assets/materials/brass.toml";
@@ -215,9 +232,91 @@ fn a_copy_in_another_folder_is_recognised_and_an_old_one_is_stale() {
     let unknown = project.specula(&["verify", "assets/environments/studio.exr"]);
     assert_eq!(unknown.code, Some(2), "{unknown:?}");
     assert!(unknown.stderr.contains("hint: name an exported file"), "{}", unknown.stderr);
-    let folder = project.specula(&["verify", "out"]);
-    assert_eq!(folder.code, Some(2), "{folder:?}");
-    assert!(folder.stderr.contains("hint: name one of the files in this folder"), "{}", folder.stderr);
+    let folder = project.specula(&["verify", "assets/environments"]);
+    assert_eq!(folder.code, Some(0), "files that nothing published are no difference: {folder:?}");
+    assert!(folder.stdout.contains("studio.exr: not published by this manifest\n"), "{}", folder.stdout);
+}
+
+/// The last line of `specula verify` with these arguments, and its exit code.
+fn summary(project: &Project, arguments: &[&str]) -> (String, Option<i32>) {
+    let run = project.specula(&[&["verify"], arguments].concat());
+    (run.stdout.lines().last().unwrap_or_default().to_owned(), run.code)
+}
+
+#[test]
+fn all_of_out_is_verified_without_arguments() {
+    let project = Project::small();
+    assert_eq!(project.specula(&["verify"]).code, Some(1), "nothing is built yet");
+    project.ok(&["build"]);
+    let all = project.outputs().len();
+    assert_eq!(summary(&project, &[]), (format!("{all} files: {all} current"), Some(0)));
+
+    project.write("out/notes/mine.txt", "of somebody");
+    let noted = project.ok(&["verify"]).stdout;
+    assert!(noted.starts_with("notes/mine.txt: not published by this manifest\n"), "{noted}");
+    fs::remove_file(project.path("out/maps/gold.exr")).unwrap();
+    fs::write(project.path("out/maps/chalk.exr"), "altered").unwrap();
+    project.write("assets/materials/satin.toml", "model = \"lambert\"\nalbedo = 0.25\n");
+    fs::remove_file(project.path("assets/materials/chrome.toml")).unwrap();
+    project.write("assets/materials/brass.toml", "model = \"lambert\"\nalbedo = 0.5\n");
+    let run = project.specula(&["verify"]);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    for line in [
+        "maps/chalk.exr: ALTERED: its bytes are not those that were published",
+        "maps/satin.exr: stale: its sources have changed since (assets/materials/satin.toml)",
+        "maps/gold.exr: gone since it was published; a build restores it (map [studio, gold])",
+        "maps/brass.exr: not published yet (map [studio, brass])",
+        "maps/chrome.exr: left over: nothing exports it any more",
+        "notes/mine.txt: not published by this manifest",
+    ] {
+        assert!(run.stdout.lines().any(|found| found == line), "{line}\n{}", run.stdout);
+    }
+    let json = project.specula(&["verify", "--json"]);
+    assert_eq!(json.code, Some(1), "{json:?}");
+    let json: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+    let found = &json["verifications"];
+    assert_eq!((&json["v"], &json["current"]), (&1.into(), &false.into()));
+    assert_eq!(found["missing"][0]["item"]["key"]["material"], "brass", "{:#}", found["missing"]);
+    assert_eq!(found["unknown"], serde_json::json!(["notes/mine.txt"]));
+    assert!(found["left_over"].as_array().unwrap().contains(&"maps/chrome.exr".into()));
+    let altered = found["files"].as_array().unwrap().iter().find(|file| file["file"] == "maps/chalk.exr");
+    assert_eq!(altered.unwrap()["content"]["content"], "altered");
+
+    project.ok(&["build"]);
+    assert_eq!(summary(&project, &[]).1, Some(0), "the build has mended all of it");
+}
+
+#[test]
+fn folders_globs_and_several_files_are_verified() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let maps = project.outputs().keys().filter(|name| name.starts_with("maps/")).count();
+    let current = |count: usize| {
+        let files = if count == 1 { "file" } else { "files" };
+        (format!("{count} {files}: {count} current"), Some(0))
+    };
+    for arguments in
+        [&["out/maps"][..], &["maps"], &["maps/"], &["out/maps/*"], &["maps/*.exr"], &["**/maps/*"]]
+    {
+        assert_eq!(summary(&project, arguments), current(maps), "{arguments:?}");
+    }
+    let absolute = project.path("out/maps");
+    assert_eq!(summary(&project, &[absolute.to_str().unwrap()]), current(maps));
+    assert_eq!(summary(&project, &["maps/gold.exr", "out/lighting.json"]), current(2));
+    assert_eq!(summary(&project, &["maps/gold.exr", "out/maps/gold.exr"]), current(1), "it is one file");
+    support::copy_folder(&project.path("out/maps"), &project.path("copies"));
+    for arguments in [&["copies"][..], &["copies/*.exr"], &["cop*/*"]] {
+        assert_eq!(summary(&project, arguments), current(maps), "{arguments:?}");
+    }
+    fs::remove_dir_all(project.path("out/maps")).unwrap();
+    let gone = (format!("{maps} files: 0 current, {maps} gone"), Some(1));
+    for arguments in [&["out/maps"][..], &["maps"], &["out/maps/*"]] {
+        assert_eq!(summary(&project, arguments), gone, "{arguments:?}");
+    }
+    for arguments in [&["nowhere", "maps"][..], &["out/nothing*"], &["out/{"]] {
+        let run = project.specula(&[&["verify"], arguments].concat());
+        assert_eq!((run.code, run.stdout.as_str()), (Some(2), ""), "{run:?}");
+    }
 }
 
 #[test]

@@ -2,17 +2,13 @@
 
 mod values;
 
-use std::env;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use ::preview::{Mode, SubjectRequest};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 
-use crate::escape::escaped;
 use crate::exit::Exit;
-use crate::print;
 
 /// The usual name of a manifest.
 pub(crate) const MANIFEST: &str = "pipeline.toml";
@@ -31,26 +27,9 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
-impl Arguments {
-    /// The arguments of this process. A request for help, or an error, is printed and returned as an exit
-    /// code.
-    pub(crate) fn of_process() -> Result<Self, ExitCode> {
-        let typed = env::args_os().collect::<Vec<_>>();
-        Self::try_parse_from(&typed).map_err(|error| {
-            // clap colours what it quotes, so the arguments have to be escaped before clap sees them.
-            let shown = typed.iter().map(|argument| escaped(&argument.to_string_lossy()).into_owned());
-            match Self::try_parse_from(shown) {
-                Err(shown) if shown.kind() == error.kind() => _ = shown.print(),
-                _ => print::message(error.to_string().trim_end()),
-            }
-            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))
-        })
-    }
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Colour {
-    /// On a terminal, unless NO_COLOR is set
+    /// On a terminal, unless NO_COLOR, FORCE_COLOR, CLICOLOR_FORCE or CLICOLOR say otherwise
     Auto,
     Always,
     Never,
@@ -71,7 +50,7 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: CacheCommand,
     },
-    /// Check that an exported file matches its recipe, and that its sources have not changed since
+    /// Check that exported files match their recipes, and that their sources have not changed since
     Verify(VerifyArguments),
     /// Check the manifest, or check that outputs do not depend on the number of threads
     Check(CheckArguments),
@@ -171,6 +150,22 @@ impl Command {
         };
         Some(&mut manifest.manifest)
     }
+
+    /// What the command prints on standard output for programs, if `--json` asks for it.
+    pub(crate) fn json(&self) -> Option<JsonOutput> {
+        let (is_wanted, output) = match self {
+            Self::Build(BuildArguments { json, .. }) | Self::Watch(WatchArguments { json, .. }) => {
+                (*json, JsonOutput::Events)
+            }
+            Self::Inspect { json, .. } => (*json, JsonOutput::Object),
+            Self::Cache { command } => (command.query().json, JsonOutput::Object),
+            Self::Explain(ExplainArguments { query, .. })
+            | Self::Verify(VerifyArguments { query, .. })
+            | Self::Check(CheckArguments { query, .. }) => (query.json, JsonOutput::Object),
+            _ => return None,
+        };
+        is_wanted.then_some(output)
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -199,6 +194,23 @@ pub(crate) enum CacheCommand {
     },
 }
 
+/// What a command with `--json` prints on standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum JsonOutput {
+    /// One object.
+    Object,
+    /// A line for each event.
+    Events,
+}
+
+impl CacheCommand {
+    fn query(&self) -> &QueryArguments {
+        match self {
+            Self::Stats { query } | Self::Gc { query, .. } | Self::Verify { query } => query,
+        }
+    }
+}
+
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ManifestArgument {
     /// The manifest; if it is not named, the nearest of this folder and those around it
@@ -223,6 +235,10 @@ pub(crate) struct BuildArguments {
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
+    /// Run the stages and items that are named, or all, even if they are up to date; what they need is not
+    /// forced
+    #[arg(long)]
+    pub(crate) force: bool,
     /// The number of threads [default: one per processor]
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
@@ -244,7 +260,7 @@ pub(crate) struct BuildArguments {
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Also list the items that are up to date, all failures, and notes about results
+    /// Also list the items that are up to date, all warnings and failures, and notes about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Show warnings and failures, and nothing else
@@ -343,6 +359,9 @@ pub(crate) struct WatchArguments {
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
+    /// In the first build, run these stages and items, or all, even if they are up to date
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -373,7 +392,7 @@ pub(crate) struct WatchingArguments {
     #[arg(long, value_name = "MS", num_args = 0..=1, default_missing_value = "500",
           value_parser = clap::value_parser!(u64).range(10..=3_600_000))]
     pub(crate) poll: Option<u64>,
-    /// List every item and every file
+    /// List every item, file and warning
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Keep at most this much of decoded artifacts in memory, such as 512MiB; 0 keeps none
@@ -515,8 +534,10 @@ pub(crate) struct ExplainArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct VerifyArguments {
-    /// A file in the output folder, or a copy of one in any place
-    pub(crate) file: PathBuf,
+    /// Files in the output folder, or copies of them in any place; folders and globs stand for the files in
+    /// them [default: the whole output folder]
+    #[arg(value_name = "FILE|FOLDER|GLOB")]
+    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) query: QueryArguments,
 }

@@ -5,18 +5,20 @@ use std::time::Duration;
 use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
 use parking_lot::Mutex;
 
-use crate::arguments::BuildArguments;
+use crate::arguments::{BuildArguments, JsonOutput};
 use crate::build_reporter::BuildReporter;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
+use crate::manifest;
 use crate::print::{EventStream, say};
 use crate::remote_options::shared_cache;
 use crate::timings::{self, Timeline};
-use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.manifest, kinds)?;
     let options = BuildOptions {
         stages: arguments.stages.clone(),
+        force: arguments.force,
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
@@ -41,19 +43,22 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exi
             reporter.show(&event);
         }
     };
-    let summary = engine::build(&plan, &options, &cancel, &events).map_err(|error| {
-        reporter.show_failures();
-        print::failure(error)
-    })?;
+    let summary =
+        engine::build(&plan, &options, &cancel, &events).inspect_err(|_| reporter.show_failures())?;
     if !arguments.json {
         reporter.summarise(&summary, &plan.out);
     }
     let timeline = timeline.map(Mutex::into_inner);
-    let is_written = timeline.is_none_or(|timeline| write_timings(timeline, arguments));
-    Ok(match exit_of(&summary) {
-        Exit::Success if stream.failed() || !is_written => Exit::System,
-        exit => exit,
-    })
+    let written = timeline.map_or(Ok(()), |timeline| write_timings(timeline, arguments));
+    match (exit_of(&summary), written) {
+        (Exit::Success, Ok(())) if stream.failed() => Ok(Exit::System),
+        (Exit::Success, written) => written.map(|()| Exit::Success),
+        // The items' failures decide the exit code.
+        (exit, written) => Ok(written.err().map_or(exit, |error| {
+            error.report(arguments.json.then_some(JsonOutput::Events));
+            exit
+        })),
+    }
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.
@@ -65,20 +70,15 @@ fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     }
 }
 
-/// Writes the files of `--timings`; returns whether that succeeded.
-fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> bool {
+/// Writes the files of `--timings`.
+fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> Result<(), CommandError> {
     let beside = || arguments.manifest.manifest.with_file_name(".specula");
     let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
-    match timings::write(timeline, &folder) {
-        Ok([page, trace]) => {
-            say!("Wrote timings to {}, and for Perfetto to {}.", page.display(), trace.display());
-            true
-        }
-        Err((path, error)) => {
-            say!("error: cannot write timings to {}: {error}", path.display());
-            false
-        }
-    }
+    let [page, trace] = timings::write(timeline, &folder).map_err(|(path, error)| {
+        CommandError::system(format!("cannot write timings to {}", path.display()), &error)
+    })?;
+    say!("Wrote timings to {}, and for Perfetto to {}.", page.display(), trace.display());
+    Ok(())
 }
 
 /// The exit code of a build.

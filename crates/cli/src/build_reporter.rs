@@ -1,5 +1,6 @@
-//! The build as a person sees it: a progress bar, a line for each event, a summary at the end. If thousands
-//! of items fail, the first are shown and the others counted, unless `--verbose` asks for all of them.
+//! The build as a person sees it: a progress bar, a line for each event, a summary at the end. Warnings are
+//! shown together before it. If thousands of items fail, the first are shown and the others counted, unless
+//! `--verbose` asks for all of them.
 
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -13,7 +14,9 @@ use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
 use crate::quantity::{count, duration, size};
 use crate::reasons;
+use crate::removals::Removals;
 use crate::screen::Screen;
+use crate::warning_groups::WarningGroups;
 
 /// Turns events into lines on standard error.
 pub(crate) struct BuildReporter {
@@ -30,6 +33,8 @@ struct State {
     elsewhere: HashMap<ItemName, String>,
     failures: Vec<(ItemName, Vec<String>, Option<String>)>,
     skipped: Vec<(ItemName, Option<ItemName>)>,
+    removals: Removals,
+    warnings: WarningGroups,
 }
 
 impl BuildReporter {
@@ -97,9 +102,10 @@ impl BuildReporter {
                 self.line(&duration(*milliseconds), format_args!("{item}{at}{same}"));
                 self.screen.ended(item);
             }
-            Event::Warning { item, message } => {
+            Event::Warning { item, message } if self.verbose => {
                 self.important("warning", format_args!("{item}: {message}"));
             }
+            Event::Warning { item, message } => self.state().warnings.add(item, message),
             Event::Note { item, message } => {
                 if self.verbose {
                     self.line("note", format_args!("{item}: {message}"));
@@ -126,8 +132,11 @@ impl BuildReporter {
                     self.line("published", file);
                 }
             }
-            Event::Removed { file } => {
-                self.line(if self.dry_run { "would remove" } else { "removed" }, file);
+            Event::Removed { file, because, .. } => {
+                if self.verbose {
+                    self.line(if self.dry_run { "would remove" } else { "removed" }, file);
+                }
+                self.state().removals.add(because, file);
             }
             Event::Ended(_) => self.screen.clear(),
             // Only a watcher sends these.
@@ -142,7 +151,7 @@ impl BuildReporter {
         }
     }
 
-    /// The end of a build: the failures in full, then one paragraph of counts.
+    /// The end of a build: the warnings, the failures in full, then one paragraph of counts.
     pub(crate) fn summarise(&self, summary: &Summary, out: &Path) {
         self.show_failures();
         if self.quiet && summary.failed == 0 && !summary.cancelled {
@@ -153,10 +162,16 @@ impl BuildReporter {
         }
     }
 
-    /// Removes the bar, and shows the failures so far in full.
+    /// Removes the bar, and shows why files were removed, the warnings, and the failures so far in full.
     pub(crate) fn show_failures(&self) {
         self.screen.close();
-        let state = self.state();
+        let mut state = self.state();
+        for line in state.removals.take_lines(if self.dry_run { "would be removed" } else { "removed" }) {
+            self.line("", line);
+        }
+        for line in state.warnings.take_lines() {
+            self.important("warning", line);
+        }
         let mut skipped = HashMap::<_, Vec<_>>::new();
         for (item, because) in &state.skipped {
             skipped.entry(because.as_ref()).or_default().push(item.to_string());

@@ -7,12 +7,13 @@ use engine::{Error, ItemName, LockTimeout};
 use serde_json::json;
 
 use crate::arguments::{CacheCommand, QueryArguments};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print::{self, say};
 use crate::quantity::{count, size};
 use crate::reasons::short;
 
-pub(crate) fn run(command: &CacheCommand) -> Result<Exit, Exit> {
+pub(crate) fn run(command: &CacheCommand) -> Result<Exit, CommandError> {
     let result = match command {
         CacheCommand::Stats { query } => cache::stats(folder(query)).map(|stats| match query.json {
             true => print::json(json!(stats)),
@@ -28,7 +29,7 @@ pub(crate) fn run(command: &CacheCommand) -> Result<Exit, Exit> {
         }
         CacheCommand::Verify { query } => verify(folder(query), query.json),
     };
-    result.map_err(print::failure)
+    Ok(result?)
 }
 
 fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {

@@ -9,13 +9,14 @@ use engine::{Cancel, Determinism, Event, Kinds, Plan};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::say;
 use crate::quantity::{count, duration};
 use crate::{build, manifest, print};
 
-pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.query.manifest, kinds)?;
     if !arguments.determinism {
         return Ok(describe_plan(arguments, &plan));
@@ -45,8 +46,7 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, Exi
         }
         _ => {}
     };
-    let found = engine::determinism(&plan, &arguments.stages, &threads, &cancel, &events);
-    let found = found.map_err(print::failure)?;
+    let found = engine::determinism(&plan, &arguments.stages, &threads, &cancel, &events)?;
     let printed = match arguments.query.json {
         true => print::json(json!({ "proven": found.is_proven(), "determinism": found })),
         false => print::data(&describe(&found)),

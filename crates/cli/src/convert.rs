@@ -10,6 +10,7 @@ use engine::Kinds;
 
 use crate::arguments::ConvertArguments;
 use crate::assets::{self, Assets};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::one_build;
 use crate::print;
@@ -28,11 +29,8 @@ struct Request {
     conversion: Conversion,
 }
 
-pub(crate) fn run(arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, Exit> {
-    let request = Request::of(arguments).map_err(|error| {
-        print::error(&[error], None);
-        Exit::Usage
-    })?;
+pub(crate) fn run(arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
+    let request = Request::of(arguments).map_err(|error| CommandError::usage([error]))?;
     if arguments.manifest {
         let source = assets::source_of(&request.files, Path::new(""));
         let path =
@@ -92,12 +90,9 @@ impl Request {
     }
 }
 
-fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let files: Result<Vec<_>, _> = request.files.iter().map(std::path::absolute).collect();
-    let files = files.map_err(|error| {
-        print::error(&["cannot find the current folder".into(), error.to_string()], None);
-        Exit::System
-    })?;
+    let files = files.map_err(|error| CommandError::system("cannot find the current folder", &error))?;
     let path = if request.is_folder { "{environment}" } else { "converted" };
     let text = |folder: &Path| request.conversion.manifest(&assets::source_of(&files, folder), path);
     let place = |file: &str| place(file, &arguments.output, request.is_folder);

@@ -7,14 +7,12 @@ use containers::{is_babylon_env, read_babylon_polynomial, read_gltf_irradiance};
 use sh::Lighting;
 
 use crate::arguments::ConvertShArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print::{self, say};
 
-pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, Exit> {
-    let failed = |chain: &[String], help: Option<&str>| {
-        print::error(chain, help);
-        Exit::Usage
-    };
+pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, CommandError> {
+    let failed = |chain: &[String], help: Option<&str>| CommandError::usage(chain).with_help(help);
     let ConvertShArguments { input, from, to, output } = arguments;
     let known = || Preset::ALL.map(Preset::name).join(", ");
     let preset = |name: &str| {
@@ -50,10 +48,8 @@ pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, Exit> {
     };
     let written = written.map_err(|error| failed(&[error.to_string()], None))?;
     let Some(output) = output else { return Ok(print::data(&String::from_utf8_lossy(&written))) };
-    engine::replace_file(output, &written).map_err(|error| {
-        print::error(&[format!("cannot write {}", output.display()), error.to_string()], None);
-        Exit::System
-    })?;
+    engine::replace_file(output, &written)
+        .map_err(|error| CommandError::system(format!("cannot write {}", output.display()), &error))?;
     say!("Wrote {}.", output.display());
     Ok(Exit::Success)
 }

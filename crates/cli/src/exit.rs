@@ -12,7 +12,7 @@ pub enum Exit {
     Failed = 1,
     /// 2: the command line is not valid, or names something that does not exist.
     Usage = 2,
-    /// 3: the manifest has errors or does not exist; nothing ran.
+    /// 3: the manifest or `specula.toml` has errors, or the manifest does not exist; nothing ran.
     Manifest = 3,
     /// 4: a system error: a folder that cannot be written, a full disk, another process at work in the
     /// folder, no display for a window. This code wins if items failed for other reasons too.
@@ -29,7 +29,8 @@ impl Exit {
   1    items failed, and their last good outputs stay; or a check found damage, a stale or
        altered file, or outputs that differ
   2    the command line is not valid, or names something that does not exist
-  3    the manifest has errors or does not exist; nothing ran
+  3    the manifest or specula.toml has errors, or the manifest does not exist; nothing
+       ran
   4    a system error, even if items failed for other reasons too: a folder that cannot be
        written, a full disk, another process at work, no display
   130  stopped by Ctrl-C; watch and the preview's window exit with 0 instead";

@@ -2,19 +2,22 @@
 
 use std::fmt::Write;
 
-use engine::{Cause, Explanation, FileState, FromCache, ItemName, Kinds, LastRun, Place, ReadKind};
+use engine::{
+    Cause, Explanation, FileState, FromCache, InputOrigin, ItemName, Kinds, LastRun, Place, ReadKind,
+};
 use serde_json::json;
 
 use crate::arguments::ExplainArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::lists::list;
+use crate::lists::{NAMED, list};
 use crate::print::say;
 use crate::reasons::{cause, dated, lines, origin, short};
 use crate::{manifest, print, quantity};
 
-pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.query.manifest, kinds)?;
-    let explanations = engine::explain(&plan, &arguments.target).map_err(print::failure)?;
+    let explanations = engine::explain(&plan, &arguments.target)?;
     if arguments.query.json {
         return Ok(print::json(json!({ "items": explanations })));
     }
@@ -95,7 +98,7 @@ fn full(explanation: &Explanation, manifest: &str) -> String {
         }
     }
     if let Some(last) = &explanation.last {
-        text += &describe_run(last, explanation.would_run, manifest);
+        text += &describe_run(last, explanation, manifest);
     }
     for file in &explanation.files {
         let digest = short(file.digest.as_ref());
@@ -108,15 +111,23 @@ fn state(state: &FileState) -> String {
     match state {
         FileState::AsPublished => "as published".into(),
         FileState::Gone => "gone since it was published (a build restores it)".into(),
-        FileState::Altered { digest, modified } => format!(
-            "changed by another program since it was published, now {} (a build restores it)",
-            dated(digest.as_ref(), *modified)
+        FileState::Altered { digest, modified, made_by } => format!(
+            "changed by another program since it was published, now {}{} (a build restores it)",
+            dated(digest.as_ref(), *modified),
+            made_by.as_ref().map_or_else(String::new, |origin| {
+                format!(", the result of {}{}", origin.item, from(&origin.sources))
+            })
         ),
         FileState::NeverPublished => "not published yet".into(),
     }
 }
 
-fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
+/// `, from assets/environments/sky.exr, assets/materials/gold.toml`
+fn from(sources: &[String]) -> String {
+    if sources.is_empty() { String::new() } else { format!(", from {}", list(sources, ", ", NAMED)) }
+}
+
+fn describe_run(run: &LastRun, explanation: &Explanation, manifest: &str) -> String {
     let mut text = match &run.from_cache {
         None => match &run.place {
             Some(Place::Worker { host, name }) => format!("  last ran on {name} of {host}"),
@@ -137,7 +148,7 @@ fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
     if let (Some(Place::Here { because }), None) = (&run.place, &run.from_cache) {
         let _ = writeln!(text, "    on no other machine, because {because}");
     }
-    if would_run {
+    if explanation.would_run {
         for first in &run.causes {
             let _ = writeln!(text, "    because {}", cause(first));
         }
@@ -145,8 +156,9 @@ fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
     if run.causes.iter().any(|cause| cause.chain.len() > 1) {
         let _ = writeln!(text, "    what changed for the item itself: {}", lines(&run.reasons).join("; "));
     }
-    for input in &run.inputs {
-        let _ = writeln!(text, "    input {} {} = {}", short(Some(&input.digest)), input.port, input.item);
+    for InputOrigin { used, sources } in &run.inputs {
+        let digest = short(Some(&used.digest));
+        let _ = writeln!(text, "    input {digest} {} = {}{}", used.port, used.item, from(sources));
     }
     for read in &run.reads {
         if read.kind == ReadKind::Lookup {
@@ -158,8 +170,12 @@ fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
         let time = read.modified.map_or_else(String::new, |time| format!(", changed {time}"));
         let _ = writeln!(text, "    {what} {} {}{time}", short(read.digest.as_ref()), read.path);
     }
-    for digest in &run.results {
-        let _ = writeln!(text, "    made {}", short(Some(digest)));
+    for (output, digest) in run.results.iter().enumerate() {
+        let file = explanation.outputs.get(output).map_or_else(String::new, |file| format!(" {file}"));
+        // Only what is published is in `files`.
+        if file.is_empty() || explanation.files.iter().any(|known| known.file == file[1..]) {
+            let _ = writeln!(text, "    made {}{file}{}", short(Some(digest)), from(&run.sources));
+        }
     }
     for warning in &run.warnings {
         let _ = writeln!(text, "    warning: {warning}");

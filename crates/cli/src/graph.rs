@@ -3,11 +3,12 @@
 use engine::{Kinds, Plan, Product};
 
 use crate::arguments::{GraphArguments, GraphFormat};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::quantity::count;
 use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.manifest, kinds)?;
     Ok(print::data(&draw(&plan, arguments.format)))
 }

@@ -19,6 +19,7 @@ use serde_json::{Value, json};
 use sh::Expansion;
 
 use self::facts::{Facts, range};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print;
 
@@ -27,11 +28,8 @@ const IMAGE_FRAME: &str = "row 0 is the top of the image; the file does not say 
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
 /// Describes a file. With a `picture`, a material or a BRDF table is drawn to that file too.
-pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<Exit, Exit> {
-    let failed = |chain: &[String], help: Option<&str>| {
-        print::error(chain, help);
-        Exit::Usage
-    };
+pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<Exit, CommandError> {
+    let failed = |chain: &[String], help: Option<&str>| CommandError::usage(chain).with_help(help);
     let bytes = engine::read_file(file)
         .map_err(|error| failed(&[format!("cannot read {}: {error}", file.display())], None))?;
     let material = material::read(file, &bytes).transpose();

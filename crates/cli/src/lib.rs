@@ -14,9 +14,11 @@ mod build;
 mod build_reporter;
 mod cache;
 mod check;
+mod command_error;
 mod completions;
 mod convert;
 mod convert_sh;
+mod drawn_errors;
 mod escape;
 mod exit;
 mod explain;
@@ -32,18 +34,22 @@ mod panics;
 mod png_file;
 mod preview;
 mod print;
+mod process_arguments;
 mod quantity;
 mod reasons;
 mod remote_options;
+mod removals;
 mod run_item;
 mod sample;
 mod schema;
 mod screen;
+mod settings;
 mod standard_pipeline;
 mod terminal;
 mod test_pattern;
 mod timings;
 mod verify;
+mod warning_groups;
 mod watch;
 mod watch_reporter;
 mod working_folder;
@@ -53,12 +59,13 @@ use std::process::ExitCode;
 use engine::Kinds;
 
 use crate::arguments::{Arguments, Command};
+use crate::command_error::CommandError;
 
 pub use crate::exit::Exit;
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
-    match Arguments::of_process() {
+    match process_arguments::parse() {
         Ok(arguments) => panics::reported_once(|| run(arguments, &kinds)).into(),
         Err(exit) => exit,
     }
@@ -66,12 +73,13 @@ pub fn main(kinds: Kinds) -> ExitCode {
 
 fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
     let Arguments { working_folder, color, mut command } = arguments;
+    let json = command.json();
     terminal::want_colour(color);
     if let Some(folder) = working_folder
         && let Err(error) = working_folder::enter(&folder)
     {
-        print::error(&[format!("cannot work in {}: {error}", folder.display())], None);
-        return Exit::Usage;
+        let message = format!("cannot work in {}: {error}", folder.display());
+        return CommandError::usage([message]).report(json);
     }
     if let Some(manifest) = command.manifest_mut() {
         manifest::find(manifest);
@@ -80,7 +88,10 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Build(arguments) => build::run(&arguments, kinds),
         Command::Watch(arguments) if arguments.preview => Ok(preview::run_with_watch(&arguments, kinds)),
         Command::Watch(arguments) => Ok(watch::run(&arguments, kinds)),
-        Command::Preview(arguments) => preview::run(&arguments, kinds),
+        Command::Preview(arguments) => {
+            let (Ok(exit) | Err(exit)) = preview::run(&arguments, kinds);
+            Ok(exit)
+        }
         Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),
@@ -98,7 +109,5 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::RunItem { item } => run_item::run(&item, kinds),
         Command::Man { folder } => Ok(completions::write_manual(&folder)),
     };
-    // A command that cannot continue returns its exit code as an error.
-    let (Ok(exit) | Err(exit)) = result;
-    exit
+    result.unwrap_or_else(|error| error.report(json))
 }

@@ -8,8 +8,9 @@ use engine::{BuildOptions, Cancel, Event, Kinds, Plan};
 use crate::arguments::MANIFEST;
 use crate::build::{exit_of, stop_on_interrupt};
 use crate::build_reporter::BuildReporter;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::print::{self, say};
+use crate::print::say;
 use crate::quantity::count;
 
 /// Builds a manifest in a temporary folder, and moves what it made to its places, where each file appears as
@@ -19,11 +20,8 @@ pub(crate) fn build(
     kinds: &Kinds,
     output: &Path,
     place: impl Fn(&str) -> PathBuf,
-) -> Result<Exit, Exit> {
-    let failed = |what: String, error: std::io::Error| {
-        print::error(&[what, error.to_string()], None);
-        Exit::System
-    };
+) -> Result<Exit, CommandError> {
+    let failed = |what: String, error: std::io::Error| CommandError::system(what, &error);
     let folder = tempfile::Builder::new().prefix("specula-").tempdir();
     let folder = folder.map_err(|error| failed("cannot create a temporary folder".into(), error))?;
     let manifest = folder.path().join(MANIFEST);
@@ -31,12 +29,14 @@ pub(crate) fn build(
         .map_err(|error| failed(format!("cannot write {}", manifest.display()), error))?;
     let plan = Plan::load(&manifest, kinds).map_err(|diagnostics| {
         // The options are the parameters: whoever typed them knows no manifest.
-        for diagnostic in diagnostics.shown() {
+        let mut errors = diagnostics.shown().iter().map(|diagnostic| {
             let parts = [Some(&diagnostic.message), diagnostic.expected.as_ref()];
             let chain: Vec<String> = parts.into_iter().flatten().cloned().collect();
-            print::error(&chain, diagnostic.help.as_deref());
-        }
-        Exit::Usage
+            CommandError::usage(chain).with_help(diagnostic.help.as_deref())
+        });
+        let last = errors.next_back();
+        errors.for_each(|error| _ = error.print());
+        last.unwrap_or_else(|| CommandError::manifest(diagnostics.clone()))
     })?;
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
@@ -44,7 +44,7 @@ pub(crate) fn build(
     let reporter = BuildReporter::quiet();
     let summary = engine::build(&plan, &options, &cancel, &|event: Event| reporter.show(&event));
     reporter.show_failures();
-    let summary = summary.map_err(print::failure)?;
+    let summary = summary?;
     let mut written = 0;
     for item in plan.items.iter() {
         let made: Vec<_> = item.files.iter().filter(|file| plan.out.join(file).exists()).collect();

@@ -33,6 +33,7 @@ use self::subject::SubjectError;
 #[cfg(feature = "window")]
 use crate::arguments::Backend;
 use crate::arguments::{MANIFEST, ManifestArgument, PreviewArguments, WatchArguments};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 #[cfg(not(feature = "window"))]
 use crate::print::say;
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
         manifest.manifest.clone_from(&project.manifest);
         screenshots = SCREENSHOTS.into();
     }
-    let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds)?);
+    let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds).map_err(CommandError::print)?);
     if catalog.is_empty() {
         subject::nothing_to_preview(&manifest.manifest, &[]).print();
         return Err(Exit::Manifest);
@@ -97,6 +98,7 @@ fn open(
         let watched = WatchArguments {
             stages: project.stages,
             manifest: ManifestArgument { manifest: project.manifest },
+            force: false,
             json: false,
             once: false,
             keep_scratch: false,

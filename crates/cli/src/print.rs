@@ -6,7 +6,7 @@
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use engine::{Error, Event, EventLine};
+use engine::{Event, EventLine};
 use serde_json::Value;
 
 use crate::escape::{Painted, escaped, escaped_json};
@@ -83,15 +83,6 @@ impl EventStream {
     /// Whether events were lost because they could not be written.
     pub(crate) fn failed(&self) -> bool {
         self.failed.load(Ordering::Relaxed)
-    }
-}
-
-/// Reports an error of the engine that stopped a whole command, and returns the exit code.
-pub(crate) fn failure(failure: Error) -> Exit {
-    error(failure.chain(), failure.help());
-    match failure.kind() {
-        engine::ErrorKind::UnknownTarget => Exit::Usage,
-        _ => Exit::System,
     }
 }
 

@@ -65,6 +65,7 @@ pub(crate) fn line(reason: &Reason) -> String {
         Reason::Kind { old, new } => format!("the kind was {old} and is {new}"),
         Reason::ResultLost => "its stored result is gone or damaged".into(),
         Reason::Returned => "it was removed and is back".into(),
+        Reason::Forced => "forced by --force".into(),
     }
 }
 

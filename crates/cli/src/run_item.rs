@@ -4,12 +4,13 @@ use std::path::Path;
 
 use engine::Kinds;
 
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print;
 
-pub(crate) fn run(item: &Path, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(item: &Path, kinds: &Kinds) -> Result<Exit, CommandError> {
     let folder = item.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    match engine::run_item(folder, kinds).map_err(print::failure)? {
+    match engine::run_item(folder, kinds)? {
         None => Ok(Exit::Success),
         Some(failure) => {
             print::error(&failure.chain, failure.help.as_deref());

@@ -23,14 +23,33 @@ pub(crate) fn want_colour(colour: Colour) {
     let _ = COLOUR.set(colour);
 }
 
-/// Whether messages have colours: as `--color` says, or on a terminal, unless `NO_COLOR` is set.
+/// Whether messages have colours: as the user asks, or else on a terminal.
 pub(crate) fn shows_colour() -> bool {
+    requested_colour().unwrap_or_else(is_terminal)
+}
+
+/// Whether `--color` or the environment asks for colours or for none.
+pub(crate) fn requested_colour() -> Option<bool> {
     match COLOUR.get() {
-        Some(Colour::Always) => return true,
-        Some(Colour::Never) => return false,
-        Some(Colour::Auto) | None => {}
+        Some(Colour::Always) => Some(true),
+        Some(Colour::Never) => Some(false),
+        Some(Colour::Auto) | None => colour_of(|name| std::env::var(name).ok()),
     }
-    is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// What the environment asks for. `NO_COLOR` (no-color.org) goes before `FORCE_COLOR` (force-color.org) and
+/// `CLICOLOR_FORCE`, and these go before `CLICOLOR` (bixense.com/clicolors). An empty variable says nothing.
+fn colour_of(variable: impl Fn(&str) -> Option<String>) -> Option<bool> {
+    let value = |name: &str| variable(name).filter(|value| !value.is_empty());
+    let is_on = |value: &String| value != "0" && value != "false";
+    let forced =
+        || ["FORCE_COLOR", "CLICOLOR_FORCE"].into_iter().filter_map(value).any(|value| is_on(&value));
+    let off = || ["FORCE_COLOR", "CLICOLOR"].into_iter().filter_map(value).any(|value| !is_on(&value));
+    match value("NO_COLOR") {
+        Some(_) => Some(false),
+        None if forced() => Some(true),
+        None => off().then_some(false),
+    }
 }
 
 /// Whether lines and corners can be drawn.
@@ -49,4 +68,33 @@ pub(crate) fn width() -> usize {
 /// The time of day where the user is: `14:03:12`.
 pub(crate) fn time_of_day() -> String {
     jiff::Zoned::now().strftime("%H:%M:%S").to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_colour_goes_before_forced_colours_and_these_before_clicolor() {
+        let check = |set: &[(&str, &str)], expected: Option<bool>| {
+            let variable = |name: &str| {
+                set.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned())
+            };
+            assert_eq!(colour_of(variable), expected, "{set:?}");
+        };
+        check(&[], None);
+        for forcing in ["FORCE_COLOR", "CLICOLOR_FORCE"] {
+            check(&[(forcing, "1")], Some(true));
+            check(&[(forcing, "true"), ("CLICOLOR", "0")], Some(true));
+            check(&[(forcing, "1"), ("NO_COLOR", "1")], Some(false));
+            check(&[(forcing, "1"), ("NO_COLOR", "")], Some(true));
+            check(&[(forcing, "")], None);
+        }
+        check(&[("FORCE_COLOR", "0")], Some(false));
+        check(&[("FORCE_COLOR", "0"), ("CLICOLOR_FORCE", "1")], Some(true));
+        check(&[("CLICOLOR_FORCE", "0")], None);
+        check(&[("CLICOLOR", "0")], Some(false));
+        check(&[("CLICOLOR", "1")], None);
+        check(&[("NO_COLOR", "0")], Some(false));
+    }
 }

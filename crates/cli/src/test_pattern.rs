@@ -3,10 +3,11 @@
 use engine::Kinds;
 
 use crate::arguments::TestPatternArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::one_build;
 
-pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let TestPatternArguments { output, preset, format, resolution } = arguments;
     let text = |key: &str, value: &str| format!("{key} = {}\n", toml::Value::from(value));
     let mut manifest =

@@ -1,53 +1,77 @@
-//! `specula verify`: whether an exported file matches its recipe, and whether it is up to date.
+//! `specula verify`: whether exported files match their recipes, and whether they are up to date.
+
+mod many;
 
 use std::fmt::Write;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
 
-use engine::{Content, Kinds, ReadKind, Recipe, SourceFile, Verification};
+use engine::{Content, Kinds, Plan, ReadKind, Recipe, SourceFile, Verification};
 use serde_json::json;
 
 use crate::arguments::VerifyArguments;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::reasons::{cause, dated, program, short};
 use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.query.manifest, kinds)?;
-    // As for `explain`, a path may be relative to `out`.
-    let below = plan.out.join(&arguments.file);
-    let file = if !arguments.file.exists() && below.exists() { &below } else { &arguments.file };
-    let bytes = engine::read_file(file).map_err(|error| {
-        let help = match error.kind() {
-            ErrorKind::NotFound => Some("`specula build` restores a published file that is gone"),
-            ErrorKind::IsADirectory => Some("name one of the files in this folder"),
-            _ => None,
-        };
-        print::error(&[format!("cannot read {}: {error}", file.display())], help);
-        Exit::Usage
-    })?;
-    let found = engine::verify(&plan, file, &bytes, &containers::read_recipe).map_err(print::failure)?;
-    let printed = match arguments.query.json {
+    let json = arguments.query.json;
+    let (printed, is_current) = match &arguments.files[..] {
+        [file] if !many::is_many(&plan, file) => verify_file(&plan, file, json)?,
+        files => many::verify(&plan, files, json)?,
+    };
+    Ok(if printed == Exit::Success && !is_current { Exit::Failed } else { printed })
+}
+
+/// A path as it is given, or, as for `explain`, relative to `out`.
+fn in_place(plan: &Plan, file: &Path) -> PathBuf {
+    let below = plan.out.join(file);
+    if !file.exists() && below.exists() { below } else { file.into() }
+}
+
+/// Prints how one file is; returns whether it is current.
+fn verify_file(plan: &Plan, file: &Path, json: bool) -> Result<(Exit, bool), CommandError> {
+    let file = in_place(plan, file);
+    let bytes = engine::read_file(&file).map_err(|error| unreadable(&file, &error))?;
+    let found = engine::verify(plan, &file, &bytes, &containers::read_recipe)?;
+    let printed = match json {
         true => print::json(json!({ "current": found.is_current(), "verification": found })),
         false => print::data(&describe(&found)),
     };
-    Ok(if printed == Exit::Success && !found.is_current() { Exit::Failed } else { printed })
+    Ok((printed, found.is_current()))
 }
 
-fn describe(found: &Verification) -> String {
-    let changed = found.sources.iter().filter(|source| source.old != source.new).collect::<Vec<_>>();
-    let verdict = match &found.content {
+fn unreadable(file: &Path, error: &io::Error) -> CommandError {
+    let is_gone = error.kind() == ErrorKind::NotFound;
+    let help = is_gone.then_some("`specula build` restores a published file that is gone");
+    CommandError::usage([format!("cannot read {}: {error}", file.display())]).with_help(help)
+}
+
+/// What is said of a file first.
+fn verdict(found: &Verification) -> &'static str {
+    match &found.content {
         Content::Altered { .. } => "ALTERED: its bytes are not those that were published",
         _ if matches!(found.recipe, Recipe::Differs { .. }) => "ALTERED: its recipe differs from its record",
         Content::Earlier => "stale: its item has a newer result",
         Content::Current if found.item.is_none() || !found.gone.is_empty() => {
             "stale: the manifest no longer makes it"
         }
-        Content::Current if !changed.is_empty() => "stale: its sources have changed since",
+        Content::Current if changed(found).next().is_some() => "stale: its sources have changed since",
         Content::Current if !found.revised.is_empty() => "stale: parameters or kinds have changed since",
         Content::Current if found.would_run => "stale: a build would make it again",
         Content::Current => "current: a build would leave it unchanged",
-    };
-    let mut text = format!("{}: {verdict}\n", found.file);
+    }
+}
+
+/// The sources that are not as they were.
+fn changed(found: &Verification) -> impl Iterator<Item = &SourceFile> {
+    found.sources.iter().filter(|source| source.old != source.new)
+}
+
+fn describe(found: &Verification) -> String {
+    let mut text = format!("{}: {}\n", found.file, verdict(found));
     let item =
         found.item.as_ref().map_or_else(|| "an item that no longer exists".into(), ToString::to_string);
     let _ = match &found.item {

@@ -5,14 +5,15 @@ use std::time::{Duration, Instant};
 use engine::{BuildOptions, Cancel, Event, Kinds, ManifestFile, Wanted, WatchOptions};
 use parking_lot::Mutex;
 
-use crate::arguments::WatchArguments;
+use crate::arguments::{JsonOutput, WatchArguments};
 use crate::build::{exit_of, stop_on_interrupt};
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print::EventStream;
 use crate::remote_options::shared_cache_of_watcher;
 use crate::screen::Screen;
 use crate::watch_reporter::{Moment, WatchReporter};
-use crate::{print, terminal, working_folder};
+use crate::{terminal, working_folder};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
@@ -30,13 +31,15 @@ pub(crate) fn watch(
     listener: &(dyn Fn(&Event) + Sync),
 ) -> Exit {
     let watching = &arguments.watching;
+    let json = arguments.json.then_some(JsonOutput::Events);
     let shared = match shared_cache_of_watcher(&watching.remote, &arguments.manifest.manifest) {
         Ok(shared) => shared,
-        Err(exit) => return exit,
+        Err(error) => return error.report(json),
     };
     let options = WatchOptions {
         build: BuildOptions {
             stages: arguments.stages.clone(),
+            force: arguments.force,
             jobs: watching.jobs.map(usize::from),
             keep_going: true,
             keep_scratch: arguments.keep_scratch,
@@ -85,7 +88,7 @@ pub(crate) fn watch(
     let result = engine::watch(&manifest, kinds, &options, cancel, &events);
     reporter.close();
     match result {
-        Err(error) => print::failure(error),
+        Err(error) => CommandError::from(error).report(json),
         Ok(()) if stream.failed() => Exit::System,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,

@@ -12,8 +12,10 @@ use parking_lot::{Mutex, MutexGuard};
 use crate::lists::{NAMED, SHOWN, fitting, list, more};
 use crate::outstanding::{OutstandingErrors, Transition};
 use crate::quantity::{count, duration};
+use crate::removals::Removals;
 use crate::screen::Screen;
-use crate::{manifest, reasons};
+use crate::warning_groups::WarningGroups;
+use crate::{drawn_errors, reasons};
 
 /// A build that takes longer reports what it has done so far, in milliseconds.
 const REPORT_INTERVAL: f64 = 2000.0;
@@ -60,7 +62,9 @@ struct State {
     /// What runs, and why.
     running: Vec<(ItemName, Vec<Reason>)>,
     /// The files that were removed since the last report.
-    removed: Vec<String>,
+    removals: Removals,
+    /// The warnings since the last report.
+    warnings: WarningGroups,
     /// How many files this build published.
     published: usize,
     /// How many items failed in this build, and how many failures it fixed.
@@ -161,9 +165,16 @@ impl WatchReporter {
                     state.group(&item.stage, now.milliseconds).files.push(file.clone());
                 }
             }
-            Event::Removed { file } if self.verbose => self.line(&since, &format!("{file} was removed")),
-            Event::Removed { file } => state.removed.push(file.clone()),
-            Event::Warning { item, message } => self.line("warning", &format!("{item}: {message}")),
+            Event::Removed { file, because, .. } => {
+                if self.verbose {
+                    self.line(&since, &format!("{file} was removed"));
+                }
+                state.removals.add(because, file);
+            }
+            Event::Warning { item, message } if self.verbose => {
+                self.line("warning", &format!("{item}: {message}"));
+            }
+            Event::Warning { item, message } => state.warnings.add(item, message),
             Event::Note { item, message } if self.verbose => self.line("note", &format!("{item}: {message}")),
             Event::Note { .. } | Event::TaskTimed { .. } => {}
             Event::Failed { item, error, help } => {
@@ -200,9 +211,9 @@ impl WatchReporter {
                 );
             }
             Event::Rejected { diagnostics } => {
-                self.screen.painted(&manifest::drawn(diagnostics, self.screen.width()));
+                self.screen.painted(&drawn_errors::drawn(diagnostics, self.screen.width()));
                 let next = if state.built { "still using the last valid manifest" } else { "nothing runs" };
-                self.line("", &format!("{}; {next}", manifest::counted(diagnostics)));
+                self.line("", &format!("{}; {next}", drawn_errors::counted(diagnostics)));
                 state.changed.clear();
             }
             Event::Accepted => self.line("fixed", "the manifest is valid again"),
@@ -243,10 +254,11 @@ impl WatchReporter {
         for group in std::mem::take(&mut state.groups) {
             self.line(&duration(group.at - state.noticed), &group.line(self.screen.width()));
         }
-        let removed = std::mem::take(&mut state.removed);
-        if !removed.is_empty() {
-            let names = fitting(&removed, self.screen.width() - INDENT - "removed ".len());
-            self.line("", &format!("removed {names}"));
+        for removed in state.removals.take_lines("removed") {
+            self.line("", &removed);
+        }
+        for warning in state.warnings.take_lines() {
+            self.line("warning", &warning);
         }
         state.reported = now;
     }

@@ -8,6 +8,7 @@ use crate::disk::Disk;
 use crate::kind::is_left_out;
 use crate::lock::LockRequest;
 use crate::publish::{Publisher, sweep};
+use crate::removal_cause::{RemovalCauses, files_changed};
 use crate::run::RunContext;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
@@ -19,8 +20,8 @@ use crate::state::State;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
-    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, Trouble,
-    Wanted,
+    BuildSession, Cancel, Cause, Error, ErrorKind, Event, ItemIndex, LockPurpose, LockTimeout, Plan, Reason,
+    Summary, Trouble, Wanted,
 };
 
 /// Options of a build.
@@ -29,6 +30,8 @@ pub struct BuildOptions {
     /// The stages and items (`map [sky, gold]`) to build, with everything that they need; empty means all
     /// stages.
     pub stages: Vec<String>,
+    /// Whether these stages and items run even if they are up to date; what they need does not.
+    pub force: bool,
     /// The number of threads; `None` means the number of available cores.
     pub jobs: Option<usize>,
     /// Whether items that do not depend on a failed item still run.
@@ -89,7 +92,10 @@ impl BuildSession {
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let clock = Instant::now();
-        let selected = Selection::of(plan, &options.stages)?;
+        let mut selected = Selection::of(plan, &options.stages)?;
+        if options.force {
+            selected = selected.forced(plan, &options.stages)?;
+        }
         events(Event::Planned {
             dry_run: options.dry_run,
             stages: selected.stages(plan),
@@ -200,8 +206,9 @@ impl BuildSession {
         let mut scheduler = self.pool.install(scheduler);
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
+        let causes = RemovalCauses::new(&check);
         for (item, event) in removals {
-            scheduler.report(event_of(&item, event));
+            scheduler.report(event_of(&item, event, || causes.of(&item)));
         }
         removed?;
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
@@ -248,9 +255,11 @@ impl BuildSession {
         });
         check.check_seen()?;
         let mut summary = Summary::default();
-        for file in publisher.would_remove(plan, selected, options.stages.is_empty())? {
+        let causes = RemovalCauses::new(&check);
+        for (item, file) in publisher.would_remove(plan, selected, options.stages.is_empty())? {
             summary.removed += 1;
-            events(Event::Removed { file });
+            let because = causes.of(&item);
+            events(Event::Removed { item, file, because });
         }
         for (index, forecast) in forecast(&check, selected).into_iter().enumerate() {
             let item = check.name(index);
@@ -269,7 +278,8 @@ impl BuildSession {
                         }
                         if is_left_out(blob.digest) {
                             summary.removed += 1;
-                            events(Event::Removed { file: file.clone() });
+                            let (item, file) = (item.clone(), file.clone());
+                            events(Event::Removed { item, file, because: files_changed(plan, index) });
                         } else {
                             summary.published += 1;
                             let restored = publisher.is_restored(file, blob.digest);
@@ -348,4 +358,28 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
         }));
     }
     forecasts
+}
+
+/// For each stale item, the changes that made it stale.
+pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
+    let digest = |input: ItemIndex| match &forecasts[input] {
+        Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
+        _ => None,
+    };
+    let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
+    for (item, forecast) in forecasts.iter().enumerate() {
+        let of_input = |input: ItemIndex| match &causes[input][..] {
+            [] => check.last_causes(input),
+            causes => causes.to_vec(),
+        };
+        let begun = match forecast {
+            Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
+            Some(Forecast::Current { restored: true, .. }) => {
+                check.causes(item, &check.reasons(item, digest), of_input)
+            }
+            _ => Vec::new(),
+        };
+        causes.push(begun);
+    }
+    causes
 }

@@ -127,6 +127,8 @@ struct PlacedDiagnostic<'a> {
     line: Option<usize>,
     /// The column in characters, counted from 1.
     column: Option<usize>,
+    /// The bytes of the file that the error is about: the first, and the one after the last.
+    span: Option<[usize; 2]>,
     /// What was expected there.
     expected: Option<&'a str>,
     /// What to do, for example the nearest spelling.
@@ -141,6 +143,7 @@ impl Serialize for Diagnostics {
                 message: &diagnostic.message,
                 line: place.map(|(line, _)| line),
                 column: place.map(|(_, column)| column),
+                span: diagnostic.span.as_ref().map(|span| [span.start, span.end]),
                 expected: diagnostic.expected.as_deref(),
                 help: diagnostic.help.as_deref(),
             }

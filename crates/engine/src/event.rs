@@ -131,6 +131,8 @@ pub enum Reason {
     ResultLost,
     /// Its source or its stage was removed and is back, unchanged.
     Returned,
+    /// The build was asked to run it even if it is up to date.
+    Forced,
 }
 
 /// Something that happened during a build.
@@ -260,10 +262,14 @@ pub enum Event {
         /// Whether the file was only restored: its content had not changed.
         restored: bool,
     },
-    /// A file was removed from `out` because its item no longer exists.
+    /// A file was removed from `out` because nothing exports it any more.
     Removed {
+        /// The item that had exported it.
+        item: ItemName,
         /// The file, relative to `out`.
         file: String,
+        /// Why: what happened to the source or the stage that it was made from.
+        because: RemovalCause,
     },
     /// The build ended.
     Ended(Summary),
@@ -293,17 +299,17 @@ pub enum Event {
         /// The files that changed last.
         files: Vec<String>,
     },
-    /// The changed manifest, or a file that it names, has errors; the watcher still uses the last valid
-    /// manifest. Reported once for the same errors, and again if they are all that a change led to.
+    /// The manifest, or a file that it names, has errors. A build ends with that; a watcher still uses the
+    /// last valid manifest, and reports the same errors once, and again if they are all that a change led to.
     Rejected {
         /// The first 50 errors, and the number of further ones.
         diagnostics: Diagnostics,
     },
     /// The manifest and the files that it names are valid again after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a disk is full, a folder cannot be written. It is tried again after
-    /// a pause and at the next change. Reported once for the same error, and again if it is the answer to a
-    /// change.
+    /// The build as a whole cannot go on: a disk is full, a folder cannot be written, an option is not valid.
+    /// A build ends with that; a watcher tries again after a pause and at the next change, and reports the
+    /// same error once, and again if it is the answer to a change.
     BuildError {
         /// What happened, then its causes.
         error: Vec<String>,
@@ -346,6 +352,64 @@ pub enum Changed {
     Gone,
     /// Events were lost, so everything below is checked.
     Unknown,
+}
+
+/// Why a file is removed from `out`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(tag = "cause", rename_all = "kebab-case")]
+pub enum RemovalCause {
+    /// A source was deleted.
+    SourceDeleted {
+        /// The source, relative to the manifest's folder if it is inside.
+        path: String,
+    },
+    /// A source has another name now.
+    SourceRenamed {
+        /// The source, relative to the manifest's folder if it is inside.
+        path: String,
+        /// Its present name, relative to the manifest's folder if it is inside.
+        to: String,
+    },
+    /// A file is no longer a source of a stage.
+    SourceExcluded {
+        /// The file, relative to the manifest's folder if it is inside.
+        path: String,
+        /// The stage.
+        stage: String,
+    },
+    /// The manifest no longer has a stage.
+    StageGone {
+        /// The stage.
+        stage: String,
+        /// The manifest.
+        manifest: String,
+    },
+    /// A stage has other items, because its inputs changed.
+    ItemsChanged {
+        /// The stage.
+        stage: String,
+    },
+    /// A stage exports files with other names.
+    FilesChanged {
+        /// The stage.
+        stage: String,
+    },
+}
+
+impl fmt::Display for RemovalCause {
+    /// What happened, as a clause: `hdri/studio.hdr was deleted`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SourceDeleted { path } => write!(f, "{path} was deleted"),
+            Self::SourceRenamed { path, to } => write!(f, "{path} was renamed to {to}"),
+            Self::SourceExcluded { path, stage } => {
+                write!(f, "{path} is no longer a source of stage {stage}")
+            }
+            Self::StageGone { stage, manifest } => write!(f, "stage {stage} is no longer in {manifest}"),
+            Self::ItemsChanged { stage } => write!(f, "stage {stage} has other items now"),
+            Self::FilesChanged { stage } => write!(f, "stage {stage} exports other files now"),
+        }
+    }
 }
 
 /// What a build did.

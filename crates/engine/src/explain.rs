@@ -5,17 +5,19 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::build::{Forecast, forecast};
+use crate::build::{Forecast, forecast, forecast_causes};
 use crate::disk::Disk;
 use crate::files::{modified, normal};
 use crate::kind::is_left_out;
 use crate::ledger::Published;
+use crate::names_in_out::{names_in_out, slashed};
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::regular::hash;
 use crate::selection::{Selection, first_item, item_named};
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
+use crate::verify::{Origin, Records};
 use crate::{
     Cancel, Cause, Digest, Error, ErrorKind, FileRead, FromCache, InputUsed, ItemIndex, ItemName, Place,
     Plan, Reason, Timestamp, nearest,
@@ -39,6 +41,8 @@ pub struct Explanation {
     pub last: Option<LastRun>,
     /// The files that it exports.
     pub files: Vec<ExportedFile>,
+    /// The files that its outputs are, also those that it leaves out; empty if its output is an artifact.
+    pub outputs: Vec<String>,
 }
 
 /// What a run did. If its result came from the cache, the times and the version are those of the run that
@@ -66,16 +70,29 @@ pub struct LastRun {
     /// Its notes.
     pub notes: Vec<String>,
     /// The artifacts at its ports.
-    pub inputs: Vec<InputUsed>,
+    pub inputs: Vec<InputOrigin>,
     /// What it read: files, names in folders, and where PATH leads.
     pub reads: Vec<FileRead>,
     /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported
     /// files hold it.
     pub recipe: String,
-    /// The digests of its outputs; empty if it failed.
+    /// The digests of its outputs; empty if it failed. An export has one for each of its files, in the order
+    /// of [`Explanation::outputs`].
     pub results: Vec<Digest>,
+    /// The files that it and the items before it were made from.
+    pub sources: Vec<String>,
     /// What happened and its causes, if it failed.
     pub failure: Option<Vec<String>>,
+}
+
+/// An artifact that a run used, and what that was made from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InputOrigin {
+    /// The artifact.
+    #[serde(flatten)]
+    pub used: InputUsed,
+    /// The files that it was made from; empty if the record of the run that made it is gone.
+    pub sources: Vec<String>,
 }
 
 /// A file in `out`.
@@ -103,6 +120,8 @@ pub enum FileState {
         digest: Option<Digest>,
         /// When it was modified, by its file system.
         modified: Option<Timestamp>,
+        /// What made its present content; `None` if no run did.
+        made_by: Option<Origin>,
     },
     /// Nothing was published there.
     NeverPublished,
@@ -124,6 +143,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let check = UpToDateCheck::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
+    let records = Records::new(&check);
     let mut forecasts = forecast(&check, &selected);
     let mut causes = forecast_causes(&check, &forecasts);
     let explained = items.into_iter().map(|item| {
@@ -135,61 +155,48 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
         let outputs = check.latest(item).map_or(&[][..], |latest| latest.outputs());
         let is_left_out = |output: usize| outputs.get(output).is_some_and(|blob| is_left_out(blob.digest));
         let files = plan.items[item].files.iter().enumerate().filter(|(output, _)| !is_left_out(*output));
-        let files = files.map(|(_, file)| exported(plan, &publisher, file));
+        let files = files.map(|(_, file)| exported(&records, &publisher, file));
         Explanation {
             item: check.name(item),
             would_run: reasons.is_some(),
             causes: if reasons.is_some() { std::mem::take(&mut causes[item]) } else { Vec::new() },
             reasons: reasons.unwrap_or_default(),
             restored,
-            last: check.record(item).map(|record| last_run(&check, item, &record)),
+            last: check.record(item).map(|record| last_run(&records, item, &record)),
             files: files.collect(),
+            outputs: plan.items[item].files.clone(),
         }
     });
     Ok(explained.collect())
 }
 
-/// For each stale item, the changes that made it stale.
-pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
-    let digest = |input: ItemIndex| match &forecasts[input] {
-        Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
-        _ => None,
-    };
-    let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
-    for (item, forecast) in forecasts.iter().enumerate() {
-        let of_input = |input: ItemIndex| match &causes[input][..] {
-            [] => check.last_causes(input),
-            causes => causes.to_vec(),
-        };
-        let begun = match forecast {
-            Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
-            Some(Forecast::Current { restored: true, .. }) => {
-                check.causes(item, &check.reasons(item, digest), of_input)
-            }
-            _ => Vec::new(),
-        };
-        causes.push(begun);
-    }
-    causes
-}
-
 /// The present state of a file of `out`.
-fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile {
+fn exported(records: &Records<'_>, publisher: &Publisher<'_>, file: &str) -> ExportedFile {
+    let plan = records.check.plan;
     let digest = publisher.entry(file).as_ref().and_then(Published::owned);
     let place = plan.out.join(file);
     let state = match digest {
         None => FileState::NeverPublished,
         Some(digest) if publisher.is_in_place(file, digest) => FileState::AsPublished,
         Some(_) if std::fs::symlink_metadata(&place).is_err() => FileState::Gone,
-        Some(_) => FileState::Altered { digest: hash(&place).ok(), modified: modified(&place) },
+        Some(_) => {
+            let digest = hash(&place).ok();
+            let made_by = digest.and_then(|digest| records.origin(digest, &place));
+            FileState::Altered { digest, modified: modified(&place), made_by }
+        }
     };
     ExportedFile { file: file.into(), digest, state }
 }
 
-fn last_run(check: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> LastRun {
+fn last_run(records: &Records<'_>, item: ItemIndex, record: &Record) -> LastRun {
+    let check = records.check;
     let many = &check.stages[check.plan.items[item].stage].many;
     let is_many = |port: &str| many.contains(port);
     let failed = record.failure.is_some();
+    let inputs = record
+        .inputs
+        .iter()
+        .map(|used| InputOrigin { used: used.clone(), sources: records.sources_of_input(used) });
     LastRun {
         started: record.started,
         milliseconds: record.milliseconds,
@@ -201,10 +208,11 @@ fn last_run(check: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> Last
         place: record.place.clone(),
         warnings: record.warnings.clone(),
         notes: record.notes.clone(),
-        inputs: record.inputs.clone(),
+        inputs: inputs.collect(),
         reads: record.reads.clone(),
         recipe: recipe(&record.kind, record.revision, &record.parameters, &record.inputs, is_many),
         results: record.outputs.iter().filter(|_| !failed).map(|blob| blob.digest).collect(),
+        sources: records.sources(Some(item), record),
         failure: record.failure.clone(),
     }
 }
@@ -251,27 +259,6 @@ fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
 fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     let path = Path::new(target);
     let mut names = vec![slashed(&normal(path))];
-    names.extend(names_by_place(plan, path));
+    names.extend(names_in_out(plan, path));
     names
-}
-
-/// The names of a path relative to `out`, if it is inside.
-pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
-    let mut names = Vec::new();
-    let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));
-    let mut places = vec![normal(&absolute)];
-    if let (Some(folder), Some(name)) = (absolute.parent(), absolute.file_name())
-        && let Ok(folder) = std::fs::canonicalize(folder)
-    {
-        places.push(folder.join(name));
-    }
-    let roots = [Some(normal(&plan.out)), std::fs::canonicalize(&plan.out).ok()];
-    for root in roots.iter().flatten() {
-        names.extend(places.iter().filter_map(|place| place.strip_prefix(root).ok()).map(slashed));
-    }
-    names
-}
-
-fn slashed(path: &Path) -> String {
-    path.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }

@@ -29,6 +29,7 @@ mod kind;
 mod ledger;
 mod lock;
 mod memory;
+mod names_in_out;
 mod own_time;
 mod parallel;
 mod parameters;
@@ -41,6 +42,7 @@ mod range;
 mod reader;
 mod record;
 mod regular;
+mod removal_cause;
 mod retention;
 mod run;
 mod run_elsewhere;
@@ -77,9 +79,9 @@ pub use determinism::{Determinism, Difference, FailedRun, default_threads, deter
 pub use diagnostic::{Diagnostic, Diagnostics, line_and_column};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
-pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
+pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCause, Summary, Work};
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
-pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
+pub use explain::{Explanation, ExportedFile, FileState, InputOrigin, LastRun, explain};
 pub use failure::Failure;
 pub use files::{Files, Read, ReadKind};
 pub use key::{Digest, ItemKey};
@@ -87,6 +89,7 @@ pub use kind::{
     Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, NamedPath, Output, Port, Product, RecipeReader,
 };
 pub use lock::{LockPurpose, LockTimeout};
+pub use names_in_out::names_in_out;
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
 pub use plan::{
     BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage,
@@ -107,7 +110,10 @@ pub use spelling::nearest;
 pub use state::prepare_state_folder;
 pub use steps::Steps;
 pub use timestamp::Timestamp;
-pub use verify::{Content, Recipe, SourceFile, Verification, verify};
+pub use verify::{
+    Content, FilesToVerify, MissingFile, Origin, OutVerification, Recipe, SourceFile, Verification, verify,
+    verify_out,
+};
 pub use wanted::Wanted;
 pub use watch::{WatchOptions, watch};
 

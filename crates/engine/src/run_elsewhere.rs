@@ -81,7 +81,8 @@ impl RunContext<'_> {
         let (item, started) = (request.item, Timestamp::now());
         let host = options.executor.host();
         let mut names = self.names(item);
-        let mut is_fresh = false;
+        // What the server has of an earlier run does not count if the item is forced.
+        let mut is_fresh = self.check.is_forced(item);
         for _ in 0..ROUNDS {
             let sent = self.item_request(&request, &names);
             let reads = sent.reads();

@@ -1,6 +1,6 @@
 //! What a build is asked for: stages and items by name, and all that they need.
 
-use crate::{Error, ErrorKind, ItemIndex, Plan, StageIndex, nearest};
+use crate::{Error, ErrorKind, Item, ItemIndex, Plan, StageIndex, nearest};
 
 /// The items that a build makes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -8,12 +8,18 @@ pub(crate) struct Selection {
     items: Vec<bool>,
     /// The stages that are selected as a whole, even if they have no items.
     stages: Vec<bool>,
+    /// The items that run even if they are up to date; empty if none do.
+    forced: Vec<bool>,
 }
 
 impl Selection {
     /// Everything.
     pub(crate) fn all(plan: &Plan) -> Self {
-        Self { items: vec![true; plan.items.len()], stages: vec![true; plan.stages.len()] }
+        Self {
+            items: vec![true; plan.items.len()],
+            stages: vec![true; plan.stages.len()],
+            forced: Vec::new(),
+        }
     }
 
     /// The stages and the items with these names, and all that they need; no names mean everything.
@@ -24,15 +30,7 @@ impl Selection {
         if names.is_empty() {
             return Ok(Self::all(plan));
         }
-        let mut selected =
-            Self { items: vec![false; plan.items.len()], stages: vec![false; plan.stages.len()] };
-        for name in names {
-            match (plan.stages.iter().position(|stage| stage.name == *name), item_named(plan, name)) {
-                (Some(stage), _) => selected.stages[stage] = true,
-                (None, Some(item)) => selected.items[item] = true,
-                (None, None) => return Err(unknown(plan, name)),
-            }
-        }
+        let mut selected = Self::named(plan, names)?;
         // Stages come after those that they need, and so do items.
         for stage in (0..plan.stages.len()).rev() {
             if selected.stages[stage] {
@@ -46,6 +44,37 @@ impl Selection {
             }
         }
         Ok(selected)
+    }
+
+    /// The stages and items with these names, without what they need.
+    fn named(plan: &Plan, names: &[String]) -> Result<Self, Error> {
+        let (items, stages) = (vec![false; plan.items.len()], vec![false; plan.stages.len()]);
+        let mut selected = Self { items, stages, forced: Vec::new() };
+        for name in names {
+            match (plan.stages.iter().position(|stage| stage.name == *name), item_named(plan, name)) {
+                (Some(stage), _) => selected.stages[stage] = true,
+                (None, Some(item)) => selected.items[item] = true,
+                (None, None) => return Err(unknown(plan, name)),
+            }
+        }
+        Ok(selected)
+    }
+
+    /// The same, but the items with these names (no names mean all) run even if they are up to date. Those
+    /// that they need do not.
+    ///
+    /// # Errors
+    /// If there is no such stage or item.
+    pub(crate) fn forced(mut self, plan: &Plan, names: &[String]) -> Result<Self, Error> {
+        let named = if names.is_empty() { Self::all(plan) } else { Self::named(plan, names)? };
+        let is_named = |(index, item): (ItemIndex, &Item)| named.items[index] || named.stages[item.stage];
+        self.forced = plan.items.iter().enumerate().map(is_named).collect();
+        Ok(self)
+    }
+
+    /// Whether an item runs even if it is up to date.
+    pub(crate) fn is_forced(&self, item: ItemIndex) -> bool {
+        self.forced.get(item).copied().unwrap_or(false)
     }
 
     /// Whether an item is selected.

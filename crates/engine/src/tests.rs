@@ -7,6 +7,7 @@ mod determinism;
 mod elsewhere;
 mod explanations;
 mod failures;
+mod forced;
 mod hostile;
 mod interruptions;
 mod outdated;
@@ -178,7 +179,7 @@ fn log(events: &[Event]) -> String {
             Event::Published { file, bytes, restored, .. } => {
                 writeln!(text, "{} {file} {bytes}", if *restored { "restored" } else { "published" })
             }
-            Event::Removed { file } => writeln!(text, "removed {file}"),
+            Event::Removed { file, .. } => writeln!(text, "removed {file}"),
             Event::Watching { .. } => writeln!(text, "watching"),
             Event::Noticed { changes, .. } => {
                 let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));
@@ -218,5 +219,6 @@ fn reason(reason: &Reason) -> String {
         Reason::Kind { old, new } => format!("kind {old} -> {new}"),
         Reason::ResultLost => "result lost".into(),
         Reason::Returned => "returned".into(),
+        Reason::Forced => "forced".into(),
     }
 }

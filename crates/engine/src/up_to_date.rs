@@ -184,7 +184,8 @@ impl<'a> UpToDateCheck<'a> {
     /// Whether the result of an item is in the cache, given that of the items before it.
     fn is_current_after(&self, item: ItemIndex, current: &[bool], store: &Presence<'_>) -> bool {
         let this = &self.plan.items[item];
-        if !self.selected.has(item) || !this.inputs.iter().flatten().all(|input| current[*input]) {
+        let is_asked_for = self.selected.has(item) && !self.is_forced(item);
+        if !is_asked_for || !this.inputs.iter().flatten().all(|input| current[*input]) {
             return false;
         }
         let is_valid = |latest: LatestRecord<'_>| {
@@ -241,6 +242,11 @@ impl<'a> UpToDateCheck<'a> {
     /// The same record in full, read from the journal.
     pub(crate) fn record(&self, item: ItemIndex) -> Option<Record> {
         self.latest(item).and_then(|_| self.state.journal.get(Tag::Item, self.subject(item)))
+    }
+
+    /// Whether an item runs even if its result is in a cache.
+    pub(crate) fn is_forced(&self, item: ItemIndex) -> bool {
+        self.selected.is_forced(item)
     }
 
     /// Whether the result of an item was in the cache when the build began.
@@ -320,8 +326,11 @@ impl<'a> UpToDateCheck<'a> {
         Dependencies::recorded(reads.map(read).collect())
     }
 
-    /// Whether a result with this key is in the cache.
+    /// Whether a result with this key is in the cache; that of an item that is forced does not count.
     pub(crate) fn freshness(&self, item: ItemIndex, key: Digest) -> Freshness {
+        if self.is_forced(item) {
+            return Freshness::Run;
+        }
         let is_stored = |outputs: &[Blob]| outputs.iter().all(|blob| self.state.store.has(blob));
         let latest = self.latest(item).filter(|latest| !latest.is_gone() && latest.key() == key);
         let latest = latest
@@ -364,6 +373,9 @@ impl<'a> UpToDateCheck<'a> {
         reasons.extend(self.revisions(item, &record));
         self.differing_inputs(item, &record, digest, &mut reasons);
         self.differing_files(item, &record, &mut reasons);
+        if self.is_forced(item) {
+            reasons.push(Reason::Forced);
+        }
         if reasons.is_empty() {
             reasons.push(if record.gone { Reason::Returned } else { Reason::ResultLost });
         }

@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::build::{Forecast, forecast};
+use crate::build::{Forecast, forecast, forecast_causes};
 use crate::disk::Disk;
-use crate::explain::{forecast_causes, names_by_place};
 use crate::files::modified;
 use crate::ledger::Published;
+use crate::names_in_out::names_in_out;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::selection::Selection;
@@ -26,6 +26,10 @@ use crate::{
     Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, ReadKind,
     Timestamp, read_file,
 };
+
+mod out;
+
+pub use out::{FilesToVerify, MissingFile, OutVerification, verify_out};
 
 /// The verification of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -129,6 +133,15 @@ pub struct SourceFile {
     pub new_time: Option<Timestamp>,
 }
 
+/// What made a result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Origin {
+    /// The item.
+    pub item: ItemName,
+    /// The files that it and the items before it were made from.
+    pub sources: Vec<String>,
+}
+
 /// Reports whether an exported file is as it was published, and whether that is up to date.
 ///
 /// `bytes` are the file's; `recipe_of` reads the recipe from a file of any format. Nothing is written, and a
@@ -140,47 +153,96 @@ pub fn verify(
     plan: &Plan,
     file: &Path,
     bytes: &[u8],
-    recipe_of: &dyn Fn(&[u8]) -> Option<String>,
+    recipe_of: &RecipeOf<'_>,
 ) -> Result<Verification, Error> {
-    let state = State::read(&plan.state)?;
-    let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-    let selected = Selection::all(plan);
-    let check = UpToDateCheck::new(plan, &state, &disk, &selected);
-    let records = Records::new(&check);
-    let digest = Digest::of(bytes);
-    let embedded = recipe_of(bytes);
-    let names = names_by_place(plan, file);
-    let found = records.by_path(&names, digest).or_else(|| records.by_digest(digest, file));
-    let found = found.or_else(|| records.by_recipe(embedded.as_deref()?, file));
-    let Match { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
-    let content = match content {
-        Content::Altered { made: None } => {
-            let made = record.outputs.get(output).map(|blob| blob.digest);
-            Content::Altered { made: names.iter().find_map(|name| published(&check, name)).or(made) }
-        }
-        content => content,
-    };
-
-    let forecasts = forecast(&check, &selected);
-    let causes = forecast_causes(&check, &forecasts);
-    let would_run = item.is_some_and(|item| matches!(forecasts[item], Some(Forecast::Runs(_))));
-    let mut ancestry = Ancestry::default();
-    ancestry.follow(&records, item, &record);
-    Ok(Verification {
-        file: file.display().to_string(),
-        digest,
-        item: item.map(|item| check.name(item)),
-        made: record.started,
-        maker: record.maker().0.clone(),
-        content,
-        recipe: records.compare_recipe(embedded, recipe_of, file, item, output, &record),
-        sources: ancestry.sources,
-        revised: ancestry.revised,
-        gone: ancestry.gone,
-        forgotten: ancestry.forgotten,
-        would_run,
-        causes: item.filter(|_| would_run).map_or_else(Vec::new, |item| causes[item].clone()),
+    Verifier::open(plan, recipe_of, |verifier| {
+        let names = names_in_out(plan, file);
+        verifier.verify(file, &names, &FileContent::of(bytes, recipe_of)).ok_or_else(|| unknown(file))
     })
+}
+
+/// What is read of a file to verify it.
+struct FileContent {
+    digest: Digest,
+    /// The recipe that it holds.
+    recipe: Option<String>,
+}
+
+impl FileContent {
+    fn of(bytes: &[u8], recipe_of: &dyn Fn(&[u8]) -> Option<String>) -> Self {
+        Self { digest: Digest::of(bytes), recipe: recipe_of(bytes) }
+    }
+}
+
+/// Verifies files of one plan: what a build would do is found out once for all of them.
+struct Verifier<'a> {
+    check: &'a UpToDateCheck<'a>,
+    publisher: Publisher<'a>,
+    records: Records<'a>,
+    forecasts: Vec<Option<Forecast>>,
+    causes: Vec<Vec<Cause>>,
+    recipe_of: &'a RecipeOf<'a>,
+}
+
+/// Reads the recipe from a file of any format.
+type RecipeOf<'a> = dyn Fn(&[u8]) -> Option<String> + Sync + 'a;
+
+impl Verifier<'_> {
+    /// Opens the records of a plan for a function that verifies files.
+    fn open<T>(
+        plan: &Plan,
+        recipe_of: &RecipeOf<'_>,
+        act: impl FnOnce(&Verifier<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let state = State::read(&plan.state)?;
+        let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
+        let selected = Selection::all(plan);
+        let check = UpToDateCheck::new(plan, &state, &disk, &selected);
+        let forecasts = forecast(&check, &selected);
+        act(&Verifier {
+            check: &check,
+            publisher: Publisher::new(plan, &state),
+            records: Records::new(&check),
+            causes: forecast_causes(&check, &forecasts),
+            forecasts,
+            recipe_of,
+        })
+    }
+
+    /// Verifies a file with these names in `out`, if it is there; `None` if no record has its place, its
+    /// digest or its recipe.
+    fn verify(&self, file: &Path, names: &[String], read: &FileContent) -> Option<Verification> {
+        let (check, records, digest) = (self.check, &self.records, read.digest);
+        let found = records.by_path(names, digest).or_else(|| records.by_digest(digest, file));
+        let found = found.or_else(|| records.by_recipe(read.recipe.as_deref()?, file));
+        let Match { item, record, output, content } = found?;
+        let published = |name: &String| self.publisher.entry(name).as_ref().and_then(Published::owned);
+        let content = match content {
+            Content::Altered { made: None } => {
+                let made = record.outputs.get(output).map(|blob| blob.digest);
+                Content::Altered { made: names.iter().find_map(published).or(made) }
+            }
+            content => content,
+        };
+        let would_run = item.is_some_and(|item| matches!(self.forecasts[item], Some(Forecast::Runs(_))));
+        let mut ancestry = Ancestry::default();
+        ancestry.follow(records, item, &record);
+        Some(Verification {
+            file: file.display().to_string(),
+            digest,
+            item: item.map(|item| check.name(item)),
+            made: record.started,
+            maker: record.maker().0.clone(),
+            content,
+            recipe: records.compare_recipe(read.recipe.clone(), self.recipe_of, file, item, output, &record),
+            sources: ancestry.sources,
+            revised: ancestry.revised,
+            gone: ancestry.gone,
+            forgotten: ancestry.forgotten,
+            would_run,
+            causes: item.filter(|_| would_run).map_or_else(Vec::new, |item| self.causes[item].clone()),
+        })
+    }
 }
 
 fn unknown(file: &Path) -> Error {
@@ -194,10 +256,6 @@ fn unknown(file: &Path) -> Error {
     )
 }
 
-fn published(check: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
-    Publisher::new(check.plan, check.state).entry(name).as_ref().and_then(Published::owned)
-}
-
 /// The run that made a file.
 struct Match {
     /// The item, if the plan has it.
@@ -209,17 +267,19 @@ struct Match {
 }
 
 /// The records of the last runs, and the earlier ones that remain.
-struct Records<'a> {
-    check: &'a UpToDateCheck<'a>,
+pub(crate) struct Records<'a> {
+    pub(crate) check: &'a UpToDateCheck<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
+    /// The files of the plan, each with its item and which of the item's outputs it is.
+    places: OnceCell<HashMap<&'a str, (ItemIndex, usize)>>,
     /// The latest records, as far as they were needed.
     last: Vec<OnceCell<Option<Record>>>,
     earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
 }
 
 impl<'a> Records<'a> {
-    fn new(check: &'a UpToDateCheck<'a>) -> Self {
+    pub(crate) fn new(check: &'a UpToDateCheck<'a>) -> Self {
         let items = (0..check.plan.items.len()).map(|item| (check.name(item), item)).collect();
         let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
             let mut records = check
@@ -234,7 +294,29 @@ impl<'a> Records<'a> {
             records
         });
         let last = vec![OnceCell::new(); check.plan.items.len()];
-        Self { check, manifest: check.plan.manifest_name(), items, last, earlier: LazyCell::new(read) }
+        let (manifest, places) = (check.plan.manifest_name(), OnceCell::new());
+        Self { check, manifest, items, places, last, earlier: LazyCell::new(read) }
+    }
+
+    /// What made a file with this content, which may be in any place; `None` if no record has it.
+    pub(crate) fn origin(&self, digest: Digest, file: &Path) -> Option<Origin> {
+        let Match { item, record, .. } = self.by_digest(digest, file)?;
+        Some(Origin { item: record.item.clone(), sources: self.sources(item, &record) })
+    }
+
+    /// The files that the artifact of another item was made from; none if its record is gone.
+    pub(crate) fn sources_of_input(&self, used: &InputUsed) -> Vec<String> {
+        let record = self.maker(&used.item, used.digest);
+        record.map_or_else(Vec::new, |record| self.sources(self.items.get(&used.item).copied(), record))
+    }
+
+    /// The files that the result of a run was made from, by the item itself and by those before it.
+    pub(crate) fn sources(&self, item: Option<ItemIndex>, record: &Record) -> Vec<String> {
+        let mut ancestry = Ancestry::default();
+        ancestry.follow(self, item, record);
+        let is_file = |source: &SourceFile| source.kind == ReadKind::Content && source.old.is_some();
+        let files = ancestry.sources.into_iter().filter(is_file);
+        files.map(|source| source.path).collect()
     }
 
     /// The latest record of an item.
@@ -247,12 +329,21 @@ impl<'a> Records<'a> {
         self.record(item).filter(|record| record.failure.is_none())
     }
 
+    /// The item that exports a file, and which of its outputs the file is.
+    fn place(&self, file: &str) -> Option<(ItemIndex, usize)> {
+        let places = self.places.get_or_init(|| {
+            let items = self.check.plan.items.iter().enumerate();
+            let files = items.flat_map(|(item, this)| {
+                this.files.iter().enumerate().map(move |(output, file)| (file.as_str(), (item, output)))
+            });
+            files.collect()
+        });
+        places.get(file).copied()
+    }
+
     /// A file of the plan, whatever it contains now.
     fn by_path(&self, names: &[String], digest: Digest) -> Option<Match> {
-        let place = |(item, this): (ItemIndex, &crate::Item)| {
-            Some((item, this.files.iter().position(|file| names.contains(file))?))
-        };
-        let (item, output) = self.check.plan.items.iter().enumerate().find_map(place)?;
+        let (item, output) = names.iter().find_map(|name| self.place(name))?;
         let is_this = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
         let found = |record, content| Some(Match { item: Some(item), record, output, content });
         if let Some(record) = self.last(item).filter(|record| is_this(record)) {

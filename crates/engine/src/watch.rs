@@ -80,7 +80,8 @@ const PULSE: Duration = Duration::from_millis(100);
 /// How a watcher watches and builds.
 #[derive(Clone, Debug)]
 pub struct WatchOptions {
-    /// The options of each build; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself.
+    /// The options of each build; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself, and
+    /// forces nothing after the first build that was not stopped.
     pub build: BuildOptions,
     /// The quiet time after a change before it is built, so that files are complete.
     pub debounce: Duration,
@@ -388,6 +389,8 @@ impl<'a> Watcher<'a> {
         match built {
             Ok(summary) => {
                 self.has_built = true;
+                // A change may have stopped the build that was asked for.
+                self.build.force &= summary.cancelled;
                 if let Some(watched) = &self.session.watched {
                     watched.is_new.store(false, Ordering::Relaxed);
                 }

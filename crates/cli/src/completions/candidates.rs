@@ -275,6 +275,7 @@ mod tests {
             ("help cache", &["cache"]),
             ("build --fail", &["--fail-fast"]),
             ("build -j 2 --fail", &["--fail-fast"]),
+            ("build --fo", &["--force"]),
             ("graph --format ", &["mermaid", "dot"]),
             ("graph --format=d", &["--format=dot"]),
             ("preview --mode global", &["global-shrm"]),
@@ -313,6 +314,7 @@ mod tests {
         let with = |rest: &str| completed(&format!("build --manifest {manifest} {rest}"));
         assert_eq!(with("envi"), ["environment"]);
         assert_eq!(with("environment refl"), ["reflection"], "several may be named");
+        assert_eq!(with("--force envi"), ["environment"], "what is forced is named as what is built");
         let words = ["build", "--manifest", manifest, "environment ["].map(str::to_owned);
         let items = of(&words, &stages::kinds());
         assert!(items.contains(&pair("environment [sky]", "item")), "{items:?}");

@@ -5,26 +5,24 @@ use std::path::Path;
 use stages::Picture;
 
 use super::facts::Facts;
-use crate::exit::Exit;
-use crate::{png_file, print};
+use crate::command_error::CommandError;
+use crate::png_file;
 
 /// Draws to the PNG file `place` and returns the file's path and size; `None` if there is nothing to draw.
 /// The title is the name of the inspected file.
 ///
 /// # Errors
-/// If the file cannot be written: that is printed.
+/// If the file cannot be written.
 pub(super) fn draw(
     file: &Path,
     picture: impl Fn(&str) -> Option<Picture>,
     place: &Path,
-) -> Option<Result<Facts, Exit>> {
+) -> Option<Result<Facts, CommandError>> {
     let name = file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy();
     let picture = picture(&name)?;
     let size @ [width, height] = [picture.width, picture.height];
-    let written = png_file::write(place, size, &picture.pixels).map_err(|error| {
-        print::error(&[format!("cannot write {}", place.display()), error.to_string()], None);
-        Exit::System
-    });
+    let written = png_file::write(place, size, &picture.pixels)
+        .map_err(|error| CommandError::system(format!("cannot write {}", place.display()), &error));
     Some(written.map(|()| {
         vec![
             ("picture", place.to_string_lossy().into()),

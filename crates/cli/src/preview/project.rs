@@ -80,9 +80,17 @@ impl Project {
     }
 }
 
-/// The folder for projects of files.
+/// The folder for projects of files: in the user's cache, or in the folder for temporary files if the user
+/// has no cache that can be written to.
 pub(super) fn cache_folder() -> PathBuf {
-    dirs::cache_dir().unwrap_or_else(std::env::temp_dir).join("specula").join("preview")
+    let below = |folder: PathBuf| folder.join("specula").join("preview");
+    let of_user = dirs::cache_dir().map(below).filter(|folder| is_writable(folder));
+    of_user.unwrap_or_else(|| below(std::env::temp_dir()))
+}
+
+/// Whether files can be written into a folder, which is created if it does not exist.
+fn is_writable(folder: &Path) -> bool {
+    fs::create_dir_all(folder).and_then(|()| tempfile::tempfile_in(folder)).is_ok()
 }
 
 /// The manifest for some files, relative to the current folder if it is to be kept.

@@ -7,6 +7,7 @@ use engine::{Event, ItemName};
 use crate::lists::{fitting, more};
 use crate::outstanding::OutstandingErrors;
 use crate::quantity::{count, duration, percent_done};
+use crate::removals::Removals;
 use crate::watch_reporter::watching;
 
 /// A message names up to this many stages.
@@ -40,6 +41,8 @@ pub(crate) struct BuildStatus {
     building: Changes,
     /// The items that ran since then, by stage.
     ran: Vec<(String, Vec<ItemName>)>,
+    /// The files that were removed since then.
+    removals: Removals,
 }
 
 /// Changes that were noticed.
@@ -97,6 +100,7 @@ impl BuildStatus {
                 }
             }
             Event::UpToDate { .. } | Event::Failed { .. } | Event::Skipped { .. } => self.count_done(),
+            Event::Removed { file, because, .. } => self.removals.add(because, file),
             Event::Ended(summary) => {
                 self.progress = None;
                 // If another change stopped it, the build after it reports for both.
@@ -154,6 +158,7 @@ impl BuildStatus {
     fn toast(&mut self, now: f64, failed: usize) -> Option<Toast> {
         let Changes { since, paths: changed } = std::mem::take(&mut self.building);
         let ran = std::mem::take(&mut self.ran);
+        let removed = self.removals.take_lines("removed");
         let time = duration(now - since?);
         let mut lines = Vec::new();
         if !changed.is_empty() {
@@ -166,6 +171,7 @@ impl BuildStatus {
             });
         }
         lines.extend(more(ran.len().saturating_sub(STAGES), "more stage"));
+        lines.extend(removed);
         let title = match (failed, ran.is_empty()) {
             (0, false) => format!("rebuilt in {time}"),
             (0, true) => format!("up to date after {time}: nothing had to run"),
@@ -177,7 +183,7 @@ impl BuildStatus {
 
 #[cfg(test)]
 mod tests {
-    use engine::{Change, Changed, ItemKey, Summary};
+    use engine::{Change, Changed, ItemKey, RemovalCause, Summary};
 
     use super::*;
 
@@ -233,6 +239,23 @@ mod tests {
         assert!(toast.title.starts_with("rebuilt in 20 ms"), "{}", toast.title);
         assert_eq!(toast.lines, ["because of gold.toml", "material [gold]", "map, 2 items"]);
         assert_eq!(update(&mut status, &[planned(3), ended(false)]), None, "it was reported before");
+    }
+
+    #[test]
+    fn files_that_were_removed_are_counted_with_their_cause() {
+        let mut status = BuildStatus::default();
+        let removed = |file: &str| Event::Removed {
+            item: item("map", "studio"),
+            file: file.into(),
+            because: RemovalCause::SourceDeleted { path: "hdri/studio.hdr".into() },
+        };
+        let events =
+            [noticed("hdri/studio.hdr"), planned(3), removed("a.exr"), removed("b.exr"), ended(false)];
+        let toast = update(&mut status, &events).unwrap();
+        assert_eq!(
+            toast.lines,
+            ["because of hdri/studio.hdr", "hdri/studio.hdr was deleted: 2 files removed"]
+        );
     }
 
     #[test]

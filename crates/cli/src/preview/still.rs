@@ -14,6 +14,7 @@ use super::{files, subject};
 use crate::arguments::{Backend, PreviewArguments};
 use crate::build::{exit_of, stop_on_interrupt};
 use crate::build_reporter::BuildReporter;
+use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print::{self, say};
 use crate::quantity;
@@ -39,7 +40,7 @@ pub(crate) fn run(
     if built == Exit::Interrupted {
         return Err(built);
     }
-    let results = ResultsSnapshot::open(catalog.plan()).map_err(print::failure)?;
+    let results = ResultsSnapshot::open(catalog.plan()).map_err(failed)?;
     let scene = SceneCache::default().scene(&catalog, &results, entry, &subject.mesh).map_err(|failure| {
         let system_error = built == Exit::System || failure.system_error;
         let mut chain = vec![format!("{} cannot be shown", subject::describe(&subject))];
@@ -78,14 +79,19 @@ fn build(
         jobs: arguments.watching.jobs.map(usize::from),
         keep_going: true,
         all_local: true,
-        shared: shared_cache_of_watcher(&arguments.watching.remote, &plan.manifest)?,
+        shared: shared_cache_of_watcher(&arguments.watching.remote, &plan.manifest)
+            .map_err(CommandError::print)?,
         ..BuildOptions::default()
     };
     let reporter = BuildReporter::with_bar(arguments.watching.verbose);
     let events = |event: Event| reporter.show(&event);
     let built = engine::build(plan, &options, cancel, &events);
     reporter.show_failures();
-    built.map(|summary| exit_of(&summary)).map_err(print::failure)
+    built.map(|summary| exit_of(&summary)).map_err(failed)
+}
+
+fn failed(error: engine::Error) -> Exit {
+    CommandError::from(error).print()
 }
 
 /// A picture, and how it was drawn.

@@ -104,6 +104,23 @@ fn listening() -> Event {
 }
 
 #[test]
+fn nearly_equal_warnings_share_a_line_unless_verbose_asks_for_each() {
+    let warning = |environment: &str, share: u32| Event::Warning {
+        item: lit("map", environment),
+        message: format!("{share} % of the views are below zero"),
+    };
+    let events = [warning("studio", 13), warning("sky", 4), Event::Ended(Summary::default())];
+    let lines = |verbose: bool| {
+        let watched = Watched::new(verbose);
+        watched.after(5, &events);
+        watched.lines()
+    };
+    let grouped = " warning  map: 2 items: 4 % of the views are below zero; for example [sky, gold]\n";
+    assert!(lines(false).contains(grouped), "{}", lines(false));
+    assert_eq!(lines(true).matches("% of the views").count(), 2, "{}", lines(true));
+}
+
+#[test]
 fn of_many_failures_the_first_are_shown_and_the_others_counted() {
     let items = (0..60).map(|n| item("material", &[("material", &format!("m{n:02}"))])).collect::<Vec<_>>();
     let change = || noticed(&[("assets/materials", Changed::Changed)]);

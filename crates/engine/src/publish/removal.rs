@@ -65,7 +65,7 @@ impl Publisher<'_> {
         plan: &Plan,
         selected: &Selection,
         all: bool,
-    ) -> Result<Vec<String>, Error> {
+    ) -> Result<Vec<(ItemName, String)>, Error> {
         let stages = plan
             .stages
             .iter()
@@ -73,10 +73,11 @@ impl Publisher<'_> {
             .map(|(index, stage)| (stage.name.as_str(), selected.has_stage(index)));
         let stages = stages.collect::<HashMap<_, _>>();
         let stale = self.stale.iter().filter(|(item, _)| *stages.get(item.stage.as_str()).unwrap_or(&all));
-        let lines = stale.flat_map(|(_, files)| files).filter_map(|file| self.entry(file));
-        let left = lines.filter_map(|line| self.left_over(&line).transpose());
-        let removed = left.filter_map(|left| match left {
-            Ok(PublishEvent::Removed { file }) => Some(Ok(file)),
+        let files = stale.flat_map(|(item, files)| files.iter().map(move |file| (item, file)));
+        let lines = files.filter_map(|(item, file)| Some((item, self.entry(file)?)));
+        let left = lines.filter_map(|(item, line)| Some((item, self.left_over(&line).transpose()?)));
+        let removed = left.filter_map(|(item, left)| match left {
+            Ok(PublishEvent::Removed { file }) => Some(Ok((item.clone(), file))),
             Ok(_) => None,
             Err(error) => Some(Err(error)),
         });

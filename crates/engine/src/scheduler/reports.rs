@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use super::{Scheduler, WorkSpan};
 use crate::publish::PublishEvent;
-use crate::{Event, ItemIndex, ItemName};
+use crate::removal_cause::files_changed;
+use crate::{Event, ItemIndex, ItemName, RemovalCause};
 
 impl Scheduler<'_, '_> {
     pub(super) fn report_progress(&mut self) {
@@ -26,8 +27,9 @@ impl Scheduler<'_, '_> {
 
     pub(super) fn report_all(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         let name = self.check.name(item);
+        let plan = self.check.plan;
         for event in events {
-            self.report(event_of(&name, event));
+            self.report(event_of(&name, event, || files_changed(plan, item)));
         }
     }
 
@@ -55,13 +57,17 @@ impl Scheduler<'_, '_> {
     }
 }
 
-/// The event for a publishing step.
-pub(crate) fn event_of(name: &ItemName, event: PublishEvent) -> Event {
+/// The event for a publishing step; `because` says why a file was removed.
+pub(crate) fn event_of(
+    name: &ItemName,
+    event: PublishEvent,
+    because: impl FnOnce() -> RemovalCause,
+) -> Event {
     match event {
         PublishEvent::Published { file, bytes, restored } => {
             Event::Published { item: name.clone(), file, bytes, restored }
         }
-        PublishEvent::Removed { file } => Event::Removed { file },
+        PublishEvent::Removed { file } => Event::Removed { item: name.clone(), file, because: because() },
         PublishEvent::Warning(message) => Event::Warning { item: name.clone(), message },
         PublishEvent::Note(message) => Event::Note { item: name.clone(), message },
     }

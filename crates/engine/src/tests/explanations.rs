@@ -221,7 +221,9 @@ fn missing_outputs_altered_outputs_and_lost_results_are_distinguished() {
     let state = |project: &Project| project.explain("file [sky, gold]")[0].files[0].state.clone();
     assert_eq!(state(&project), FileState::AsPublished);
     project.write(&format!("out/{file}"), "mine");
-    let FileState::Altered { digest, modified } = state(&project) else { panic!("{:?}", state(&project)) };
+    let FileState::Altered { digest, modified, .. } = state(&project) else {
+        panic!("{:?}", state(&project))
+    };
     assert_eq!(digest, Some(crate::Digest::of(b"mine")));
     assert!(modified.is_some());
     project.remove(&format!("out/{file}"));
@@ -316,7 +318,7 @@ fn a_result_of_another_item_has_this_items_own_file_as_cause() {
     "#]]
     .assert_eq(&verified(&project, "out/b.txt"));
     let used = &project.explain("b.txt")[0].last.clone().unwrap().inputs;
-    assert_eq!(used.iter().map(|used| used.item.to_string()).collect::<Vec<_>>(), ["loud [b]"]);
+    assert_eq!(used.iter().map(|used| used.used.item.to_string()).collect::<Vec<_>>(), ["loud [b]"]);
 
     // Whatever happens to the other one.
     project.write("paint/a.txt", "tin");

@@ -208,7 +208,7 @@ fn foreseen_and_removed(project: &Project) -> [(Vec<String>, usize); 2] {
         let options = BuildOptions { dry_run, ..project.options.clone() };
         let removed = Mutex::new(Vec::new());
         let hear = |event| {
-            if let Event::Removed { file } = event {
+            if let Event::Removed { file, .. } = event {
                 removed.lock().push(file);
             }
         };

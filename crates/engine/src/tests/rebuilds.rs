@@ -296,7 +296,7 @@ fn a_raised_revision_reruns_and_its_warnings_are_kept_for_explain() {
         (&["bold is loud".into()][..], &["two stars".into()][..])
     );
     assert_eq!(reason(&last.reasons[0]), "kind upper 1 -> upper 2");
-    assert_eq!(last.inputs[0].item.to_string(), "text [a]");
+    assert_eq!(last.inputs[0].used.item.to_string(), "text [a]");
     assert_eq!(last.results, [crate::Digest::of(b"*ONE*")]);
 }
 

@@ -258,3 +258,20 @@ fn save(project: &Project, name: &str, text: &str) {
     project.write(&beside, text);
     rename(project, &beside, name);
 }
+
+#[test]
+fn only_the_first_build_of_a_watcher_is_forced() {
+    let project = Project::new(CAPITALS);
+    project.write("in/a.txt", "one");
+    project.write("in/b.txt", "two");
+    project.build();
+    let mut options = Way::Listening.options();
+    options.build.force = true;
+    let watch = Watched::start(&project, options);
+    watch.until_watching();
+    let ran = |events: &[Event]| summaries(events).map(|summary| summary.ran).collect::<Vec<_>>();
+    assert_eq!(ran(&watch.events())[0], 6);
+    project.write("in/a.txt", "new");
+    watch.until_out(&[("a.txt", "NEW"), ("b.txt", "TWO")]);
+    assert!(ran(&watch.events())[1..].iter().sum::<usize>() == 3, "{}", log(&watch.events()));
+}

@@ -54,7 +54,9 @@ impl UpToDateCheck<'_> {
                     }
                     Freshness::Run => {
                         digests.push(None);
-                        asked.push((index, key));
+                        if !self.is_forced(index) {
+                            asked.push((index, key));
+                        }
                     }
                 }
             }
@@ -94,7 +96,8 @@ impl UpToDateCheck<'_> {
     /// because some of its inputs had to be made first.
     pub(crate) fn may_be_shared(&self, item: ItemIndex) -> bool {
         let this = &self.plan.items[item];
-        self.plan.stages[this.stage].configured.is_shared() && !this.inputs.is_empty()
+        let is_shared = self.plan.stages[this.stage].configured.is_shared();
+        is_shared && !this.inputs.is_empty() && !self.is_forced(item)
     }
 
     /// The result of one item with its key that a shared cache has.

@@ -1,0 +1,258 @@
+//! Many files at once: folders, globs, or the whole of `out`.
+
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use engine::{Content, FilesToVerify, MissingFile, OutVerification, Plan, Recipe, Verification};
+use globset::{GlobBuilder, GlobMatcher};
+use serde_json::json;
+
+use super::{changed, in_place, unreadable, verdict};
+use crate::command_error::CommandError;
+use crate::exit::Exit;
+use crate::lists::{NAMED, SHOWN, list, more};
+use crate::print;
+use crate::quantity::count;
+
+/// Prints how these files are, or all of `out`; returns whether all are current.
+pub(super) fn verify(plan: &Plan, files: &[PathBuf], json: bool) -> Result<(Exit, bool), CommandError> {
+    let wanted = Wanted::of(plan, files)?;
+    let is_wanted = |name: &str| wanted.in_out.iter().any(|part| part.has(name));
+    let files = FilesToVerify { in_out: &is_wanted, elsewhere: wanted.elsewhere };
+    let found = engine::verify_out(plan, &files, &containers::read_recipe)?;
+    let is_current = found.is_current();
+    let printed = match json {
+        true => print::json(json!({ "current": is_current, "verifications": found })),
+        false => print::data(&describe(&found)),
+    };
+    Ok((printed, is_current))
+}
+
+/// What the arguments ask for.
+#[derive(Default)]
+struct Wanted {
+    in_out: Vec<InOut>,
+    elsewhere: Vec<PathBuf>,
+}
+
+/// Files of `out`, by their names there.
+enum InOut {
+    All,
+    File(String),
+    Folder(String),
+    Glob(GlobMatcher),
+}
+
+impl InOut {
+    /// The file or folder with this name, which is that of `out` itself if it is empty.
+    fn of(name: String, is_folder: bool) -> Self {
+        match is_folder {
+            true if name.is_empty() => Self::All,
+            true => Self::Folder(name + "/"),
+            false => Self::File(name),
+        }
+    }
+
+    fn has(&self, name: &str) -> bool {
+        match self {
+            Self::All => true,
+            Self::File(file) => name == file,
+            Self::Folder(folder) => name.starts_with(folder.as_str()),
+            Self::Glob(glob) => glob.is_match(name),
+        }
+    }
+}
+
+impl Wanted {
+    fn of(plan: &Plan, arguments: &[PathBuf]) -> Result<Self, CommandError> {
+        let mut wanted = Self::default();
+        if arguments.is_empty() {
+            wanted.in_out.push(InOut::All);
+        }
+        for argument in arguments {
+            if is_glob(plan, argument) {
+                wanted.add_glob(plan, argument)?;
+            } else {
+                wanted.add(plan, argument)?;
+            }
+        }
+        Ok(wanted)
+    }
+
+    /// Adds a file or a folder.
+    fn add(&mut self, plan: &Plan, argument: &Path) -> Result<(), CommandError> {
+        let place = in_place(plan, argument);
+        let names = engine::names_in_out(plan, &place);
+        if !names.is_empty() && place.exists() {
+            self.in_out.extend(names.into_iter().map(|name| InOut::of(name, place.is_dir())));
+            return Ok(());
+        }
+        if let Some(gone) = exported(plan, argument) {
+            self.in_out.push(gone);
+        } else if place.is_dir() {
+            self.elsewhere.extend(files_below(&place));
+        } else {
+            fs::metadata(&place).map_err(|error| unreadable(&place, &error))?;
+            self.elsewhere.push(place);
+        }
+        Ok(())
+    }
+
+    /// Adds the files of a glob: those of `out`, also by their names relative to it, or else others.
+    fn add_glob(&mut self, plan: &Plan, argument: &Path) -> Result<(), CommandError> {
+        let (folder, rest) = parts(argument);
+        let in_out = engine::names_in_out(plan, &folder);
+        let names = if in_out.is_empty() { vec![slashed(&folder)] } else { in_out };
+        let files = files_below(&plan.out);
+        let files = files.iter().filter_map(|file| file.strip_prefix(&plan.out).ok()).map(slashed);
+        let exported = plan.items.iter().flat_map(|item| item.files.iter().cloned());
+        let files = files.chain(exported).collect::<Vec<_>>();
+        for name in names {
+            let glob = matcher(&if name.is_empty() { rest.clone() } else { format!("{name}/{rest}") })?;
+            if files.iter().any(|file| glob.is_match(file)) {
+                self.in_out.push(InOut::Glob(glob));
+                return Ok(());
+            }
+        }
+        let glob = matcher(&rest)?;
+        let is_match = |file: &PathBuf| file.strip_prefix(&folder).is_ok_and(|file| glob.is_match(file));
+        let others = files_below(&folder).into_iter().filter(is_match).collect::<Vec<_>>();
+        if others.is_empty() {
+            return Err(CommandError::usage([format!("no file matches {}", argument.display())]));
+        }
+        self.elsewhere.extend(others);
+        Ok(())
+    }
+}
+
+/// The exported file, or the folder of exported files, that a path names even if it does not exist.
+fn exported(plan: &Plan, path: &Path) -> Option<InOut> {
+    let names =
+        [path.to_path_buf(), plan.out.join(path)].map(|path| engine::names_in_out(plan, &path)).concat();
+    let files = || plan.items.iter().flat_map(|item| &item.files);
+    names.into_iter().find_map(|name| {
+        let folder = format!("{name}/");
+        match files().find(|file| **file == name || file.starts_with(&folder))? {
+            file if *file == name => Some(InOut::of(name, false)),
+            _ => Some(InOut::of(name, true)),
+        }
+    })
+}
+
+/// Whether a path stands for the files below it, or for those that match it.
+pub(super) fn is_many(plan: &Plan, path: &Path) -> bool {
+    let is_folder = || matches!(exported(plan, path), Some(InOut::Folder(_)));
+    in_place(plan, path).is_dir() || is_glob(plan, path) || is_folder()
+}
+
+/// Whether a path is a glob: it has one of its characters, and nothing has it as name.
+fn is_glob(plan: &Plan, path: &Path) -> bool {
+    path.to_string_lossy().contains(['*', '?', '[', '{']) && !in_place(plan, path).exists()
+}
+
+/// The folder before the first part of a glob with one of its characters, and the rest.
+fn parts(glob: &Path) -> (PathBuf, String) {
+    let is_plain = |part: &Component<'_>| !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{']);
+    let folder = glob.components().take_while(is_plain).collect::<PathBuf>();
+    let rest = slashed(glob.strip_prefix(&folder).unwrap_or(glob));
+    (if folder.as_os_str().is_empty() { ".".into() } else { folder }, rest)
+}
+
+fn slashed(path: &Path) -> String {
+    let parts = path.components().filter(|part| *part != Component::CurDir);
+    parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+fn matcher(glob: &str) -> Result<GlobMatcher, CommandError> {
+    let glob = GlobBuilder::new(glob).literal_separator(true).build();
+    glob.map(|glob| glob.compile_matcher()).map_err(|error| CommandError::usage([error.to_string()]))
+}
+
+/// The files below a folder, without those in hidden folders, sorted.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let (mut found, mut open) = (Vec::new(), vec![folder.to_path_buf()]);
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
+            match entry.file_type() {
+                Ok(kind) if kind.is_dir() && is_hidden => {}
+                Ok(kind) if kind.is_dir() => open.push(entry.path()),
+                _ => found.push(entry.path()),
+            }
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+/// A line for each file that is not current, and a summary.
+fn describe(found: &OutVerification) -> String {
+    let OutVerification { files, missing, unreadable, left_over, unknown } = found;
+    let is_altered = |file: &&Verification| {
+        matches!(file.content, Content::Altered { .. }) || matches!(file.recipe, Recipe::Differs { .. })
+    };
+    let differing = files.iter().filter(|file| !file.is_current()).collect::<Vec<_>>();
+    let (altered, stale): (Vec<_>, Vec<_>) = differing.into_iter().partition(is_altered);
+    let (gone, unmade): (Vec<_>, Vec<_>) = missing.iter().partition(|file| file.was_published);
+    let line = |file: &&Verification| format!("{}: {}", file.file, brief(file));
+    let absent = |state: &str| {
+        let state = state.to_owned();
+        move |missing: &&MissingFile| format!("{}: {state} ({})", missing.file, missing.item)
+    };
+    let states = [
+        ("altered", altered.iter().map(line).collect::<Vec<_>>()),
+        ("stale", stale.iter().map(line).collect()),
+        ("gone", gone.iter().map(absent("gone since it was published; a build restores it")).collect()),
+        ("not published yet", unmade.iter().map(absent("not published yet")).collect()),
+        (
+            "unreadable",
+            unreadable.iter().map(|(file, error)| format!("{file}: cannot be read: {error}")).collect(),
+        ),
+        (
+            "left over",
+            left_over.iter().map(|file| format!("{file}: left over: nothing exports it any more")).collect(),
+        ),
+        (
+            "not published by this manifest",
+            unknown.iter().map(|file| format!("{file}: not published by this manifest")).collect(),
+        ),
+    ];
+    let mut text = String::new();
+    let current = files.len() - altered.len() - stale.len();
+    let mut counts = vec![format!("{current} current")];
+    for (state, lines) in &states {
+        lines.iter().take(SHOWN).for_each(|line| text += &format!("{line}\n"));
+        let more = more(lines.len().saturating_sub(SHOWN), "more file");
+        more.iter().for_each(|more| text += &format!("{more} {state}; --json lists all\n"));
+        if !lines.is_empty() {
+            counts.push(format!("{} {state}", lines.len()));
+        }
+    }
+    let all = states.iter().map(|(_, lines)| lines.len()).sum::<usize>() + current;
+    text + &format!("{}: {}\n", count(all, "file"), counts.join(", "))
+}
+
+/// The verdict on a file, with the sources that changed.
+fn brief(file: &Verification) -> String {
+    let sources = changed(file).map(|source| source.path.as_str()).collect::<Vec<_>>();
+    match verdict(file) {
+        verdict if sources.is_empty() => verdict.into(),
+        verdict => format!("{verdict} ({})", list(&sources, ", ", NAMED)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_glob_begins_at_its_first_special_part() {
+        let check = |glob: &str, folder: &str, rest: &str| {
+            assert_eq!(parts(Path::new(glob)), (folder.into(), rest.into()), "{glob}");
+        };
+        check("out/maps/*.exr", "out/maps", "*.exr");
+        check("./out/**/a.exr", "./out", "**/a.exr");
+        check("*.exr", ".", "*.exr");
+        check("/srv/{a,b}/x.exr", "/srv", "{a,b}/x.exr");
+    }
+}
