@@ -11,6 +11,7 @@ use parking_lot::{Mutex, MutexGuard};
 use crate::arguments::BuildArguments;
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
+use crate::prune::leftovers;
 use crate::quantity::{count, duration, size};
 use crate::reasons;
 use crate::screen::Screen;
@@ -125,6 +126,9 @@ impl BuildReporter {
             }
             Event::Removed { file } => {
                 self.line(if self.dry_run { "would remove" } else { "removed" }, file);
+            }
+            Event::Leftovers { folder, files, published_by, manifest } => {
+                self.important("warning", leftovers(folder, *files, published_by, manifest));
             }
             Event::Ended(_) => self.screen.clear(),
             // Only a watcher sends these.

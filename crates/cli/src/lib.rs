@@ -32,6 +32,7 @@ mod panics;
 mod png_file;
 mod preview;
 mod print;
+mod prune;
 mod quantity;
 mod reasons;
 mod remote_options;
@@ -81,6 +82,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Watch(arguments) => Ok(watch::run(&arguments, kinds)),
         Command::Preview(arguments) => preview::run(&arguments, kinds),
         Command::Cache { command } => cache::run(&command),
+        Command::Prune { query, dry_run } => prune::run(&query, dry_run),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),
         Command::Check(arguments) => check::run(&arguments, kinds),

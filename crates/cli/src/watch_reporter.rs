@@ -11,6 +11,7 @@ use parking_lot::{Mutex, MutexGuard};
 
 use crate::lists::{NAMED, SHOWN, fitting, list, more};
 use crate::outstanding::{OutstandingErrors, Transition};
+use crate::prune::leftovers;
 use crate::quantity::{count, duration};
 use crate::screen::Screen;
 use crate::{manifest, reasons};
@@ -160,6 +161,9 @@ impl WatchReporter {
             }
             Event::Removed { file } if self.verbose => self.line(&since, &format!("{file} was removed")),
             Event::Removed { file } => state.removed.push(file.clone()),
+            Event::Leftovers { folder, files, published_by, manifest } => {
+                self.line("warning", &leftovers(folder, *files, published_by, manifest));
+            }
             Event::Warning { item, message } => self.line("warning", &format!("{item}: {message}")),
             Event::Note { item, message } if self.verbose => self.line("note", &format!("{item}: {message}")),
             Event::Note { .. } | Event::TaskTimed { .. } => {}

@@ -25,6 +25,8 @@ pub enum LockPurpose {
     Collect,
     /// A check of the cache, which removes damaged results.
     Verify,
+    /// The removal of published files that no manifest exports any more.
+    Prune,
 }
 
 impl fmt::Display for LockPurpose {
@@ -35,6 +37,7 @@ impl fmt::Display for LockPurpose {
             Self::Watch => "specula watch",
             Self::Collect => "specula cache gc",
             Self::Verify => "specula cache verify",
+            Self::Prune => "specula prune",
         })
     }
 }

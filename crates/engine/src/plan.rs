@@ -18,6 +18,7 @@ use crate::{
     Table, nearest, regular,
 };
 
+mod clashes;
 mod cycles;
 mod folders;
 mod graph;
@@ -210,6 +211,13 @@ fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<
                 .diagnostics(vec![Diagnostic::of_file("a stage of the manifest could not be understood")]))
         }
     }
+}
+
+/// The folder that a manifest exports into; `None` if its text does not say.
+pub(crate) fn out_of(manifest: &Path) -> Option<PathBuf> {
+    let document = Document::parse(manifest.display().to_string(), &read(manifest).ok()?).ok()?;
+    let declared = manifest::Manifest::parse(&document, &mut Vec::new())?;
+    graph::out_folder(&declared.out, manifest.parent()?, &mut Vec::new())
 }
 
 /// The bytes of the manifest: at most one more than [`Document::MAX_BYTES`].
