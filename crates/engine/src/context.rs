@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
-use crate::files::listing_digest;
+use crate::files::{OpenFile, listing_digest};
 use crate::gate::Gate;
 use crate::progress::ShareDone;
 use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
@@ -185,6 +185,20 @@ impl<'a> Context<'a> {
             let failure = Failure::from(error).context(format!("cannot read {}", path.display()));
             if is_busy { failure.help(WHEN_WRITTEN) } else { failure }
         })
+    }
+
+    /// A file, for [`Kind::check_source`](crate::Kind::check_source), which reads a part of it; relative paths
+    /// as for [`Context::read`].
+    ///
+    /// The engine does not know what is read, so it takes an item for outdated whose run opened a file.
+    ///
+    /// # Errors
+    /// If the file cannot be opened; the message names it.
+    pub fn open(&self, path: &Path) -> Result<Box<dyn OpenFile>, Failure> {
+        let path = self.resolve(path);
+        let file = self.files.open(&path);
+        self.record(Read { path: path.clone(), listing: false, digest: None });
+        file.map_err(|error| Failure::from(error).context(format!("cannot read {}", path.display())))
     }
 
     /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].

@@ -1,8 +1,9 @@
 //! The files of the outside world: as items read them, and their present digests.
 
+use std::fs;
+use std::io::{self, BufRead, Cursor, Seek};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
-use std::{fs, io};
 
 use crate::regular::hash;
 use crate::watch::is_probe;
@@ -16,6 +17,14 @@ pub trait Files: Send + Sync {
     /// If the file cannot be read.
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>>;
 
+    /// A file, of which perhaps only a part is read.
+    ///
+    /// # Errors
+    /// If the file cannot be opened.
+    fn open(&self, path: &Path) -> io::Result<Box<dyn OpenFile>> {
+        Ok(Box::new(Cursor::new(self.read(path)?.to_vec())))
+    }
+
     /// The names in a folder, sorted, each with whether it is a folder.
     ///
     /// # Errors
@@ -25,6 +34,11 @@ pub trait Files: Send + Sync {
     /// Whether the path is a folder.
     fn is_folder(&self, path: &Path) -> bool;
 }
+
+/// An open file, of which any part can be read.
+pub trait OpenFile: BufRead + Seek {}
+
+impl<T: BufRead + Seek> OpenFile for T {}
 
 /// A file or folder listing that an item read.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,6 +9,7 @@ mod build;
 pub mod cache;
 mod cancel;
 mod cause;
+mod check_sources;
 mod choice;
 mod context;
 mod determinism;
@@ -71,6 +72,7 @@ mod watch;
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
 pub use cancel::Cancel;
+pub use check_sources::{SourceError, check_sources};
 pub use choice::Choice;
 pub use context::Context;
 pub use determinism::{Determinism, Difference, FailedRun, default_threads, determinism};
@@ -81,7 +83,7 @@ pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Wo
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
 pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
 pub use failure::Failure;
-pub use files::{Files, Read};
+pub use files::{Files, OpenFile, Read};
 pub use key::{Digest, ItemKey};
 pub use kind::{
     Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, Output, Port, Product, RecipeReader,

@@ -16,6 +16,7 @@ mod rebuilds;
 mod renamed;
 mod shared;
 mod snapshot;
+mod sources;
 mod watch;
 
 use std::fmt::Write;
