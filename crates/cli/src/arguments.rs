@@ -71,8 +71,8 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: CacheCommand,
     },
-    /// Remove published files that no manifest exports any more, because a manifest was renamed or deleted, or
-    /// its `out` changed
+    /// Remove published files that no manifest exports any more, because a manifest was renamed or deleted,
+    /// or its `out` changed
     Prune {
         #[command(flatten)]
         query: QueryArguments,
@@ -82,8 +82,8 @@ pub(crate) enum Command {
     },
     /// Check that an exported file matches its recipe, and that its sources have not changed since
     Verify(VerifyArguments),
-    /// Check the manifest, and its sources as far as text and headers show errors; or check that outputs do not
-    /// depend on the number of threads
+    /// Check the manifest, and its sources as far as text and headers show errors; or check that outputs do
+    /// not depend on the number of threads
     Check(CheckArguments),
     /// Print the graph of the manifest
     Graph(GraphArguments),

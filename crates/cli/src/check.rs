@@ -1,5 +1,5 @@
-//! `specula check`: whether the manifest and what it names is valid, and with `--determinism` whether outputs depend on the
-//! number of threads.
+//! `specula check`: whether the manifest and what it names is valid, and with `--determinism` whether
+//! outputs depend on the number of threads.
 
 use std::collections::HashMap;
 use std::fmt::Write;

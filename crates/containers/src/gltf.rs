@@ -85,8 +85,8 @@ pub fn read_gltf_attribute<E: From<Error>>(
     Ok(read_with(bytes, Some(name), read)?.1)
 }
 
-/// Checks the JSON of a file for a mesh, but none of its vertices: `find` gives the length of each file beside
-/// it that is needed.
+/// Checks the JSON of a file for a mesh, but none of its vertices: `find` gives the length of each file
+/// beside it that is needed.
 ///
 /// # Errors
 /// As [`read_gltf`], as far as the JSON shows it, and if `find` fails.

@@ -1,9 +1,10 @@
 //! What a picture's header says, without its pixels.
 
-use std::io::{BufRead, Read, Seek, SeekFrom};
+use std::io::{BufRead, Seek};
 
 use crate::decoded::{OpenExrEnvmap, ReadOptions};
 use crate::error::Error;
+use crate::file_part::{beginning, length, rewind};
 use crate::format::{Format, identify};
 use crate::{jpeg, open_exr, radiance, raster, tiff};
 
@@ -52,37 +53,6 @@ pub fn read_image_header(
     };
     let [width, height] = size.map_err(|error| error.within(format.name()))?;
     Ok(ImageHeader { format, width, height, openexr_envmap: envmap })
-}
-
-/// The length of a file.
-pub(crate) fn length(file: &mut impl Seek) -> Result<usize, Error> {
-    let length = file.seek(SeekFrom::End(0)).map_err(unreadable)?;
-    rewind(file)?;
-    Ok(usize::try_from(length).unwrap_or(usize::MAX))
-}
-
-/// The first bytes of a file: `most`, or all that it has.
-pub(crate) fn beginning(file: &mut (impl Read + Seek), most: u64) -> Result<Vec<u8>, Error> {
-    rewind(file)?;
-    let mut bytes = Vec::new();
-    file.by_ref().take(most).read_to_end(&mut bytes).map_err(unreadable)?;
-    Ok(bytes)
-}
-
-pub(crate) fn rewind(file: &mut impl Seek) -> Result<(), Error> {
-    file.rewind().map_err(unreadable)
-}
-
-/// Eight bytes of a file, or as many as are left of them and zeros; `None` if there are none.
-pub(crate) fn bytes_at(file: &mut (impl Read + Seek), at: usize, count: usize) -> Option<[u8; 8]> {
-    let mut bytes = [0; 8];
-    file.seek(SeekFrom::Start(at as u64)).ok()?;
-    file.read_exact(bytes.get_mut(..count)?).ok()?;
-    Some(bytes)
-}
-
-pub(crate) fn unreadable(error: std::io::Error) -> Error {
-    Error::truncated(format!("the file cannot be read: {error}"))
 }
 
 #[cfg(test)]

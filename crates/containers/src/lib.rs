@@ -31,6 +31,7 @@ mod dds;
 mod decoded;
 mod decoder_level;
 mod error;
+mod file_part;
 mod format;
 mod gltf;
 mod gltf_image_based_light;

@@ -25,8 +25,8 @@ use std::io::{Read, Seek};
 use brdf::Material;
 
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{beginning, length};
 use crate::format::refuse_non_files;
-use crate::image_header::{beginning, length};
 
 /// How a measured BRDF is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -24,7 +24,7 @@ use envmap::Image;
 use crate::chromaticity::{self, Chromaticities};
 use crate::decoded::{Decoded, Encoded};
 use crate::error::{Error, ErrorKind};
-use crate::image_header::beginning;
+use crate::file_part::beginning;
 use crate::recipe;
 use crate::{Format, limits};
 

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{bytes_at, rewind};
 use crate::icc::Encoding;
-use crate::image_header::{bytes_at, rewind};
 use crate::{Format, limits};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.

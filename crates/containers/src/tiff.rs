@@ -9,7 +9,7 @@ use ::tiff::{ColorType, TiffError};
 
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
-use crate::image_header::{bytes_at, rewind};
+use crate::file_part::{bytes_at, rewind};
 use crate::raster::{self, Raster};
 use crate::{Format, limits};
 

@@ -77,8 +77,8 @@ impl BuildSession {
     /// the results are the same.
     ///
     /// # Errors
-    /// If the build as a whole cannot go on: a stage is unknown, `out` is not a folder, another process holds the lock, the state
-    /// folder is damaged beyond use or cannot be written.
+    /// If the build as a whole cannot go on: a stage is unknown, `out` is not a folder, another process holds
+    /// the lock, the state folder is damaged beyond use or cannot be written.
     pub fn build(
         &self,
         plan: &Plan,

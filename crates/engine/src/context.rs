@@ -187,8 +187,8 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// A file, for [`Kind::check_source`](crate::Kind::check_source), which reads a part of it; relative paths
-    /// as for [`Context::read`].
+    /// A file, for [`Kind::check_source`](crate::Kind::check_source), which reads a part of it; relative
+    /// paths as for [`Context::read`].
     ///
     /// The engine does not know what is read, so it takes an item for outdated whose run opened a file.
     ///

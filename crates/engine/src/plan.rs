@@ -111,7 +111,7 @@ impl Plan {
     ) -> Result<Self, Diagnostics> {
         let (graph, mut errors) = parse(manifest, bytes, kinds)?;
         let assets = items::assets(&graph, folders, &mut errors);
-        let items = items::expand(&graph, &assets, &mut errors);
+        let items = expand(&graph, &assets, &mut errors);
         assemble(&graph, items, errors)
     }
 }
@@ -151,7 +151,7 @@ impl Graph {
         if let Some(before) = before.filter(|before| errors.is_empty() && before.assets == assets) {
             return Ok(before.clone());
         }
-        let items = items::expand(self, &assets, &mut errors);
+        let items = expand(self, &assets, &mut errors);
         let plan = assemble(self, items, errors)?;
         Ok(Expansion { plan, assets })
     }
@@ -176,6 +176,13 @@ fn parse(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Dia
         Some(graph) => Ok((graph, errors)),
         None => Err(Diagnostics::new(file, text, errors)),
     }
+}
+
+/// The items of a graph; reports those that cannot be published side by side.
+fn expand(graph: &Graph, assets: &items::Assets, errors: &mut Vec<Diagnostic>) -> Vec<Item> {
+    let items = items::expand(graph, assets, errors);
+    errors.extend(clashes::find(graph, &items, assets));
+    items
 }
 
 /// The plan of a graph, if there are no errors.

@@ -58,8 +58,8 @@ impl<'a> Manifests<'a> {
         found
     }
 
-    /// Whether a manifest exists and may export into a folder, as records contain it. A manifest that cannot be
-    /// read may.
+    /// Whether a manifest exists and may export into a folder, as records contain it. A manifest that cannot
+    /// be read may.
     pub(crate) fn exports_into(&mut self, name: &str, out: &str) -> bool {
         if !self.has(name) {
             return false;

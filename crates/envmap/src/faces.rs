@@ -19,7 +19,8 @@ pub fn stack_faces(faces: [Image; 6]) -> Result<Image, Error> {
     Image::new(edge, 6 * edge, pixels).ok_or(Error::Resolution { width: edge, height: 6 * edge })
 }
 
-/// Checks that six faces of these columns and rows, in file order, are squares of one size; returns their edge.
+/// Checks that six faces of these columns and rows, in file order, are squares of one size; returns their
+/// edge.
 ///
 /// # Errors
 /// [`Error::FaceSize`] names the first that does not fit.

@@ -73,8 +73,8 @@
 //! | `zero` | each becomes 0, with a warning |
 //! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
 //!
-//! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist and
-//! a file that is no image, but not bad pixels.
+//! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist
+//! and a file that is not an image, but not bad pixels.
 //!
 //! ## Processors
 //!

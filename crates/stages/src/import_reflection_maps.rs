@@ -324,7 +324,7 @@ fn check_size(index: &Index, entry: &Entry, first: [usize; 2], size: [usize; 2])
 /// The size of the map in a picture of these columns and rows.
 fn picture_size(layout: FileLayout, width: usize, height: usize) -> Result<[usize; 2], Failure> {
     let faces = faces_of(layout);
-    let fits = height % faces == 0 && fits(layout, width, height / faces, faces);
+    let fits = height.is_multiple_of(faces) && fits(layout, width, height / faces, faces);
     if fits { Ok([width, height / faces]) } else { Err(wrong_shape(layout, width, height)) }
 }
 

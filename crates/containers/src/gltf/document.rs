@@ -9,8 +9,8 @@ use gltf::json::{Accessor, Path, Root};
 use serde_json::{Map, Value, json};
 
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{beginning, bytes_at, length};
 use crate::format::refuse_non_files;
-use crate::image_header::{beginning, bytes_at, length};
 
 /// Extensions that are read, or do not concern meshes.
 const READ: [&str; 9] = [

@@ -1,6 +1,6 @@
 //! The files in the ledger that are not files of the manifest that is being built: those that other manifests
-//! of the folder export, and *abandoned* files, whose manifest no longer exists (it was renamed or deleted) or
-//! now names another folder as `out`.
+//! of the folder export, and *abandoned* files, whose manifest no longer exists (it was renamed or deleted)
+//! or now names another folder as `out`.
 //!
 //! Two folders may hold the same file (`out` and `out/game`, or a folder and a link to it). So files are
 //! compared by their path from the manifest's folder, with the links that lead to `out` resolved.
@@ -102,7 +102,8 @@ impl Others {
         others
     }
 
-    /// The path of an `out` from the manifests' folder, links resolved; `None` if it leads out of that folder.
+    /// The path of an `out` from the manifests' folder, links resolved; `None` if it leads out of that
+    /// folder.
     pub(super) fn root(&self, out: &str) -> Option<String> {
         match fs::canonicalize(self.folder.join(out)) {
             Ok(real) => {

@@ -17,7 +17,6 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::clashes;
 use super::folders::Folders;
 use super::graph::{Graph, Node};
 use super::index::{ItemIndex, StageIndex};
@@ -242,5 +241,4 @@ fn add_files(
             item.files.clear();
         }
     }
-    errors.extend(clashes::find(graph, items, assets));
 }

@@ -309,3 +309,20 @@ fn files_in_a_folder_with_its_own_state_belong_to_the_manifests_there() {
     assert_eq!(pruned(&project, false), Pruned::default());
     assert_eq!(names(&project, "part/out").len(), 2);
 }
+
+#[test]
+fn a_manifest_that_now_exports_elsewhere_leaves_its_files_to_others() {
+    let project = project();
+    build(&project, "pipeline.toml");
+    project.edit("out = \"out\"", "out = \"dist\"");
+    project.write("other.toml", &TWO.replace("\"!\"", "\"?\"").replace("copy/", "same/"));
+    let events = build(&project, "other.toml");
+    assert!(events.contains("published loud/a.txt 2\n") && !events.contains("FAILED"), "{events}");
+    assert!(!events.contains("removed"), "{events}");
+    assert!(events.ends_with("left over in out: 2 of pipeline.toml\n"), "{events}");
+    assert_eq!(pruned(&project, false).removed, ["out/copy/a.txt", "out/copy/b.txt"]);
+    // Now the files are those of the other manifest.
+    project.edit("out = \"dist\"", "out = \"out\"");
+    let events = build(&project, "pipeline.toml");
+    assert_eq!(events.matches("other.toml published it").count(), 2, "{events}");
+}

@@ -1,5 +1,5 @@
-//! What `check_source` finds: each error below is one of the text or of a header. That it refuses nothing that
-//! runs, and has the message of the run, is checked for every case of every kind (`fixture.rs`).
+//! What `check_source` finds: each error below is one of the text or of a header. That it refuses nothing
+//! that runs, and has the message of the run, is checked for every case of every kind (`fixture.rs`).
 
 use containers::{Precision, write_exr, write_png, write_rgbe};
 use envmap::Image;
