@@ -130,3 +130,29 @@ fn a_killed_collection_leaves_a_valid_cache() {
     project.ok(&["cache", "gc"]);
     project.ok(&["cache", "verify"]);
 }
+
+#[test]
+fn prune_removes_what_a_change_of_out_left_behind() {
+    let project = edited(1);
+    let manifest = std::fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    let before = project.outputs();
+    assert!(manifest.contains("out = \"out\""), "{manifest}");
+    project.write("pipeline.toml", &manifest.replace("out = \"out\"", "out = \"dist\""));
+    let files = before.len();
+    let warning =
+        format!("{files} files in out are no longer exported (published by pipeline.toml): `specula prune`");
+    for _ in 0..2 {
+        let run = project.ok(&["build", "-q"]);
+        assert_eq!(run.stderr.matches(&warning).count(), 1, "{run:?}");
+    }
+    let left = project.events(&[]).into_iter().find(|event| event["event"] == "leftovers").unwrap();
+    assert_eq!((&left["folder"], &left["files"]), (&"out".into(), &files.into()));
+    let dry = json(&project, &["prune", "--dry-run", "--json"]);
+    assert_eq!(project.outputs(), before);
+    let pruned = json(&project, &["prune", "--json"]);
+    assert_eq!(dry, pruned);
+    assert_eq!(pruned["removed"].as_array().unwrap().len(), files);
+    assert!(!project.path("out").exists());
+    assert!(project.ok(&["prune"]).stdout.starts_with("nothing to remove"));
+    assert!(!project.ok(&["build", "-q"]).stderr.contains("no longer exported"));
+}

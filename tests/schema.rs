@@ -216,11 +216,13 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
         "model = \"measured\"\nfile = \"a.binary\"\nscale = [1, 0.5, 0.5]",
         "model = \"layers\"\nlayers = [{ layers = [{ model = \"lambert\", albedo = 1 }] }]",
         "model = \"lafortune\"\nlobes = [{ cx = -1, cz = 1, n = 4 }]",
+        "model = \"ggx\"\nroughness_x = 0.2\nroughness_y = 0.6\nior = 1.5",
     ];
     let mistakes = [
         "",
         "model = \"fong\"\nexponent = 3",
         "model = \"phong\"",
+        "model = \"ggx\"\nroughness_x = 0.2\nior = 1.5",
         "model = \"phong\"\nexponent = \"3\"",
         "model = \"phong\"\nexponent = -3",
         "model = \"phong\"\nexponent = 3\nsharpness = 2",

@@ -341,6 +341,23 @@ fn a_valid_manifest_is_described_and_an_invalid_one_is_not() {
     let text = project.ok(&["check"]).stdout;
     assert!(text.starts_with("pipeline.toml is valid: 8 stages, ") && text.ends_with(" in out\n"), "{text}");
     assert!(!project.path(".specula").exists() && !project.path("out").exists(), "nothing is written");
+    project.write("assets/materials/copper.toml", "model = \"ggx\"\nior = 1.5\n");
+    project.write("assets/materials/tin.toml", "model = \"tin\"\n");
+    let run = project.specula(&["check"]);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stdout.ends_with(" in out; the sources of 2 items have errors\n"), "{run:?}");
+    for words in [
+        "error: material [copper] would fail\n  copper.toml:1:1: \"roughness\" is missing",
+        "no model \"tin\"",
+    ] {
+        assert!(run.stderr.contains(words), "{run:?}");
+    }
+    let run = project.specula(&["check", "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!((run.code, &found["sound"]), (Some(1), &false.into()));
+    let sources = found["source_errors"].as_array().unwrap().iter().map(|error| &error["source"]);
+    assert!(sources.eq(["assets/materials/copper.toml", "assets/materials/tin.toml"]), "{found}");
+    assert!(!project.path(".specula").exists());
     project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degre = 8\n"));
     assert_eq!(project.specula(&["check"]).code, Some(3));
     let usage = project.specula(&["check", "map"]);

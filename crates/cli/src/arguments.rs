@@ -50,9 +50,19 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: CacheCommand,
     },
+    /// Remove published files that no manifest exports any more, because a manifest was renamed or deleted,
+    /// or its `out` changed
+    Prune {
+        #[command(flatten)]
+        query: QueryArguments,
+        /// Show what would be removed, and remove nothing
+        #[arg(long)]
+        dry_run: bool,
+    },
     /// Check that exported files match their recipes, and that their sources have not changed since
     Verify(VerifyArguments),
-    /// Check the manifest, or check that outputs do not depend on the number of threads
+    /// Check the manifest, and its sources as far as text and headers show errors; or check that outputs do
+    /// not depend on the number of threads
     Check(CheckArguments),
     /// Print the graph of the manifest
     Graph(GraphArguments),
@@ -131,6 +141,7 @@ impl Command {
                 | CacheCommand::Gc { query, .. }
                 | CacheCommand::Verify { query } => &mut query.manifest,
             },
+            Self::Prune { query, .. } => &mut query.manifest,
             Self::Explain(arguments) => &mut arguments.query.manifest,
             Self::Verify(arguments) => &mut arguments.query.manifest,
             Self::Check(arguments) => &mut arguments.query.manifest,

@@ -12,6 +12,7 @@ use parking_lot::{Mutex, MutexGuard};
 use crate::arguments::BuildArguments;
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
+use crate::prune::leftovers;
 use crate::quantity::{count, duration, size};
 use crate::reasons;
 use crate::removals::Removals;
@@ -137,6 +138,9 @@ impl BuildReporter {
                     self.line(if self.dry_run { "would remove" } else { "removed" }, file);
                 }
                 self.state().removals.add(because, file);
+            }
+            Event::Leftovers { folder, files, published_by, manifest } => {
+                self.important("warning", leftovers(folder, *files, published_by, manifest));
             }
             Event::Ended(_) => self.screen.clear(),
             // Only a watcher sends these.

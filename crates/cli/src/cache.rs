@@ -43,14 +43,14 @@ fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
 }
 
 /// The folder of a manifest, even if the manifest no longer exists.
-fn folder(query: &QueryArguments) -> &Path {
+pub(crate) fn folder(query: &QueryArguments) -> &Path {
     match query.manifest.manifest.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
 }
 
-fn show_wait(holder: String) {
+pub(crate) fn show_wait(holder: String) {
     say!("{:>13}  for {holder}", "waiting");
 }
 

@@ -1,11 +1,11 @@
-//! `specula check`: whether the manifest is valid, and with `--determinism` whether outputs depend on the
-//! number of threads.
+//! `specula check`: whether the manifest and what it names is valid, and with `--determinism` whether
+//! outputs depend on the number of threads.
 
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use engine::{Cancel, Determinism, Event, Kinds, Plan};
+use engine::{Cancel, Determinism, Event, Kinds, Plan, SourceError};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
@@ -19,7 +19,9 @@ use crate::{build, manifest, print};
 pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.query.manifest, kinds)?;
     if !arguments.determinism {
-        return Ok(describe_plan(arguments, &plan));
+        let errors = engine::check_sources(&plan)?;
+        let printed = describe_plan(arguments, &plan, &errors);
+        return Ok(if printed == Exit::Success && !errors.is_empty() { Exit::Failed } else { printed });
     }
     let threads = if arguments.threads.is_empty() {
         engine::default_threads()
@@ -59,19 +61,37 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, Com
     })
 }
 
-/// What a valid manifest holds.
-fn describe_plan(arguments: &CheckArguments, plan: &Plan) -> Exit {
+/// What a valid manifest holds, and the errors in the sources of its items.
+fn describe_plan(arguments: &CheckArguments, plan: &Plan, errors: &[SourceError]) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();
     if arguments.query.json {
-        let warnings = &plan.warnings;
-        return print::json(
-            json!({ "sound": true, "stages": stages, "items": items, "files": files, "warnings": warnings }),
-        );
+        let sound = errors.is_empty();
+        return print::json(json!({
+            "sound": sound,
+            "stages": stages,
+            "items": items,
+            "files": files,
+            "source_errors": errors,
+            "warnings": plan.warnings,
+        }));
     }
     plan.warnings.to_string().lines().for_each(|line| say!("warning: {line}"));
+    for SourceError { item, error, help, .. } in errors.iter().take(SHOWN) {
+        say!("error: {item} would fail");
+        error.iter().for_each(|cause| say!("  {}", cause.replace('\n', "\n  ")));
+        help.iter().for_each(|help| say!("  hint: {help}"));
+        say!("");
+    }
+    let more = more(errors.len().saturating_sub(SHOWN), "more item that would fail");
+    more.iter().for_each(|more| say!("{more}; --json lists all"));
+    let failing = match errors.len() {
+        0 => String::new(),
+        1 => "; the source of 1 item has errors".to_owned(),
+        items => format!("; the sources of {items} items have errors"),
+    };
     print::data(&format!(
-        "{} is valid: {}, {}, {} in out\n",
+        "{} is valid: {}, {}, {} in out{failing}\n",
         arguments.query.manifest.manifest.display(),
         count(stages, "stage"),
         count(items, "item"),

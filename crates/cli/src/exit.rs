@@ -7,8 +7,8 @@ use std::process::ExitCode;
 pub enum Exit {
     /// 0: the command did what it was asked to do.
     Success = 0,
-    /// 1: items failed, and their last good outputs stay; or a check found damage in the cache, a stale or
-    /// altered file, or outputs that differ.
+    /// 1: items failed, and their last good outputs stay; or a check found a source with errors, damage in
+    /// the cache, a stale or altered file, or outputs that differ.
     Failed = 1,
     /// 2: the command line is not valid, or names something that does not exist.
     Usage = 2,
@@ -26,8 +26,8 @@ impl Exit {
     /// The table for `--help`.
     pub(crate) const HELP: &'static str = "Exit codes:
   0    success
-  1    items failed, and their last good outputs stay; or a check found damage, a stale or
-       altered file, or outputs that differ
+  1    items failed, and their last good outputs stay; or a check found a source with errors,
+       damage, a stale or altered file, or outputs that differ
   2    the command line is not valid, or names something that does not exist
   3    the manifest or specula.toml has errors, or the manifest does not exist; nothing
        ran

@@ -35,6 +35,7 @@ mod png_file;
 mod preview;
 mod print;
 mod process_arguments;
+mod prune;
 mod quantity;
 mod reasons;
 mod remote_options;
@@ -93,6 +94,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
             Ok(exit)
         }
         Command::Cache { command } => cache::run(&command),
+        Command::Prune { query, dry_run } => prune::run(&query, dry_run),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),
         Command::Check(arguments) => check::run(&arguments, kinds),

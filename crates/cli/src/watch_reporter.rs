@@ -11,6 +11,7 @@ use parking_lot::{Mutex, MutexGuard};
 
 use crate::lists::{NAMED, SHOWN, fitting, list, more};
 use crate::outstanding::{OutstandingErrors, Transition};
+use crate::prune::leftovers;
 use crate::quantity::{count, duration};
 use crate::removals::Removals;
 use crate::screen::Screen;
@@ -175,6 +176,9 @@ impl WatchReporter {
                 self.line("warning", &format!("{item}: {message}"));
             }
             Event::Warning { item, message } => state.warnings.add(item, message),
+            Event::Leftovers { folder, files, published_by, manifest } => {
+                self.line("warning", &leftovers(folder, *files, published_by, manifest));
+            }
             Event::Note { item, message } if self.verbose => self.line("note", &format!("{item}: {message}")),
             Event::Note { .. } | Event::TaskTimed { .. } => {}
             Event::Failed { item, error, help } => {

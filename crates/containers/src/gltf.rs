@@ -15,6 +15,7 @@
 //! counts that a damaged file may hold. Every range is checked here when it is used.
 
 use std::collections::BTreeSet;
+use std::io::{Read, Seek};
 
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
@@ -42,7 +43,7 @@ use buffers::Buffers;
 pub use buffers::ReadBeside;
 use document::{Document, NAMED};
 use frame::{affine, in_our_frame, vector};
-pub use materials::{GltfMaterial, MaterialChoice, gltf_materials, read_gltf_material};
+pub use materials::{GltfMaterial, MaterialChoice, check_gltf_material, gltf_materials, read_gltf_material};
 use skins::Pose;
 pub use write::{GlbText, VertexAttribute, write_glb};
 pub(crate) use write::{is_glb, read_recipe};
@@ -82,6 +83,23 @@ pub fn read_gltf_attribute<E: From<Error>>(
     read: &mut ReadBeside<'_, E>,
 ) -> Result<Vec<f32>, E> {
     Ok(read_with(bytes, Some(name), read)?.1)
+}
+
+/// Checks the JSON of a file for a mesh, but none of its vertices: `find` gives the length of each file
+/// beside it that is needed.
+///
+/// # Errors
+/// As [`read_gltf`], as far as the JSON shows it, and if `find` fails.
+pub fn check_gltf<E: From<Error>>(
+    file: &mut (impl Read + Seek),
+    find: &mut dyn FnMut(&str) -> Result<u64, E>,
+) -> Result<(), E> {
+    let (json, has_chunk) = document::read_json(file)?;
+    let document = document::of_json(json, None)?;
+    let scene = Placed::of(&document)?;
+    check_counts(&document, &scene.meshes)?;
+    let needed = scene.meshes.iter().flat_map(|mesh| mesh.accessors(&document));
+    Buffers::check(&document, needed, has_chunk, find)
 }
 
 /// The meshes of a file, and a number for each vertex if an attribute is wanted.

@@ -3,7 +3,9 @@
 //! `zune-jpeg` decodes it directly, not through `image`: that has no strict mode, and fills what a damaged
 //! file lacks with grey.
 
-use zune_core::bytestream::ZCursor;
+use std::io::{BufRead, Seek};
+
+use zune_core::bytestream::{ZByteReaderTrait, ZCursor};
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
@@ -21,18 +23,29 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
     raster(bytes)?.decode(Format::Jpeg)
 }
 
-/// The samples of a JPEG.
-pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
+/// The size of a JPEG.
+pub(crate) fn header(file: impl BufRead + Seek, length: usize) -> Result<[usize; 2], Error> {
+    open(file, length).map(|(_, size)| size)
+}
+
+/// A decoder that has read the header, and the size that this declares.
+fn open<T: ZByteReaderTrait>(file: T, length: usize) -> Result<(JpegDecoder<T>, [usize; 2]), Error> {
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(usize::from(u16::MAX))
         .set_max_height(usize::from(u16::MAX))
         .jpeg_set_out_colorspace(ColorSpace::RGB);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    let mut decoder = JpegDecoder::new_with_options(file, options);
     decoder.decode_headers().map_err(describe)?;
     let info = decoder.info().ok_or_else(|| Error::damaged("the header holds no size"))?;
     let (width, height) = (usize::from(info.width), usize::from(info.height));
-    limits::plausible(limits::pixels(width, height)? * 3, bytes.len(), RATIO)?;
+    limits::plausible(limits::pixels(width, height)? * 3, length, RATIO)?;
+    Ok((decoder, [width, height]))
+}
+
+/// The samples of a JPEG.
+pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
+    let (mut decoder, [width, height]) = open(ZCursor::new(bytes), bytes.len())?;
     // Even in strict mode the decoder fills what is missing with grey, or reports damage of some other kind.
     // Markers do not occur within the coded data: the end of the image is the one after the last start of a
     // scan.

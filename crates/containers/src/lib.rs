@@ -31,10 +31,12 @@ mod dds;
 mod decoded;
 mod decoder_level;
 mod error;
+mod file_part;
 mod format;
 mod gltf;
 mod gltf_image_based_light;
 mod icc;
+mod image_header;
 mod jpeg;
 mod ktx1;
 mod ktx2;
@@ -71,11 +73,13 @@ pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{
     Anisotropy, GlbText, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, VertexAttribute,
-    gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_material, write_glb,
+    check_gltf, check_gltf_material, gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
+    read_gltf_material, write_glb,
 };
 pub use gltf_image_based_light::{
     ImageBasedLight, read_gltf_image_based_light, read_gltf_irradiance, write_gltf_image_based_light,
 };
+pub use image_header::{ImageHeader, read_image_header};
 pub use ktx1::write_ktx1;
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
 pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};

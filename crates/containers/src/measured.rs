@@ -20,9 +20,12 @@ mod spectrum;
 mod table;
 mod text;
 
+use std::io::{Read, Seek};
+
 use brdf::Material;
 
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{beginning, length};
 use crate::format::refuse_non_files;
 
 /// How a measured BRDF is written.
@@ -101,19 +104,59 @@ pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Mat
     read_with_notes(file_name, bytes, format).map(|reading| reading.material)
 }
 
+/// Checks the beginning of a file, and its length if its header declares that, without making a table of it.
+///
+/// # Errors
+/// As [`read`], as far as the header shows it.
+pub fn check(file_name: &str, file: &mut (impl Read + Seek), format: Option<Format>) -> Result<(), Error> {
+    let length = length(file)?;
+    let bytes = beginning(file, CHECKED)?;
+    refuse_non_files(&bytes)?;
+    let format = format_of(file_name, format)?;
+    let checked = match format {
+        Format::Merl => merl::check(&bytes, length),
+        // Of a longer file, the last line is cut off somewhere.
+        Format::Cornell | Format::Curet | Format::Table if bytes.len() < length => {
+            let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(&[][..], |end| &bytes[..end]);
+            check_text(format, whole, false)
+        }
+        Format::Cornell | Format::Curet | Format::Table => check_text(format, &bytes, true),
+    };
+    checked.map_err(|error| error.within(format.name()))
+}
+
+/// As many bytes of a file are checked.
+const CHECKED: u64 = 1 << 16;
+
+fn check_text(format: Format, bytes: &[u8], is_whole: bool) -> Result<(), Error> {
+    let checked = match format {
+        Format::Cornell => cornell::check(bytes),
+        Format::Curet => curet::check(bytes),
+        _ => table::check(bytes),
+    };
+    match checked {
+        Err(error) if error.kind() == ErrorKind::Truncated && !is_whole => Ok(()),
+        checked => checked,
+    }
+}
+
+fn format_of(file_name: &str, format: Option<Format>) -> Result<Format, Error> {
+    format.or_else(|| Format::of_name(file_name)).ok_or_else(|| {
+        let endings =
+            Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ");
+        let message =
+            format!("the ending of {file_name:?} is not that of a measured BRDF; expected {endings}");
+        Error::new(ErrorKind::UnknownFormat, message)
+    })
+}
+
 /// As [`read`], with what there is to say about the file.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Reading, Error> {
     refuse_non_files(bytes)?;
-    let format = format.or_else(|| Format::of_name(file_name)).ok_or_else(|| {
-        let endings =
-            Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ");
-        let message =
-            format!("the ending of {file_name:?} is not that of a measured BRDF; expected {endings}");
-        Error::new(ErrorKind::UnknownFormat, message)
-    })?;
+    let format = format_of(file_name, format)?;
     let read = match format {
         Format::Merl => merl::read(bytes),
         Format::Cornell => cornell::read(bytes),

@@ -5,5 +5,5 @@ mod read;
 mod write;
 
 pub use read::{ExrLayers, read_exr_layers};
-pub(crate) use read::{read, read_recipe};
+pub(crate) use read::{header, read, read_recipe};
 pub use write::{write_exr, write_exr_layers, write_exr_layers_unless};

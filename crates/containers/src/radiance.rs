@@ -17,11 +17,14 @@
 //! successive ones being digits of base 256), or in the new ones: 2, 2, width in two bytes, then each of the
 //! four planes as runs (128 + n, value) and literals (n, values).
 
+use std::io::{Read, Seek};
+
 use envmap::Image;
 
 use crate::chromaticity::{self, Chromaticities};
 use crate::decoded::{Decoded, Encoded};
 use crate::error::{Error, ErrorKind};
+use crate::file_part::beginning;
 use crate::recipe;
 use crate::{Format, limits};
 
@@ -64,6 +67,25 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
     let image = Image::new(scan.width, scan.height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
     Ok(Decoded { warnings, recipe: header.recipe, ..Decoded::new(Format::Radiance, image) })
+}
+
+/// The size of the picture.
+pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<[usize; 2], Error> {
+    /// The longest header and the line with the resolution.
+    const MOST: u64 = MAX_HEADER as u64 + 4096;
+    // Nearly all headers are short.
+    let short = size_of(&beginning(file, 1 << 14)?);
+    match short {
+        Err(error) if error.kind() == ErrorKind::Truncated => size_of(&beginning(file, MOST)?),
+        short => short,
+    }
+}
+
+fn size_of(bytes: &[u8]) -> Result<[usize; 2], Error> {
+    let (_, rest) = Header::parse(bytes)?;
+    let scan = Scan::parse(Input(rest).line()?)?;
+    limits::pixels(scan.width, scan.height)?;
+    Ok([scan.width, scan.height])
 }
 
 /// The recipe in a picture's header.

@@ -3,7 +3,7 @@
 //! PNG, TIFF, TGA and WebP are decoded by the `image` crate. JPEG has a module of its own: `image` fills what
 //! a damaged file lacks with grey, without an error. So has TIFF, which needs checks before `image` reads it.
 
-use std::io::{Cursor, ErrorKind as IoErrorKind};
+use std::io::{BufRead, Cursor, ErrorKind as IoErrorKind, Seek};
 
 use ::image::codecs::png::PngDecoder;
 use ::image::codecs::tga::TgaDecoder;
@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{bytes_at, rewind};
 use crate::icc::Encoding;
 use crate::{Format, limits};
 
@@ -45,17 +46,11 @@ pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
 
 /// The samples of a PNG, TIFF, TGA or WebP.
 pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
-    if format == Format::WebP && !has_whole_chunks(bytes) {
-        return Err(Error::truncated("the file ends before its data does"));
-    }
-    let mut decoder = open(bytes, format).map_err(describe)?;
-    let (width, height) = decoder.dimensions();
-    let (width, height) = (width as usize, height as usize);
-    limits::pixels(width, height)?;
+    let mut file = Cursor::new(bytes);
+    let (mut decoder, [width, height]) = open(&mut file, bytes.len(), format)?;
     let total = decoder.total_bytes();
     let size = usize::try_from(total)
         .map_err(|_| Error::new(ErrorKind::TooLarge, "the pixels do not fit into memory"))?;
-    limits::plausible(size, bytes.len(), ratio(format, bytes.len()))?;
     // Before the limits: TIFF's decoder holds profiles to the one of its pixels.
     let profile = decoder.icc_profile().map_err(describe)?;
     let mut allowed = Limits::no_limits();
@@ -69,26 +64,59 @@ pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
     Ok(Raster { width, height, channels, depth, samples, profile })
 }
 
-fn open<'a>(bytes: &'a [u8], format: Format) -> ImageResult<Box<dyn ImageDecoder + 'a>> {
-    let cursor = Cursor::new(bytes);
+/// The size of a PNG, TGA or WebP.
+pub(crate) fn header(
+    file: &mut (impl BufRead + Seek),
+    length: usize,
+    format: Format,
+) -> Result<[usize; 2], Error> {
+    open(file, length, format).map(|(_, size)| size)
+}
+
+/// A decoder that has read the header of a file, and the size that this declares.
+fn open<'a>(
+    file: &'a mut (impl BufRead + Seek),
+    length: usize,
+    format: Format,
+) -> Result<(Box<dyn ImageDecoder + 'a>, [usize; 2]), Error> {
+    if format == Format::WebP && !has_whole_chunks(file, length) {
+        return Err(Error::truncated("the file ends before its data does"));
+    }
+    rewind(file)?;
+    let decoder = decoder(file, length, format).map_err(describe)?;
+    let (width, height) = decoder.dimensions();
+    let (width, height) = (width as usize, height as usize);
+    limits::pixels(width, height)?;
+    let size = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
+    limits::plausible(size, length, ratio(format, length))?;
+    Ok((decoder, [width, height]))
+}
+
+fn decoder<'a>(
+    file: &'a mut (impl BufRead + Seek),
+    length: usize,
+    format: Format,
+) -> ImageResult<Box<dyn ImageDecoder + 'a>> {
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some((bytes.len() + WORKSPACE) as u64);
+    limits.max_alloc = Some((length + WORKSPACE) as u64);
     Ok(match format {
-        Format::Tiff => Box::new(TiffDecoder::new(cursor)?),
-        Format::Tga => Box::new(TgaDecoder::new(cursor)?),
-        Format::WebP => Box::new(WebPDecoder::new(cursor)?),
-        _ => Box::new(PngDecoder::with_limits(cursor, limits)?),
+        Format::Tiff => Box::new(TiffDecoder::new(file)?),
+        Format::Tga => Box::new(TgaDecoder::new(file)?),
+        Format::WebP => Box::new(WebPDecoder::new(file)?),
+        _ => Box::new(PngDecoder::with_limits(file, limits)?),
     })
 }
 
 /// Whether the chunks of a WebP file are in it (RFC 9649): the decoder makes room for as much as they
 /// declare.
-fn has_whole_chunks(bytes: &[u8]) -> bool {
-    let mut rest = bytes.get(12..).unwrap_or_default();
-    while let Some((&[_, _, _, _, a, b, c, d], body)) = rest.split_first_chunk() {
+fn has_whole_chunks(file: &mut (impl BufRead + Seek), length: usize) -> bool {
+    let mut at = 12;
+    while let Some([_, _, _, _, a, b, c, d]) = bytes_at(file, at, 8) {
         let size = u32::from_le_bytes([a, b, c, d]) as usize;
-        let Some(next) = body.get(size..) else { return false };
-        rest = next.get(size % 2..).unwrap_or_default();
+        if size > length - at - 8 {
+            return false;
+        }
+        at += 8 + size + size % 2;
     }
     true
 }

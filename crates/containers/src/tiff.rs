@@ -1,7 +1,7 @@
 //! TIFF (TIFF 6.0, and BigTIFF): what is checked before `image` decodes a file, and grey floats, which it
 //! does not read.
 
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Read, Seek};
 
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
@@ -9,24 +9,40 @@ use ::tiff::{ColorType, TiffError};
 
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{bytes_at, rewind};
 use crate::raster::{self, Raster};
 use crate::{Format, limits};
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
-    check_directory(bytes)
-        .ok_or_else(|| Error::truncated("the file ends before its directory or a value in it"))?;
+    check_directory(&mut Cursor::new(bytes), bytes.len())?;
     match raster::read(bytes, Format::Tiff) {
         Err(error) if error.kind() == ErrorKind::Unsupported => grey_floats(bytes)?.decode(Format::Tiff),
         read => read,
     }
 }
 
-/// Whether the values of the first directory are in the file: `tiff` makes room for as many as an entry
+/// The size of the first picture.
+pub(crate) fn header(file: &mut (impl BufRead + Seek), length: usize) -> Result<[usize; 2], Error> {
+    check_directory(file, length)?;
+    rewind(file)?;
+    let mut decoder = Decoder::new(file).map_err(describe)?;
+    let (width, height) = decoder.dimensions().map_err(describe)?;
+    limits::pixels(width as usize, height as usize)?;
+    Ok([width as usize, height as usize])
+}
+
+/// Checks that the values of the first directory are in the file: `tiff` makes room for as many as an entry
 /// declares, and `image` ignores an ICC profile that it cannot read.
-fn check_directory(bytes: &[u8]) -> Option<()> {
-    let little = bytes.first() == Some(&b'I');
-    let number = |at: usize, size: usize| -> Option<usize> {
-        let bytes = bytes.get(at..at.checked_add(size)?)?.iter();
+fn check_directory(file: &mut (impl Read + Seek), length: usize) -> Result<(), Error> {
+    has_whole_directory(file, length)
+        .ok_or_else(|| Error::truncated("the file ends before its directory or a value in it"))
+}
+
+fn has_whole_directory(file: &mut (impl Read + Seek), length: usize) -> Option<()> {
+    let little = bytes_at(file, 0, 1)?[0] == b'I';
+    let mut number = |at: usize, size: usize| -> Option<usize> {
+        let bytes = bytes_at(file, at, size)?;
+        let bytes = bytes[..size].iter();
         let digits = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
         let number = if little { bytes.rev().fold(0, digits) } else { bytes.fold(0, digits) };
         usize::try_from(number).ok()
@@ -45,7 +61,9 @@ fn check_directory(bytes: &[u8]) -> Option<()> {
         };
         let size = number(entry + 4, word)?.checked_mul(size)?;
         let at = if size <= word { entry + 4 + word } else { number(entry + 4 + word, word)? };
-        bytes.get(at..at.checked_add(size)?)?;
+        if at.checked_add(size)? > length {
+            return None;
+        }
     }
     Some(())
 }

@@ -271,3 +271,34 @@ fn a_layer_is_of_no_use_without_layers() {
     let decoded = read_image(&bytes, &ReadOptions { layer: Some("sky".into()) }).unwrap();
     assert_eq!(decoded.warnings, ["Radiance has no layers; `sky` was ignored"]);
 }
+
+#[test]
+fn a_header_has_the_size_of_its_picture_and_refuses_only_what_is_refused() {
+    let mut pictures = 0;
+    for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).unwrap() {
+        let path = entry.unwrap().path();
+        let whole = std::fs::read(&path).unwrap();
+        let header = |bytes: &[u8]| {
+            containers::read_image_header(&mut std::io::Cursor::new(bytes), &ReadOptions::default())
+        };
+        let compare = |bytes: &[u8]| match (header(bytes), read_image(bytes, &ReadOptions::default())) {
+            (Ok(header), Ok(read)) => {
+                let (width, height) = (read.image.width(), read.image.height());
+                assert_eq!((header.width, header.height, header.format), (width, height, read.format));
+                assert_eq!(header.openexr_envmap, read.openexr_envmap);
+                true
+            }
+            (Ok(_), Err(_)) => false,
+            (Err(error), Ok(_)) => panic!("{}: the header is refused: {error}", path.display()),
+            (Err(error), Err(read)) => {
+                assert_eq!(error.to_string(), read.to_string(), "{}", path.display());
+                false
+            }
+        };
+        pictures += usize::from(compare(&whole));
+        for cut in (0..whole.len()).step_by(1 + whole.len() / 40) {
+            compare(&whole[..cut]);
+        }
+    }
+    assert!(pictures >= 20, "{pictures} pictures");
+}

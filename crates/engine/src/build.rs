@@ -21,7 +21,7 @@ use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
     BuildSession, Cancel, Cause, Error, ErrorKind, Event, ItemIndex, LockPurpose, LockTimeout, Plan, Reason,
-    Summary, Trouble, Wanted,
+    Summary, Trouble, Wanted, out_folder,
 };
 
 /// Options of a build.
@@ -82,8 +82,8 @@ impl BuildSession {
     /// the results are the same.
     ///
     /// # Errors
-    /// If the build as a whole cannot go on: a stage is unknown, another process holds the lock, the state
-    /// folder is damaged beyond use or cannot be written.
+    /// If the build as a whole cannot go on: a stage is unknown, `out` is not a folder, another process holds
+    /// the lock, the state folder is damaged beyond use or cannot be written.
     pub fn build(
         &self,
         plan: &Plan,
@@ -96,6 +96,7 @@ impl BuildSession {
         if options.force {
             selected = selected.forced(plan, &options.stages)?;
         }
+        out_folder::check(plan)?;
         events(Event::Planned {
             dry_run: options.dry_run,
             stages: selected.stages(plan),
@@ -154,6 +155,7 @@ impl BuildSession {
         let before = before.and_then(|last_build| last_build.known(plan, selected));
         let changes = options.changed.as_deref().map(ChangedPaths::new);
         let known = before.clone().filter(|_| changes.is_some());
+        let is_known = known.is_some();
         let disk = Arc::new(Disk::new(state.now, self.begin_reads(), cancel));
         let running = Arc::new(RunningBuild::new(plan, selected, &disk, &options.wanted));
         self.begin(&running);
@@ -216,6 +218,9 @@ impl BuildSession {
         self.end_reads();
         *self.removed_outputs.lock() = publisher.finish()?;
         outcome?;
+        if !is_known {
+            publisher.leftovers()?.into_iter().for_each(|event| scheduler.report(event));
+        }
         if let Some(options) = &options.shared {
             let traffic = options.cache.finish(&|| cancel.is_cancelled());
             scheduler.summary.shared_traffic = Some(traffic);
@@ -261,6 +266,7 @@ impl BuildSession {
             let because = causes.of(&item);
             events(Event::Removed { item, file, because });
         }
+        publisher.leftovers()?.into_iter().for_each(events);
         for (index, forecast) in forecast(&check, selected).into_iter().enumerate() {
             let item = check.name(index);
             match forecast {

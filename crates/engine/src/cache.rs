@@ -244,7 +244,7 @@ impl State {
     }
 }
 
-fn read(folder: &Path) -> Result<State, Error> {
+pub(crate) fn read(folder: &Path) -> Result<State, Error> {
     let state = folder.join(FOLDER);
     if !state.exists() {
         let message = format!("there is no cache: {} does not exist", state.display());

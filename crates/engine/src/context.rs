@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
-use crate::files::{leads_to, lies_in, listing_digest};
+use crate::files::{OpenFile, leads_to, lies_in, listing_digest};
 use crate::gate::Gate;
 use crate::plan::HOW_TO_READ_EXPORTS;
 use crate::progress::ShareDone;
@@ -199,15 +199,21 @@ impl<'a> Context<'a> {
             self.stopped.store(true, Ordering::Relaxed);
             return Err(Failure::cancelled());
         }
-        bytes.map_err(|error| {
-            let is_busy = error.kind() == std::io::ErrorKind::ResourceBusy;
-            let failure = match BrokenLink::on_the_way_to(&path) {
-                Some(link) => Failure::new(link.to_string()),
-                None => Failure::from(error),
-            };
-            let failure = failure.context(format!("cannot read {}", path.display()));
-            if is_busy { failure.help(WHEN_WRITTEN) } else { failure }
-        })
+        bytes.map_err(|error| unreadable(&path, error))
+    }
+
+    /// A file, for [`Kind::check_source`](crate::Kind::check_source), which reads a part of it; relative
+    /// paths as for [`Context::read`].
+    ///
+    /// The engine does not know what is read, so it takes an item for outdated whose run opened a file.
+    ///
+    /// # Errors
+    /// If the file cannot be opened; the message names it.
+    pub fn open(&self, path: &Path) -> Result<Box<dyn OpenFile>, Failure> {
+        let path = self.resolve(path);
+        let file = self.files.open(&path);
+        self.record(Read::of(path.clone(), ReadKind::Content, None));
+        file.map_err(|error| unreadable(&path, error))
     }
 
     /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].
@@ -370,4 +376,15 @@ impl<'a> Context<'a> {
             reads.push(read);
         }
     }
+}
+
+/// The failure of a file that cannot be read.
+fn unreadable(path: &Path, error: std::io::Error) -> Failure {
+    let is_busy = error.kind() == std::io::ErrorKind::ResourceBusy;
+    let failure = match BrokenLink::on_the_way_to(path) {
+        Some(link) => Failure::new(link.to_string()),
+        None => Failure::from(error),
+    };
+    let failure = failure.context(format!("cannot read {}", path.display()));
+    if is_busy { failure.help(WHEN_WRITTEN) } else { failure }
 }

@@ -271,6 +271,18 @@ pub enum Event {
         /// Why: what happened to the source or the stage that it was made from.
         because: RemovalCause,
     },
+    /// A folder has files that earlier builds published and that no manifest exports any more: a manifest
+    /// was renamed or deleted, or its `out` changed. They stay until `specula prune` removes them.
+    Leftovers {
+        /// The folder, relative to the manifest's.
+        folder: String,
+        /// The number of those files that are as they were published.
+        files: usize,
+        /// The manifests that published them, by their names in the folder of `manifest`.
+        published_by: Vec<String>,
+        /// The manifest that is built.
+        manifest: String,
+    },
     /// The build ended.
     Ended(Summary),
     /// The watcher watches: reported at the start, and whenever it changes between events and polling.

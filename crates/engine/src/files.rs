@@ -1,9 +1,10 @@
 //! The files of the outside world: as items read them, and their present digests.
 
 use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, BufRead, Cursor, Seek};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
-use std::{fs, io};
 
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +21,14 @@ pub trait Files: Send + Sync {
     /// If the file cannot be read.
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>>;
 
+    /// A file, of which perhaps only a part is read.
+    ///
+    /// # Errors
+    /// If the file cannot be opened.
+    fn open(&self, path: &Path) -> io::Result<Box<dyn OpenFile>> {
+        Ok(Box::new(Cursor::new(self.read(path)?.to_vec())))
+    }
+
     /// The names in a folder, sorted, each with whether it is a folder.
     ///
     /// # Errors
@@ -34,6 +43,11 @@ pub trait Files: Send + Sync {
         SearchPath::current().find(name)
     }
 }
+
+/// An open file, of which any part can be read.
+pub trait OpenFile: BufRead + Seek {}
+
+impl<T: BufRead + Seek> OpenFile for T {}
 
 /// What an item asked of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

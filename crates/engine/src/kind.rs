@@ -219,6 +219,16 @@ pub trait Kind: Send + Sync + 'static {
         Some(Vec::new())
     }
 
+    /// Finds errors in an item's source without making its output: what its text and its headers say. It must
+    /// be quick even if thousands of items are checked, so it reads headers by [`Context::open`], and no
+    /// pixels. It must not refuse what [`Kind::run`] accepts. A source that is not checked is accepted.
+    ///
+    /// # Errors
+    /// If a run would fail, with the same message.
+    fn check_source(_parameters: &Self::Parameters, _context: &Context<'_>) -> Result<(), Failure> {
+        Ok(())
+    }
+
     /// Makes the output of one item.
     ///
     /// # Errors
@@ -320,6 +330,14 @@ pub trait Configured: Send + Sync {
     /// [`Kind::properties`], and `None` for what is not shared.
     fn properties(&self) -> Option<Vec<(String, String)>> {
         self.is_shared().then(Vec::new)
+    }
+    /// [`Kind::check_source`].
+    ///
+    /// # Errors
+    /// As [`Kind::check_source`].
+    fn check_source(&self, context: &Context<'_>) -> Result<(), Failure> {
+        let _ = context;
+        Ok(())
     }
     /// [`Kind::run`].
     ///
@@ -482,6 +500,10 @@ impl<K: Kind> Configured for Stage<K> {
 
     fn properties(&self) -> Option<Vec<(String, String)>> {
         K::properties(&self.0).filter(|_| K::is_shared(&self.0))
+    }
+
+    fn check_source(&self, context: &Context<'_>) -> Result<(), Failure> {
+        K::check_source(&self.0, context)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {

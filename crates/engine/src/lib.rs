@@ -9,6 +9,7 @@ mod build;
 pub mod cache;
 mod cancel;
 mod cause;
+mod check_sources;
 mod choice;
 mod context;
 mod determinism;
@@ -30,6 +31,7 @@ mod ledger;
 mod lock;
 mod memory;
 mod names_in_out;
+mod out_folder;
 mod own_time;
 mod parallel;
 mod parameters;
@@ -37,6 +39,7 @@ mod plan;
 mod platform;
 mod programs;
 mod progress;
+mod prune;
 mod publish;
 mod range;
 mod reader;
@@ -73,6 +76,7 @@ mod writers;
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
 pub use cancel::Cancel;
+pub use check_sources::{SourceError, check_sources};
 pub use choice::Choice;
 pub use context::Context;
 pub use determinism::{Determinism, Difference, FailedRun, default_threads, determinism};
@@ -83,7 +87,7 @@ pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCaus
 pub use executor::{Executor, ExecutorOptions, InputFile, Place, RemoteEnd, RemoteError, RemoteRun};
 pub use explain::{Explanation, ExportedFile, FileState, InputOrigin, LastRun, explain};
 pub use failure::Failure;
-pub use files::{Files, Read, ReadKind};
+pub use files::{Files, OpenFile, Read, ReadKind};
 pub use key::{Digest, ItemKey};
 pub use kind::{
     Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, NamedPath, Output, Port, Product, RecipeReader,
@@ -95,6 +99,7 @@ pub use plan::{
     BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage,
     StageIndex,
 };
+pub use prune::{Pruned, prune};
 pub use range::{Number, OrAuto, Range, Ranged};
 pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};

@@ -26,6 +26,8 @@ pub enum LockPurpose {
     Collect,
     /// A check of the cache, which removes damaged results.
     Verify,
+    /// The removal of published files that no manifest exports any more.
+    Prune,
 }
 
 impl fmt::Display for LockPurpose {
@@ -36,6 +38,7 @@ impl fmt::Display for LockPurpose {
             Self::Watch => "specula watch",
             Self::Collect => "specula cache gc",
             Self::Verify => "specula cache verify",
+            Self::Prune => "specula prune",
         })
     }
 }

@@ -18,6 +18,7 @@ use crate::{
     Table, nearest, regular,
 };
 
+mod clashes;
 mod cycles;
 mod folders;
 mod glob;
@@ -155,7 +156,7 @@ impl Plan {
         let mut search = Search::new(folders);
         let assets = items::assets(&graph, &mut search);
         errors.append(&mut search.errors);
-        let items = items::expand(&graph, &assets, &mut errors);
+        let items = expand(&graph, &assets, &mut errors);
         assemble(&graph, items, search.warnings, errors)
     }
 }
@@ -202,7 +203,7 @@ impl Graph {
             let warnings = self.diagnostics(warnings);
             return Ok(Expansion { plan: Plan { warnings, ..before.plan.clone() }, assets });
         }
-        let items = items::expand(self, &assets, &mut errors);
+        let items = expand(self, &assets, &mut errors);
         let plan = assemble(self, items, warnings, errors)?;
         Ok(Expansion { plan, assets })
     }
@@ -228,6 +229,13 @@ fn parse(
         Some(graph) => Ok((graph, errors)),
         None => Err(Diagnostics::new(file, text, errors)),
     }
+}
+
+/// The items of a graph; reports those that cannot be published side by side.
+fn expand(graph: &Graph, assets: &items::Assets, errors: &mut Vec<Diagnostic>) -> Vec<Item> {
+    let items = items::expand(graph, assets, errors);
+    errors.extend(clashes::find(graph, &items, assets));
+    items
 }
 
 /// The plan of a graph, if there are no errors.
@@ -271,6 +279,14 @@ fn assemble(
                 .diagnostics(vec![Diagnostic::of_file("a stage of the manifest could not be understood")]))
         }
     }
+}
+
+/// The folder that a manifest exports into; `None` if its text does not say.
+pub(crate) fn out_of(manifest: &Path) -> Option<PathBuf> {
+    let bytes = read(&ManifestFile::of(manifest)).ok()?;
+    let document = Document::parse(manifest.display().to_string(), &bytes).ok()?;
+    let declared = manifest::Manifest::parse(&document, &mut Vec::new())?;
+    graph::out_folder(&declared.out, manifest.parent()?, &mut Vec::new())
 }
 
 /// The bytes of the manifest: at most one more than [`Document::MAX_BYTES`].

@@ -1,12 +1,14 @@
 //! The differences between operating systems: stamps of files, renames over open files, names that differ
-//! only in case.
+//! only in case or in the encoding of their accents.
 
+use std::borrow::Cow;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
+use unicode_normalization::UnicodeNormalization;
 
 use crate::Timestamp;
 
@@ -210,6 +212,18 @@ pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     options
 }
 
+/// A name as systems compare it that ignore case (Windows, macOS) and the encoding of accents (macOS): the
+/// normal form C, in lower case.
+pub(crate) fn folded(name: &str) -> Cow<'_, str> {
+    if !name.is_ascii() {
+        Cow::Owned(name.nfc().flat_map(char::to_lowercase).nfc().collect())
+    } else if name.bytes().any(|byte| byte.is_ascii_uppercase()) {
+        Cow::Owned(name.to_ascii_lowercase())
+    } else {
+        Cow::Borrowed(name)
+    }
+}
+
 /// Whether two spellings name one file, as `Sky.exr` and `sky.exr` do on a file system that ignores case.
 pub(crate) fn is_one_file(a: &Path, b: &Path) -> bool {
     match (fs::canonicalize(a), fs::canonicalize(b)) {
@@ -230,6 +244,24 @@ mod tests {
         let stamp = Stamp { changed: 6_000_000_000, ..stamp };
         assert!(!stamp.is_settled(7_000_000_000), "a file whose time of change was set back");
         assert!(!stamp.is_settled(0), "a file from the future");
+    }
+
+    #[test]
+    fn names_are_folded_as_systems_compare_them() {
+        for (name, expected) in [
+            ("sky", "sky"),
+            ("Sky.EXR", "sky.exr"),
+            ("caf\u{e9}", "caf\u{e9}"),
+            ("cafe\u{301}", "caf\u{e9}"),
+            ("CAFE\u{301}", "caf\u{e9}"),
+            ("\u{c9}", "\u{e9}"),
+            ("\u{1112}\u{1161}\u{11ab}", "\u{d55c}"),
+            // The lower case of a dotted I is two characters, which have another normal form than I.
+            ("\u{130}", "i\u{307}"),
+        ] {
+            assert_eq!(folded(name), expected, "{name:?}");
+            assert_eq!(folded(&folded(name)), expected, "{name:?} twice");
+        }
     }
 
     #[test]

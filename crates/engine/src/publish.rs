@@ -8,12 +8,16 @@
 //! has changed is put back, with a warning, while its item exists, and left alone when its item does not
 //! exist any more. If the ledger is lost, a file is also replaced if its recipe names the kind of its stage.
 //!
+//! A file that another manifest published is not touched while that manifest exports into its folder. If the
+//! other manifest no longer exists, or its `out` has changed, the file is replaced if it is as it was
+//! published. Files that nothing exports any more are reported, and [`crate::prune`] removes them.
+//!
 //! The stamp of a file shows whether it is as it was published. It is taken from the written file before the
 //! rename: any later change of the file changes its stamp. If the file system keeps time too coarsely for
 //! that, the content is read again until the stamp is old enough.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::fs::{self, Metadata};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -22,9 +26,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use parking_lot::Mutex;
 use serde::Deserialize;
 
+use crate::journal::Line;
 use crate::kind::is_left_out;
 use crate::ledger::{Ledger, Published};
-use crate::platform::{self, Stamp};
+use crate::platform::{self, Stamp, folded};
 use crate::regular::{create_folders, hash, read_file, write_new};
 use crate::state::State;
 use crate::store::Blob;
@@ -64,8 +69,7 @@ pub(crate) struct Publisher<'a> {
     plan: &'a Plan,
     root: &'a Path,
     ledger: Ledger<'a>,
-    /// The files that the plan's items export, by their names in lower case: two of them never differ in case
-    /// only.
+    /// The files that the plan's items export, by their folded names: no two of them have the same one.
     folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that no item exports any more, by their former item.
     stale: BTreeMap<ItemName, Vec<String>>,
@@ -89,6 +93,8 @@ struct Action {
     found: Option<Stamp>,
     /// `None` if the content is in place and only has to be entered in the ledger.
     write: Option<Write>,
+    /// The removals of lines of manifests that no longer export the file.
+    abandoned: Vec<Line>,
 }
 
 struct Write {
@@ -110,6 +116,9 @@ struct Temporary {
 impl<'a> Publisher<'a> {
     pub(crate) fn new(plan: &'a Plan, state: &'a State) -> Self {
         let mut publisher = Self::without_stale(plan, state);
+        let taken_over = publisher.ledger.take_over();
+        // If this cannot be recorded, nothing can: the build ends with that error at its next line.
+        let _ = state.journal.append(&taken_over);
         publisher.stale = publisher.ledger.unwanted();
         publisher
     }
@@ -216,6 +225,8 @@ impl<'a> Publisher<'a> {
         let place = self.prepare_place(file, events)?;
         let line = self.entry(file).or_else(|| self.other_spelling(file, &place));
         let line = line.as_ref();
+        let abandoned = if line.is_none() { self.ledger.abandoned(file) } else { &[] };
+        let removals = || abandoned.iter().map(Published::removal).collect::<Vec<_>>();
         let found = match fs::symlink_metadata(&place) {
             Ok(found) => Some(found),
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
@@ -224,17 +235,19 @@ impl<'a> Publisher<'a> {
         let (mut replaces, mut remark) = (None, None);
         if let Some(found) = &found {
             if found.is_dir() {
-                return Err(in_the_way(&place).into());
+                return Err(self.in_the_way(file, &place).into());
             }
-            let content = self.content(found, line, &place)?;
+            let content = match line.or(abandoned.last()) {
+                Some(line) => line.content(found, &place),
+                None => found.is_file().then(|| hash(&place)).transpose(),
+            };
+            let content = content.map_err(|error| Error::io(&error, "read", &place))?;
             if content == Some(blob.digest) {
-                let found = Some(Stamp::of(found));
-                return Ok(Some(Action { file: file.into(), blob, replaces: None, found, write: None }));
+                let (file, found, abandoned) = (file.into(), Some(Stamp::of(found)), removals());
+                return Ok(Some(Action { file, blob, replaces: None, found, write: None, abandoned }));
             }
             match (content, line) {
-                (Some(content), Some(line)) if content == line.digest || Some(content) == line.replaces => {
-                    replaces = Some(content);
-                }
+                (Some(content), Some(line)) if line.published(content) => replaces = Some(content),
                 // If the ledger's own file was never put in place, this is another one.
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
@@ -243,7 +256,10 @@ impl<'a> Publisher<'a> {
                         place.display()
                     )));
                 }
-                (Some(content), None) if self.is_export(item, files, file) => {
+                (Some(content), None) if abandoned.iter().any(|line| line.published(content)) => {
+                    replaces = Some(content);
+                }
+                (Some(content), None) if abandoned.is_empty() && self.is_export(item, files, file) => {
                     replaces = Some(content);
                     remark = Some(PublishEvent::Note(format!(
                         "{} was replaced: there is no record of it, but its recipe says that an earlier build \
@@ -251,7 +267,7 @@ impl<'a> Publisher<'a> {
                         place.display()
                     )));
                 }
-                _ => return Err(in_the_way(&place).into()),
+                _ => return Err(self.in_the_way(file, &place).into()),
             }
         }
         let restored = line.is_some_and(|line| line.digest == blob.digest && line.stamp.is_some());
@@ -260,14 +276,16 @@ impl<'a> Publisher<'a> {
             None => self.state.store.get(blob.digest)?.ok_or(PublishError::ResultLost)?,
         };
         let write = Some(Write { bytes, restored, remark, temporary: None });
-        Ok(Some(Action { file: file.into(), blob, replaces, found: None, write }))
+        Ok(Some(Action { file: file.into(), blob, replaces, found: None, write, abandoned: removals() }))
     }
 
     /// Whether a file that is not in the ledger was exported by a stage of this kind, according to its recipe
     /// or that of another file of its item: if so, the ledger has been lost.
     fn is_export(&self, item: &ItemName, files: &[(String, Blob)], file: &str) -> bool {
         let stage = self.plan.stages.iter().find(|stage| stage.name == item.stage);
-        let Some(stage) = stage.filter(|_| !self.ledger.is_of_another_manifest(file)) else { return false };
+        let Some(stage) = stage.filter(|_| self.ledger.exported_by_another(file).is_none()) else {
+            return false;
+        };
         let others = files.iter().map(|(other, _)| other.as_str()).filter(|other| *other != file);
         std::iter::once(file).chain(others).any(|file| {
             let place = self.root.join(file);
@@ -276,23 +294,6 @@ impl<'a> Publisher<'a> {
             let recipe = bytes.and_then(|bytes| (self.plan.recipe_reader)(&bytes));
             recipe.and_then(|recipe| kind_of_recipe(&recipe)).as_deref() == Some(stage.kind.name())
         })
-    }
-
-    /// The digest of a file; a link or folder has none.
-    fn content(
-        &self,
-        found: &Metadata,
-        line: Option<&Published>,
-        place: &Path,
-    ) -> Result<Option<Digest>, Error> {
-        if !found.is_file() {
-            return Ok(None);
-        }
-        let stamp = Stamp::of(found);
-        match line.filter(|line| line.settled && line.stamp == Some(stamp)) {
-            Some(line) => Ok(Some(line.digest)),
-            None => hash(place).map(Some).map_err(|error| Error::io(&error, "read", place)),
-        }
     }
 
     fn carry_out(
@@ -351,6 +352,7 @@ impl<'a> Publisher<'a> {
                 }
             };
             lines.push(self.ledger.line(item, &action.file, action.blob.digest, stamp, settled));
+            lines.append(&mut action.abandoned);
         }
         self.state.journal.append(&lines)?;
         result
@@ -385,6 +387,7 @@ impl<'a> Publisher<'a> {
             let inside = format!("{file}/");
             let stale = self.stale.values().flatten().filter(|stale| stale.starts_with(&inside)).cloned();
             self.remove(&stale.collect::<Vec<_>>(), &mut |what| events.push(what))?;
+            self.remove_leftovers(file, &mut |what| events.push(what))?;
             remove_empty_folders(&folder);
         }
         Ok(folder)
@@ -409,7 +412,12 @@ impl<'a> Publisher<'a> {
             Ok(_) if self.entry(name).is_some() && !self.ledger.is_wanted(name) => {
                 self.remove(&[name.to_owned()], &mut |what| events.push(what))?;
             }
-            Ok(_) => return Err(in_the_way(folder)),
+            Ok(_) => {
+                self.remove_leftovers(name, &mut |what| events.push(what))?;
+                if fs::symlink_metadata(folder).is_ok() {
+                    return Err(self.in_the_way(name, folder));
+                }
+            }
             Err(_) => {}
         }
         match fs::create_dir(folder) {
@@ -419,14 +427,36 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    /// A file of the ledger whose name differs only in case, on a file system that ignores case: it is
-    /// renamed to the new spelling.
+    fn in_the_way(&self, file: &str, place: &Path) -> Error {
+        let (why, help) = match (self.ledger.exported_by_another(file), self.ledger.abandoned(file).last()) {
+            (Some(Published { manifest, .. }), _) => (
+                format!("{manifest} published it"),
+                format!(
+                    "give the stage another path, or one of the two manifests another out; if {manifest} no longer \
+                     exports the file, build {manifest} first, which removes it"
+                ),
+            ),
+            (None, Some(Published { manifest, .. })) => (
+                format!("it has been changed since {manifest} published it"),
+                "move it away or delete it; nothing has been overwritten".into(),
+            ),
+            (None, None) => (
+                "it was not published by this manifest".into(),
+                "move it away or delete it, or change the stage's path; nothing has been overwritten".into(),
+            ),
+        };
+        let message = format!("{} is in the way: {why}", place.display());
+        Error::new(ErrorKind::FileInTheWay, message).with_help(help)
+    }
+
+    /// A file of the ledger whose name differs only in case or encoding, on a file system that ignores that:
+    /// it is renamed to the new spelling.
     fn other_spelling(&self, file: &str, place: &Path) -> Option<Published> {
         if fs::symlink_metadata(place).is_err() {
             return None;
         }
-        let folded = file.to_lowercase();
-        let mut stale = self.stale.values().flatten().filter(|stale| stale.to_lowercase() == folded);
+        let name = folded(file);
+        let mut stale = self.stale.values().flatten().filter(|stale| folded(stale) == name);
         let stale = stale.find(|stale| platform::is_one_file(&self.root.join(stale), place))?;
         let _ = platform::replace(&self.root.join(stale), place);
         self.entry(stale)
@@ -464,10 +494,4 @@ fn remove_empty_folders(folder: &Path) {
         }
     }
     let _ = fs::remove_dir(folder);
-}
-
-fn in_the_way(place: &Path) -> Error {
-    let message = format!("{} is in the way: it was not published by this manifest", place.display());
-    Error::new(ErrorKind::FileInTheWay, message)
-        .with_help("move it away or delete it, or change the stage's path; nothing has been overwritten")
 }

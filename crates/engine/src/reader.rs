@@ -7,14 +7,14 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::io::{self, Read as _};
+use std::io::{self, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use parking_lot::Mutex;
 
-use crate::files::list;
+use crate::files::{OpenFile, list};
 use crate::platform::Stamp;
 use crate::regular::{self, read_until};
 use crate::{Cancel, Files, Timestamp};
@@ -51,6 +51,11 @@ impl Files for Reader {
         let (bytes, stamp) = read_stable(path, self.now, read, std::thread::sleep)?;
         self.stamps.lock().insert(path.to_path_buf(), stamp);
         Ok(Arc::new(bytes))
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn OpenFile>> {
+        let (file, _) = regular::open(path)?;
+        Ok(Box::new(BufReader::new(file)))
     }
 
     fn list(&self, path: &Path) -> io::Result<Vec<(String, bool)>> {

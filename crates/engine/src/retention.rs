@@ -5,7 +5,10 @@ use std::path::Path;
 
 use crate::ReadKind;
 use crate::disk::stamp_subject;
+use crate::files::path_name;
 use crate::journal::{Journal, Retention, short};
+use crate::plan;
+use crate::platform::is_one_file;
 
 impl Retention {
     /// What a compaction of the journal of the manifests in a folder keeps.
@@ -25,24 +28,46 @@ impl Retention {
     }
 }
 
-/// Which manifests are still in a folder.
+/// Which manifests are still in a folder, and where they export to.
 pub(crate) struct Manifests<'a> {
     folder: &'a Path,
+    /// A manifest whose file may have other names, such as a link or another spelling, which do not count.
+    own: Option<&'a str>,
     known: HashMap<String, bool>,
+    /// The folders for exports; `None` if a manifest cannot be read.
+    outs: HashMap<String, Option<String>>,
 }
 
 impl<'a> Manifests<'a> {
     pub(crate) fn new(folder: &'a Path) -> Self {
-        Self { folder, known: HashMap::new() }
+        Self::beside(folder, None)
+    }
+
+    /// The manifests beside another one of the folder.
+    pub(crate) fn beside(folder: &'a Path, own: Option<&'a str>) -> Self {
+        Self { folder, own, known: HashMap::new(), outs: HashMap::new() }
     }
 
     pub(crate) fn has(&mut self, name: &str) -> bool {
         if let Some(known) = self.known.get(name) {
             return *known;
         }
-        let found = self.folder.join(name).exists();
+        let path = self.folder.join(name);
+        let is_own = |own: &str| own != name && is_one_file(&self.folder.join(own), &path);
+        let found = path.exists() && !self.own.is_some_and(is_own);
         self.known.insert(name.to_owned(), found);
         found
+    }
+
+    /// Whether a manifest exists and may export into a folder, as records contain it. A manifest that cannot
+    /// be read may.
+    pub(crate) fn exports_into(&mut self, name: &str, out: &str) -> bool {
+        if !self.has(name) {
+            return false;
+        }
+        let found = || plan::out_of(&self.folder.join(name)).map(|out| path_name(self.folder, &out));
+        let known = self.outs.entry(name.to_owned()).or_insert_with(found);
+        known.as_ref().is_none_or(|known| known == out)
     }
 }
 

@@ -14,8 +14,10 @@ mod outdated;
 mod progress;
 mod publishing;
 mod rebuilds;
+mod renamed;
 mod shared;
 mod snapshot;
+mod sources;
 mod unseen;
 mod watch;
 
@@ -180,6 +182,9 @@ fn log(events: &[Event]) -> String {
                 writeln!(text, "{} {file} {bytes}", if *restored { "restored" } else { "published" })
             }
             Event::Removed { file, .. } => writeln!(text, "removed {file}"),
+            Event::Leftovers { folder, files, published_by, .. } => {
+                writeln!(text, "left over in {folder}: {files} of {}", published_by.join(", "))
+            }
             Event::Watching { .. } => writeln!(text, "watching"),
             Event::Noticed { changes, .. } => {
                 let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));

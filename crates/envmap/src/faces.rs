@@ -10,18 +10,28 @@ use crate::image::Image;
 /// # Errors
 /// [`Error::FaceSize`] if a face is not square or not as large as the first.
 pub fn stack_faces(faces: [Image; 6]) -> Result<Image, Error> {
-    let edge = faces[0].width();
-    for (face, image) in Face::ALL.into_iter().zip(&faces) {
-        if image.width() != edge || image.height() != edge {
-            return Err(Error::FaceSize { face, width: image.width(), height: image.height(), edge });
-        }
-    }
+    let edge = check_faces(faces.each_ref().map(|face| [face.width(), face.height()]))?;
     let mut pixels = Vec::with_capacity(6 * edge * edge);
     for image in &faces {
         pixels.extend_from_slice(image.pixels());
     }
     // Six faces of edge x edge always fill this picture.
     Image::new(edge, 6 * edge, pixels).ok_or(Error::Resolution { width: edge, height: 6 * edge })
+}
+
+/// Checks that six faces of these columns and rows, in file order, are squares of one size; returns their
+/// edge.
+///
+/// # Errors
+/// [`Error::FaceSize`] names the first that does not fit.
+pub fn check_faces(sizes: [[usize; 2]; 6]) -> Result<usize, Error> {
+    let edge = sizes[0][0];
+    for (face, [width, height]) in Face::ALL.into_iter().zip(sizes) {
+        if width != edge || height != edge {
+            return Err(Error::FaceSize { face, width, height, edge });
+        }
+    }
+    Ok(edge)
 }
 
 /// The places of the faces in a picture of square cells.

@@ -30,7 +30,7 @@ pub use cube_map::CubeMap;
 pub use environment::Environment;
 pub use error::Error;
 pub use exposure::{Exposure, ExposureBasis};
-pub use faces::stack_faces;
+pub use faces::{check_faces, stack_faces};
 pub use image::Image;
 pub use lamps::Separated;
 pub use layout::Layout;

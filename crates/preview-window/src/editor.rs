@@ -145,7 +145,7 @@ fn explained(parameter: &Parameter) -> String {
     };
     let default = match parameter.absent {
         Absent::Default(value) => format!("; default {value}"),
-        Absent::Required | Absent::Optional => String::new(),
+        Absent::Required | Absent::RequiredUnless(_) | Absent::Optional => String::new(),
     };
     format!("{name}: {meaning}{range}{default}")
 }

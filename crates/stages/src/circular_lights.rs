@@ -100,6 +100,12 @@ impl Kind for CircularLights {
         Vec::new()
     }
 
+    fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let path = context.source()?;
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        read(&file, &context.read(path)?).map(drop)
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let path = context.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

@@ -73,6 +73,9 @@
 //! | `zero` | each becomes 0, with a warning |
 //! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
 //!
+//! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist
+//! and a file that is not an image, but not bad pixels.
+//!
 //! ## Processors
 //!
 //! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last
@@ -89,11 +92,13 @@
 //! bad-pixels = "clamp"
 //! ```
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use containers::{Decoded, OpenExrEnvmap, ReadOptions, decoder_level, read_image};
+use containers::{
+    Decoded, ImageHeader, OpenExrEnvmap, ReadOptions, decoder_level, read_image, read_image_header,
+};
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
-use envmap::{BadPixels, Environment, Image, Layout, repair, stack_faces};
+use envmap::{BadPixels, Environment, Image, Layout, check_faces, repair, stack_faces};
 use sphere::{Face, LatLong};
 
 use crate::artifacts;
@@ -183,6 +188,28 @@ impl Kind for ImportEnvironment {
         Product::Artifact(artifacts::Environment::TYPE)
     }
 
+    fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let source = context.source()?;
+        match Pictures::find(source, parameters, context)? {
+            Pictures::One => {
+                let header = read_header(source, parameters, context)?;
+                let layout = layout_of(parameters.layout, header.openexr_envmap, context);
+                let checked = layout.check(header.width, header.height);
+                checked
+                    .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(source))))
+            }
+            Pictures::Faces(paths) => {
+                let mut sizes = [[0; 2]; Face::ALL.len()];
+                for (size, path) in sizes.iter_mut().zip(&paths) {
+                    let header = read_header(path, parameters, context)?;
+                    *size = [header.width, header.height];
+                }
+                check_faces(sizes)?;
+                Ok(())
+            }
+        }
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
         let (image, layout) = read_source(source, parameters, context)?;
@@ -220,53 +247,74 @@ impl Kind for ImportEnvironment {
     }
 }
 
+/// The pictures of a source.
+enum Pictures {
+    /// The source itself.
+    One,
+    /// The faces of a cube, in file order.
+    Faces(Vec<PathBuf>),
+}
+
+impl Pictures {
+    fn find(source: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Self, Failure> {
+        if context.is_folder(source) {
+            return match parameters.layout {
+                OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, context),
+                _ => Err(Failure::new(format!(
+                    "{} is a folder, but only six cube faces can be read from a folder",
+                    name(source)
+                ))
+                .help("name a file as the source, or remove layout")),
+            };
+        }
+        if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
+            let face = FaceName::parse(&name(source)).ok_or_else(|| {
+                Failure::new(format!(
+                    "{} is not a folder of six faces, and its name does not end in a face's word",
+                    name(source)
+                ))
+                .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
+            })?;
+            let folder = source.parent().unwrap_or(Path::new(""));
+            return Self::faces(folder, Some(&face), context);
+        }
+        Ok(Self::One)
+    }
+
+    /// The six images of one set in a folder.
+    fn faces(folder: &Path, like: Option<&FaceName>, context: &Context<'_>) -> Result<Self, Failure> {
+        let names = six_faces::find(&context.list(folder)?, like, &name(folder))?;
+        Ok(Self::Faces(names.iter().map(|name| folder.join(name)).collect()))
+    }
+}
+
 /// The image of the source, and its layout.
 fn read_source(
     source: &Path,
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Layout), Failure> {
-    if context.is_folder(source) {
-        return match parameters.layout {
-            OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => {
-                read_faces(source, None, parameters, context)
-            }
-            _ => Err(Failure::new(format!(
-                "{} is a folder, but only six cube faces can be read from a folder",
-                name(source)
-            ))
-            .help("name a file as the source, or remove layout")),
-        };
+    match Pictures::find(source, parameters, context)? {
+        Pictures::One => {
+            let decoded = read_picture(source, parameters, context)?;
+            let layout = layout_of(parameters.layout, decoded.openexr_envmap, context);
+            Ok((decoded.image, layout))
+        }
+        Pictures::Faces(paths) => {
+            let faces = paths.iter().map(|path| Ok(read_picture(path, parameters, context)?.image));
+            let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
+            let faces = <[Image; Face::ALL.len()]>::try_from(faces)
+                .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
+            Ok((stack_faces(faces)?, Layout::Cube))
+        }
     }
-    if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
-        let face = FaceName::parse(&name(source)).ok_or_else(|| {
-            Failure::new(format!(
-                "{} is not a folder of six faces, and its name does not end in a face's word",
-                name(source)
-            ))
-            .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
-        })?;
-        let folder = source.parent().unwrap_or(Path::new(""));
-        return read_faces(folder, Some(&face), parameters, context);
-    }
-    let decoded = read_picture(source, parameters, context)?;
-    let layout = layout_of(parameters.layout, &decoded, context);
-    Ok((decoded.image, layout))
 }
 
-/// The six images of one set in a folder, stacked in file order.
-fn read_faces(
-    folder: &Path,
-    like: Option<&FaceName>,
-    parameters: &Parameters,
-    context: &Context<'_>,
-) -> Result<(Image, Layout), Failure> {
-    let names = six_faces::find(&context.list(folder)?, like, &name(folder))?;
-    let faces = names.iter().map(|name| Ok(read_picture(&folder.join(name), parameters, context)?.image));
-    let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
-    let faces = <[Image; Face::ALL.len()]>::try_from(faces)
-        .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
-    Ok((stack_faces(faces)?, Layout::Cube))
+/// The header of one file.
+fn read_header(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<ImageHeader, Failure> {
+    let options = ReadOptions { layer: parameters.layer.clone() };
+    read_image_header(&mut context.open(path)?, &options)
+        .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))
 }
 
 /// The image of one file; the messages of its decoder become warnings.
@@ -282,8 +330,8 @@ fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> 
 }
 
 /// The layout that the manifest names, or else the one that the file declares.
-fn layout_of(wanted: OrAuto<LayoutName>, decoded: &Decoded, context: &Context<'_>) -> Layout {
-    let declared = decoded.openexr_envmap.map(|envmap| match envmap {
+fn layout_of(wanted: OrAuto<LayoutName>, declared: Option<OpenExrEnvmap>, context: &Context<'_>) -> Layout {
+    let declared = declared.map(|envmap| match envmap {
         OpenExrEnvmap::LatLong => Layout::OpenExrLatLong,
         OpenExrEnvmap::Cube => Layout::OpenExrCube,
     });

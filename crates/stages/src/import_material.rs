@@ -103,7 +103,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: alpha is its square |
+//! | `roughness` | a number from 0.01 to 1; required unless `roughness_x` and `roughness_y` are given | the width of the highlight: alpha is its square |
 //! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; default `roughness` |
 //! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; default `roughness` |
 //! | `ior` | a number from 1 to 10; optional | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
@@ -117,7 +117,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
+//! | `roughness` | a number from 0.01 to 1; required unless `roughness_x` and `roughness_y` are given | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
 //! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; default `roughness` |
 //! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; default `roughness` |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
@@ -128,7 +128,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the half vector's cosine |
+//! | `exponent` | a number from 0 to 1e9; required unless `exponent_x` and `exponent_y` are given | the sharpness of the highlight: the power of the half vector's cosine |
 //! | `exponent_x` | a number from 0 to 1e9; optional | the sharpness along the tangent; default `exponent` |
 //! | `exponent_y` | a number from 0 to 1e9; optional | the sharpness across the tangent; default `exponent` |
 //! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of the remaining light that the base reflects |
@@ -255,7 +255,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 
 use crate::artifacts;
 use crate::choices::ChosenMaterial;
-use crate::material_file::read_material;
+use crate::material_file::{check_material, read_material};
 
 parameters! {
     /// Parameters of `import-material`; those of a material are in its file.
@@ -284,14 +284,20 @@ impl Kind for ImportMaterial {
         Product::Artifact(artifacts::Material::TYPE)
     }
 
+    fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let path = context.source()?;
+        if context.is_folder(path) {
+            return Err(folder(&path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()));
+        }
+        let choice = parameters.material.as_ref().map(|ChosenMaterial(choice)| choice);
+        check_material(path, choice, &|path| context.open(path))
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let path = context.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let bytes = context.read(path).map_err(|failure| match context.is_folder(path) {
-            true => Failure::new(format!("{file} is a folder, not a material"))
-                .help("name a file, or every file in it: source = \"folder/*.toml\""),
-            false => failure,
-        })?;
+        let read = context.read(path);
+        let bytes = read.map_err(|failure| if context.is_folder(path) { folder(&file) } else { failure })?;
         let choice = parameters.material.as_ref().map(|ChosenMaterial(choice)| choice);
         let found = read_material(&file, &bytes, choice, &|path| context.read(path))?;
         found.notes.into_iter().for_each(|note| context.note(note));
@@ -299,6 +305,11 @@ impl Kind for ImportMaterial {
         warn_of_excess(&found.material, context);
         Output::artifact(artifacts::Material(found.material))
     }
+}
+
+fn folder(name: &str) -> Failure {
+    Failure::new(format!("{name} is a folder, not a material"))
+        .help("name a file, or every file in it: source = \"folder/*.toml\"")
 }
 
 /// Warns of a material that reflects more than it receives.

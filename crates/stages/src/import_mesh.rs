@@ -26,6 +26,7 @@
 //! source = "assets/meshes/*.{gltf,glb}"
 //! ```
 
+use std::io::{Seek as _, SeekFrom};
 use std::path::Path;
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
@@ -57,14 +58,22 @@ impl Kind for ImportMesh {
         Product::Artifact(artifacts::Mesh::TYPE)
     }
 
+    fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let path = context.source()?;
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        if context.is_folder(path) {
+            return Err(folder(&file));
+        }
+        let find = &mut |other: &str| Ok(context.open(Path::new(other))?.seek(SeekFrom::End(0))?);
+        containers::check_gltf(&mut context.open(path)?, find)
+            .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))
+    }
+
     fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let path = context.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let bytes = context.read(path).map_err(|failure| match context.is_folder(path) {
-            true => Failure::new(format!("{file} is a folder, not a mesh"))
-                .help("name a file, or every file in it: source = \"folder/*.{gltf,glb}\""),
-            false => failure,
-        })?;
+        let read = context.read(path);
+        let bytes = read.map_err(|failure| if context.is_folder(path) { folder(&file) } else { failure })?;
         let mut beside = |other: &str| context.read(Path::new(other));
         let model = containers::read_gltf(&bytes, &mut beside)
             .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))?;
@@ -75,4 +84,9 @@ impl Kind for ImportMesh {
         }
         Output::artifact(artifacts::Mesh(model.mesh))
     }
+}
+
+fn folder(name: &str) -> Failure {
+    Failure::new(format!("{name} is a folder, not a mesh"))
+        .help("name a file, or every file in it: source = \"folder/*.{gltf,glb}\"")
 }

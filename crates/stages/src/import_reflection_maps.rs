@@ -83,10 +83,11 @@
 //! source = "assets/old-gold/cabral.json"
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read as _;
 use std::path::Path;
 
-use containers::{ReadOptions, decoder_level, is_texture, read_image, read_texture};
+use containers::{ReadOptions, decoder_level, is_texture, read_image, read_image_header, read_texture};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Degree;
 use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
@@ -132,6 +133,12 @@ impl Kind for ImportReflectionMaps {
         Product::Artifact(artifacts::Shrm::TYPE)
     }
 
+    fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let source = context.source()?;
+        let name = source.file_name().unwrap_or(source.as_os_str()).to_string_lossy().into_owned();
+        check(source, context).map_err(|failure| failure.context(format!("cannot import {name}")))
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
         let name = source.file_name().unwrap_or(source.as_os_str()).to_string_lossy().into_owned();
@@ -139,6 +146,36 @@ impl Kind for ImportReflectionMaps {
             .map_err(|failure| failure.context(format!("cannot import {name}")))?;
         Output::artifact(artifacts::Shrm(fit.map))
     }
+}
+
+/// Checks the index and the headers of the pictures that it names; textures must only exist.
+fn check(source: &Path, context: &Context<'_>) -> Result<(), Failure> {
+    let index = Index::decode(&context.read(source)?)?;
+    sampling(&index)?;
+    let mut checked = BTreeSet::new();
+    let mut size = None;
+    for entry in index.maps.iter().filter(|entry| checked.insert(&entry.file)) {
+        let found = check_file(&entry.file, index.layout, context)
+            .map_err(|failure| failure.context(entry.file.clone()))?;
+        if let Some(found) = found {
+            check_size(&index, entry, *size.get_or_insert(found), found)?;
+        }
+    }
+    Ok(())
+}
+
+/// The size of the map in a picture; `None` for a texture.
+fn check_file(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Option<[usize; 2]>, Failure> {
+    /// As many bytes as tell a texture from a picture.
+    const SIGNATURE: u64 = 64;
+    let mut opened = context.open(Path::new(file))?;
+    let mut bytes = Vec::new();
+    opened.by_ref().take(SIGNATURE).read_to_end(&mut bytes)?;
+    if is_texture(&bytes) {
+        return Ok(None);
+    }
+    let header = read_image_header(&mut opened, &ReadOptions::default())?;
+    picture_size(layout, header.width, header.height).map(Some)
 }
 
 fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Result<Fit, Failure> {
@@ -259,13 +296,7 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
         let pixels = part(file, entry).map_err(|failure| failure.context(entry.file.clone()))?;
         let size = [file.width, file.height];
         let maps = maps.get_or_insert_with(|| Maps { size, pixels: Vec::new() });
-        if maps.size != size {
-            let [[a, b], [c, d]] = [maps.size, size];
-            return Err(Failure::new(format!(
-                "{}: {c} x {d} texels, but {} has {a} x {b}; all maps of an index must have the same size",
-                entry.file, index.maps[0].file
-            )));
-        }
+        check_size(index, entry, maps.size, size)?;
         if maps.pixels.len() + pixels.len() > containers::MAX_PIXELS {
             return Err(Failure::new(format!(
                 "the maps have more than {} texels together",
@@ -276,6 +307,38 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
     }
     // An index names at least one map.
     maps.ok_or_else(|| Failure::new("`maps` is empty"))
+}
+
+/// Checks that a map has the size of the first one.
+fn check_size(index: &Index, entry: &Entry, first: [usize; 2], size: [usize; 2]) -> Result<(), Failure> {
+    if first == size {
+        return Ok(());
+    }
+    let [[a, b], [c, d]] = [first, size];
+    Err(Failure::new(format!(
+        "{}: {c} x {d} texels, but {} has {a} x {b}; all maps of an index must have the same size",
+        entry.file, index.maps[0].file
+    )))
+}
+
+/// The size of the map in a picture of these columns and rows.
+fn picture_size(layout: FileLayout, width: usize, height: usize) -> Result<[usize; 2], Failure> {
+    let faces = faces_of(layout);
+    let fits = height.is_multiple_of(faces) && fits(layout, width, height / faces, faces);
+    if fits { Ok([width, height / faces]) } else { Err(wrong_shape(layout, width, height)) }
+}
+
+/// The faces of a map, below each other in a picture.
+fn faces_of(layout: FileLayout) -> usize {
+    if layout == FileLayout::Cube { 6 } else { 1 }
+}
+
+fn fits(layout: FileLayout, width: usize, height: usize, faces: usize) -> bool {
+    match layout {
+        FileLayout::Cube => faces == 6 && width == height,
+        FileLayout::LatLong => faces == 1 && width == 2 * height,
+        FileLayout::Sphere => faces == 1 && width == height,
+    }
 }
 
 /// Reads a file, and checks that it can hold a map of the layout.
@@ -290,21 +353,16 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened,
         for warning in &decoded.warnings {
             context.warn(format!("{file}: {warning}"));
         }
-        let (width, height) = (decoded.image.width(), decoded.image.height());
-        let faces = if layout == FileLayout::Cube { 6 } else { 1 };
-        if height % faces != 0 {
-            return Err(wrong_shape(layout, width, height));
-        }
+        let [width, height] = picture_size(layout, decoded.image.width(), decoded.image.height())?;
         let pixels = decoded.image.into_pixels();
-        Opened { width, height: height / faces, depth: 1, layers: 1, faces, pixels }
+        Opened { width, height, depth: 1, layers: 1, faces: faces_of(layout), pixels }
     };
     let Opened { width, height, faces, .. } = opened;
-    let fits = match layout {
-        FileLayout::Cube => faces == 6 && width == height,
-        FileLayout::LatLong => faces == 1 && width == 2 * height,
-        FileLayout::Sphere => faces == 1 && width == height,
-    };
-    if fits { Ok(opened) } else { Err(wrong_shape(layout, width, height * faces)) }
+    if fits(layout, width, height, faces) {
+        Ok(opened)
+    } else {
+        Err(wrong_shape(layout, width, height * faces))
+    }
 }
 
 fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {

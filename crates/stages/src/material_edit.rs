@@ -331,6 +331,8 @@ mod tests {
             form.sections[0].parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>()
         };
         assert_eq!(names("model = \"ggx\"\nroughness = 0.5\nior = 1.5\n"), ["roughness", "ior", "specular"]);
+        let stretched = names("model = \"ggx\"\nroughness_x = 0.5\nroughness_y = 0.2\nior = 1.5\n");
+        assert_eq!(stretched, ["roughness_x", "roughness_y", "ior", "specular"]);
         assert_eq!(names("model = \"measured\"\nfile = \"a.binary\"\n"), ["scale"]);
     }
 

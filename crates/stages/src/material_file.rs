@@ -3,16 +3,17 @@
 //! One mechanism reads every model: the model's list of parameters defines the keys, their types and their
 //! ranges. All errors of a file are reported together, each with its place.
 
+use std::io::Read as _;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
 use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
-use containers::measured::{Format, Reading, read_with_notes};
-use containers::{GltfMaterial, MaterialChoice, read_gltf_material};
+use containers::measured::{self, Format, Reading};
+use containers::{GltfMaterial, MaterialChoice, check_gltf_material, read_gltf_material};
 use engine::{
-    Diagnostic, Diagnostics, Document, Entry, Failure, Parameter as _, Table, Value as Toml, ValueKind,
-    nearest, unexpected, unknown_keys,
+    Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
+    ValueKind, nearest, unexpected, unknown_keys,
 };
 
 use crate::choices::ChosenMaterial;
@@ -53,7 +54,24 @@ pub fn read_material(
     choice: Option<&MaterialChoice>,
     read: &ReadFile<'_>,
 ) -> Result<MaterialFile, Failure> {
-    if is_gltf_file(name) {
+    read_with(name, bytes, choice, Access::Whole(read))
+}
+
+/// How the files that a material file names are read.
+#[derive(Clone, Copy)]
+enum Access<'a> {
+    Whole(&'a ReadFile<'a>),
+    /// For a check: what stands for such a file in the material does not matter.
+    Headers(&'a Open<'a>),
+}
+
+fn read_with(
+    name: &str,
+    bytes: &[u8],
+    choice: Option<&MaterialChoice>,
+    access: Access<'_>,
+) -> Result<MaterialFile, Failure> {
+    if let (true, Access::Whole(read)) = (is_gltf_file(name), access) {
         let found = read_gltf_material(bytes, choice, &mut |path: &str| read(Path::new(path)));
         let GltfMaterial { material, notes, warnings } = found.map_err(|failure| failure.context(name))?;
         return Ok(MaterialFile { material: Material::Standard(material), notes, warnings });
@@ -66,7 +84,7 @@ pub fn read_material(
     }
     if Format::of_name(name).is_some() {
         let Reading { material, notes, .. } =
-            read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
+            measured::read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
         return Ok(MaterialFile { material, notes, warnings: Vec::new() });
     }
     let document = Document::parse(name, bytes).map_err(|errors| {
@@ -79,13 +97,41 @@ pub fn read_material(
         let help = format!("expected .toml, .gltf, .glb, or one of: {}", endings());
         Failure { help: Some(help), ..failure_of(chain) }
     })?;
-    let mut reader = Reader { read, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
+    let mut reader = Reader { access, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
     match reader.material(&document.table) {
         Some(material) if reader.errors.is_empty() => {
             Ok(MaterialFile { material, notes: reader.notes, warnings: reader.warnings })
         }
         _ => Err(failure(&document.diagnostics(reader.errors))),
     }
+}
+
+/// Opens a file. Relative paths start at the material file's folder.
+pub(crate) type Open<'a> = dyn Fn(&Path) -> Result<Box<dyn OpenFile>, Failure> + 'a;
+
+/// Checks what [`read_material`] would read of a file: all of its text, and of the files that it names the
+/// headers. Nothing is fitted or averaged.
+///
+/// # Errors
+/// As [`read_material`], as far as text and headers show it.
+pub(crate) fn check_material(
+    path: &Path,
+    choice: Option<&MaterialChoice>,
+    open: &Open<'_>,
+) -> Result<(), Failure> {
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    let mut file = open(path)?;
+    if is_gltf_file(&name) {
+        let find = &mut |other: &str| open(Path::new(other)).map(drop);
+        return check_gltf_material(&mut file, choice, find)
+            .map_err(|failure: Failure| failure.context(name));
+    }
+    if choice.is_none() && is_measured_file(&name) {
+        return Ok(measured::check(&name, &mut file, None).map_err(|error| error.within(&*name))?);
+    }
+    let mut bytes = Vec::new();
+    file.take(Document::MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    read_with(&name, &bytes, choice, Access::Headers(open)).map(drop)
 }
 
 /// Whether a file's name is that of a measured BRDF.
@@ -138,7 +184,7 @@ fn looks_like(value_type: &ValueType) -> String {
 }
 
 struct Reader<'a> {
-    read: &'a ReadFile<'a>,
+    access: Access<'a>,
     errors: Vec<Diagnostic>,
     notes: Vec<String>,
     warnings: Vec<String>,
@@ -224,9 +270,12 @@ impl Reader<'_> {
             };
             match value {
                 Some(value) => values.set(parameter.name, value),
-                None if parameter.absent == Absent::Required && table.get(parameter.name).is_none() => {
-                    let expected =
+                None if table.get(parameter.name).is_none() && is_required(parameter, table) => {
+                    let mut expected =
                         format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
+                    if let Absent::RequiredUnless([x, y]) = parameter.absent {
+                        expected += &format!(", or both {x} and {y}");
+                    }
                     let error = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
                     self.errors.push(error.expected(expected));
                 }
@@ -401,11 +450,19 @@ impl Reader<'_> {
             return None;
         }
         let folder = Path::new(&file).parent().unwrap_or(Path::new(""));
-        let mut beside = |path: &str| (self.read)(&folder.join(path));
-        let found = (self.read)(Path::new(&file))
-            .and_then(|bytes| read_gltf_material(&bytes, choice.as_ref(), &mut beside));
+        let found = match self.access {
+            Access::Whole(read) => read(Path::new(&file)).and_then(|bytes| {
+                read_gltf_material(&bytes, choice.as_ref(), &mut |path: &str| read(&folder.join(path)))
+                    .map(Some)
+            }),
+            Access::Headers(open) => open(Path::new(&file)).and_then(|mut file| {
+                let find = &mut |path: &str| open(&folder.join(path)).map(drop);
+                check_gltf_material(&mut file, choice.as_ref(), find).map(|()| None)
+            }),
+        };
         match found {
-            Ok(GltfMaterial { material, notes, warnings }) => {
+            Ok(None) => stand_in(),
+            Ok(Some(GltfMaterial { material, notes, warnings })) => {
                 self.notes.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
                 self.warnings.extend(warnings.into_iter().map(|warning| format!("{file}: {warning}")));
                 Some(Material::Standard(material))
@@ -419,9 +476,15 @@ impl Reader<'_> {
 
     /// The content of a measured file.
     fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<Material> {
-        let read = (self.read)(Path::new(file)).and_then(|bytes| Ok(read_with_notes(file, &bytes, format)?));
+        let read = match self.access {
+            Access::Whole(read) => read(Path::new(file))
+                .and_then(|bytes| Ok(Some(measured::read_with_notes(file, &bytes, format)?))),
+            Access::Headers(open) => open(Path::new(file))
+                .and_then(|mut opened| Ok(measured::check(file, &mut opened, format).map(|()| None)?)),
+        };
         match read {
-            Ok(reading) => {
+            Ok(None) => stand_in(),
+            Ok(Some(reading)) => {
                 self.notes.extend(reading.notes.into_iter().map(|note| format!("{file}: {note}")));
                 Some(reading.material)
             }
@@ -443,6 +506,20 @@ impl Reader<'_> {
             },
             _ => self.refuse(error, "format"),
         }
+    }
+}
+
+/// The material in place of one in another file whose header was checked.
+fn stand_in() -> Option<Material> {
+    brdf::Lambert::new([0.0; 3]).ok().map(Material::Lambert)
+}
+
+/// Whether a table must have a parameter.
+fn is_required(parameter: &Parameter, table: &Table) -> bool {
+    match parameter.absent {
+        Absent::Required => true,
+        Absent::RequiredUnless(others) => others.iter().any(|other| table.get(other).is_none()),
+        Absent::Optional | Absent::Default(_) => false,
     }
 }
 
@@ -507,6 +584,7 @@ mod tests {
             };
             let absent = match parameter.absent {
                 Absent::Required => "required".to_owned(),
+                Absent::RequiredUnless([x, y]) => format!("required unless `{x}` and `{y}` are given"),
                 Absent::Optional => "optional".to_owned(),
                 Absent::Default(value) => format!("default {value}"),
             };

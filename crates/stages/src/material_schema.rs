@@ -39,7 +39,14 @@ fn of_model(model: &ModelText) -> Value {
     let (mut properties, mut required) = of_parameters(model.parameters);
     properties.insert("model".into(), json!({ "const": model.name, "description": model.summary }));
     required.insert(0, "model");
-    object(model.summary, properties, &required)
+    let mut schema = object(model.summary, properties, &required);
+    // A model has at most one such parameter.
+    for parameter in model.parameters {
+        if let Absent::RequiredUnless(others) = parameter.absent {
+            schema["anyOf"] = json!([{ "required": [parameter.name] }, { "required": others }]);
+        }
+    }
+    schema
 }
 
 /// The properties of a table of parameters, and the names of the required ones.

@@ -30,7 +30,9 @@ const EXPONENT: Parameter = Parameter::number(
     "exponent",
     "the sharpness of the highlight: the power of the half vector's cosine",
     POWER,
-);
+)
+.unless(EXPONENTS);
+const EXPONENTS: [&str; 2] = [EXPONENT_X.name, EXPONENT_Y.name];
 const EXPONENT_X: Parameter =
     Parameter::number("exponent_x", "the sharpness along the tangent; default `exponent`", POWER).optional();
 const EXPONENT_Y: Parameter =
@@ -79,9 +81,7 @@ impl Model for AshikhminShirley {
     const PARAMETERS: &'static [Parameter] = &[EXPONENT, EXPONENT_X, EXPONENT_Y, DIFFUSE, SHARE];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
-        let both = EXPONENT.checked(values.number("exponent")?)?;
-        let along = |name| values.optional_number(name).unwrap_or(both);
-        let exponent = [along("exponent_x"), along("exponent_y")];
+        let exponent = values.stretched(&EXPONENT, EXPONENTS)?;
         Self::new(exponent, values.colour("diffuse")?, values.colour("specular")?)
     }
 

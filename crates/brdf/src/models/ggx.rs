@@ -28,11 +28,12 @@ use super::fresnel::{Fresnel, IOR, K, N};
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{
-    Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR, Value, Values,
+    Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, ROUGHNESSES, SPECULAR, Value, Values,
 };
 
 const ROUGH: Parameter =
-    Parameter::number("roughness", "the width of the highlight: alpha is its square", ROUGHNESS);
+    Parameter::number("roughness", "the width of the highlight: alpha is its square", ROUGHNESS)
+        .unless(ROUGHNESSES);
 
 /// A rough surface of GGX facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,9 +78,7 @@ impl Model for Ggx {
     const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGHNESS_X, ROUGHNESS_Y, IOR, N, K, SPECULAR];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
-        let both = ROUGH.checked(values.number("roughness")?)?;
-        let along = |name| values.optional_number(name).unwrap_or(both);
-        let roughness = [along("roughness_x"), along("roughness_y")];
+        let roughness = values.stretched(&ROUGH, ROUGHNESSES)?;
         Self::stretched(roughness, Fresnel::from_values(values)?, values.colour("specular")?)
     }
 

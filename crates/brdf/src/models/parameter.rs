@@ -47,6 +47,8 @@ pub struct Range {
 pub enum Absent {
     /// It is required.
     Required,
+    /// It is required, unless these are given, which are then used in its place.
+    RequiredUnless([&'static str; 2]),
     /// It is optional, and has no default.
     Optional,
     /// It is optional, and this number, or this grey, is the default.
@@ -59,6 +61,9 @@ pub const WEIGHT: Range = Range { least: 0.0, most: 1e6, words: "a number from 0
 pub(crate) const POWER: Range = Range { least: 0.0, most: 1e9, words: "a number from 0 to 1e9" };
 /// The range of roughness. 0 would be a mirror, which has no finite expansion.
 pub(crate) const ROUGHNESS: Range = Range { least: 0.01, most: 1.0, words: "a number from 0.01 to 1" };
+
+/// The parameters of a roughness along and across the tangent.
+pub(crate) const ROUGHNESSES: [&str; 2] = [ROUGHNESS_X.name, ROUGHNESS_Y.name];
 
 /// The roughness of a stretched highlight along the tangent.
 pub(crate) const ROUGHNESS_X: Parameter =
@@ -88,6 +93,11 @@ impl Parameter {
     /// The same with a default.
     pub(crate) const fn or(self, value: f64) -> Self {
         Self { absent: Absent::Default(value), ..self }
+    }
+
+    /// The same, but required only if one of these is not given.
+    pub(crate) const fn unless(self, others: [&'static str; 2]) -> Self {
+        Self { absent: Absent::RequiredUnless(others), ..self }
     }
 
     /// The same, but optional.
@@ -175,6 +185,20 @@ impl Values {
         match self.get(parameter) {
             Some(Value::Number(value)) => Some(*value),
             _ => None,
+        }
+    }
+
+    /// The numbers of a stretched highlight along and across the tangent: those of two parameters, or else of
+    /// the parameter for both.
+    ///
+    /// # Errors
+    /// If one is missing, or that for both is out of its range.
+    pub(crate) fn stretched(&self, both: &Parameter, own: [&str; 2]) -> Result<[f64; 2], ParameterError> {
+        let number = self.optional_number(both.name).map(|number| both.checked(number)).transpose()?;
+        match (own.map(|name| self.optional_number(name)), number) {
+            ([Some(x), Some(y)], _) => Ok([x, y]),
+            (own, Some(number)) => Ok(own.map(|own| own.unwrap_or(number))),
+            (_, None) => self.number(both.name).map(|number| [number; 2]),
         }
     }
 

@@ -19,14 +19,15 @@ use super::facets::Half;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{
-    Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR, Value, Values,
+    Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, ROUGHNESSES, SPECULAR, Value, Values,
 };
 
 const ROUGH: Parameter = Parameter::number(
     "roughness",
     "the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e",
     ROUGHNESS,
-);
+)
+.unless(ROUGHNESSES);
 
 /// The least h_z in one of its factors.
 const LEAST: f64 = 1e-3;
@@ -58,9 +59,7 @@ impl Model for Ward {
     const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
-        let both = ROUGH.checked(values.number("roughness")?)?;
-        let along = |name| values.optional_number(name).unwrap_or(both);
-        Self::new([along("roughness_x"), along("roughness_y")], values.colour("specular")?)
+        Self::new(values.stretched(&ROUGH, ROUGHNESSES)?, values.colour("specular")?)
     }
 
     fn values(&self) -> Values {

@@ -1,7 +1,7 @@
 //! The bytes that a glTF file points to: its own second chunk, embedded as text, or in files beside it.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use base64::Engine;
@@ -58,15 +58,45 @@ impl<'a> Buffers<'a> {
         read: &mut ReadBeside<'_, E>,
     ) -> Result<Self, E> {
         let mut buffers = Self { document, chunk, contents: BTreeMap::new(), decompressed: BTreeMap::new() };
-        for accessor in accessors.filter_map(|accessor| document.root.accessors.get(accessor)) {
-            let sparse = accessor.sparse.as_ref();
-            let sparse = sparse.map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
-            let views = accessor.buffer_view.into_iter().chain(sparse.into_iter().flatten());
-            for view in views.map(|view| view.value()) {
-                buffers.load_view(view, read)?;
-            }
+        for view in accessors.flat_map(|accessor| views(document, accessor)) {
+            buffers.load_view(view, read)?;
         }
         Ok(buffers)
+    }
+
+    /// Checks that the buffers of these accessors are there and long enough, without reading them; `find`
+    /// gives the length of a file beside the document.
+    pub(super) fn check<E: From<Error>>(
+        document: &'a Document,
+        accessors: impl Iterator<Item = usize>,
+        has_chunk: bool,
+        find: &mut dyn FnMut(&str) -> Result<u64, E>,
+    ) -> Result<(), E> {
+        let mut needed = BTreeSet::new();
+        for view in accessors.flat_map(|accessor| views(document, accessor)) {
+            let Some(found) = document.root.buffer_views.get(view) else { continue };
+            let meshopt = meshopt(found).map_err(|error| error.within(format!("bufferViews[{view}]")))?;
+            needed.insert(meshopt.map_or(found.buffer.value(), |meshopt| meshopt.buffer));
+        }
+        for index in needed {
+            let Some(buffer) = document.root.buffers.get(index) else { continue };
+            let here = |error: Error| error.within(format!("buffers[{index}]"));
+            match &buffer.uri {
+                Some(uri) if uri.starts_with("data:") => {}
+                Some(uri) => {
+                    let found = find(&relative(uri).map_err(here)?)?;
+                    let length = buffer.byte_length.0;
+                    if found < length {
+                        return Err(here(too_short(Some(uri), length, found)).into());
+                    }
+                }
+                None if index == 0 && has_chunk => {}
+                None => {
+                    return Err(here(Error::damaged("there is neither a uri nor a binary chunk")).into());
+                }
+            }
+        }
+        Ok(())
     }
 
     fn load_view<E: From<Error>>(&mut self, index: usize, read: &mut ReadBeside<'_, E>) -> Result<(), E> {
@@ -102,10 +132,8 @@ impl<'a> Buffers<'a> {
         };
         let (length, found) = (size(buffer.byte_length.0), content.bytes().len());
         if found < length {
-            let missing = format!("byteLength is {length}, and there are {found} bytes");
             let named = buffer.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
-            let missing = named.map_or(missing.clone(), |uri| format!("{uri}: {missing}"));
-            return Err(here(Error::truncated(missing)).into());
+            return Err(here(too_short(named, length as u64, found as u64)).into());
         }
         self.contents.insert(index, content);
         Ok(())
@@ -138,6 +166,20 @@ impl<'a> Buffers<'a> {
             ))
         })
     }
+}
+
+/// The buffer views of an accessor.
+fn views(document: &Document, accessor: usize) -> impl Iterator<Item = usize> + use<'_> {
+    let accessor = document.root.accessors.get(accessor);
+    let sparse = accessor.and_then(|accessor| accessor.sparse.as_ref());
+    let sparse = sparse.map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
+    let own = accessor.and_then(|accessor| accessor.buffer_view);
+    own.into_iter().chain(sparse.into_iter().flatten()).map(|view| view.value())
+}
+
+fn too_short(name: Option<&str>, length: u64, found: u64) -> Error {
+    let missing = format!("byteLength is {length}, and there are {found} bytes");
+    Error::truncated(name.map_or(missing.clone(), |name| format!("{name}: {missing}")))
 }
 
 impl Content<'_> {

@@ -1,11 +1,15 @@
 //! The JSON of a glTF file, as much of it as meshes need, and the two chunks of a binary one.
 
+use std::io::{Read, Seek};
+use std::ops::Range;
+
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::{Checked, Error as Flaw, Validate};
 use gltf::json::{Accessor, Path, Root};
 use serde_json::{Map, Value, json};
 
 use crate::error::{Error, ErrorKind};
+use crate::file_part::{beginning, bytes_at, length};
 use crate::format::refuse_non_files;
 
 /// Extensions that are read, or do not concern meshes.
@@ -71,6 +75,24 @@ pub(super) struct Chunks<'a> {
     pub(super) binary: Option<&'a [u8]>,
 }
 
+/// The JSON of a file, and whether it has a binary chunk, which is not read.
+pub(super) fn read_json(file: &mut (impl Read + Seek)) -> Result<(Map<String, Value>, bool), Error> {
+    /// As many bytes as tell a Git LFS pointer from a file.
+    const SIGNATURE: u64 = 64;
+    let length = length(file)?;
+    let start = beginning(file, SIGNATURE)?;
+    refuse_non_files(&start)?;
+    if !start.starts_with(b"glTF") {
+        return Ok((parse(&beginning(file, u64::MAX)?)?, false));
+    }
+    let (json, binary) = chunk_places(length, |at| {
+        let [a, b, c, d, ..] = bytes_at(file, at, 4)?;
+        Some(u32::from_le_bytes([a, b, c, d]))
+    })?;
+    let bytes = beginning(file, json.end as u64)?;
+    Ok((parse(bytes.get(json).unwrap_or_default())?, binary.is_some()))
+}
+
 /// The chunks of a file; the JSON may be anything.
 pub(super) fn read(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
     refuse_non_files(bytes)?;
@@ -78,6 +100,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
         true => chunks(bytes)?,
         false => (bytes, None),
     };
+    Ok(Chunks { json: parse(json)?, binary })
+}
+
+fn parse(json: &[u8]) -> Result<Map<String, Value>, Error> {
     let text = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     if !text.trim_ascii_start().starts_with(b"{") {
         return Err(Error::new(
@@ -85,7 +111,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
             "this is not a glTF file: it is not JSON, and does not begin with the letters glTF",
         ));
     }
-    Ok(Chunks { json: serde_json::from_slice(text).map_err(not_gltf)?, binary })
+    serde_json::from_slice(text).map_err(not_gltf)
 }
 
 fn not_gltf(error: serde_json::Error) -> Error {
@@ -98,7 +124,12 @@ pub(super) fn open<'a>(
     bytes: &'a [u8],
     attribute: Option<&str>,
 ) -> Result<(Document, Option<&'a [u8]>), Error> {
-    let Chunks { json: mut parts, binary } = read(bytes)?;
+    let Chunks { json, binary } = read(bytes)?;
+    Ok((of_json(json, attribute)?, binary))
+}
+
+/// The document of a file's JSON.
+pub(super) fn of_json(mut parts: Map<String, Value>, attribute: Option<&str>) -> Result<Document, Error> {
     let normal_sets = keep_meshes(&mut parts, attribute);
     let root: Root = serde_json::from_value(Value::Object(parts)).map_err(not_gltf)?;
     let (version, least) = (&root.asset.version, root.asset.min_version.as_ref());
@@ -113,7 +144,7 @@ pub(super) fn open<'a>(
         )));
     }
     validate(&root)?;
-    Ok((Document { root, normal_sets }, binary))
+    Ok(Document { root, normal_sets })
 }
 
 /// Refuses a file of another version, or one that needs a later version.
@@ -211,40 +242,52 @@ fn describe(path: &str, flaw: Flaw) -> String {
     format!("{path}: {what}")
 }
 
-/// The JSON and the binary chunk of a `.glb` (section 4.4).
+/// The JSON and the binary chunk of a `.glb`.
 pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
-    let word = |at: usize| {
-        let word = bytes.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_le_bytes);
-        word.ok_or_else(|| {
-            Error::truncated(format!("the file ends at byte {}, within a header", bytes.len()))
-        })
+    let (json, binary) = chunk_places(bytes.len(), |at| {
+        let word = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
+        Some(u32::from_le_bytes(word))
+    })?;
+    Ok((&bytes[json], binary.map(|binary| &bytes[binary])))
+}
+
+/// The places of the JSON and of the binary chunk of a `.glb` of some length (section 4.4); `word_at` gives
+/// four of its bytes.
+fn chunk_places(
+    file_length: usize,
+    mut word_at: impl FnMut(usize) -> Option<u32>,
+) -> Result<(Range<usize>, Option<Range<usize>>), Error> {
+    let mut word = |at: usize| {
+        word_at(at)
+            .ok_or_else(|| Error::truncated(format!("the file ends at byte {file_length}, within a header")))
     };
     let version = word(4)?;
     if version != 2 {
         return Err(Error::unsupported(format!("the file is of binary glTF {version}; 2 is read")));
     }
     let length = word(8)? as usize;
-    if length > bytes.len() {
+    if length > file_length {
         return Err(Error::truncated(format!(
-            "the header declares {length} bytes, and there are {}",
-            bytes.len()
+            "the header declares {length} bytes, and there are {file_length}"
         )));
     }
     let (mut json, mut binary, mut at) = (None, None, 12);
     while at < length {
         let (size, kind) = (word(at)? as usize, word(at + 4)?.to_le_bytes());
-        let chunk =
-            bytes.get(..length).and_then(|bytes| bytes.get(at + 8..)?.get(..size)).ok_or_else(|| {
-                Error::truncated(format!("the chunk at byte {at} declares {size} bytes, more than there are"))
-            })?;
-        match (&kind, json) {
+        let chunk = at + 8..at.saturating_add(8).saturating_add(size);
+        if chunk.end > length {
+            return Err(Error::truncated(format!(
+                "the chunk at byte {at} declares {size} bytes, more than there are"
+            )));
+        }
+        at = chunk.end;
+        match (&kind, &json) {
             (b"JSON", None) => json = Some(chunk),
             (b"BIN\0", Some(_)) if binary.is_none() => binary = Some(chunk),
             // Chunks of other kinds are ignored.
             (_, Some(_)) => {}
             (_, None) => return Err(Error::damaged("the first chunk is not JSON")),
         }
-        at += 8 + size;
     }
     let json = json.ok_or_else(|| Error::damaged("there is no chunk of JSON"))?;
     Ok((json, binary))

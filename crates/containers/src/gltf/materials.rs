@@ -6,6 +6,7 @@
 //! named in a warning.
 
 use std::collections::BTreeMap;
+use std::io::{Read, Seek};
 use std::sync::Arc;
 
 use brdf::{Range, Standard, StandardParameters, WEIGHT};
@@ -84,14 +85,41 @@ pub fn read_gltf_material<E: From<Error>>(
     })
 }
 
+/// Checks the JSON of a file for a material, but not the pictures of its textures: `find` is called with each
+/// file beside it that is needed.
+///
+/// # Errors
+/// As [`read_gltf_material`], as far as the JSON shows it, and if `find` fails.
+pub fn check_gltf_material<E: From<Error>>(
+    file: &mut (impl Read + Seek),
+    choice: Option<&MaterialChoice>,
+    find: &mut dyn FnMut(&str) -> Result<(), E>,
+) -> Result<(), E> {
+    let (json, _) = document::read_json(file)?;
+    check_asset(&json)?;
+    let index = self::find(&names(&json)?, choice)?;
+    let material = Element::of(&json, "materials").at(index)?;
+    let mut beside = |path: &str| find(path).map(|()| Arc::default());
+    let mut reader = Reader { is_check: true, ..Reader::new(&json, None, &mut beside) };
+    let parameters = reader.parameters(&material)?;
+    let material_of = |error: brdf::ParameterError| Error::damaged(error.to_string()).within(material.path());
+    Standard::new(parameters).map_err(material_of)?;
+    warnings(&material)?;
+    Ok(())
+}
+
 /// The chunks of a file of this version.
 pub(super) fn open(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
     let chunks = document::read(bytes)?;
-    let asset = Element::of(&chunks.json, "asset");
+    check_asset(&chunks.json)?;
+    Ok(chunks)
+}
+
+fn check_asset(json: &Map<String, Value>) -> Result<(), Error> {
+    let asset = Element::of(json, "asset");
     let version = asset.get("version").text()?;
     let version = version.ok_or_else(|| Error::damaged("asset.version is missing; expected \"2.0\""))?;
-    document::check_version(version, asset.get("minVersion").text()?)?;
-    Ok(chunks)
+    document::check_version(version, asset.get("minVersion").text()?)
 }
 
 /// The name of each material; its place if it has none.
@@ -147,6 +175,8 @@ pub(super) struct Reader<'a, 'r, E> {
     read: &'a mut ReadBeside<'r, E>,
     beside: BTreeMap<String, Arc<Vec<u8>>>,
     notes: Vec<String>,
+    /// Whether textures are only looked for, not averaged.
+    is_check: bool,
 }
 
 impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
@@ -155,7 +185,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         chunk: Option<&'a [u8]>,
         read: &'a mut ReadBeside<'r, E>,
     ) -> Self {
-        Self { document, chunk, read, beside: BTreeMap::new(), notes: Vec::new() }
+        Self { document, chunk, read, beside: BTreeMap::new(), notes: Vec::new(), is_check: false }
     }
 
     fn parameters(&mut self, material: &Element<'_>) -> Result<StandardParameters, E> {
@@ -232,6 +262,13 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         if !texture.is_present() {
             return Ok(None);
         }
+        if self.is_check {
+            let image = self.image(texture)?;
+            return match image.get("uri").text()? {
+                Some(uri) if !uri.starts_with("data:") => self.content(uri, &image).map(|_| None),
+                _ => Ok(None),
+            };
+        }
         let (bytes, name) = self.picture(texture)?;
         let mean = Mean::read(&bytes).map_err(|error| error.within(name.clone()).within(texture.path()))?;
         let Mean { width, height, .. } = mean;
@@ -241,6 +278,20 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
 
     /// The picture of a texture, and a name for messages.
     pub(super) fn picture(&mut self, texture: &Element<'_>) -> Result<(Arc<Vec<u8>>, String), E> {
+        let image = self.image(texture)?;
+        let name = image.get("name").text()?.unwrap_or(image.path()).to_owned();
+        match (image.get("uri").text()?, image.get("bufferView").index()?) {
+            (Some(uri), _) => {
+                let bytes = self.content(uri, &image)?;
+                Ok((bytes, if uri.starts_with("data:") { name } else { relative(uri)? }))
+            }
+            (None, Some(view)) => Ok((self.view(view)?, name)),
+            (None, None) => Err(Error::damaged("expected a uri or a bufferView").within(image.path()).into()),
+        }
+    }
+
+    /// The image of a texture.
+    fn image(&self, texture: &Element<'_>) -> Result<Element<'a>, Error> {
         let missing = |element: &Element<'_>| Error::damaged(format!("{} is missing", element.path()));
         let number = texture.get("index");
         let index = number.index()?.ok_or_else(|| missing(&number))?;
@@ -258,16 +309,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
             };
             Error::unsupported(format!("{}: {wrong}; expected PNG, JPEG or WebP", texture.path()))
         })?;
-        let image = Element::of(self.document, "images").at(source)?;
-        let name = image.get("name").text()?.unwrap_or(image.path()).to_owned();
-        match (image.get("uri").text()?, image.get("bufferView").index()?) {
-            (Some(uri), _) => {
-                let bytes = self.content(uri, &image)?;
-                Ok((bytes, if uri.starts_with("data:") { name } else { relative(uri)? }))
-            }
-            (None, Some(view)) => Ok((self.view(view)?, name)),
-            (None, None) => Err(Error::damaged("expected a uri or a bufferView").within(image.path()).into()),
-        }
+        Element::of(self.document, "images").at(source)
     }
 
     /// The bytes of a buffer view.

@@ -16,9 +16,20 @@ use crate::error::Error;
 /// The most wavelengths that are read.
 const MOST_WAVELENGTHS: usize = 1024;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
-    let mut words =
-        text::lines(bytes)?.flat_map(|(line, held)| held.split_whitespace().map(move |word| (line, word)));
+/// Checks the wavelengths.
+pub(super) fn check(bytes: &[u8]) -> Result<(), Error> {
+    wavelengths(&mut words(bytes)?).map(drop)
+}
+
+/// The words of the file, each with its line.
+fn words(bytes: &[u8]) -> Result<impl Iterator<Item = (usize, &str)>, Error> {
+    Ok(text::lines(bytes)?.flat_map(|(line, held)| held.split_whitespace().map(move |word| (line, word))))
+}
+
+/// The number of wavelengths, the spectrum's observer and the line of the number.
+fn wavelengths<'a>(
+    words: &mut impl Iterator<Item = (usize, &'a str)>,
+) -> Result<(usize, Observer, usize), Error> {
     let (line, word) =
         words.next().ok_or_else(|| Error::truncated("the file ends before the count of wavelengths"))?;
     let count: usize = text::number(line, word, "the count of wavelengths")?;
@@ -48,6 +59,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
             "the wavelengths run from {first} to {last} nm; expected them to span 450 to 630 nm at least"
         ))
     })?;
+    Ok((count, observer, line))
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+    let mut words = words(bytes)?;
+    let (count, observer, line) = wavelengths(&mut words)?;
 
     let mut samples = Vec::new();
     let (mut row, mut last_line) = (Vec::with_capacity(4 + count), line);

@@ -23,7 +23,23 @@ const COUNT: usize = 205;
 /// The order of the polynomials.
 const ORDER: usize = 8;
 
+/// Checks the measurements, or the first of them.
+pub(super) fn check(bytes: &[u8]) -> Result<(), Error> {
+    parse(bytes).map(drop)
+}
+
 pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+    let samples = parse(bytes)?;
+    let fit = brdf::zernike::fit(&samples, ORDER).map_err(|error| Error::damaged(error.to_string()))?;
+    let measured = fit.table(SHAPE).map_err(|error| Error::damaged(error.to_string()))?;
+    let notes = vec![format!(
+        "{COUNT} measurements were fitted with Zernike polynomials of order {ORDER}; the RMS miss is {:.1} percent of the RMS value",
+        100.0 * fit.miss()
+    )];
+    Ok((Material::Measured(measured), notes))
+}
+
+fn parse(bytes: &[u8]) -> Result<Vec<Sample>, Error> {
     let mut lines = text::lines(bytes)?;
     let units = "the unit of the angles, \"degrees\" or \"radians\"";
     let (line, unit) =
@@ -64,11 +80,5 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
     if samples.len() < COUNT {
         return Err(Error::truncated(format!("{} measurements; expected {COUNT}", samples.len())));
     }
-    let fit = brdf::zernike::fit(&samples, ORDER).map_err(|error| Error::damaged(error.to_string()))?;
-    let measured = fit.table(SHAPE).map_err(|error| Error::damaged(error.to_string()))?;
-    let notes = vec![format!(
-        "{COUNT} measurements were fitted with Zernike polynomials of order {ORDER}; the RMS miss is {:.1} percent of the RMS value",
-        100.0 * fit.miss()
-    )];
-    Ok((Material::Measured(measured), notes))
+    Ok(samples)
 }

@@ -21,23 +21,31 @@ const HEADER: usize = 12;
 /// The most entries that are read, as [`Measured`] has.
 const MOST_ENTRIES: usize = 1 << 24;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
-    let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(|| {
-        Error::truncated(format!("the file has {} bytes; expected a header of {HEADER}", bytes.len()))
+/// Checks the header, and that the file has as many bytes as that declares.
+pub(super) fn check(beginning: &[u8], length: usize) -> Result<(), Error> {
+    declared(beginning, length).map(drop)
+}
+
+/// The shape of the table and the number of its entries, given the beginning of a file and its length.
+fn declared(beginning: &[u8], length: usize) -> Result<([usize; 3], usize), Error> {
+    let (header, _) = beginning.split_at_checked(HEADER).ok_or_else(|| {
+        Error::truncated(format!("the file has {length} bytes; expected a header of {HEADER}"))
     })?;
     let (shape, entries) = shape(header)?;
-    let expected = entries * 24;
-    if body.len() != expected {
+    let expected = HEADER + entries * 24;
+    if length != expected {
         let message = format!(
-            "the header declares {} x {} x {} entries of 24 bytes, {} bytes in all; the file has {}",
-            shape[0],
-            shape[1],
-            shape[2],
-            HEADER + expected,
-            bytes.len()
+            "the header declares {} x {} x {} entries of 24 bytes, {expected} bytes in all; the file has {length}",
+            shape[0], shape[1], shape[2],
         );
-        return Err(if body.len() < expected { Error::truncated(message) } else { Error::damaged(message) });
+        return Err(if length < expected { Error::truncated(message) } else { Error::damaged(message) });
     }
+    Ok((shape, entries))
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+    let (shape, entries) = declared(bytes, bytes.len())?;
+    let body = &bytes[HEADER..];
     let mut values = vec![[0.0f32; 3]; entries];
     let mut known = vec![true; entries];
     for (index, eight) in body.as_chunks::<8>().0.iter().enumerate() {

@@ -80,7 +80,17 @@ fn vector(line: usize, words: [&str; 3], whose: &str) -> Result<Direction, Error
     Ok(direction(found.theta(), found.phi()))
 }
 
+/// Checks the lines of a table, or of the beginning of one.
+pub(super) fn check(bytes: &[u8]) -> Result<(), Error> {
+    parse(bytes).map(drop)
+}
+
 pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+    let (columns, samples) = parse(bytes)?;
+    interpolated(&samples, columns != Columns::Isotropic, Vec::new())
+}
+
+fn parse(bytes: &[u8]) -> Result<(Columns, Vec<Sample>), Error> {
     let mut lines = text::lines(bytes)?;
     let expected = || {
         let headers = Columns::ALL.map(|columns| format!("{:?}", columns.header())).join(" or ");
@@ -106,7 +116,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
         let value = [text::value(line, r, "r")?, text::value(line, g, "g")?, text::value(line, b, "b")?];
         samples.push(Sample { incident, outgoing, value });
     }
-    interpolated(&samples, columns != Columns::Isotropic, Vec::new())
+    Ok((columns, samples))
 }
 
 fn wrong_count(line: usize, words: &[&str], names: &[&str]) -> Error {

@@ -11,7 +11,7 @@
 //! display window are cut off, and a warning reports either.
 
 use std::collections::{BTreeMap, HashSet};
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 
 use envmap::Image;
 use exr::block::chunk::{Chunk, CompressedBlock};
@@ -35,6 +35,20 @@ use crate::{Format, limits};
 const BATCH: usize = 64;
 const BATCH_PIXELS: usize = 1 << 23;
 
+/// The size of the picture, and its `envmap` attribute.
+pub(crate) fn header(
+    file: impl Read,
+    length: usize,
+    wanted: Option<&str>,
+) -> Result<([usize; 2], Option<OpenExrEnvmap>), Error> {
+    let meta = open(file)?;
+    let layer = Layer::choose(&meta.headers, wanted, &mut Vec::new())?;
+    let header = &meta.headers[layer.part];
+    check_size(&meta.headers, header, length)?;
+    let Vec2(width, height) = header.shared_attributes.display_window.size;
+    Ok(([width, height], envmap_of(header)))
+}
+
 pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error> {
     let meta = open(bytes)?;
     let mut warnings = Vec::new();
@@ -47,15 +61,18 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error>
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let image = Image::new(width, height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
-    let openexr_envmap = header.own_attributes.environment_map.map(|map| match map {
-        EnvironmentMap::LatitudeLongitude => OpenExrEnvmap::LatLong,
-        EnvironmentMap::Cube => OpenExrEnvmap::Cube,
-    });
     Ok(Decoded {
-        openexr_envmap,
+        openexr_envmap: envmap_of(header),
         warnings,
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
+    })
+}
+
+fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
+    header.own_attributes.environment_map.map(|map| match map {
+        EnvironmentMap::LatitudeLongitude => OpenExrEnvmap::LatLong,
+        EnvironmentMap::Cube => OpenExrEnvmap::Cube,
     })
 }
 
@@ -124,8 +141,8 @@ fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
 }
 
 /// The headers of a file that has nothing deep.
-fn open(bytes: &[u8]) -> Result<MetaData, Error> {
-    let meta = guarded(|| MetaData::read_from_buffered(bytes, false))?;
+fn open(file: impl Read) -> Result<MetaData, Error> {
+    let meta = guarded(|| MetaData::read_from_buffered(file, false))?;
     if meta.requirements.has_deep_data || meta.headers.iter().any(|header| header.deep) {
         return Err(Error::unsupported("deep data is not read; flatten the image first"));
     }

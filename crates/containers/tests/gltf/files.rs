@@ -91,3 +91,19 @@ fn errors_of_compressed_views_name_the_extension() {
         assert_eq!(error_of(&document, &binary), format!("{place}{message}"));
     }
 }
+
+#[test]
+fn a_check_of_the_json_refuses_only_what_is_refused() {
+    for (name, bytes) in TORI {
+        let check = |bytes: &[u8]| {
+            let find = &mut |path: &str| panic!("{path} is not needed");
+            containers::check_gltf::<Error>(&mut std::io::Cursor::new(bytes), find)
+        };
+        assert_eq!(check(bytes), Ok(()), "{name}");
+        for length in (0..bytes.len()).step_by(7) {
+            if let Err(error) = check(&bytes[..length]) {
+                assert_eq!(read(&bytes[..length]).unwrap_err().to_string(), error.to_string(), "{name}");
+            }
+        }
+    }
+}

@@ -373,7 +373,7 @@ fn names(declaration: &Declaration) -> Vec<&str> {
     short.into_iter().chain(named.iter().map(|(port, _)| port.value.as_str())).collect()
 }
 
-fn out_folder(out: &Key<String>, folder: &Path, errors: &mut Vec<Diagnostic>) -> Option<PathBuf> {
+pub(super) fn out_folder(out: &Key<String>, folder: &Path, errors: &mut Vec<Diagnostic>) -> Option<PathBuf> {
     let written = match out {
         Key::Absent => return Some(folder.join("out")),
         Key::Invalid => return None,

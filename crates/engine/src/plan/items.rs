@@ -11,9 +11,7 @@
 //! A `many` port receives the items that agree: the digits that the stage keeps are fixed, and the others
 //! take all their values.
 
-use std::borrow::Cow;
-use std::collections::hash_map::Entry;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -24,7 +22,7 @@ use super::graph::{Graph, Node};
 use super::index::{ItemIndex, StageIndex};
 use super::search::Search;
 use super::source::{Asset, listed};
-use super::template::{self, Template};
+use super::template;
 use crate::files::lies_in;
 use crate::{Diagnostic, ItemKey, NamedPath, Product, ValueKind};
 
@@ -280,79 +278,5 @@ fn add_files(
             errors.push(Diagnostic::at(template.span.clone(), message).expected(problem.expected));
             item.files.clear();
         }
-    }
-    clashes(graph, items, errors);
-}
-
-fn lowercase(file: &str) -> Cow<'_, str> {
-    let is_lowercase = file.bytes().all(|byte| byte.is_ascii() && !byte.is_ascii_uppercase());
-    if is_lowercase { Cow::Borrowed(file) } else { Cow::Owned(file.to_lowercase()) }
-}
-
-/// Reports items that write the same file, or of which one writes a file where another needs a folder. Names
-/// that differ only in case are the same on Windows and macOS.
-fn clashes(graph: &Graph, items: &[Item], errors: &mut Vec<Diagnostic>) {
-    let files = items.iter().map(|item| item.files.len()).sum();
-    let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);
-    let mut reported = HashSet::new();
-    let mut report =
-        |first: usize, second: usize, message: &dyn Fn() -> String, errors: &mut Vec<Diagnostic>| {
-            let (a, b) = (items[first].stage, items[second].stage);
-            let (first, second) = if b >= a { (a, b) } else { (b, a) };
-            // One pair of files is enough for two stages.
-            if !reported.insert((first, second)) {
-                return;
-            }
-            let span = |template: &Option<Template>| template.as_ref().map(|template| template.span.clone());
-            let span = span(&graph.nodes[second].template).unwrap_or(graph.nodes[second].header.clone());
-            let help = if first == second {
-                "separate the placeholders with a / or another character"
-            } else {
-                "give one of the stages another path"
-            };
-            let error = Diagnostic::at(span, message()).expected("expected a path that no other item has");
-            errors.push(error.help(help));
-        };
-    let name = |item: usize| match items[item].key.iter().len() {
-        0 => graph.nodes[items[item].stage].name.clone(),
-        _ => format!("{} [{}]", graph.nodes[items[item].stage].name, items[item].key),
-    };
-    for (index, item) in items.iter().enumerate() {
-        for file in &item.files {
-            match writers.entry(lowercase(file)) {
-                Entry::Vacant(entry) => {
-                    entry.insert((index, file));
-                }
-                Entry::Occupied(entry) => {
-                    let &(first, other) = entry.get();
-                    let message = || {
-                        let names = format!("{} and {}", name(first), name(index));
-                        if file == other {
-                            return format!("{names} both write {file:?}");
-                        }
-                        format!(
-                            "{names} write {other:?} and {file:?}, which are the same file if case is ignored"
-                        )
-                    };
-                    report(first, index, &message, errors);
-                }
-            }
-        }
-    }
-    let mut blocked: Vec<(usize, &str, usize, &str)> = Vec::new();
-    for (path, &(index, file)) in &writers {
-        let above = path.match_indices('/').filter_map(|(slash, _)| writers.get(&path[..slash]));
-        blocked.extend(above.map(|&(other, folder)| (other, folder, index, file)));
-    }
-    // In the order of the items, not of the hash table.
-    blocked.sort_unstable();
-    for (other, folder, index, file) in blocked {
-        let message = || {
-            let (writer, other_writer) = (name(other), name(index));
-            format!(
-                "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
-            )
-        };
-        report(other, index, &message, errors);
     }
 }

@@ -1,18 +1,20 @@
 //! Removes files from `out`: those that no item exports any more, folders that become empty, and temporary
 //! files of killed builds. Only files of the ledger are removed, and only if they are as they were published.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs::{self, Metadata};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use super::{PublishEvent, Publisher, TEMPORARY};
+use crate::files::path_name;
 use crate::journal::{Line, Tag};
-use crate::ledger::{Published, out_name};
+use crate::ledger::{Fate, Published, is_inside, out_name};
+use crate::platform::folded;
 use crate::selection::Selection;
 use crate::state::State;
-use crate::{Error, ItemName, Plan, platform};
+use crate::{Error, Event, ItemName, Plan, platform};
 
 impl Publisher<'_> {
     /// Removes the files of items that no longer exist in selected stages (with `all`, also in stages that no
@@ -126,17 +128,70 @@ impl Publisher<'_> {
         Ok(())
     }
 
+    /// Removes abandoned files that are in the way: at the place of a file, or in a folder there.
+    pub(super) fn remove_leftovers(
+        &self,
+        place: &str,
+        report: &mut dyn FnMut(PublishEvent),
+    ) -> Result<(), Error> {
+        for leftover in self.ledger.leftovers(Some(place)) {
+            if leftover.fate == Fate::Unchanged {
+                let place = leftover.place();
+                platform::remove(place).map_err(|error| Error::io(&error, "remove", place))?;
+                self.state.journal.append(&leftover.removals().collect::<Vec<_>>())?;
+                report(PublishEvent::Removed { file: self.name_in_out(place) });
+            }
+        }
+        Ok(())
+    }
+
+    /// The files that no manifest exports any more, as counts for each folder. Those that do not exist any
+    /// more are forgotten.
+    ///
+    /// # Errors
+    /// If the journal cannot be written.
+    pub(crate) fn leftovers(&self) -> Result<Vec<Event>, Error> {
+        let mut folders = BTreeMap::<String, (BTreeSet<String>, usize)>::new();
+        let mut missing = Vec::new();
+        for leftover in self.ledger.leftovers(None) {
+            match leftover.fate {
+                Fate::Unchanged => {
+                    let Some(Published { out, manifest, .. }) = leftover.line() else { continue };
+                    let (manifests, files) = folders.entry(out.clone()).or_default();
+                    manifests.insert(manifest.clone());
+                    *files += 1;
+                }
+                Fate::Missing => missing.extend(leftover.removals()),
+                Fate::Changed | Fate::Unknown => {}
+            }
+        }
+        self.state.journal.append(&missing)?;
+        let events = folders.into_iter().map(|(folder, (manifests, files))| Event::Leftovers {
+            folder,
+            published_by: manifests.into_iter().collect(),
+            files,
+            manifest: self.plan.manifest_name(),
+        });
+        Ok(events.collect())
+    }
+
+    /// The name of a file in `out`, given its real path.
+    fn name_in_out(&self, place: &Path) -> String {
+        let root = fs::canonicalize(self.root).unwrap_or_else(|_| self.root.to_path_buf());
+        path_name(&root, place)
+    }
+
     /// What happens to a file that no item exports, or that its item leaves out: it is removed, or left alone
-    /// if someone changed it. `None` if it does not exist any more.
+    /// if someone changed it. `None` if it does not exist any more, or another manifest exports it.
     fn left_over(&self, line: &Published) -> Result<Option<PublishEvent>, Error> {
         let file = &line.file;
         let place = self.root.join(file);
-        let Some(found) = self.found(&place)?.filter(|_| self.is_inside(&place)) else { return Ok(None) };
-        if self.is_wanted_in_other_spelling(file, &place) {
+        let found = self.found(&place)?.filter(|_| is_inside(self.root, &place));
+        let Some(found) = found else { return Ok(None) };
+        if self.is_wanted_in_other_spelling(file, &place) || self.ledger.exported_by_another(file).is_some() {
             return Ok(None);
         }
-        let content = self.content(&found, Some(line), &place)?;
-        if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
+        if line.describes(&found, &place).map_err(|error| Error::io(&error, "read", &place))? {
             return Ok(Some(PublishEvent::Removed { file: file.clone() }));
         }
         Ok(Some(PublishEvent::Warning(format!(
@@ -163,15 +218,9 @@ impl Publisher<'_> {
 
     fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {
         let wanted = self.plan.items.iter().flat_map(|item| &item.files);
-        let folded = || wanted.map(|wanted| (wanted.to_lowercase(), wanted.as_str())).collect();
-        let wanted = self.folded.get_or_init(folded).get(&file.to_lowercase());
+        let by_name = || wanted.map(|wanted| (folded(wanted).into_owned(), wanted.as_str())).collect();
+        let wanted = self.folded.get_or_init(by_name).get(&*folded(file));
         wanted.is_some_and(|wanted| *wanted != file && platform::is_one_file(&self.root.join(wanted), place))
-    }
-
-    /// Whether no link leads from `out` to the file's folder.
-    fn is_inside(&self, place: &Path) -> bool {
-        let folders = place.ancestors().skip(1).take_while(|folder| *folder != self.root);
-        folders.into_iter().all(|folder| fs::symlink_metadata(folder).is_ok_and(|found| found.is_dir()))
     }
 }
 

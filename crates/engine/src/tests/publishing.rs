@@ -499,3 +499,67 @@ fn a_recipe_of_another_kind_or_of_another_manifest_s_file_proves_nothing() {
     assert!(events(&project).contains("a.txt is in the way"));
     assert_eq!(project.read("out/loud/a.txt"), recipe);
 }
+
+/// The error of a build as a whole, with what to do.
+fn refused(project: &Project) -> String {
+    let (events, summary) = project.try_build();
+    let error = summary.unwrap_err();
+    assert_eq!(log(&events), "", "nothing ran");
+    format!("{error} ({})", error.help().unwrap_or_default())
+}
+
+#[test]
+fn a_file_in_place_of_out_is_one_error() {
+    let project = pair();
+    project.write("out", "a file");
+    let error = "out is a file, not a folder for exports (move it away or delete it, or name another folder as \
+                 out in pipeline.toml)";
+    assert_eq!(refused(&project), error);
+    assert_eq!(project.read("out"), "a file");
+    project.edit("out = \"out\"", "out = \"out/below/it\"");
+    assert_eq!(refused(&project), error);
+    project.remove("out");
+    assert!(events(&project).contains("published loud/a.txt"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_out_that_links_to_no_folder_is_one_error() {
+    use std::os::unix::fs::symlink;
+
+    let project = pair();
+    let elsewhere = "remove the link: out is a folder inside the manifest's folder; to keep exports on another \
+                     disk, mount the disk there";
+    let link = |target: &str| {
+        let _ = std::fs::remove_file(project.path("out"));
+        symlink(target, project.path("out")).unwrap();
+    };
+    link("/nowhere/scratch");
+    let missing = format!("out is a link to /nowhere/scratch, which does not exist ({elsewhere})");
+    assert_eq!(refused(&project), missing);
+    link("../scratch/x");
+    assert_eq!(
+        refused(&project),
+        format!("out is a link to ../scratch/x, which does not exist ({elsewhere})")
+    );
+    link("a.txt");
+    assert_eq!(refused(&project), "out is a link to a.txt, which is a file, not a folder (remove the link)");
+    link("out");
+    let error = refused(&project);
+    assert!(error.starts_with("out is a link to out, which cannot be followed: "), "{error}");
+    link("later");
+    let error = refused(&project);
+    let create = format!("(create the folder {}, or remove the link)", project.path("later").display());
+    assert_eq!(error, format!("out is a link to later, which does not exist {create}"));
+    std::fs::create_dir(project.path("later")).unwrap();
+    assert!(events(&project).contains("published loud/a.txt"));
+    // A folder on the way.
+    project.remove_link("out");
+    symlink("/nowhere", project.path("a")).unwrap();
+    project.edit("out = \"out\"", "out = \"a/b\"");
+    assert_eq!(refused(&project), format!("a is a link to /nowhere, which does not exist ({elsewhere})"));
+    // Nothing is exported.
+    let (source, _) = PAIR.split_once("[stage.pair]").unwrap();
+    project.write("pipeline.toml", &source.replace("out = \"out\"", "out = \"a/b\""));
+    assert_eq!(events(&project), "");
+}

@@ -214,7 +214,9 @@ impl Case {
         for (port, items) in ports {
             context = context.with_input(port, items);
         }
-        let output = configured.run(&context)?;
+        let output = configured.run(&context);
+        self.compare_check(output.as_ref().err());
+        let output = output?;
         let again = configured.run(&context)?;
         assert!(self.measures_time || output.digests() == again.digests(), "{} is not repeatable", self.kind);
         match (self.product(), &output) {
@@ -233,6 +235,23 @@ impl Case {
             share_done: context.share_done(),
             output,
         })
+    }
+
+    /// What the check of the source finds, without a run; `None` if nothing.
+    pub(crate) fn check(&self) -> Option<Failure> {
+        let source = self.source.clone()?;
+        let context = Context::new(&self.files).with_folder(absolute("")).with_source(source);
+        self.configure().unwrap().check_source(&context).err()
+    }
+
+    /// The check of a source refuses nothing that runs, and says what the run says.
+    fn compare_check(&self, failure: Option<&Failure>) {
+        let Some(found) = self.check() else { return };
+        match failure {
+            None => panic!("{} runs, but its check says {found}", self.kind),
+            Some(failure) if failure.cancelled => {}
+            Some(failure) => assert_eq!(found, *failure, "{}", self.kind),
+        }
     }
 
     /// The message of the failure of a run.

@@ -72,6 +72,33 @@ fn every_model_can_be_imported() {
 }
 
 #[test]
+fn a_width_for_both_directions_is_not_needed_if_each_has_its_own() {
+    for (model, both, range, rest) in [
+        ("ggx", "roughness", "0.01 to 1", "ior = 1.5"),
+        ("ward", "roughness", "0.01 to 1", ""),
+        ("ashikhmin-shirley", "exponent", "0 to 1e9", "specular = 0.04"),
+    ] {
+        let [x, y] = ["x", "y"].map(|axis| format!("{both}_{axis}"));
+        let text = |widths: &str| format!("model = \"{model}\"\n{rest}\n{widths}");
+        let material = |widths: &str| import(&text(widths)).artifact::<Material>().0.clone();
+        let stretched = material(&format!("{x} = 0.2\n{y} = 0.6"));
+        assert_eq!(stretched, material(&format!("{both} = 0.2\n{y} = 0.6")));
+        assert_eq!(stretched, material(&format!("{both} = 0.6\n{x} = 0.2")));
+        assert_eq!(stretched, material(&format!("{both} = 0.9\n{x} = 0.2\n{y} = 0.6")));
+        assert_eq!(material(&format!("{x} = 0.3\n{y} = 0.3")), material(&format!("{both} = 0.3")));
+        for widths in ["", &format!("{x} = 0.2"), &format!("{y} = 0.2")] {
+            let expected = format!(
+                "gold.toml:1:1: \"{both}\" is missing; expected {both} = a number from {range}, or both {x} and {y}"
+            );
+            assert_eq!(import(&text(widths)).failure(), expected);
+        }
+        // An error in one of them is not a second error of the other.
+        let failure = import(&text(&format!("{x} = -1\n{y} = 0.6"))).failure();
+        assert_eq!(failure, format!("gold.toml:3:{}: {x}: -1 is not a number from {range}", x.len() + 4));
+    }
+}
+
+#[test]
 fn layers_are_materials_in_an_array() {
     let inline = "layers = [{ model = \"lambert\", albedo = 0.5 }, { model = \"phong\", exponent = 64, specular = 0.1 }]";
     let tables = "model = \"layers\"\n[[layers]]\nmodel = \"lambert\"\nalbedo = 0.5\n[[layers]]\nmodel = \"phong\"\n\

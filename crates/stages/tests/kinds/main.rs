@@ -5,6 +5,7 @@
 mod bad_input;
 mod brdf_table;
 mod brute_force;
+mod check_source;
 mod circular_lights;
 mod corpus;
 mod engines;

@@ -215,7 +215,39 @@ fn files_that_differ_only_in_case_are_the_same_export() {
         "a/Sky.txt a/sky.txt",
         "[stage.s]\nkind = \"text-source\"\nsource = \"a/*\"\n[stage.w]\nkind = \"write\"\ninput = \"s\"\n",
         expect![[r#"
-            5:8 w [Sky] and w [sky] write "w/Sky.txt" and "w/sky.txt", which are the same file if case is ignored | expected a path that no other item has | separate the placeholders with a / or another character
+            5:8 w [Sky] and w [sky] write "w/Sky.txt" and "w/sky.txt", which are the same file if case is ignored | expected a path that no other item has | rename a/Sky.txt or a/sky.txt
+        "#]],
+    );
+}
+
+#[test]
+fn files_that_differ_only_in_the_encoding_of_accents_are_the_same_export() {
+    let source = "[stage.s]\nkind = \"text-source\"\nsource = \"a/*\"\n";
+    let write = |stage: &str, path: &str| {
+        format!("[stage.{stage}]\nkind = \"write\"\ninput = \"s\"\npath = \"{path}\"\n")
+    };
+    let files = "a/caf\u{e9}.txt a/cafe\u{301}.txt";
+    check_errors(
+        files,
+        &format!("{source}{}", write("w", "{s}")),
+        expect![[r#"
+            8:8 w [café] and w [café] write "cafe\u{301}.txt" and "café.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | rename "a/cafe\u{301}.txt" or "a/café.txt"
+        "#]],
+    );
+    // Exports of two stages.
+    check_errors(
+        "a/x.txt",
+        &format!("{source}{}{}", write("v", "\u{c9}t\u{e9}/{s}"), write("w", "e\u{301}te\u{301}/{s}")),
+        expect![[r#"
+            12:8 v [x] and w [x] write "Été/x.txt" and "e\u{301}te\u{301}/x.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | give one of the stages another path
+        "#]],
+    );
+    check_errors(
+        "a/Caf\u{e9}.txt a/cafe\u{301}.txt",
+        &format!("{source}{}{}", write("v", "v/{s}"), write("w", "v/{s}x")),
+        expect![[r#"
+            8:8 v [Café] and v [café] write "v/Café.txt" and "v/cafe\u{301}.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | rename a/Café.txt or a/café.txt
+            12:8 w [Café] and w [café] write "v/Caféx.txt" and "v/cafe\u{301}x.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | rename a/Café.txt or a/café.txt
         "#]],
     );
 }

@@ -1,0 +1,103 @@
+//! What a picture's header says, without its pixels.
+
+use std::io::{BufRead, Seek};
+
+use crate::decoded::{OpenExrEnvmap, ReadOptions};
+use crate::error::Error;
+use crate::file_part::{beginning, length, rewind};
+use crate::format::{Format, identify};
+use crate::{jpeg, open_exr, radiance, raster, tiff};
+
+/// As many bytes as tell one format from another, and a Git LFS pointer from a file.
+const SIGNATURE: u64 = 256;
+
+/// What the header of a picture says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageHeader {
+    /// The format that the content is in.
+    pub format: Format,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// OpenEXR's `envmap` attribute.
+    pub openexr_envmap: Option<OpenExrEnvmap>,
+}
+
+/// Reads the header of a picture of any format that [`crate::read_image`] reads, and as little else of the
+/// file as that takes.
+///
+/// # Errors
+/// What [`crate::read_image`] refuses because of the header: another format, a header that is truncated or
+/// damaged, or declares more pixels than are read or than the file can hold, an unsupported kind of picture,
+/// or no layer of the wanted name. Damage of the pixels is not found.
+pub fn read_image_header(
+    file: &mut (impl BufRead + Seek),
+    options: &ReadOptions,
+) -> Result<ImageHeader, Error> {
+    let length = length(file)?;
+    let format = identify(&beginning(file, SIGNATURE)?)?;
+    rewind(file)?;
+    let mut envmap = None;
+    let size = match format {
+        Format::OpenExr => {
+            open_exr::header(file, length, options.layer.as_deref()).map(|(size, declared)| {
+                envmap = declared;
+                size
+            })
+        }
+        Format::Radiance => radiance::header(file),
+        Format::Jpeg => jpeg::header(file, length),
+        Format::Tiff => tiff::header(file, length),
+        Format::Png | Format::Tga | Format::WebP => raster::header(file, length, format),
+    };
+    let [width, height] = size.map_err(|error| error.within(format.name()))?;
+    Ok(ImageHeader { format, width, height, openexr_envmap: envmap })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use envmap::Image;
+
+    use super::*;
+    use crate::{Precision, read_image, write_exr, write_png, write_rgbe};
+
+    fn files() -> Vec<Vec<u8>> {
+        let image = Image::new(8, 4, vec![[0.5; 3]; 32]).unwrap();
+        vec![
+            write_rgbe(&image, None).unwrap().bytes,
+            write_exr(&image, Precision::Half, None).unwrap().bytes,
+            write_png(8, 4, &[[9; 3]; 32], None).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn a_header_has_the_size_of_its_picture() {
+        for bytes in files() {
+            let header = read_image_header(&mut Cursor::new(&bytes), &ReadOptions::default()).unwrap();
+            assert_eq!((header.width, header.height), (8, 4), "{header:?}");
+        }
+    }
+
+    /// A check must not refuse what a run accepts, and has the run's message.
+    #[test]
+    fn a_truncated_or_damaged_file_is_refused_only_as_it_is_when_it_is_read() {
+        for bytes in files() {
+            for cut in 0..bytes.len() {
+                let header = read_image_header(&mut Cursor::new(&bytes[..cut]), &ReadOptions::default());
+                if header.is_err() {
+                    assert!(read_image(&bytes[..cut], &ReadOptions::default()).is_err(), "{cut}");
+                }
+                let mut damaged = bytes.clone();
+                damaged[cut] ^= 0x55;
+                let header = read_image_header(&mut Cursor::new(&damaged), &ReadOptions::default());
+                if let Err(error) = header {
+                    let read = read_image(&damaged, &ReadOptions::default()).unwrap_err();
+                    assert_eq!(error.kind(), read.kind(), "{cut}: {error}, {read}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Items that cannot be published side by side: they write the same file, or one writes a file where another
+//! needs a folder.
+//!
+//! Names that differ only in case are the same on Windows and macOS, and on macOS also names that differ only
+//! in how their accents are encoded ([`folded`]).
+
+use std::borrow::Cow;
+use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use unicode_normalization::UnicodeNormalization;
+
+use super::graph::Graph;
+use super::items::{Assets, Item};
+use super::template::Template;
+use crate::Diagnostic;
+use crate::files::path_name;
+use crate::platform::folded;
+
+/// The clashes, one for two stages.
+pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagnostic> {
+    let files = items.iter().map(|item| item.files.len()).sum();
+    let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);
+    let mut report = Report { graph, items, assets, reported: HashSet::new(), errors: Vec::new() };
+    for (index, item) in items.iter().enumerate() {
+        for file in &item.files {
+            match writers.entry(folded(file)) {
+                Entry::Vacant(entry) => {
+                    entry.insert((index, file));
+                }
+                Entry::Occupied(entry) => {
+                    let &(first, other) = entry.get();
+                    let names = format!("{} and {}", report.name(first), report.name(index));
+                    report.add(first, index, || match () {
+                        () if file == other => format!("{names} both write {file:?}"),
+                        () if file.to_lowercase() == other.to_lowercase() => format!(
+                            "{names} write {other:?} and {file:?}, which are the same file if case is ignored"
+                        ),
+                        () => format!(
+                            "{names} write {other:?} and {file:?}, which are the same file on macOS: their letters \
+                             are the same, but are encoded in two ways"
+                        ),
+                    });
+                }
+            }
+        }
+    }
+    let mut blocked: Vec<(usize, &str, usize, &str)> = Vec::new();
+    for (path, &(index, file)) in &writers {
+        let above = path.match_indices('/').filter_map(|(slash, _)| writers.get(&path[..slash]));
+        blocked.extend(above.map(|&(other, folder)| (other, folder, index, file)));
+    }
+    // In the order of the items, not of the hash table.
+    blocked.sort_unstable();
+    for (other, folder, index, file) in blocked {
+        let (writer, other_writer) = (report.name(other), report.name(index));
+        report.add(other, index, || {
+            format!(
+                "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
+            )
+        });
+    }
+    report.errors
+}
+
+struct Report<'a> {
+    graph: &'a Graph,
+    items: &'a [Item],
+    assets: &'a Assets,
+    /// The pairs of stages with an error.
+    reported: HashSet<(usize, usize)>,
+    errors: Vec<Diagnostic>,
+}
+
+impl Report<'_> {
+    /// Adds the clash of two items. One pair of files is enough for two stages.
+    fn add(&mut self, first: usize, second: usize, message: impl FnOnce() -> String) {
+        let (a, b) = (self.items[first].stage, self.items[second].stage);
+        let stages = if b >= a { (a, b) } else { (b, a) };
+        if !self.reported.insert(stages) {
+            return;
+        }
+        let last = &self.graph.nodes[stages.1];
+        let span = last.template.as_ref().map(|template: &Template| template.span.clone());
+        let help = match self.similar_sources(first, second) {
+            // Quoted, accents that are characters of their own show.
+            Some((one, other)) if one.nfc().eq(other.nfc()) => format!("rename {one:?} or {other:?}"),
+            Some((one, other)) => format!("rename {one} or {other}"),
+            None if a == b => "separate the placeholders with a / or another character".into(),
+            None => "give one of the stages another path".into(),
+        };
+        let error = Diagnostic::at(span.unwrap_or(last.header.clone()), message());
+        self.errors.push(error.expected("expected a path that no other item has").help(help));
+    }
+
+    fn name(&self, item: usize) -> String {
+        let item = &self.items[item];
+        let stage = &self.graph.nodes[item.stage].name;
+        if item.key.is_empty() { stage.clone() } else { format!("{stage} [{}]", item.key) }
+    }
+
+    /// Two source files of the same stage, one of each item, whose names differ only in case or encoding.
+    fn similar_sources(&self, first: usize, second: usize) -> Option<(String, String)> {
+        let (one, other) = (&self.items[first].key, &self.items[second].key);
+        one.iter().find_map(|(stage, stem)| {
+            let (_, other) = other.iter().find(|(of_other, _)| *of_other == stage)?;
+            let is_similar = stem != other && folded(stem) == folded(other);
+            is_similar.then(|| Some((self.source(stage, stem)?, self.source(stage, other)?))).flatten()
+        })
+    }
+
+    /// The source file of a stage with this stem.
+    fn source(&self, stage: &str, stem: &str) -> Option<String> {
+        let stage = self.graph.nodes.iter().position(|node| node.name == *stage)?;
+        let asset = self.assets[stage].iter().find(|asset| *asset.stem == *stem)?;
+        let folder = self.graph.manifest.parent().unwrap_or(Path::new("."));
+        Some(path_name(folder, &asset.path))
+    }
+}

@@ -1,0 +1,83 @@
+//! Removes published files that no manifest exports any more.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::files::path_name;
+use crate::journal::Journal;
+use crate::ledger::{Fate, Others, Published};
+use crate::lock::LockRequest;
+use crate::state::State;
+use crate::{Cancel, Error, LockPurpose, LockTimeout, cache, platform};
+
+/// What [`prune`] removed, or would remove: files, relative to the folder of the manifests.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Pruned {
+    /// The files that were as they had been published.
+    pub removed: Vec<String>,
+    /// The files that stay, because somebody has changed them.
+    pub changed: Vec<String>,
+}
+
+/// Removes the files that builds in a folder published and that no manifest there exports any more: their
+/// manifest no longer exists, or names another folder as `out`. Files that somebody has changed since stay,
+/// and so do files of which there is no record.
+///
+/// With `dry_run` nothing is written. `waiting` is called with a description of another process that holds
+/// the lock, if the wait becomes noticeable.
+///
+/// # Errors
+/// If there is no state folder, another process holds the lock, or a file cannot be removed.
+pub fn prune(
+    folder: &Path,
+    dry_run: bool,
+    timeout: LockTimeout,
+    waiting: &dyn Fn(String),
+) -> Result<Pruned, Error> {
+    let mut state = cache::read(folder)?;
+    if !dry_run {
+        drop(state);
+        let cancel = &Cancel::default();
+        let request = LockRequest { purpose: LockPurpose::Prune, timeout, cancel, waiting };
+        state = State::open(State::lock(folder, &request)?, None)?;
+    }
+    let pruned = remove(&state.journal, folder, dry_run);
+    state.close();
+    pruned
+}
+
+fn remove(journal: &Journal, folder: &Path, dry_run: bool) -> Result<Pruned, Error> {
+    let others = Others::of_all(journal, folder);
+    let real = fs::canonicalize(folder).map_err(|error| Error::io(&error, "look at", folder))?;
+    let mut pruned = Pruned::default();
+    let mut emptied = Vec::<PathBuf>::new();
+    for leftover in others.leftovers(&|_| true) {
+        let place = leftover.place();
+        let name = path_name(&real, place);
+        match leftover.fate {
+            Fate::Unchanged if dry_run => pruned.removed.push(name),
+            Fate::Unchanged => {
+                platform::remove(place).map_err(|error| Error::io(&error, "remove", place))?;
+                journal.append(&leftover.removals().collect::<Vec<_>>())?;
+                let depth = leftover.line().map_or(0, depth);
+                emptied.extend(place.ancestors().skip(1).take(depth).map(Path::to_path_buf));
+                pruned.removed.push(name);
+            }
+            Fate::Changed => pruned.changed.push(name),
+            Fate::Missing => journal.append(&leftover.removals().collect::<Vec<_>>())?,
+            Fate::Unknown => {}
+        }
+    }
+    // The inner folders first. Those that are not empty cannot be removed, and stay.
+    emptied.sort_unstable_by(|one, other| other.cmp(one));
+    emptied.dedup();
+    emptied.iter().for_each(|folder| _ = fs::remove_dir(folder));
+    Ok(pruned)
+}
+
+/// How many folders a file is below the parent of `out`.
+fn depth(line: &Published) -> usize {
+    line.file.split('/').count()
+}
