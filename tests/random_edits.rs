@@ -1,6 +1,6 @@
-//! Random edits between builds, as artists, version control and machines make them: links, folders that are renamed,
-//! exclusions, programs in PATH, files with two names. After each round `specula build` makes `out` equal to that of
-//! a clean build in another folder, byte for byte.
+//! Random edits between builds, as artists, version control and machines make them: links, folders that are
+//! renamed, exclusions, programs in PATH, files with two names. After each round `specula build` makes `out`
+//! equal to that of a clean build in another folder, byte for byte.
 //!
 //! `SPECULA_ROUNDS` sets the number of rounds, `SPECULA_SEED` repeats them.
 #![cfg(unix)]

@@ -1,7 +1,7 @@
 //! The working folder by its name.
 //!
-//! The system knows a working folder itself, not its name: if the folder is moved away and another one put in its
-//! place, a process stays in the old one. What runs for long finds the new one by the name.
+//! The system knows a working folder itself, not its name: if the folder is moved away and another one put in
+//! its place, a process stays in the old one. What runs for long finds the new one by the name.
 
 use std::io;
 use std::path::{Path, PathBuf};

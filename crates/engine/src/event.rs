@@ -148,8 +148,8 @@ pub enum Event {
         /// The number of their items.
         items: usize,
     },
-    /// The manifest is valid, but a person should look at something: a file that a glob misses by its case, or
-    /// an exclusion without effect. A watcher reports each only when it is new.
+    /// The manifest is valid, but a person should look at something: a file that a glob misses by its case,
+    /// or an exclusion without effect. A watcher reports each only when it is new.
     ManifestWarnings {
         /// The warnings, with their places in the manifest.
         diagnostics: Diagnostics,
@@ -302,9 +302,9 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
-    /// An item ran more than ten times in ten seconds, each time because of changes that were made while it was
-    /// built: something in the build writes what it reads. It is not built because of them any more. Building goes
-    /// on with the next other change.
+    /// An item ran more than ten times in ten seconds, each time because of changes that were made while it
+    /// was built: something in the build writes what it reads. It is not built because of them any more.
+    /// Building goes on with the next other change.
     RebuildLoop {
         /// The item.
         item: ItemName,

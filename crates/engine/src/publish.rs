@@ -78,8 +78,8 @@ pub(crate) struct Publisher<'a> {
     /// The folders of those files.
     emptied_folders: Mutex<HashSet<PathBuf>>,
     announced: AtomicBool,
-    /// Whether temporary files may be left for the next build to remove: the folder that they are in may have been
-    /// moved away, and come back.
+    /// Whether temporary files may be left for the next build to remove: the folder that they are in may have
+    /// been moved away, and come back.
     is_unfinished: AtomicBool,
     next: AtomicU64,
 }

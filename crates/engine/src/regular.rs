@@ -40,8 +40,9 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Creates a folder in one that exists; it is not an error if it is there already.
 ///
-/// Unlike [`fs::create_dir_all`] it does not create the folders around it. The project's folder may have been moved
-/// away, and if it came back because of a build that still runs, what is put in its place would land inside it.
+/// Unlike [`fs::create_dir_all`] it does not create the folders around it. The project's folder may have been
+/// moved away, and if it came back because of a build that still runs, what is put in its place would land
+/// inside it.
 ///
 /// # Errors
 /// If it cannot be created.
@@ -62,8 +63,8 @@ pub(crate) fn create_folders(inside: &Path, folder: &Path) -> io::Result<()> {
     missing.into_iter().try_for_each(create_folder)
 }
 
-/// Writes a file under a temporary name and renames it to its place. The folders around the place are created if
-/// necessary, as far as they are in the folder `inside`.
+/// Writes a file under a temporary name and renames it to its place. The folders around the place are created
+/// if necessary, as far as they are in the folder `inside`.
 ///
 /// # Errors
 /// If it cannot be written; nothing is left of it then.

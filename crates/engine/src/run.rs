@@ -490,7 +490,8 @@ impl RunContext<'_> {
             })
     }
 
-    /// Whether a program is still writing a file that was read, and a watcher will build again when it is done.
+    /// Whether a program is still writing a file that was read, and a watcher will build again when it is
+    /// done.
     fn is_unfinished(&self, reader: &Reader, reads: &[Read]) -> bool {
         self.watched.is_some_and(|watched| watched.are_unfinished(reads, |path| reader.modified(path)))
     }

@@ -79,7 +79,8 @@ pub(crate) struct WatchedChanges {
 }
 
 impl WatchedChanges {
-    /// Whether a program is still writing one of these files. The watcher then builds again when it is finished.
+    /// Whether a program is still writing one of these files. The watcher then builds again when it is
+    /// finished.
     pub(crate) fn are_unfinished(
         &self,
         reads: &[Read],

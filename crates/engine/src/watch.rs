@@ -15,11 +15,10 @@
 //! - If the system's event queue overflows, all watches are renewed and a pass follows.
 //! - Folders from which no events arrive are polled instead ([`probe`], [`poller`]).
 //!
-//! A file that is still being written gives no hint until it is finished ([`unfinished`]). Exported files that
-//! somebody removes are restored. A build that causes itself is found ([`rebuild_loop`]), and so is a drive that
-//! is mounted ([`mounts`]). If the system
-//! refuses an operation, it is tried again after a pause ([`backoff`]). A pass that no change triggered is
-//! reported only if it has news ([`event_buffer`]).
+//! A file that is still being written gives no hint until it is finished ([`unfinished`]). Exported files
+//! that somebody removes are restored. A build that causes itself is found ([`rebuild_loop`]), and so is a
+//! drive that is mounted ([`mounts`]). If the system refuses an operation, it is tried again after a pause
+//! ([`backoff`]). A pass that no change triggered is reported only if it has news ([`event_buffer`]).
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -235,8 +234,8 @@ impl<'a> Watcher<'a> {
         }
     }
 
-    /// Waits until there is something to do, and returns the changes that are built next; `None` if the watcher was
-    /// cancelled. Changes that a build has made itself do not count if that goes on and on.
+    /// Waits until there is something to do, and returns the changes that are built next; `None` if the
+    /// watcher was cancelled. Changes that a build has made itself do not count if that goes on and on.
     fn next_changes(&mut self, mut result: PassResult) -> Option<Hints> {
         loop {
             if !self.wait(&result) {

@@ -1,6 +1,7 @@
 //! The files that other programs have open for writing, as far as the system shows it.
 //!
-//! Linux shows the open files of the processes of the same user, and all of them to root. Other systems show none.
+//! Linux shows the open files of the processes of the same user, and all of them to root. Other systems show
+//! none.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -29,7 +30,8 @@ pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> Ha
     found
 }
 
-/// Whether a description of an open file, with a line `flags: 0100001` in octal, says that it may be written to.
+/// Whether a description of an open file, with a line `flags: 0100001` in octal, says that it may be written
+/// to.
 fn is_writable(description: &Path) -> bool {
     const WRITE_ONLY_OR_BOTH: u32 = 0o3;
     let text = fs::read_to_string(description).unwrap_or_default();

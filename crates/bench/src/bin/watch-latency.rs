@@ -53,7 +53,7 @@ fn main() {
                 cache_limit: Some(2 << 30),
             };
             let send = |event| _ = sender.send((Instant::now(), event));
-            watch(&manifest, &stages::kinds(), &options, &cancel, &send)
+            watch(&engine::ManifestFile::of(&manifest), &stages::kinds(), &options, &cancel, &send)
         })
     };
     await_watcher(&events);

@@ -172,8 +172,8 @@ impl Folders for RecordingFolders {
     }
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
-        // Not recorded, nor is where paths lead: the folder for exports is the engine's own, and everything else
-        // is listed or looked for as well.
+        // Not recorded, nor is where paths lead: the folder for exports is the engine's own, and everything
+        // else is listed or looked for as well.
         DiskFolders.real(path)
     }
 

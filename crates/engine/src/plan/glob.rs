@@ -158,7 +158,8 @@ pub(crate) fn is_ignored_folder(name: &OsStr) -> bool {
     is_leftover(&lower) || NAMES.contains(&lower.as_str())
 }
 
-/// Whether a name in lower case is hidden, or that of a backup, or of a download or copy that is not finished.
+/// Whether a name in lower case is hidden, or that of a backup, or of a download or copy that is not
+/// finished.
 fn is_leftover(name: &str) -> bool {
     const ENDINGS: [&str; 15] = [
         "~",

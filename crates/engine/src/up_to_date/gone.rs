@@ -1,7 +1,7 @@
 //! The items that a manifest no longer has.
 //!
-//! Their files are removed. So an item is gone only if its source can be seen not to exist: a drive that is not
-//! mounted, or a folder that cannot be looked at, is an error of the build, which then changes nothing.
+//! Their files are removed. So an item is gone only if its source can be seen not to exist: a drive that is
+//! not mounted, or a folder that cannot be looked at, is an error of the build, which then changes nothing.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -71,8 +71,8 @@ impl UpToDateCheck<'_> {
         ours.filter_map(|(subject, _)| Some((subject, journal.get::<Record>(Tag::Item, subject)?))).collect()
     }
 
-    /// Why it is not certain that the source of an item does not exist; `None` if it is, or if the stage would
-    /// not read it now.
+    /// Why it is not certain that the source of an item does not exist; `None` if it is, or if the stage
+    /// would not read it now.
     fn why_unseen(&self, record: &Record, source: &Path) -> Option<String> {
         let stage = self.plan.stages.iter().find(|stage| stage.name == record.item.stage)?;
         stage.source.as_ref().filter(|wanted| wanted.concerns(source))?;

@@ -31,8 +31,8 @@ const PULSE: Duration = Duration::from_millis(100);
 /// The longest time that the system takes to report a change.
 const LATENCY: Duration = Duration::from_millis(100);
 
-/// How long no exported file is removed before the removed ones are restored: a program that removes a folder of
-/// them would fail if they came back meanwhile.
+/// How long no exported file is removed before the removed ones are restored: a program that removes a folder
+/// of them would fail if they came back meanwhile.
 const REMOVING: Duration = Duration::from_millis(300);
 
 /// Changes that have not been built yet.

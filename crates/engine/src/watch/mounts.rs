@@ -1,7 +1,8 @@
 //! Notices that a drive was mounted or unmounted.
 //!
-//! A drive that is mounted over a folder hides it, and no event of the folder says so. Linux reports each change of
-//! the table of mounts to whoever waits for it; on other systems the next look finds the other folder.
+//! A drive that is mounted over a folder hides it, and no event of the folder says so. Linux reports each
+//! change of the table of mounts to whoever waits for it; on other systems the next look finds the other
+//! folder.
 
 use std::sync::mpsc::Sender;
 

@@ -33,8 +33,8 @@ pub(super) struct WatchedFolder {
     pub(super) is_output: bool,
 }
 
-/// At most this many folders of exported files are watched. Files that are removed from others are restored by the
-/// next build.
+/// At most this many folders of exported files are watched. Files that are removed from others are restored
+/// by the next build.
 const MAX_OUTPUT_FOLDERS: usize = 1024;
 
 /// All places of a graph.

@@ -1,9 +1,9 @@
 //! Finds builds that cause themselves.
 //!
-//! A change that is noticed while a build runs, or just after it, may come from that build: from a program that a
-//! stage runs, or from a file of `out` that is a source by another name. If an item runs again and again because of
-//! nothing but such changes, its watcher stops, until something else changes. It looks once more after a while: a
-//! person may have saved a file just while it was built, each time.
+//! A change that is noticed while a build runs, or just after it, may come from that build: from a program
+//! that a stage runs, or from a file of `out` that is a source by another name. If an item runs again and
+//! again because of nothing but such changes, its watcher stops, until something else changes. It looks once
+//! more after a while: a person may have saved a file just while it was built, each time.
 
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -17,8 +17,8 @@ const PERIOD: Duration = Duration::from_secs(10);
 /// The runs of items in builds that may have caused each other.
 #[derive(Debug, Default)]
 pub(super) struct RebuildLoop {
-    /// When each item ran, since the last change that no build can have made; and its place among them in the order
-    /// of their first runs.
+    /// When each item ran, since the last change that no build can have made; and its place among them in the
+    /// order of their first runs.
     runs: HashMap<ItemName, (usize, VecDeque<Instant>)>,
     /// When the last build ended.
     ended: Option<Instant>,
@@ -40,8 +40,8 @@ pub(super) enum LoopCheck {
 }
 
 impl RebuildLoop {
-    /// Checks changes that are about to be built, the last of which came at a time. `latency` is the longest time
-    /// that a change takes to be noticed.
+    /// Checks changes that are about to be built, the last of which came at a time. `latency` is the longest
+    /// time that a change takes to be noticed.
     pub(super) fn check(&mut self, changed: Instant, latency: Duration) -> LoopCheck {
         if self.ended.is_none_or(|ended| changed > ended + latency) {
             *self = Self { ended: self.ended, ..Self::default() };
