@@ -209,8 +209,8 @@ impl WatchReporter {
                 self.line(
                     "stopped",
                     &format!(
-                        "{item} was built again and again, because each time {files} changed during the build: \
-                         a stage writes what it reads. It is built again when another file changes."
+                        "{item} was started again and again, because each time {files} changed with its build: \
+                         something in the build writes what it reads. It goes on when another file changes."
                     ),
                 );
             }
@@ -242,7 +242,11 @@ impl WatchReporter {
 
     /// The changes, after the time of day.
     fn show_changes(&self, time: &str, changes: &[Change]) {
-        let lines = if changes.len() <= CHANGES || self.verbose {
+        let of_project = changes.iter().find(|change| change.path == "." && change.what != Changed::Unknown);
+        let lines = if let Some(change) = of_project {
+            // Everything in it has changed with it.
+            vec![in_words(change)]
+        } else if changes.len() <= CHANGES || self.verbose {
             changes.iter().map(in_words).collect()
         } else {
             by_folder(changes)

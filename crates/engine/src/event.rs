@@ -302,9 +302,9 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
-    /// An item ran more than ten times in ten seconds, each time because of changes that were made while it
-    /// was built: something in the build writes what it reads. It is not built because of them any more.
-    /// Building goes on with the next other change.
+    /// An item was started more than ten times in ten seconds, each time because of changes that its build
+    /// made: a program that a stage runs writes what the graph reads, or a file of `out` is a source by
+    /// another name. It is not built because of them any more. Building goes on with the next other change.
     RebuildLoop {
         /// The item.
         item: ItemName,

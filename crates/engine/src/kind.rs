@@ -160,6 +160,8 @@ pub trait Kind: Send + Sync + 'static {
     const SHOWS_KEYS: bool = false;
     /// Whether an item takes seconds. As long as nobody knows how long it takes, it goes after all others.
     const SLOW: bool = false;
+    /// Whether an item runs another program, which may write any file.
+    const RUNS_PROGRAMS: bool = false;
 
     /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
     fn ports() -> Vec<Port>;
@@ -291,6 +293,10 @@ pub trait ErasedKind: Send + Sync {
     fn shows_keys(&self) -> bool;
     /// [`Kind::SLOW`].
     fn is_slow(&self) -> bool {
+        false
+    }
+    /// [`Kind::RUNS_PROGRAMS`].
+    fn runs_programs(&self) -> bool {
         false
     }
     /// Parses a stage's parameters: the entries of its table less those that the engine owns.
@@ -448,6 +454,10 @@ impl<K: Kind> ErasedKind for Erased<K> {
 
     fn is_slow(&self) -> bool {
         K::SLOW
+    }
+
+    fn runs_programs(&self) -> bool {
+        K::RUNS_PROGRAMS
     }
 
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {

@@ -306,7 +306,11 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     if manifest.is_dir() {
         return Diagnostic::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
     }
+    let is_denied = error.kind() == std::io::ErrorKind::PermissionDenied;
     let error = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
+    if is_denied {
+        return error.help("check the permissions of the file and of the folders around it");
+    }
     let folder = manifest.parent().unwrap_or(manifest);
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
     let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();

@@ -91,15 +91,22 @@ fn identity(metadata: &Metadata) -> (i64, u64) {
     (metadata.created().map_or(0, nanoseconds), 0)
 }
 
-/// What distinguishes a folder from a later one of the same name, as far as the system knows: device and
-/// inode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct FolderIdentity(u64, u64);
+/// What distinguishes a folder or file from another one of the same name, as far as the system knows: device
+/// and inode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Identity(u64, u64);
 
 /// The identity of a folder; `None` if there is no folder at the path.
-pub(crate) fn folder_identity(path: &Path) -> Option<FolderIdentity> {
+pub(crate) fn folder_identity(path: &Path) -> Option<Identity> {
     let metadata = fs::metadata(path).ok().filter(Metadata::is_dir)?;
-    Some(FolderIdentity(device(&metadata), identity(&metadata).1))
+    Some(Identity(device(&metadata), identity(&metadata).1))
+}
+
+/// The identity of a file, whatever name it is found by; `None` if there is none, or if the system has no
+/// identities of files.
+pub(crate) fn file_identity(path: &Path) -> Option<Identity> {
+    let metadata = fs::metadata(path).ok().filter(|metadata| cfg!(unix) && metadata.is_file())?;
+    Some(Identity(device(&metadata), identity(&metadata).1))
 }
 
 #[cfg(unix)]

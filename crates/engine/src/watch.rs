@@ -31,7 +31,7 @@ use changes::{Hints, Wakeup};
 use event_buffer::{EventBuffer, OutstandingErrors};
 use manifest::{ManifestLoader, ManifestSnapshot};
 use places::Places;
-use rebuild_loop::{LoopCheck, RebuildLoop};
+use rebuild_loop::{BuildTrace, LoopCheck, RebuildLoop};
 
 use parking_lot::Mutex;
 
@@ -243,9 +243,11 @@ impl<'a> Watcher<'a> {
             }
             let mut hints = self.collector.take_for_build();
             hints.merge(std::mem::take(&mut self.held_changes));
-            let last = hints.last().filter(|_| !self.rebuild_loop.take_look());
-            let latency = self.collector.latency();
-            match last.map_or(LoopCheck::Build, |last| self.rebuild_loop.check(last, latency)) {
+            let is_whole = hints.are_all() && !hints.paths.is_empty();
+            if !is_whole || self.rebuild_loop.take_look() {
+                return Some(hints);
+            }
+            match self.rebuild_loop.check(hints.paths.keys().map(PathBuf::as_path)) {
                 LoopCheck::Build => return Some(hints),
                 LoopCheck::Stopped => {}
                 LoopCheck::Stop(item) => {
@@ -436,7 +438,7 @@ impl<'a> Watcher<'a> {
         let sender = collector.sender();
         let has_ended = AtomicBool::new(false);
         let buffer = EventBuffer::new(*events, is_triggered, outstanding);
-        let ran = Mutex::new(Vec::new());
+        let trace = Mutex::new(BuildTrace::default());
         std::thread::scope(|scope| {
             let collecting = scope.spawn(|| {
                 let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
@@ -469,9 +471,7 @@ impl<'a> Watcher<'a> {
                 }
             });
             let report = |event: Event| {
-                if let Event::Finished { item, .. } = &event {
-                    ran.lock().push(item.clone());
-                }
+                trace.lock().record(&event, plan);
                 buffer.push(event);
             };
             let built = session.build(plan, build, cancel, &report);
@@ -479,7 +479,7 @@ impl<'a> Watcher<'a> {
             // The collecting thread waits for messages.
             let _ = sender.send(Message::Wake);
             let is_more = collecting.join().unwrap_or(true);
-            self.rebuild_loop.build_ended(std::mem::take(&mut *ran.lock()));
+            self.rebuild_loop.build_ended(std::mem::take(&mut *trace.lock()));
             (built, is_more)
         })
     }

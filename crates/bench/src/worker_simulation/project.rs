@@ -121,6 +121,10 @@ impl ErasedKind for Elsewhere {
         self.0.is_slow()
     }
 
+    fn runs_programs(&self) -> bool {
+        self.0.runs_programs()
+    }
+
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
         Ok(Arc::new(ConfiguredElsewhere(self.0.configure(table)?)))
     }

@@ -28,9 +28,6 @@ use crate::{Event, Plan, platform};
 /// How often a waiting watcher checks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);
 
-/// The longest time that the system takes to report a change.
-const LATENCY: Duration = Duration::from_millis(100);
-
 /// How long no exported file is removed before the removed ones are restored: a program that removes a folder
 /// of them would fail if they came back meanwhile.
 const REMOVING: Duration = Duration::from_millis(300);
@@ -91,11 +88,6 @@ impl Hints {
     /// Whether nothing else can have changed.
     pub(super) fn are_all(&self) -> bool {
         !self.lost && !self.is_uncertain && self.removed_outputs.is_empty()
-    }
-
-    /// The time of the last change that can be built.
-    pub(super) fn last(&self) -> Option<Instant> {
-        self.ready.map(|(_, last)| last)
     }
 
     /// The time since the first change.
@@ -265,11 +257,6 @@ impl ChangeCollector {
         {
             listener.listen(&self.places);
         }
-    }
-
-    /// The time after a build within which its own changes are noticed.
-    pub(super) fn latency(&self) -> Duration {
-        self.poller.as_ref().map_or(Duration::ZERO, Poller::every) + LATENCY
     }
 
     /// Tests whether events arrive from the roots that are new.

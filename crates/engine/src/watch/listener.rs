@@ -15,7 +15,7 @@ use notify::event::{AccessKind, AccessMode, CreateKind, EventKind, ModifyKind};
 use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watcher};
 
 use super::places::Places;
-use crate::platform::{self, FolderIdentity};
+use crate::platform::{self, Identity};
 
 /// What the collector of changes receives.
 #[derive(Debug)]
@@ -70,7 +70,7 @@ fn is_empty_file(path: &Path) -> bool {
 /// The watches of folders.
 pub(super) struct Listener {
     watcher: RecommendedWatcher,
-    watched: HashMap<PathBuf, FolderIdentity>,
+    watched: HashMap<PathBuf, Identity>,
 }
 
 /// The result of listening to folders.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::places::Places;
-use crate::platform::{FolderIdentity, Stamp, folder_identity};
+use crate::platform::{Identity, Stamp, folder_identity};
 
 /// Two changes within a file system's time resolution, at most so long, have the same stamp. So the contents
 /// are checked once more when this time is over.
@@ -17,7 +17,7 @@ const SETTLES: Duration = Duration::from_millis(2500);
 #[derive(Debug, PartialEq)]
 enum PathState {
     File(Stamp),
-    Folder(Option<FolderIdentity>),
+    Folder(Option<Identity>),
     Missing,
 }
 

@@ -1,27 +1,63 @@
 //! Finds builds that cause themselves.
 //!
-//! A change that is noticed while a build runs, or just after it, may come from that build: from a program
-//! that a stage runs, or from a file of `out` that is a source by another name. If an item runs again and
-//! again because of nothing but such changes, its watcher stops, until something else changes. It looks once
-//! more after a while: a person may have saved a file just while it was built, each time.
+//! A build may write what it reads: a program that a stage runs changes a source, or a file of `out` is a
+//! source by another name (a drive that is mounted twice). If an item is started again and again because of
+//! nothing but such changes, its watcher stops, until something else changes. It looks once more after a
+//! while: a person may have saved a file just while a program ran, each time.
 
-use std::collections::{HashMap, VecDeque};
-use std::time::{Duration, Instant};
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime};
 
-use crate::ItemName;
+use crate::platform::{Identity, file_identity};
+use crate::{Event, ItemName, Plan};
 
-/// An item may run so many times within [`PERIOD`] because of its own builds.
-const MAX_RUNS: usize = 10;
+/// An item may be started so many times within [`PERIOD`] because of its own builds.
+const MAX_STARTS: usize = 10;
 const PERIOD: Duration = Duration::from_secs(10);
 
-/// The runs of items in builds that may have caused each other.
+/// File systems may keep times so much more coarsely than the clock.
+const RESOLUTION: Duration = Duration::from_millis(20);
+
+/// What a build did to the outside world, as far as it can cause a build.
+#[derive(Debug, Default)]
+pub(super) struct BuildTrace {
+    /// The items that were started, in order.
+    started: Vec<ItemName>,
+    /// The exported files.
+    published: Vec<PathBuf>,
+    /// Since when programs may have run.
+    programs: Option<SystemTime>,
+}
+
+impl BuildTrace {
+    /// Records an event of the build.
+    pub(super) fn record(&mut self, event: &Event, plan: &Plan) {
+        match event {
+            Event::Started { item, .. } => {
+                let stage = plan.stages.iter().find(|stage| stage.name == item.stage);
+                if stage.is_some_and(|stage| stage.kind.runs_programs()) {
+                    self.programs.get_or_insert_with(SystemTime::now);
+                }
+                self.started.push(item.clone());
+            }
+            Event::Published { file, .. } => self.published.push(plan.out.join(file)),
+            _ => {}
+        }
+    }
+}
+
+/// The builds that may have caused each other.
 #[derive(Debug, Default)]
 pub(super) struct RebuildLoop {
-    /// When each item ran, since the last change that no build can have made; and its place among them in the
-    /// order of their first runs.
-    runs: HashMap<ItemName, (usize, VecDeque<Instant>)>,
-    /// When the last build ended.
-    ended: Option<Instant>,
+    /// When each item was started, since the last change that no build can have made; and its place among
+    /// them in the order of their first starts.
+    starts: HashMap<ItemName, (usize, VecDeque<Instant>)>,
+    /// The files that the last build has published.
+    published: HashSet<Identity>,
+    /// When programs of the last build may have run.
+    programs: Option<(SystemTime, SystemTime)>,
     /// Whether the watcher has stopped.
     is_stopped: bool,
     /// When to look once more.
@@ -33,31 +69,31 @@ pub(super) struct RebuildLoop {
 pub(super) enum LoopCheck {
     /// They are.
     Build,
-    /// They are not any more: this item has run too often because of its own builds.
+    /// They are not any more: this item was started too often because of its own builds.
     Stop(ItemName),
     /// They are not, because the watcher has stopped.
     Stopped,
 }
 
 impl RebuildLoop {
-    /// Checks changes that are about to be built, the last of which came at a time. `latency` is the longest
-    /// time that a change takes to be noticed.
-    pub(super) fn check(&mut self, changed: Instant, latency: Duration) -> LoopCheck {
-        if self.ended.is_none_or(|ended| changed > ended + latency) {
-            *self = Self { ended: self.ended, ..Self::default() };
+    /// Checks changed files that are about to be built.
+    pub(super) fn check<'a>(&mut self, mut changed: impl Iterator<Item = &'a Path>) -> LoopCheck {
+        if !changed.all(|path| self.may_have_made(path)) {
+            (self.is_stopped, self.look_again) = (false, None);
+            self.starts.clear();
             return LoopCheck::Build;
         }
         if self.is_stopped {
             return LoopCheck::Stopped;
         }
         let now = Instant::now();
-        for (_, runs) in self.runs.values_mut() {
-            while runs.front().is_some_and(|run| *run + PERIOD < now) {
-                runs.pop_front();
+        for (_, starts) in self.starts.values_mut() {
+            while starts.front().is_some_and(|start| *start + PERIOD < now) {
+                starts.pop_front();
             }
         }
         // The first of them is the one that reads what changes.
-        let too_often = self.runs.iter().filter(|(_, (_, runs))| runs.len() > MAX_RUNS);
+        let too_often = self.starts.iter().filter(|(_, (_, starts))| starts.len() > MAX_STARTS);
         let Some((item, _)) = too_often.min_by_key(|(_, (place, _))| *place) else {
             return LoopCheck::Build;
         };
@@ -75,14 +111,27 @@ impl RebuildLoop {
         self.look_again.take_if(|time| *time <= Instant::now()).is_some()
     }
 
-    /// A build has ended, in which these items ran, in this order.
-    pub(super) fn build_ended(&mut self, ran: impl IntoIterator<Item = ItemName>) {
+    /// A build has ended.
+    pub(super) fn build_ended(&mut self, trace: BuildTrace) {
         let now = Instant::now();
-        for item in ran {
-            let place = self.runs.len();
-            self.runs.entry(item).or_insert((place, VecDeque::new())).1.push_back(now);
+        for item in trace.started {
+            let place = self.starts.len();
+            self.starts.entry(item).or_insert((place, VecDeque::new())).1.push_back(now);
         }
-        self.ended = Some(now);
+        self.published = trace.published.iter().filter_map(|file| file_identity(file)).collect();
+        self.programs = trace.programs.map(|since| (since, SystemTime::now()));
+    }
+
+    /// Whether the last build may have made a change of a file.
+    fn may_have_made(&self, path: &Path) -> bool {
+        if file_identity(path).is_some_and(|file| self.published.contains(&file)) {
+            return true;
+        }
+        let Some((since, until)) = self.programs else { return false };
+        // Of a file that was removed, its folder has the time.
+        let found = fs::metadata(path).or_else(|_| fs::metadata(path.parent().unwrap_or(path)));
+        let changed = found.and_then(|found| found.modified());
+        changed.is_ok_and(|changed| since <= changed + RESOLUTION && changed <= until + RESOLUTION)
     }
 }
 
@@ -95,26 +144,59 @@ mod tests {
         ItemName { stage: "text".into(), key: ItemKey::default() }
     }
 
-    #[test]
-    fn an_item_that_runs_because_of_its_own_builds_is_found_after_ten_runs() {
-        let mut builds = RebuildLoop::default();
-        let latency = Duration::from_secs(1);
-        for _ in 0..MAX_RUNS {
-            assert_eq!(builds.check(Instant::now(), latency), LoopCheck::Build);
-            builds.build_ended([item()]);
+    /// What a build of one item did that ran programs from now on, or that published a file.
+    fn trace(programs: bool, published: Option<&Path>) -> BuildTrace {
+        BuildTrace {
+            started: vec![item()],
+            published: published.into_iter().map(Path::to_path_buf).collect(),
+            programs: programs.then(SystemTime::now),
         }
-        assert_eq!(builds.check(Instant::now(), latency), LoopCheck::Build);
-        builds.build_ended([item()]);
-        assert_eq!(builds.check(Instant::now(), latency), LoopCheck::Stop(item()));
-        builds.build_ended([item()]);
-        assert_eq!(builds.check(Instant::now(), latency), LoopCheck::Stopped);
+    }
+
+    #[test]
+    fn an_item_whose_program_changes_its_source_is_found_after_ten_starts() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = folder.path().join("source");
+        let mut builds = RebuildLoop::default();
+        let write_and_check = |builds: &mut RebuildLoop| {
+            let trace = trace(true, None);
+            fs::write(&source, "").unwrap();
+            builds.build_ended(trace);
+            builds.check(std::iter::once(source.as_path()))
+        };
+        for _ in 0..MAX_STARTS {
+            assert_eq!(write_and_check(&mut builds), LoopCheck::Build);
+        }
+        assert_eq!(write_and_check(&mut builds), LoopCheck::Stop(item()));
+        assert_eq!(write_and_check(&mut builds), LoopCheck::Stopped);
         assert!(builds.look_again().is_some() && !builds.take_look());
-        let later = Instant::now() + 2 * latency;
-        assert_eq!(builds.check(later, latency), LoopCheck::Build, "somebody else's change");
-        assert_eq!(
-            builds.check(Instant::now(), latency),
-            LoopCheck::Build,
-            "the runs are counted from there"
-        );
+        // Somebody saves the file while no program runs.
+        std::thread::sleep(3 * RESOLUTION);
+        fs::write(&source, "").unwrap();
+        assert_eq!(builds.check(std::iter::once(source.as_path())), LoopCheck::Build);
+        assert_eq!(write_and_check(&mut builds), LoopCheck::Build, "the starts are counted from there");
+    }
+
+    #[test]
+    fn only_programs_and_exports_can_cause_a_build() {
+        let folder = tempfile::tempdir().unwrap();
+        let [source, export] = ["source", "export"].map(|name| folder.path().join(name));
+        fs::write(&export, "").unwrap();
+        let found = |published: Option<&Path>, changed: &Path| {
+            let mut builds = RebuildLoop::default();
+            for _ in 0..2 * MAX_STARTS {
+                fs::write(&source, "").unwrap();
+                builds.build_ended(trace(false, published));
+                if builds.check(std::iter::once(changed)) != LoopCheck::Build {
+                    return true;
+                }
+            }
+            false
+        };
+        assert!(!found(None, &source), "a person who saves often");
+        assert!(!found(Some(&export), &source));
+        if cfg!(unix) {
+            assert!(found(Some(&export), &export));
+        }
     }
 }

@@ -15,6 +15,7 @@ impl Kind for Meddler {
     const REVISION: u32 = 1;
     const TEXT: &'static str = "//! Writes into another file.\n";
     const SOURCE: bool = true;
+    const RUNS_PROGRAMS: bool = true;
 
     fn ports() -> Vec<Port> {
         vec![Port::one::<Text>("text")]
@@ -57,9 +58,9 @@ fn an_item_that_changes_its_own_source_stops_and_goes_on_after_another_change() 
     let watched = Watched::new(&project, Way::Listening);
     watched.until("the loop is found", |events| !loops(events).is_empty());
     let found = runs(&watched.events());
-    assert!((11..=13).contains(&found), "{found} runs");
+    assert!((9..=13).contains(&found), "{found} runs");
     assert_eq!(loops(&watched.events()), ["text [sky]: in/sky.txt"]);
-    std::thread::sleep(Duration::from_secs(1));
+    std::thread::sleep(Duration::from_secs(2));
     assert_eq!(runs(&watched.events()), found, "it has stopped");
     // Somebody takes the cause away.
     project.write("target", &project.path("elsewhere").display().to_string());
@@ -72,11 +73,11 @@ fn an_item_that_changes_its_own_source_stops_and_goes_on_after_another_change() 
 fn a_file_that_somebody_saves_often_is_built_each_time() {
     let project = capitals();
     let watched = Watched::new(&project, Way::Listening);
-    for number in 0..15 {
-        // Longer than the system needs to report a change.
-        std::thread::sleep(Duration::from_millis(180));
+    for number in 0..60 {
+        std::thread::sleep(Duration::from_millis(25));
         save(&project, "in/sky.txt", &number.to_string());
     }
-    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "14")]);
+    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "59")]);
     assert_eq!(loops(&watched.events()), [""; 0]);
+    assert!(runs(&watched.events()) > 13, "{}", log(&watched.events()));
 }
