@@ -13,7 +13,7 @@ use serde_json::Value;
 use support::{Project, Run};
 
 /// The commands that take `--json`, each with arguments that it cannot do without.
-const COMMANDS: [&[&str]; 9] = [
+const COMMANDS: &[&[&str]] = &[
     &["build"],
     &["watch"],
     &["explain", "map"],
@@ -23,6 +23,7 @@ const COMMANDS: [&[&str]; 9] = [
     &["cache", "stats"],
     &["cache", "gc"],
     &["cache", "verify"],
+    &["prune"],
 ];
 
 /// The commands whose help names `--json`.
@@ -89,7 +90,7 @@ fn the_list_of_commands_is_complete() {
 }
 
 /// `watch` waits for a valid manifest, and these need none.
-const WITHOUT_MANIFEST: [&str; 3] = ["watch", "cache", "inspect"];
+const WITHOUT_MANIFEST: [&str; 4] = ["watch", "cache", "prune", "inspect"];
 
 #[test]
 fn errors_of_the_manifest_have_a_place_and_help() {
@@ -122,7 +123,7 @@ fn errors_of_the_command_line_are_data_too() {
     }
     check(&project, &[], &["-C", "nowhere"], 2);
     for command in COMMANDS {
-        let before = project.specula(&[&["-C", "nowhere"], command, &["--json"][..]].concat());
+        let before = project.specula(&[&["-C", "nowhere"][..], command, &["--json"][..]].concat());
         error_of(&before, command);
     }
     for (arguments, named) in [

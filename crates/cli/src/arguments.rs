@@ -172,8 +172,20 @@ impl Command {
             Self::Cache { command } => (command.query().json, JsonOutput::Object),
             Self::Explain(ExplainArguments { query, .. })
             | Self::Verify(VerifyArguments { query, .. })
+            | Self::Prune { query, .. }
             | Self::Check(CheckArguments { query, .. }) => (query.json, JsonOutput::Object),
-            _ => return None,
+            Self::Preview(_)
+            | Self::Graph(_)
+            | Self::Stages { .. }
+            | Self::Schema { .. }
+            | Self::Convert(_)
+            | Self::ConvertSh(_)
+            | Self::TestPattern(_)
+            | Self::Init { .. }
+            | Self::Completions { .. }
+            | Self::Complete { .. }
+            | Self::RunItem { .. }
+            | Self::Man { .. } => return None,
         };
         is_wanted.then_some(output)
     }

@@ -210,7 +210,8 @@ impl WatchReporter {
                     "stopped",
                     &format!(
                         "{item} was started again and again, because each time {files} changed with its build: \
-                         something in the build writes what it reads. It goes on when another file changes."
+                         something in the build writes what it reads. It is tried once more after ten seconds, and \
+                         goes on when another file changes."
                     ),
                 );
             }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
-use crate::files::{OpenFile, leads_to, lies_in, listing_digest};
+use crate::files::{OpenFile, leads_to, lies_in, listing_digest, normal};
 use crate::gate::Gate;
 use crate::plan::HOW_TO_READ_EXPORTS;
 use crate::progress::ShareDone;
@@ -270,6 +270,11 @@ impl<'a> Context<'a> {
         }
         let message = format!("{} is inside \"out\", the folder for exports", path.display());
         Err(Failure::new(message).help(HOW_TO_READ_EXPORTS))
+    }
+
+    /// Whether a path is the folder for exports, as it is spelled.
+    pub fn is_out(&self, path: &Path) -> bool {
+        self.out.as_ref().is_some_and(|out| normal(&self.resolve(path)) == normal(out))
     }
 
     /// Whether a folder contains the folder for exports or the manifest, links followed.

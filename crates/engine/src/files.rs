@@ -178,7 +178,7 @@ pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
 }
 
 /// At most this many links are followed, as on Linux.
-const MAX_LINKS: usize = 40;
+pub(crate) const MAX_LINKS: usize = 40;
 
 /// Where a path leads when links are followed, as far as it exists; the rest stays as it is written.
 pub(crate) fn leads_to(path: &Path) -> PathBuf {

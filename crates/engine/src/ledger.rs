@@ -21,7 +21,7 @@ use crate::plan::template;
 use crate::platform::Stamp;
 use crate::regular::hash;
 use crate::retention::Manifests;
-use crate::{Digest, ItemName, Plan, parallel};
+use crate::{Digest, ItemIndex, ItemName, Plan, parallel};
 
 mod others;
 
@@ -132,6 +132,13 @@ impl<'a> Ledger<'a> {
             others: OnceLock::new(),
             taken_over: HashMap::new(),
         }
+    }
+
+    /// Prepares for questions about all files, before any item runs.
+    pub(crate) fn prepare(&self) {
+        let subjects = parallel::map(self.plan.items.len(), &|item| self.subjects(item));
+        // Nobody has asked yet.
+        let _ = self.wanted.set(sorted(subjects.into_iter()));
     }
 
     /// The line of a file.
@@ -325,15 +332,21 @@ impl<'a> Ledger<'a> {
     }
 
     fn wanted(&self) -> &[Subject] {
-        self.wanted.get_or_init(|| {
-            let items = &self.plan.items;
-            let subjects =
-                |item: usize| items[item].files.iter().map(|file| self.subject(file)).collect::<Vec<_>>();
-            let mut wanted = parallel::map(items.len(), &subjects).concat();
-            wanted.sort_unstable();
-            wanted
-        })
+        // One by one: a thread of rayon's that waits for others may begin another item meanwhile, which would
+        // wait for this value for ever.
+        self.wanted.get_or_init(|| sorted((0..self.plan.items.len()).map(|item| self.subjects(item))))
     }
+
+    /// The subjects of the files that an item exports.
+    fn subjects(&self, item: ItemIndex) -> Vec<Subject> {
+        self.plan.items[item].files.iter().map(|file| self.subject(file)).collect()
+    }
+}
+
+fn sorted(subjects: impl Iterator<Item = Vec<Subject>>) -> Vec<Subject> {
+    let mut subjects = subjects.flatten().collect::<Vec<_>>();
+    subjects.sort_unstable();
+    subjects
 }
 
 /// The folder that a plan publishes into, as records contain paths.

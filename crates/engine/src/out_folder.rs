@@ -3,8 +3,9 @@
 
 use std::fs::{self, Metadata};
 use std::io;
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
+use crate::files::normal;
 use crate::{Error, ErrorKind, Plan};
 
 /// Checks that `out` is a folder, or can become one.
@@ -56,7 +57,7 @@ fn not_a_folder_behind(shown: &str, place: &Path, target: &Path, folder: &Path) 
         Err(error) if error.kind() == io::ErrorKind::NotFound => "does not exist".into(),
         Err(error) => format!("cannot be followed: {error}"),
     };
-    let end = lexically(&place.with_file_name("").join(target));
+    let end = normal(&place.with_file_name("").join(target));
     let help = if end.starts_with(folder) && why == "does not exist" {
         format!("create the folder {}, or remove the link", end.display())
     } else if end.starts_with(folder) {
@@ -73,17 +74,4 @@ fn not_a_folder_behind(shown: &str, place: &Path, target: &Path, folder: &Path) 
 
 fn kind(found: &Metadata) -> &'static str {
     if found.is_file() { "a file" } else { "a device, a socket or a pipe" }
-}
-
-/// A path without `.` and `..`, as it reads.
-fn lexically(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => _ = plain.pop(),
-            part => plain.push(part),
-        }
-    }
-    plain
 }

@@ -116,6 +116,7 @@ struct Temporary {
 impl<'a> Publisher<'a> {
     pub(crate) fn new(plan: &'a Plan, state: &'a State) -> Self {
         let mut publisher = Self::without_stale(plan, state);
+        publisher.ledger.prepare();
         let taken_over = publisher.ledger.take_over();
         // If this cannot be recorded, nothing can: the build ends with that error at its next line.
         let _ = state.journal.append(&taken_over);

@@ -9,7 +9,7 @@ use parking_lot::Mutex;
 use crate::journal::Tag;
 use crate::record::Record;
 use crate::up_to_date::{UpToDateCheck, item_subject};
-use crate::{ItemIndex, ItemKey, ItemName, Plan, RemovalCause};
+use crate::{Digest, ItemIndex, ItemKey, ItemName, Plan, ReadKind, RemovalCause, StageIndex};
 
 /// Finds out why the files of items are removed.
 pub(crate) struct RemovalCauses<'a> {
@@ -17,11 +17,12 @@ pub(crate) struct RemovalCauses<'a> {
     items: OnceLock<HashMap<ItemName, ItemIndex>>,
     /// What happened to the source stages, each with the stem of a file; `None` if the stage still has it.
     sources: Mutex<HashMap<(String, String), Option<RemovalCause>>>,
+    new_sources: OnceLock<HashMap<(StageIndex, Digest), String>>,
 }
 
 impl<'a> RemovalCauses<'a> {
     pub(crate) fn new(check: &'a UpToDateCheck<'a>) -> Self {
-        Self { check, items: OnceLock::new(), sources: Mutex::default() }
+        Self { check, items: OnceLock::new(), sources: Mutex::default(), new_sources: OnceLock::new() }
     }
 
     /// Why a file that an item has exported is removed.
@@ -85,17 +86,26 @@ impl<'a> RemovalCauses<'a> {
         })
     }
 
-    /// The new source of a stage that has the content of a source that is gone.
+    /// The new file of a stage that has the content of a source that is gone.
     fn renamed(&self, stage: &str, record: &Record) -> Option<String> {
-        let (check, plan) = (self.check, self.check.plan);
         let source = record.source.as_deref()?;
-        let (_, kind, digest) = record.reads().find(|(path, ..)| *path == source)?;
-        let mut items =
-            (0..plan.items.len()).filter(|item| plan.stages[plan.items[*item].stage].name == stage);
-        items.find_map(|item| {
-            let is_new = check.latest(item).is_none_or(|latest| latest.is_gone());
-            let path = check.source(item).filter(|_| is_new)?;
-            (digest.is_some() && check.current_digest(&path, kind) == digest).then_some(path)
+        let content = |(path, kind, _): &(&str, ReadKind, _)| *path == source && *kind == ReadKind::Content;
+        let (.., digest) = record.reads().find(content)?;
+        let stage = self.check.plan.stages.iter().position(|named| named.name == stage)?;
+        self.new_sources().get(&(stage, digest?)).cloned()
+    }
+
+    /// The source files that no build has read yet, by stage and content.
+    fn new_sources(&self) -> &HashMap<(StageIndex, Digest), String> {
+        self.new_sources.get_or_init(|| {
+            let (check, plan) = (self.check, self.check.plan);
+            let is_new = |item: &ItemIndex| check.latest(*item).is_none_or(|latest| latest.is_gone());
+            let sources = (0..plan.items.len()).filter(is_new).filter_map(|item| {
+                let path = check.source(item)?;
+                let digest = check.current_digest(&path, ReadKind::Content)?;
+                Some(((plan.items[item].stage, digest), path))
+            });
+            sources.collect()
         })
     }
 }

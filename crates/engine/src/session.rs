@@ -1,10 +1,12 @@
 //! What one process keeps from one build to the next, so that a watcher's next build starts warm.
 
 use std::collections::HashSet;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Weak};
+use std::time::{Duration, Instant};
 
 use parking_lot::{Mutex, MutexGuard};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -16,7 +18,7 @@ use crate::running::{ChangedPaths, RunningBuild};
 use crate::selection::Selection;
 use crate::up_to_date::KnownItems;
 use crate::watch::Message;
-use crate::writers::being_written;
+use crate::writers::open_for_writing;
 use crate::{Error, ErrorKind, Plan, Read, Timestamp};
 
 /// The prefix of the names of a session's threads. Kinds run on them: their panics are caught there and
@@ -72,13 +74,21 @@ pub(crate) struct WatchedChanges {
     pub(crate) pending: Arc<PathSet>,
     /// The files that are still being written: nothing is made of them yet.
     pub(crate) unfinished: Arc<PathSet>,
-    /// Whether it may not have heard of programs that were writing before it began: a build has to look.
-    pub(crate) is_new: AtomicBool,
-    /// Where it is told of them.
-    pub(crate) sender: Mutex<Sender<Message>>,
+    /// Whether programs may have begun to write before it listened: then a build has to look.
+    pub(crate) may_have_missed_writers: AtomicBool,
+    /// The files that programs had open for writing at the last look of this build, and when that was.
+    looked: Mutex<Option<(Instant, HashSet<PathBuf>)>>,
+    /// Tells the watcher of such files.
+    sender: Mutex<Sender<Message>>,
 }
 
 impl WatchedChanges {
+    pub(crate) fn new(pending: Arc<PathSet>, unfinished: Arc<PathSet>, sender: Sender<Message>) -> Self {
+        let may_have_missed_writers = AtomicBool::new(true);
+        let (looked, sender) = (Mutex::default(), Mutex::new(sender));
+        Self { pending, unfinished, may_have_missed_writers, looked, sender }
+    }
+
     /// Whether a program is still writing one of these files. The watcher then builds again when it is
     /// finished.
     pub(crate) fn are_unfinished(
@@ -91,13 +101,23 @@ impl WatchedChanges {
             return true;
         }
         drop(unfinished);
-        if !self.is_new.load(Ordering::Relaxed) {
+        if !self.may_have_missed_writers.load(Ordering::Relaxed) {
             return false;
         }
         let is_recent = |read: &&Read| {
             modified(&read.path).is_some_and(|time| Timestamp::now().0.saturating_sub(time.0) < RECENT)
         };
-        let written = being_written(reads.iter().filter(is_recent).map(|read| read.path.as_path()));
+        let recent = reads.iter().filter(is_recent).map(|read| read.path.as_path()).collect::<Vec<_>>();
+        if recent.is_empty() {
+            return false;
+        }
+        // One look at all programs serves many items.
+        let mut looked = self.looked.lock();
+        let last = looked.take().filter(|(time, _)| time.elapsed() < LOOK_INTERVAL);
+        let (_, open) = looked.insert(last.unwrap_or_else(|| (Instant::now(), open_for_writing())));
+        let is_open = |path: &&Path| fs::canonicalize(path).is_ok_and(|path| open.contains(&path));
+        let written = recent.into_iter().filter(is_open).map(Path::to_path_buf).collect::<Vec<_>>();
+        drop(looked);
         for path in &written {
             self.unfinished.lock().insert(path.clone());
             let _ = self.sender.lock().send(Message::BeingWritten(path.clone()));
@@ -108,6 +128,9 @@ impl WatchedChanges {
 
 /// A file that was not written to for so many milliseconds is finished, even if a program has it open.
 const RECENT: u64 = 30_000;
+
+/// The time between two looks at the files that programs have open.
+const LOOK_INTERVAL: Duration = Duration::from_millis(200);
 
 /// What is kept of the state folder between two builds. Others may write there meanwhile, so it is checked
 /// before it is used.
@@ -182,6 +205,9 @@ impl BuildSession {
 
     /// Makes a build the one that [`BuildSession::outdate`] reaches, as long as `running` is alive.
     pub(crate) fn begin(&self, running: &Arc<RunningBuild>) {
+        if let Some(watched) = &self.watched {
+            *watched.looked.lock() = None;
+        }
         *self.running.lock() = Arc::downgrade(running);
     }
 

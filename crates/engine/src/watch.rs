@@ -173,12 +173,8 @@ impl<'a> Watcher<'a> {
         collector: ChangeCollector,
     ) -> Result<Self, Error> {
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
-        session.watched = Some(WatchedChanges {
-            pending: collector.pending(),
-            unfinished: collector.unfinished(),
-            is_new: AtomicBool::new(true),
-            sender: Mutex::new(collector.sender()),
-        });
+        let (pending, unfinished) = (collector.pending(), collector.unfinished());
+        session.watched = Some(WatchedChanges::new(pending, unfinished, collector.sender()));
         Ok(Self {
             loader: ManifestLoader::new(manifest.clone(), kinds),
             manifest: manifest.path.clone(),
@@ -392,8 +388,8 @@ impl<'a> Watcher<'a> {
                 self.has_built = true;
                 // A change may have stopped the build that was asked for.
                 self.build.force &= summary.cancelled;
-                if let Some(watched) = &self.session.watched {
-                    watched.is_new.store(false, Ordering::Relaxed);
+                if let Some(watched) = self.session.watched.as_ref().filter(|_| !summary.cancelled) {
+                    watched.may_have_missed_writers.store(false, Ordering::Relaxed);
                 }
                 if summary.published > 0 {
                     self.collector.watch_outputs(plan);
@@ -448,8 +444,10 @@ impl<'a> Watcher<'a> {
                     if wakeup == Wakeup::Hints {
                         let hints = collector.take();
                         let snapshot = outdate(session, loader, &hints, collector.places());
-                        // The build goes on with the last valid manifest, and may take long.
-                        if let Some(event) = diagnostics_event(rejected, &snapshot) {
+                        // The build goes on with the last valid manifest, and may take long. Half a manifest
+                        // is waited for.
+                        let is_whole = !collector.waits_for(manifest);
+                        if is_whole && let Some(event) = diagnostics_event(rejected, &snapshot) {
                             buffer.report_now(event);
                         }
                         during.merge(hints);

@@ -7,27 +7,53 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Those of some files that a program has open for writing.
+/// Those of some files that a program has open for writing, by the names that they are asked for.
 pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> HashSet<PathBuf> {
-    let real = files.into_iter().filter_map(|file| Some((fs::canonicalize(file).ok()?, file)));
-    let real = real.collect::<HashMap<_, _>>();
+    // A file may have several names among them.
+    let mut real = HashMap::<PathBuf, Vec<&Path>>::new();
+    for file in files {
+        if let Ok(path) = fs::canonicalize(file) {
+            real.entry(path).or_default().push(file);
+        }
+    }
     let mut found = HashSet::new();
-    if real.is_empty() || !cfg!(target_os = "linux") {
-        return found;
+    if !real.is_empty() {
+        for_each_open_file(&mut |path, is_writable| {
+            if let Some(files) = real.get(&path)
+                && is_writable()
+            {
+                found.extend(files.iter().map(|file| file.to_path_buf()));
+            }
+        });
+    }
+    found
+}
+
+/// The real paths of all files that programs have open for writing.
+pub(crate) fn open_for_writing() -> HashSet<PathBuf> {
+    let mut found = HashSet::new();
+    for_each_open_file(&mut |path, is_writable| {
+        if path.is_absolute() && !path.starts_with("/dev") && is_writable() {
+            found.insert(path);
+        }
+    });
+    found
+}
+
+/// Calls a function with the path of each open file, and with what finds out whether it may be written to.
+fn for_each_open_file(visit: &mut dyn FnMut(PathBuf, &dyn Fn() -> bool)) {
+    if !cfg!(target_os = "linux") {
+        return;
     }
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
     for process in processes.filter(|process| process.file_name().to_string_lossy().parse::<u32>().is_ok()) {
         let process = process.path();
         for open in fs::read_dir(process.join("fd")).into_iter().flatten().flatten() {
-            if let Ok(link) = fs::read_link(open.path())
-                && let Some(file) = real.get(&link)
-                && is_writable(&process.join("fdinfo").join(open.file_name()))
-            {
-                found.insert(file.to_path_buf());
+            if let Ok(path) = fs::read_link(open.path()) {
+                visit(path, &|| is_writable(&process.join("fdinfo").join(open.file_name())));
             }
         }
     }
-    found
 }
 
 /// Whether a description of an open file, with a line `flags: 0100001` in octal, says that it may be written
@@ -62,6 +88,7 @@ mod tests {
         let link = folder.path().join("link");
         std::os::unix::fs::symlink(&written, &link).unwrap();
         let _writer = OpenOptions::new().append(true).open(&written).unwrap();
-        assert_eq!(being_written([link.as_path()]), HashSet::from([link.clone()]));
+        let names = [written.as_path(), link.as_path()];
+        assert_eq!(being_written(names), names.map(Path::to_path_buf).into());
     }
 }

@@ -57,7 +57,8 @@
 //! - the program's file and, of a script, the interpreters in its first line (`#!/usr/bin/env python3`).
 //!   Where PATH leads counts too: the stage reruns when PATH finds another file of that name, or finds it in
 //!   another folder;
-//! - files and folders that a whole argument names, or what follows the `=` of one (`--lut=tools/film.cube`);
+//! - files and folders that a whole argument names, or what follows the `=` of one
+//!   (`--lut={folder}/tools/film.cube`; without `{folder}` the program would look in its working folder);
 //! - `{folder}/...` wherever it stands, such as in `sh -c "{folder}/tools/run.sh {input} {output}"`. What a
 //!   shell writes there (`> {folder}/log`) is not one;
 //! - the files and folders in `tools`.

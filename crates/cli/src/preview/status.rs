@@ -29,6 +29,8 @@ pub(crate) struct BuildStatus {
     errors: OutstandingErrors,
     /// How the watcher gets changes.
     watching: String,
+    /// The item whose builds cause each other, if the watcher has stopped because of it.
+    stopped: Option<ItemName>,
     /// The current build: how many items are done, and how many there are.
     progress: Option<(usize, usize)>,
     /// The items that take long, and the shares of their work that are done.
@@ -86,7 +88,9 @@ impl BuildStatus {
                 let paths = changes.iter().map(|change| change.path.clone());
                 self.pending.add(Some(now - milliseconds), paths);
             }
+            Event::RebuildLoop { item, .. } => self.stopped = Some(item.clone()),
             Event::Planned { items, .. } => {
+                self.stopped = None;
                 self.progress = Some((0, *items));
                 let Changes { since, paths } = std::mem::take(&mut self.pending);
                 self.building.add(since, paths);
@@ -139,7 +143,10 @@ impl BuildStatus {
                 let long = self.long.iter().map(|(item, share)| format!(", {item} {}", percent_done(*share)));
                 format!("building: {done} of {}{}", count(items, "item"), long.collect::<String>())
             }
-            None => self.watching.clone(),
+            None => match &self.stopped {
+                Some(item) => format!("stopped: the build of {item} changes what it reads"),
+                None => self.watching.clone(),
+            },
         }
     }
 

@@ -1,5 +1,6 @@
 //! Many files at once: folders, globs, or the whole of `out`.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -17,7 +18,8 @@ use crate::quantity::count;
 /// Prints how these files are, or all of `out`; returns whether all are current.
 pub(super) fn verify(plan: &Plan, files: &[PathBuf], json: bool) -> Result<(Exit, bool), CommandError> {
     let wanted = Wanted::of(plan, files)?;
-    let is_wanted = |name: &str| wanted.in_out.iter().any(|part| part.has(name));
+    let is_wanted =
+        |name: &str| wanted.files.contains(name) || wanted.parts.iter().any(|part| part.has(name));
     let files = FilesToVerify { in_out: &is_wanted, elsewhere: wanted.elsewhere };
     let found = engine::verify_out(plan, &files, &containers::read_recipe)?;
     let is_current = found.is_current();
@@ -31,7 +33,10 @@ pub(super) fn verify(plan: &Plan, files: &[PathBuf], json: bool) -> Result<(Exit
 /// What the arguments ask for.
 #[derive(Default)]
 struct Wanted {
-    in_out: Vec<InOut>,
+    /// Files of `out`, by their names there.
+    files: HashSet<String>,
+    /// Folders and globs of `out`, and the whole of it.
+    parts: Vec<InOut>,
     elsewhere: Vec<PathBuf>,
 }
 
@@ -67,7 +72,7 @@ impl Wanted {
     fn of(plan: &Plan, arguments: &[PathBuf]) -> Result<Self, CommandError> {
         let mut wanted = Self::default();
         if arguments.is_empty() {
-            wanted.in_out.push(InOut::All);
+            wanted.insert(InOut::All);
         }
         for argument in arguments {
             if is_glob(plan, argument) {
@@ -79,16 +84,23 @@ impl Wanted {
         Ok(wanted)
     }
 
+    fn insert(&mut self, part: InOut) {
+        match part {
+            InOut::File(name) => _ = self.files.insert(name),
+            part => self.parts.push(part),
+        }
+    }
+
     /// Adds a file or a folder.
     fn add(&mut self, plan: &Plan, argument: &Path) -> Result<(), CommandError> {
         let place = in_place(plan, argument);
         let names = engine::names_in_out(plan, &place);
         if !names.is_empty() && place.exists() {
-            self.in_out.extend(names.into_iter().map(|name| InOut::of(name, place.is_dir())));
+            names.into_iter().for_each(|name| self.insert(InOut::of(name, place.is_dir())));
             return Ok(());
         }
         if let Some(gone) = exported(plan, argument) {
-            self.in_out.push(gone);
+            self.insert(gone);
         } else if place.is_dir() {
             self.elsewhere.extend(files_below(&place));
         } else {
@@ -110,7 +122,7 @@ impl Wanted {
         for name in names {
             let glob = matcher(&if name.is_empty() { rest.clone() } else { format!("{name}/{rest}") })?;
             if files.iter().any(|file| glob.is_match(file)) {
-                self.in_out.push(InOut::Glob(glob));
+                self.insert(InOut::Glob(glob));
                 return Ok(());
             }
         }

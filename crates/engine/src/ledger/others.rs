@@ -173,10 +173,12 @@ impl Others {
             }
             Ok(_) => Fate::Changed,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                // If a link to it leads nowhere, the file may be there again when a disk is mounted.
+                // The folder of the manifests may have been moved away for a moment. If a link to the file
+                // leads nowhere, the file may be there again when a disk is mounted.
                 let is_dangling = |folder: &Path| fs::symlink_metadata(folder).is_ok() && !folder.exists();
                 let folders = place.ancestors().skip(1).take_while(|folder| *folder != self.folder);
-                if folders.into_iter().any(is_dangling) { Fate::Unknown } else { Fate::Missing }
+                let is_unseen = !self.folder.is_dir() || folders.into_iter().any(is_dangling);
+                if is_unseen { Fate::Unknown } else { Fate::Missing }
             }
             Err(_) => Fate::Unknown,
         }

@@ -84,8 +84,8 @@ impl UpToDateCheck<'_> {
             return Some(format!("cannot look at {}: {error}", source.display()));
         }
         let mount = self.folder.join(record.mount.as_ref()?);
-        let is_unmounted =
-            mount.is_dir() && platform::mount_point(&mount).is_some_and(|point| point != mount);
+        // Some systems remove the folder when the drive goes.
+        let is_unmounted = platform::mount_point(&mount).is_none_or(|point| point != mount);
         is_unmounted.then(|| format!("nothing is mounted on {} now", mount.display()))
     }
 }

@@ -207,6 +207,11 @@ impl ChangeCollector {
         Arc::clone(&self.pending)
     }
 
+    /// Whether a file is still being written.
+    pub(super) fn waits_for(&self, path: &Path) -> bool {
+        self.unfinished.have(path)
+    }
+
     /// The files that are still being written.
     pub(super) fn unfinished(&self) -> Arc<PathSet> {
         self.unfinished.shared()

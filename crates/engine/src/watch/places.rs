@@ -11,12 +11,10 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use super::probe::is_probe;
+use crate::files::MAX_LINKS;
 use crate::plan::FolderQueries;
 use crate::programs::SearchPath;
 use crate::{Plan, ReadKind, Source};
-
-/// The most links that may follow each other, as on Linux.
-const MOST_LINKS: usize = 40;
 
 /// The names of a folder that matter.
 #[derive(Debug, Default)]
@@ -124,7 +122,8 @@ impl Places {
         let folders = below.map(|folder| real.join(folder)).collect::<BTreeSet<_>>();
         let around = real.parent().map(Path::to_path_buf);
         let mut is_new = false;
-        for folder in around.into_iter().chain([real.clone()]).chain(folders).take(MAX_OUTPUT_FOLDERS) {
+        let folders = around.into_iter().chain([real.clone()]).chain(folders);
+        for folder in folders.filter(|folder| folder.is_dir()).take(MAX_OUTPUT_FOLDERS) {
             is_new |= !self.folders.contains_key(&folder);
             self.folders
                 .entry(folder)
@@ -271,7 +270,7 @@ impl Places {
             self.existing.insert(path.into());
             return Some(at);
         }
-        if links == MOST_LINKS {
+        if links == MAX_LINKS {
             return None;
         }
         let target = fs::read_link(&at).ok()?;

@@ -187,7 +187,15 @@ impl Tools<'_> {
     /// What the arguments name.
     fn arguments(&mut self) -> Result<(), Failure> {
         for (text, pieces) in self.command.shown_arguments() {
-            for mention in paths::mentions(pieces, self.context) {
+            let mentions = paths::mentions(pieces, self.context);
+            if mentions.is_empty()
+                && let Some(word) = paths::whole(pieces)
+            {
+                // It becomes a path as soon as something of this name exists.
+                let _ = self.context.read(&word);
+                self.context.is_folder(&word);
+            }
+            for mention in mentions {
                 match mention {
                     Mention::Path(path) => self.named(&path, &text)?,
                     Mention::Program(path) => {
@@ -207,6 +215,10 @@ impl Tools<'_> {
     /// A file or folder that an argument names. One that does not exist is recorded as missing, so that the
     /// item reruns when it appears.
     fn named(&mut self, path: &Path, argument: &str) -> Result<(), Failure> {
+        if path.components().count() == 1 && self.context.is_out(path) {
+            // A word that is the name of the folder for exports by chance.
+            return Ok(());
+        }
         self.context.check_not_exported(path)?;
         let file = self.context.resolve(path);
         if file.is_dir() {

@@ -82,3 +82,14 @@ fn a_file_of_somebody_else_does_not_come_back() {
     watched.until_out(&OUT[1..]);
     assert_eq!(watched.noticed(), [("in/gold.txt".to_owned(), Changed::Gone)]);
 }
+
+#[test]
+fn folders_of_exports_that_were_never_made_are_not_missed() {
+    let project = project();
+    project.edit("kind = \"upper\"", "kind = \"refuse\"");
+    project.write("in/rain.txt", "bad");
+    let watched = Watched::new(&project, Way::Polling);
+    watched.until_out(&[("gold/loud.txt", "warm"), ("sky/loud.txt", "blue")]);
+    std::thread::sleep(Duration::from_millis(800));
+    assert_eq!(watched.noticed(), []);
+}

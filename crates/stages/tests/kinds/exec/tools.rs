@@ -209,7 +209,19 @@ fn nothing_in_out_is_read() {
     // A mode may have the name of the folder.
     let project = Project::new(&stage(&["tools/print.sh", "out", "--mode=out", "{output}"], ""), &FILES);
     project.build();
-    assert_eq!(project.build().summary.failed, 0);
+    let plan: Plan = project.plan().unwrap();
+    let again = project.build_plan(&plan, BuildOptions { force: true, ..BuildOptions::default() });
+    assert_eq!(again.summary.failed, 0);
+    assert!(again.summary.ran > 0);
+}
+
+#[test]
+fn a_word_becomes_a_path_when_a_file_has_its_name() {
+    let project = Project::new(&stage(&["tools/print.sh", "film", "{output}"], ""), &FILES);
+    project.build();
+    assert_eq!(project.build().summary.ran, 0);
+    project.write("film", b"a file");
+    assert_eq!(project.build().summary.ran, 1);
 }
 
 #[test]
