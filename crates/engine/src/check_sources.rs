@@ -3,10 +3,16 @@
 //! A build finds these errors too, when the item runs. A check takes a moment, because it reads no pixels and
 //! writes nothing.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
+use crate::disk::Disk;
 use crate::files::path_name;
 use crate::reader::Reader;
+use crate::selection::Selection;
+use crate::state::State;
+use crate::up_to_date::UpToDateCheck;
 use crate::{Cancel, Context, ItemName, Plan, out_folder, parallel};
 
 /// An item whose source has errors, so that a run of the item would fail.
@@ -25,9 +31,13 @@ pub struct SourceError {
 /// Checks the sources of all items, in parallel; returns the errors in the order of the plan.
 ///
 /// # Errors
-/// If files cannot be published into `out`: that is not a folder.
+/// If files cannot be published into `out`: that is not a folder. If sources of earlier builds cannot be seen, or
+/// the records of those builds cannot be read.
 pub fn check_sources(plan: &Plan) -> Result<Vec<SourceError>, crate::Error> {
     out_folder::check(plan)?;
+    let state = State::read(&plan.state)?;
+    let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
+    UpToDateCheck::with_records(plan, &state, &disk, &Selection::all(plan), None).check_seen()?;
     let folder = plan.manifest.parent().unwrap_or(&plan.manifest);
     let sources = plan.items.iter().enumerate();
     let sources = sources.filter_map(|(item, of)| Some((item, of.stage, of.source.as_ref()?)));

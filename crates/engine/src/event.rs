@@ -302,11 +302,12 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
-    /// An item was started more than ten times in ten seconds, each time because of changes that its build
-    /// made: a program that a stage runs writes what the graph reads, or a file of `out` is a source by
-    /// another name. It is not built because of them any more. Building goes on with the next other change.
+    /// More than ten builds in ten seconds followed each other because of changes that they made
+    /// themselves: a program that a stage runs writes what the graph reads, or a file of `out` is a
+    /// source by another name. Nothing is built because of such changes any more. Building goes on with
+    /// the next other change.
     RebuildLoop {
-        /// The item.
+        /// The item with which the last of them began.
         item: ItemName,
         /// The files that changed last.
         files: Vec<String>,

@@ -109,6 +109,17 @@ pub(crate) fn file_identity(path: &Path) -> Option<Identity> {
     Some(Identity(device(&metadata), identity(&metadata).1))
 }
 
+/// Whether a file has several names (hard links).
+#[cfg(unix)]
+pub(crate) fn has_other_names(metadata: &Metadata) -> bool {
+    metadata.is_file() && std::os::unix::fs::MetadataExt::nlink(metadata) > 1
+}
+
+#[cfg(not(unix))]
+pub(crate) fn has_other_names(_: &Metadata) -> bool {
+    false
+}
+
 #[cfg(unix)]
 fn device(metadata: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::dev(metadata)

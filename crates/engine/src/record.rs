@@ -29,7 +29,7 @@ pub(crate) struct Record {
     pub(crate) revision: u32,
     pub(crate) parameters: Value,
     pub(crate) source: Option<String>,
-    /// The place where the drive of the source was mounted, if it is not that of the manifest's folder.
+    /// Where the drive of the source was mounted; `.` if it was that of the manifest's folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) mount: Option<String>,
     pub(crate) inputs: Vec<InputUsed>,

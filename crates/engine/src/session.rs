@@ -1,7 +1,6 @@
 //! What one process keeps from one build to the next, so that a watcher's next build starts warm.
 
 use std::collections::HashSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
@@ -14,6 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::disk::ReadSet;
 use crate::journal::Journal;
 use crate::memory::Memory;
+use crate::platform::{Identity, file_identity};
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::selection::Selection;
 use crate::up_to_date::KnownItems;
@@ -74,19 +74,37 @@ pub(crate) struct WatchedChanges {
     pub(crate) pending: Arc<PathSet>,
     /// The files that are still being written: nothing is made of them yet.
     pub(crate) unfinished: Arc<PathSet>,
-    /// Whether programs may have begun to write before it listened: then a build has to look.
-    pub(crate) may_have_missed_writers: AtomicBool,
+    /// Whether programs may have begun to write without its notice, since a build looked for them.
+    may_have_missed_writers: Arc<AtomicBool>,
+    /// Whether the running build looks for them.
+    is_looking: AtomicBool,
     /// The files that programs had open for writing at the last look of this build, and when that was.
-    looked: Mutex<Option<(Instant, HashSet<PathBuf>)>>,
+    looked: Mutex<Option<(Instant, HashSet<Identity>)>>,
     /// Tells the watcher of such files.
     sender: Mutex<Sender<Message>>,
 }
 
 impl WatchedChanges {
-    pub(crate) fn new(pending: Arc<PathSet>, unfinished: Arc<PathSet>, sender: Sender<Message>) -> Self {
-        let may_have_missed_writers = AtomicBool::new(true);
-        let (looked, sender) = (Mutex::default(), Mutex::new(sender));
-        Self { pending, unfinished, may_have_missed_writers, looked, sender }
+    pub(crate) fn new(
+        pending: Arc<PathSet>,
+        unfinished: Arc<PathSet>,
+        may_have_missed_writers: Arc<AtomicBool>,
+        sender: Sender<Message>,
+    ) -> Self {
+        let (is_looking, looked, sender) = (AtomicBool::new(false), Mutex::default(), Mutex::new(sender));
+        Self { pending, unfinished, may_have_missed_writers, is_looking, looked, sender }
+    }
+
+    /// A build begins.
+    fn begin(&self) {
+        *self.looked.lock() = None;
+        let is_needed = self.may_have_missed_writers.swap(false, Ordering::Relaxed);
+        self.is_looking.fetch_or(is_needed, Ordering::Relaxed);
+    }
+
+    /// A build was completed.
+    pub(crate) fn completed(&self) {
+        self.is_looking.store(false, Ordering::Relaxed);
     }
 
     /// Whether a program is still writing one of these files. The watcher then builds again when it is
@@ -101,7 +119,7 @@ impl WatchedChanges {
             return true;
         }
         drop(unfinished);
-        if !self.may_have_missed_writers.load(Ordering::Relaxed) {
+        if !self.is_looking.load(Ordering::Relaxed) {
             return false;
         }
         let is_recent = |read: &&Read| {
@@ -115,7 +133,7 @@ impl WatchedChanges {
         let mut looked = self.looked.lock();
         let last = looked.take().filter(|(time, _)| time.elapsed() < LOOK_INTERVAL);
         let (_, open) = looked.insert(last.unwrap_or_else(|| (Instant::now(), open_for_writing())));
-        let is_open = |path: &&Path| fs::canonicalize(path).is_ok_and(|path| open.contains(&path));
+        let is_open = |path: &&Path| file_identity(path).is_some_and(|file| open.contains(&file));
         let written = recent.into_iter().filter(is_open).map(Path::to_path_buf).collect::<Vec<_>>();
         drop(looked);
         for path in &written {
@@ -205,9 +223,7 @@ impl BuildSession {
 
     /// Makes a build the one that [`BuildSession::outdate`] reaches, as long as `running` is alive.
     pub(crate) fn begin(&self, running: &Arc<RunningBuild>) {
-        if let Some(watched) = &self.watched {
-            *watched.looked.lock() = None;
-        }
+        self.watched.iter().for_each(WatchedChanges::begin);
         *self.running.lock() = Arc::downgrade(running);
     }
 

@@ -270,11 +270,16 @@ impl<'a> UpToDateCheck<'a> {
         self.plan.items[item].source.as_deref().map(|source| path_name(self.folder, source))
     }
 
-    /// Where the drive of an item's source is mounted, if it is not that of the manifest's folder.
+    /// Where the drive of an item's source is mounted, as records contain it.
     pub(crate) fn mount(&self, item: ItemIndex) -> Option<String> {
-        let mount = platform::mount_point(self.plan.items[item].source.as_deref()?)?;
+        self.mount_of(self.plan.items[item].source.as_deref()?)
+    }
+
+    /// Where the drive of a path is mounted: `.` if it is that of the manifest's folder.
+    fn mount_of(&self, path: &Path) -> Option<String> {
+        let mount = platform::mount_point(path)?;
         let is_same = platform::mount_point(self.folder).is_some_and(|folder| folder == mount);
-        (!is_same).then(|| path_name(self.folder, &mount))
+        Some(if is_same { ".".into() } else { path_name(self.folder, &mount) })
     }
 
     /// The artifacts at the ports, given the digest of each item's artifact.

@@ -198,6 +198,7 @@ impl Verifier<'_> {
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let selected = Selection::all(plan);
         let check = UpToDateCheck::new(plan, &state, &disk, &selected);
+        check.check_seen()?;
         let forecasts = forecast(&check, &selected);
         act(&Verifier {
             check: &check,

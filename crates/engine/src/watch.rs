@@ -174,7 +174,8 @@ impl<'a> Watcher<'a> {
     ) -> Result<Self, Error> {
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
         let (pending, unfinished) = (collector.pending(), collector.unfinished());
-        session.watched = Some(WatchedChanges::new(pending, unfinished, collector.sender()));
+        let missed = collector.may_have_missed_writers();
+        session.watched = Some(WatchedChanges::new(pending, unfinished, missed, collector.sender()));
         Ok(Self {
             loader: ManifestLoader::new(manifest.clone(), kinds),
             manifest: manifest.path.clone(),
@@ -389,7 +390,7 @@ impl<'a> Watcher<'a> {
                 // A change may have stopped the build that was asked for.
                 self.build.force &= summary.cancelled;
                 if let Some(watched) = self.session.watched.as_ref().filter(|_| !summary.cancelled) {
-                    watched.may_have_missed_writers.store(false, Ordering::Relaxed);
+                    watched.completed();
                 }
                 if summary.published > 0 {
                     self.collector.watch_outputs(plan);

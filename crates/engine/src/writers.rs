@@ -7,19 +7,25 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::platform::{Identity, file_identity, has_other_names};
+
 /// Those of some files that a program has open for writing, by the names that they are asked for.
 pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> HashSet<PathBuf> {
-    // A file may have several names among them.
-    let mut real = HashMap::<PathBuf, Vec<&Path>>::new();
+    // A file may have several names among them, and others elsewhere.
+    let (mut real, mut linked) = (HashMap::<PathBuf, Vec<&Path>>::new(), HashMap::<_, Vec<&Path>>::new());
     for file in files {
         if let Ok(path) = fs::canonicalize(file) {
+            if fs::metadata(&path).is_ok_and(|found| has_other_names(&found)) {
+                linked.entry(file_identity(&path)).or_default().push(file);
+            }
             real.entry(path).or_default().push(file);
         }
     }
     let mut found = HashSet::new();
     if !real.is_empty() {
         for_each_open_file(&mut |path, is_writable| {
-            if let Some(files) = real.get(&path)
+            let by_identity = || (!linked.is_empty()).then(|| linked.get(&file_identity(&path))).flatten();
+            if let Some(files) = real.get(&path).or_else(by_identity)
                 && is_writable()
             {
                 found.extend(files.iter().map(|file| file.to_path_buf()));
@@ -29,12 +35,12 @@ pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> Ha
     found
 }
 
-/// The real paths of all files that programs have open for writing.
-pub(crate) fn open_for_writing() -> HashSet<PathBuf> {
+/// The files that programs have open for writing.
+pub(crate) fn open_for_writing() -> HashSet<Identity> {
     let mut found = HashSet::new();
     for_each_open_file(&mut |path, is_writable| {
-        if path.is_absolute() && !path.starts_with("/dev") && is_writable() {
-            found.insert(path);
+        if is_writable() {
+            found.extend(file_identity(&path));
         }
     });
     found
@@ -49,7 +55,11 @@ fn for_each_open_file(visit: &mut dyn FnMut(PathBuf, &dyn Fn() -> bool)) {
     for process in processes.filter(|process| process.file_name().to_string_lossy().parse::<u32>().is_ok()) {
         let process = process.path();
         for open in fs::read_dir(process.join("fd")).into_iter().flatten().flatten() {
-            if let Ok(path) = fs::read_link(open.path()) {
+            // Pipes, sockets and devices have no such path.
+            if let Ok(path) = fs::read_link(open.path())
+                && path.is_absolute()
+                && !path.starts_with("/dev")
+            {
                 visit(path, &|| is_writable(&process.join("fdinfo").join(open.file_name())));
             }
         }
@@ -90,5 +100,9 @@ mod tests {
         let _writer = OpenOptions::new().append(true).open(&written).unwrap();
         let names = [written.as_path(), link.as_path()];
         assert_eq!(being_written(names), names.map(Path::to_path_buf).into());
+        let other_name = folder.path().join("other name");
+        fs::hard_link(&written, &other_name).unwrap();
+        assert_eq!(being_written([other_name.as_path()]), HashSet::from([other_name.clone()]));
+        assert!(open_for_writing().contains(&file_identity(&other_name).unwrap()));
     }
 }

@@ -8,7 +8,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::files::{leads_to, normal};
+use crate::files::{MAX_LINKS, leads_to, normal};
+use crate::platform::folder_identity;
 
 /// A name in a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -53,10 +54,21 @@ impl BrokenLink {
         above.into_iter().find_map(Self::at)
     }
 
+    /// The last link of the chain that begins at a path, if it leads nowhere.
     fn at(path: &Path) -> Option<Self> {
-        let is_link = std::fs::symlink_metadata(path).ok()?.is_symlink();
-        let why = std::fs::metadata(path).err().filter(|_| is_link)?.kind();
-        Some(Self { path: path.into(), target: std::fs::read_link(path).ok()?, why })
+        let is_link = |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+        let why = std::fs::metadata(path).err().filter(|_| is_link(path))?.kind();
+        let mut path = path.to_path_buf();
+        for _ in 0..MAX_LINKS {
+            let target = std::fs::read_link(&path).ok()?;
+            let next = path.parent()?.join(&target);
+            if !is_link(&next) {
+                return Some(Self { path, target, why });
+            }
+            path = next;
+        }
+        let target = std::fs::read_link(&path).ok()?;
+        Some(Self { path, target, why })
     }
 }
 
@@ -90,6 +102,11 @@ pub trait Folders {
     /// The first link on the way to a path that cannot be followed.
     fn broken_link(&self, _: &Path) -> Option<BrokenLink> {
         None
+    }
+
+    /// Whether two paths lead to one folder, also if a drive is mounted in two places.
+    fn are_one(&self, _: &Path, _: &Path) -> bool {
+        false
     }
 
     /// Where a path leads, links followed as far as they exist.
@@ -129,6 +146,12 @@ impl Folders for DiskFolders {
 
     fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
         BrokenLink::on_the_way_to(path)
+    }
+
+    fn are_one(&self, one: &Path, other: &Path) -> bool {
+        // Some systems do not tell folders apart.
+        let identity = |path: &Path| folder_identity(path).filter(|_| cfg!(unix));
+        identity(one).is_some_and(|one| identity(other) == Some(one))
     }
 
     fn leads_to(&self, path: &Path) -> PathBuf {
@@ -179,6 +202,10 @@ impl Folders for RecordingFolders {
 
     fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
         DiskFolders.broken_link(path)
+    }
+
+    fn are_one(&self, one: &Path, other: &Path) -> bool {
+        DiskFolders.are_one(one, other)
     }
 
     fn leads_to(&self, path: &Path) -> PathBuf {

@@ -152,8 +152,8 @@ pub(crate) fn is_ignored_file(name: &OsStr) -> bool {
 /// Whether no source is in a folder of this name: it is hidden, or a system keeps its own files there.
 pub(crate) fn is_ignored_folder(name: &OsStr) -> bool {
     /// The folders of Synology's and QNAP's servers, of Windows and of Linux' file systems.
-    const NAMES: [&str; 5] =
-        ["@eadir", "#recycle", "$recycle.bin", "system volume information", "lost+found"];
+    const NAMES: [&str; 6] =
+        ["__macosx", "@eadir", "#recycle", "$recycle.bin", "system volume information", "lost+found"];
     let lower = name.to_string_lossy().to_ascii_lowercase();
     is_leftover(&lower) || NAMES.contains(&lower.as_str())
 }
@@ -161,7 +161,7 @@ pub(crate) fn is_ignored_folder(name: &OsStr) -> bool {
 /// Whether a name in lower case is hidden, or that of a backup, or of a download or copy that is not
 /// finished.
 fn is_leftover(name: &str) -> bool {
-    const ENDINGS: [&str; 15] = [
+    const ENDINGS: [&str; 18] = [
         "~",
         ".swp",
         ".swo",
@@ -175,6 +175,9 @@ fn is_leftover(name: &str) -> bool {
         ".crdownload",
         ".opdownload",
         ".download",
+        ".aria2",
+        ".!qb",
+        ".!ut",
         "___jb_tmp___",
         "___jb_old___",
     ];

@@ -189,7 +189,7 @@ impl Source {
                             && !self.is_out(&folder, &name)
                             && !self.leaves_out(&here, search) =>
                     {
-                        if link && self.leads_into_out(&here, folders) {
+                        if self.leads_into_out(&here, folders) {
                             search.errors.push(self.in_out(path, &here, folders));
                         } else {
                             open.push((below, level + 1));
@@ -344,7 +344,8 @@ impl Source {
 
     /// Whether a path leads into the folder for exports when links are followed.
     fn leads_into_out(&self, path: &Path, folders: &dyn Folders) -> bool {
-        self.out.as_ref().is_some_and(|out| lies_in(path, out, |path| folders.leads_to(path)))
+        let lies_in = |out: &Path| lies_in(path, out, |path| folders.leads_to(path));
+        self.out.as_ref().is_some_and(|out| lies_in(out) || folders.are_one(path, out))
     }
 
     /// What a link is that leads nowhere, for messages.

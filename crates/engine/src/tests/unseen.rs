@@ -215,6 +215,38 @@ fn a_drive_that_is_not_mounted_stops_the_build() {
     assert!(project.build().contains("removed sky.txt"));
 }
 
+/// What the drive hides may still be there.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_drive_that_hides_sources_stops_the_build() {
+    let project = built("in/**/*.txt", &[("in/deep/sky.txt", "blue"), ("in/gold.txt", "warm")]);
+    fs::create_dir(project.path("empty")).unwrap();
+    let Some(mounted) = Mounted::new(&project.path("empty"), &project.path("in/deep")) else { return };
+    let error = project.try_build().1.unwrap_err();
+    assert!(error.to_string().contains("another drive is mounted on "), "{error}");
+    assert!(error.help().unwrap().contains("\"!in/deep\""), "{:?}", error.help());
+    assert!(crate::check_sources(&project.plan()).is_err());
+    has_kept(&project);
+    drop(mounted);
+    assert!(project.build().contains("0 ran, 6 up to date"));
+}
+
+/// A drive that shows `out` a second time is no link.
+#[cfg(target_os = "linux")]
+#[test]
+fn out_by_another_name_is_no_source() {
+    let project = built("in/*.txt", &[("in/sky.txt", "blue"), ("in/gold.txt", "warm")]);
+    for folder in ["in/all", "in/some"] {
+        fs::create_dir(project.path(folder)).unwrap();
+    }
+    project.edit("in/*.txt", "in/**/*.txt");
+    let Some(mounted) = Mounted::new(&project.path("out"), &project.path("in/all")) else { return };
+    let errors = rejected(&project);
+    assert!(errors.contains("in/all is inside \"out\", the folder for exports"), "{errors}");
+    drop(mounted);
+    assert_eq!(rejected(&project), "no error");
+}
+
 #[cfg(unix)]
 #[test]
 fn a_source_that_leads_into_out_is_refused_by_any_link() {

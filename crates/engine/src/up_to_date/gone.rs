@@ -11,7 +11,7 @@ use super::UpToDateCheck;
 use crate::journal::{LatestRecord, Line, Subject, Tag};
 use crate::plan::listed;
 use crate::record::Record;
-use crate::{BrokenLink, Error, ErrorKind, parallel, platform};
+use crate::{BrokenLink, Error, ErrorKind, parallel};
 
 impl UpToDateCheck<'_> {
     /// Marks the records of items that the manifest no longer has.
@@ -47,10 +47,11 @@ impl UpToDateCheck<'_> {
             1 => format!("the source {names} cannot be seen, and may still exist"),
             count => format!("{count} sources cannot be seen, and may still exist: {names}"),
         };
+        let folder = Path::new(unseen[0].0).parent().unwrap_or(Path::new("")).display();
         let error = Error::new(ErrorKind::Io, message).because(why.clone());
-        Err(error.with_help(
-            "nothing was built or removed; if they are gone for good, leave them out: source = [\"...\", \"!FOLDER\"]",
-        ))
+        Err(error.with_help(format!(
+            "nothing was built or removed; if they are gone for good, leave them out: source = [\"...\", \"!{folder}\"]"
+        )))
     }
 
     /// The records of items that the manifest no longer has, and that are not marked yet.
@@ -83,9 +84,12 @@ impl UpToDateCheck<'_> {
         if !matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) {
             return Some(format!("cannot look at {}: {error}", source.display()));
         }
-        let mount = self.folder.join(record.mount.as_ref()?);
-        // Some systems remove the folder when the drive goes.
-        let is_unmounted = platform::mount_point(&mount).is_none_or(|point| point != mount);
-        is_unmounted.then(|| format!("nothing is mounted on {} now", mount.display()))
+        // Some systems remove the folder when the drive goes, so what is above it counts.
+        let before = record.mount.as_deref()?;
+        let now = self.mount_of(source.ancestors().find(|above| above.exists())?)?;
+        (now != before).then(|| match before {
+            "." => format!("another drive is mounted on {} now", self.folder.join(now).display()),
+            _ => format!("nothing is mounted on {} now", self.folder.join(before).display()),
+        })
     }
 }

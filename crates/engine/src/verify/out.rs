@@ -102,7 +102,7 @@ impl Verifier<'_> {
             }
         }
         for item in 0..plan.items.len() {
-            self.add_missing(item, files, &mut found.missing);
+            self.add_missing(item, files, &mut found);
         }
         for (file, read) in files.elsewhere.iter().zip(self.read_all(&files.elsewhere)) {
             let name = file.display().to_string();
@@ -129,15 +129,22 @@ impl Verifier<'_> {
         Some(Verification { file: name.to_owned(), ..found })
     }
 
-    fn add_missing(&self, item: ItemIndex, files: &FilesToVerify<'_>, missing: &mut Vec<MissingFile>) {
+    /// Adds the files of an item that do not exist, or that cannot be looked at.
+    fn add_missing(&self, item: ItemIndex, files: &FilesToVerify<'_>, found: &mut OutVerification) {
         let plan = self.check.plan;
         let outputs = self.check.latest(item).map_or(&[][..], |latest| latest.outputs());
         for (output, file) in plan.items[item].files.iter().enumerate() {
             let is_left_out = outputs.get(output).is_some_and(|blob| is_left_out(blob.digest));
-            if is_left_out || !(files.in_out)(file) || fs::symlink_metadata(plan.out.join(file)).is_ok() {
+            if is_left_out || !(files.in_out)(file) {
                 continue;
             }
-            missing.push(self.missing(item, file));
+            match fs::symlink_metadata(plan.out.join(file)) {
+                Ok(_) => {}
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    found.missing.push(self.missing(item, file));
+                }
+                Err(error) => found.unreadable.push((file.clone(), error.to_string())),
+            }
         }
     }
 

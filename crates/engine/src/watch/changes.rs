@@ -9,8 +9,11 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
+
+use notify::event::{EventKind, ModifyKind, RenameMode};
 
 use super::listener::{FileEvent, Listener, Message, is_removal};
 use super::mounts::MountListener;
@@ -20,6 +23,7 @@ use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
 use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
+use crate::platform::has_other_names;
 use crate::publish::is_temporary;
 use crate::session::PathSet;
 use crate::writers::being_written;
@@ -140,6 +144,10 @@ pub(crate) struct ChangeCollector {
     because: Option<String>,
     hints: Hints,
     unfinished: UnfinishedFiles,
+    /// The paths of events, in folders that are listened to, that were written to and not closed since.
+    open: HashSet<PathBuf>,
+    /// Whether a folder or file appeared that a program may have begun to write elsewhere.
+    may_have_missed_writers: Arc<AtomicBool>,
     /// The changed paths that have not been built yet.
     pending: Arc<PathSet>,
     /// The mode that was reported last: whether it polls.
@@ -163,6 +171,8 @@ impl ChangeCollector {
             because: None,
             hints: Hints::default(),
             unfinished: UnfinishedFiles::default(),
+            open: HashSet::new(),
+            may_have_missed_writers: Arc::new(AtomicBool::new(true)),
             pending: Arc::default(),
             reported_polling: None,
             sender,
@@ -215,6 +225,12 @@ impl ChangeCollector {
     /// The files that are still being written.
     pub(super) fn unfinished(&self) -> Arc<PathSet> {
         self.unfinished.shared()
+    }
+
+    /// Whether programs may be writing files without an event that said so: then a build has to look. True at
+    /// first.
+    pub(super) fn may_have_missed_writers(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.may_have_missed_writers)
     }
 
     /// Records what a build made of changes: the files on which items failed, and whether the build was
@@ -415,6 +431,7 @@ impl ChangeCollector {
             }
             Message::Event(event) => {
                 self.listener.iter_mut().for_each(|listener| listener.forget_moved(&event));
+                let renamed = self.follow_writers(&event);
                 for path in &event.paths {
                     if is_removal(&event.kind)
                         && let Some(output) = self.places.output_at(path)
@@ -422,13 +439,42 @@ impl ChangeCollector {
                         self.output_removed(output);
                     }
                     self.probes.arrived(path);
-                    let file_event = FileEvent::of(&event.kind, path);
+                    let file_event = match &renamed {
+                        Some(to) if to == path => FileEvent::Written,
+                        _ => FileEvent::of(&event.kind, path),
+                    };
                     for path in self.places.concerned(path) {
                         self.apply(path, file_event);
                     }
                 }
             }
         }
+    }
+
+    /// Remembers which files are being written, whatever their names. Returns the new name of one that was
+    /// renamed.
+    fn follow_writers(&mut self, event: &notify::Event) -> Option<PathBuf> {
+        let [path, others @ ..] = &event.paths[..] else { return None };
+        match &event.kind {
+            EventKind::Modify(ModifyKind::Data(_)) => _ = self.open.insert(path.clone()),
+            EventKind::Access(_) | EventKind::Remove(_) => _ = self.open.remove(path),
+            EventKind::Modify(ModifyKind::Name(RenameMode::Both)) => {
+                let to = others.first()?;
+                if self.open.remove(path) {
+                    self.open.insert(to.clone());
+                    return Some(to.clone());
+                }
+            }
+            // No event has said what is in a folder that appears, or what another name of a file is.
+            EventKind::Create(_) | EventKind::Modify(ModifyKind::Name(RenameMode::To))
+                if !self.places.concerned(path).is_empty()
+                    && fs::metadata(path).is_ok_and(|found| found.is_dir() || has_other_names(&found)) =>
+            {
+                self.may_have_missed_writers.store(true, Ordering::Relaxed);
+            }
+            _ => {}
+        }
+        None
     }
 
     fn apply(&mut self, path: PathBuf, event: FileEvent) {

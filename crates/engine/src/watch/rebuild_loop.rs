@@ -1,11 +1,11 @@
 //! Finds builds that cause themselves.
 //!
 //! A build may write what it reads: a program that a stage runs changes a source, or a file of `out` is a
-//! source by another name (a drive that is mounted twice). If an item is started again and again because of
-//! nothing but such changes, its watcher stops, until something else changes. It looks once more after a
-//! while: a person may have saved a file just while a program ran, each time.
+//! source by another name (a drive that is mounted twice). If builds follow each other because of nothing but
+//! such changes, the watcher stops, until something else changes. It looks once more after a while: a person
+//! may have saved a file just while a program ran, each time.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
@@ -13,8 +13,8 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::platform::{Identity, file_identity};
 use crate::{Event, ItemName, Plan};
 
-/// An item may be started so many times within [`PERIOD`] because of its own builds.
-const MAX_STARTS: usize = 10;
+/// Builds may cause so many others within [`PERIOD`].
+const MAX_BUILDS: usize = 10;
 const PERIOD: Duration = Duration::from_secs(10);
 
 /// File systems may keep times so much more coarsely than the clock.
@@ -23,8 +23,8 @@ const RESOLUTION: Duration = Duration::from_millis(20);
 /// What a build did to the outside world, as far as it can cause a build.
 #[derive(Debug, Default)]
 pub(super) struct BuildTrace {
-    /// The items that were started, in order.
-    started: Vec<ItemName>,
+    /// The first item that was started.
+    first: Option<ItemName>,
     /// The exported files.
     published: Vec<PathBuf>,
     /// Since when programs may have run.
@@ -40,7 +40,7 @@ impl BuildTrace {
                 if stage.is_some_and(|stage| stage.kind.runs_programs()) {
                     self.programs.get_or_insert_with(SystemTime::now);
                 }
-                self.started.push(item.clone());
+                self.first.get_or_insert_with(|| item.clone());
             }
             Event::Published { file, .. } => self.published.push(plan.out.join(file)),
             _ => {}
@@ -51,9 +51,10 @@ impl BuildTrace {
 /// The builds that may have caused each other.
 #[derive(Debug, Default)]
 pub(super) struct RebuildLoop {
-    /// When each item was started, since the last change that no build can have made; and its place among
-    /// them in the order of their first starts.
-    starts: HashMap<ItemName, (usize, VecDeque<Instant>)>,
+    /// When builds ended that started items, since the last change that no build can have made.
+    ended: VecDeque<Instant>,
+    /// The first item that the last of them started: it reads what changes.
+    first: Option<ItemName>,
     /// The files that the last build has published.
     published: HashSet<Identity>,
     /// When programs of the last build may have run.
@@ -69,7 +70,7 @@ pub(super) struct RebuildLoop {
 pub(super) enum LoopCheck {
     /// They are.
     Build,
-    /// They are not any more: this item was started too often because of its own builds.
+    /// They are not any more: too many builds caused each other, the last of which began with this item.
     Stop(ItemName),
     /// They are not, because the watcher has stopped.
     Stopped,
@@ -77,28 +78,29 @@ pub(super) enum LoopCheck {
 
 impl RebuildLoop {
     /// Checks changed files that are about to be built.
-    pub(super) fn check<'a>(&mut self, mut changed: impl Iterator<Item = &'a Path>) -> LoopCheck {
-        if !changed.all(|path| self.may_have_made(path)) {
+    pub(super) fn check<'a>(&mut self, changed: impl Iterator<Item = &'a Path>) -> LoopCheck {
+        let changed = changed.collect::<HashSet<_>>();
+        // A folder whose names are read is named with each change in it.
+        let around = changed.iter().flat_map(|path| path.ancestors().skip(1)).collect::<HashSet<_>>();
+        if !changed.iter().all(|path| around.contains(path) || self.may_have_made(path)) {
             (self.is_stopped, self.look_again) = (false, None);
-            self.starts.clear();
+            self.ended.clear();
             return LoopCheck::Build;
         }
         if self.is_stopped {
             return LoopCheck::Stopped;
         }
         let now = Instant::now();
-        for (_, starts) in self.starts.values_mut() {
-            while starts.front().is_some_and(|start| *start + PERIOD < now) {
-                starts.pop_front();
-            }
+        while self.ended.front().is_some_and(|ended| *ended + PERIOD < now) {
+            self.ended.pop_front();
         }
-        // The first of them is the one that reads what changes.
-        let too_often = self.starts.iter().filter(|(_, (_, starts))| starts.len() > MAX_STARTS);
-        let Some((item, _)) = too_often.min_by_key(|(_, (place, _))| *place) else {
-            return LoopCheck::Build;
-        };
-        (self.is_stopped, self.look_again) = (true, Some(now + PERIOD));
-        LoopCheck::Stop(item.clone())
+        match &self.first {
+            Some(first) if self.ended.len() > MAX_BUILDS => {
+                (self.is_stopped, self.look_again) = (true, Some(now + PERIOD));
+                LoopCheck::Stop(first.clone())
+            }
+            _ => LoopCheck::Build,
+        }
     }
 
     /// When to look once more, if the watcher has stopped.
@@ -113,10 +115,9 @@ impl RebuildLoop {
 
     /// A build has ended.
     pub(super) fn build_ended(&mut self, trace: BuildTrace) {
-        let now = Instant::now();
-        for item in trace.started {
-            let place = self.starts.len();
-            self.starts.entry(item).or_insert((place, VecDeque::new())).1.push_back(now);
+        if trace.first.is_some() {
+            self.ended.push_back(Instant::now());
+            self.first = trace.first;
         }
         self.published = trace.published.iter().filter_map(|file| file_identity(file)).collect();
         self.programs = trace.programs.map(|since| (since, SystemTime::now()));
@@ -147,24 +148,27 @@ mod tests {
     /// What a build of one item did that ran programs from now on, or that published a file.
     fn trace(programs: bool, published: Option<&Path>) -> BuildTrace {
         BuildTrace {
-            started: vec![item()],
+            first: Some(item()),
             published: published.into_iter().map(Path::to_path_buf).collect(),
             programs: programs.then(SystemTime::now),
         }
     }
 
     #[test]
-    fn an_item_whose_program_changes_its_source_is_found_after_ten_starts() {
+    fn builds_whose_programs_change_a_source_are_found_after_ten() {
         let folder = tempfile::tempdir().unwrap();
         let source = folder.path().join("source");
+        fs::write(&source, "").unwrap();
+        std::thread::sleep(3 * RESOLUTION);
         let mut builds = RebuildLoop::default();
         let write_and_check = |builds: &mut RebuildLoop| {
             let trace = trace(true, None);
             fs::write(&source, "").unwrap();
             builds.build_ended(trace);
-            builds.check(std::iter::once(source.as_path()))
+            // With the folder, whose names are read as well and have not changed.
+            builds.check([folder.path(), source.as_path()].into_iter())
         };
-        for _ in 0..MAX_STARTS {
+        for _ in 0..MAX_BUILDS {
             assert_eq!(write_and_check(&mut builds), LoopCheck::Build);
         }
         assert_eq!(write_and_check(&mut builds), LoopCheck::Stop(item()));
@@ -174,7 +178,7 @@ mod tests {
         std::thread::sleep(3 * RESOLUTION);
         fs::write(&source, "").unwrap();
         assert_eq!(builds.check(std::iter::once(source.as_path())), LoopCheck::Build);
-        assert_eq!(write_and_check(&mut builds), LoopCheck::Build, "the starts are counted from there");
+        assert_eq!(write_and_check(&mut builds), LoopCheck::Build, "the builds are counted from there");
     }
 
     #[test]
@@ -184,7 +188,7 @@ mod tests {
         fs::write(&export, "").unwrap();
         let found = |published: Option<&Path>, changed: &Path| {
             let mut builds = RebuildLoop::default();
-            for _ in 0..2 * MAX_STARTS {
+            for _ in 0..2 * MAX_BUILDS {
                 fs::write(&source, "").unwrap();
                 builds.build_ended(trace(false, published));
                 if builds.check(std::iter::once(changed)) != LoopCheck::Build {

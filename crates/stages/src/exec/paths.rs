@@ -28,6 +28,9 @@ pub(super) trait Exists {
     fn is_file(&self, path: &Path) -> bool;
     fn is_folder(&self, path: &Path) -> bool;
 
+    /// Whether an absolute path lies in the manifest's folder.
+    fn is_in_project(&self, path: &Path) -> bool;
+
     fn exists(&self, path: &Path) -> bool {
         self.is_file(path) || self.is_folder(path)
     }
@@ -41,6 +44,10 @@ impl Exists for Context<'_> {
     fn is_folder(&self, path: &Path) -> bool {
         self.resolve(path).is_dir()
     }
+
+    fn is_in_project(&self, path: &Path) -> bool {
+        path.starts_with(self.resolve(Path::new("")))
+    }
 }
 
 /// Nothing exists: paths end at the first place where they may.
@@ -52,6 +59,10 @@ impl Exists for Nothing {
     }
 
     fn is_folder(&self, _: &Path) -> bool {
+        false
+    }
+
+    fn is_in_project(&self, _: &Path) -> bool {
         false
     }
 }
@@ -87,7 +98,8 @@ pub(super) fn mentions(pieces: &[Piece], disk: &dyn Exists) -> Vec<Mention> {
         }
         for word in rest.split(ends_a_word) {
             let path = Path::new(word);
-            if word.contains(['/', '.']) && path.is_relative() && disk.is_file(path) {
+            let is_here = path.is_relative() || disk.is_in_project(path);
+            if word.contains(['/', '.']) && is_here && disk.is_file(path) {
                 found.push(Mention::Word(path.into()));
             }
         }
@@ -236,6 +248,10 @@ mod tests {
     struct Files(&'static [&'static str]);
 
     impl Exists for Files {
+        fn is_in_project(&self, path: &Path) -> bool {
+            path.starts_with("/project")
+        }
+
         fn is_file(&self, path: &Path) -> bool {
             self.0.iter().any(|file| Path::new(file) == path)
         }

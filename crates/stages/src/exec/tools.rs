@@ -242,6 +242,8 @@ impl Tools<'_> {
 
     /// Warns of a word that may be a path, unless `tools` lists it.
     fn warn_of_word(&mut self, path: &Path, argument: &str) {
+        let project = self.context.resolve(Path::new(""));
+        let path = path.strip_prefix(project).unwrap_or(path);
         if is_listed(path, self.listed) {
             return;
         }

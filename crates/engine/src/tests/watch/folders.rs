@@ -225,12 +225,13 @@ fn mounted(folder: &std::path::Path, on: &std::path::Path) -> Option<impl Drop +
 fn a_drive_mounted_over_a_watched_folder() {
     let drive = tempfile::tempdir().unwrap();
     fs::write(drive.path().join("sky.txt"), "grey").unwrap();
+    fs::write(drive.path().join("gold.txt"), "warm").unwrap();
     let project = capitals();
     let watched = Watched::new(&project, Way::Listening);
     let Some(mount) = mounted(drive.path(), &project.path("in")) else { return };
-    watched.until_out(&[("sky.txt", "GREY")]);
+    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "GREY")]);
     fs::write(drive.path().join("sky.txt"), "red").unwrap();
-    watched.until_out(&[("sky.txt", "RED")]);
+    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "RED")]);
     drop(mount);
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
 }

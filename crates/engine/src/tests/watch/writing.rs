@@ -390,3 +390,41 @@ fn a_file_that_was_being_written_before_the_watcher_began_is_waited_for() {
     watched.until_out(&BEFORE);
     assert_eq!(made(&watched.events()), 1, "{}", log(&watched.events()));
 }
+
+/// No event says that a file in a new folder is being written, or one that gets its name while it is.
+#[cfg(target_os = "linux")]
+#[test]
+fn half_a_file_that_comes_with_a_folder_or_by_another_name_is_waited_for() {
+    let project = sentences();
+    project.edit("sentence", "text-source");
+    project.edit("in/*.txt", "in/**/*.txt");
+    project.write("in/sky.txt", "blue");
+    project.write("in/gold.txt", "warm");
+    fs::create_dir(project.path("in/hidden")).unwrap();
+    let ways: [(&str, &str, &dyn Fn()); 4] = [
+        ("in/new/deep/rain.txt", "in/new/deep/rain.txt", &|| ()),
+        ("elsewhere/rain.txt", "in/moved/rain.txt", &|| rename(&project, "elsewhere", "in/moved")),
+        ("in/rain.txt.part", "in/rain.txt", &|| rename(&project, "in/rain.txt.part", "in/rain.txt")),
+        ("elsewhere/rain", "in/rain.txt", &|| {
+            fs::hard_link(project.path("elsewhere/rain"), project.path("in/rain.txt")).unwrap();
+        }),
+    ];
+    for (start, end, appear) in ways {
+        let watched = watched(&project, Way::Listening, impatient());
+        fs::create_dir_all(project.path(start).parent().unwrap()).unwrap();
+        let mut file = File::create(project.path(start)).unwrap();
+        write!(file, "w").unwrap();
+        std::thread::sleep(PAUSE);
+        appear();
+        std::thread::sleep(Duration::from_millis(400));
+        assert_eq!(texts(&project).len(), 2, "{end}: {}", log(&watched.events()));
+        write!(file, "et").unwrap();
+        drop(file);
+        watched.until_out(&[BEFORE[0], ("rain.txt", "WET"), BEFORE[1]]);
+        assert_eq!(failures(&watched.events()), 0, "{end}");
+        project.remove(end);
+        watched.until_out(&BEFORE);
+        drop(watched);
+        let _ = fs::remove_dir_all(project.path("elsewhere"));
+    }
+}

@@ -216,6 +216,16 @@ fn nothing_in_out_is_read() {
 }
 
 #[test]
+fn an_absolute_path_in_a_line_of_shell_is_a_warning() {
+    let project = Project::new(&stage(&["tools/print.sh", "HERE", "{output}"], ""), &FILES);
+    let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    let line = format!("cat {}", project.path("tools/film.cube").display());
+    project.write("pipeline.toml", manifest.replace("HERE", &line).as_bytes());
+    let warnings = warnings(&project.build());
+    assert!(warnings.iter().any(|text| text.contains("{folder}/tools/film.cube")), "{warnings:?}");
+}
+
+#[test]
 fn a_word_becomes_a_path_when_a_file_has_its_name() {
     let project = Project::new(&stage(&["tools/print.sh", "film", "{output}"], ""), &FILES);
     project.build();
