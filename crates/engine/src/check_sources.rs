@@ -31,8 +31,8 @@ pub struct SourceError {
 /// Checks the sources of all items, in parallel; returns the errors in the order of the plan.
 ///
 /// # Errors
-/// If files cannot be published into `out`: that is not a folder. If sources of earlier builds cannot be seen, or
-/// the records of those builds cannot be read.
+/// If files cannot be published into `out`: that is not a folder. If sources of earlier builds cannot be
+/// seen, or the records of those builds cannot be read.
 pub fn check_sources(plan: &Plan) -> Result<Vec<SourceError>, crate::Error> {
     out_folder::check(plan)?;
     let state = State::read(&plan.state)?;
