@@ -293,7 +293,7 @@ impl<'a> PreviewController<'a> {
         }
         for (subject, picture) in &work.pictures {
             let (title, line) = match self.files.save_picture(subject, picture) {
-                Ok(file) => ("saved the picture", file.display().to_string()),
+                Ok(file) => ("saved the picture", crate::working_folder::name(&file)),
                 Err(error) => ("the picture was not saved", error.to_string()),
             };
             self.send(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
@@ -303,7 +303,7 @@ impl<'a> PreviewController<'a> {
         self.edit_light(&mut work);
         if work.end {
             for file in self.edits.unsaved() {
-                say!("warning: the changes of {} were not saved", file.display());
+                say!("warning: the changes of {} were not saved", crate::working_folder::name(file));
             }
         }
         if work.end || matches!(self.output, CommandOutput::None) {
@@ -516,9 +516,10 @@ impl<'a> PreviewController<'a> {
         };
         match self.files.save_still(&drawn.picture) {
             Ok(()) => say!("{}", drawn.describe(&file, subject, &shot)),
-            Err(error) => {
-                print::error(&[format!("cannot write {}", file.display()), error.to_string()], None)
-            }
+            Err(error) => print::error(
+                &[format!("cannot write {}", crate::working_folder::name(&file)), error.to_string()],
+                None,
+            ),
         }
     }
 

@@ -13,6 +13,7 @@ use super::controller::{MaterialEdit, PreviewMessage};
 use super::files::PreviewFiles;
 use super::request::{WindowRequest, initial_view};
 use crate::print::{self, say};
+use crate::working_folder;
 
 /// Shows the window until it is closed. If no window can be opened, the error is what it would have shown.
 pub(super) fn show(
@@ -40,9 +41,9 @@ pub(super) fn show(
             }
             Ok(()) => return Ok(()),
             Err(error) => {
-                let file = PreviewFiles::beside(&request.project.manifest).still();
+                let file = working_folder::name(&PreviewFiles::beside(&request.project.manifest).still());
                 let next = if request.continues_without { "; watching continues" } else { "" };
-                let help = format!("a picture is drawn to {} instead{next}", file.display());
+                let help = format!("a picture is drawn to {file} instead{next}");
                 print::error(&[format!("cannot open a window: {error}")], Some(&help));
                 return Err(Box::new(view));
             }

@@ -108,7 +108,7 @@ impl Drawn {
         let modes = shot.show.modes().map(Mode::name).collect::<Vec<_>>();
         format!(
             "{}: {}, {}, {width}x{height}, drawn by {} in {}",
-            file.display(),
+            crate::working_folder::name(file),
             subject::describe(subject),
             modes.join(" beside "),
             self.renderer,

@@ -96,6 +96,9 @@ fn show(
     _: &Sender<PreviewMessage>,
 ) -> Result<(), Box<::preview::InitialView>> {
     let file = super::files::PreviewFiles::beside(&request.project.manifest).still();
-    crate::print::say!("{HINT}; this program keeps a picture in {} up to date instead", file.display());
+    crate::print::say!(
+        "{HINT}; this program keeps a picture in {} up to date instead",
+        crate::working_folder::name(&file)
+    );
     Err(Box::new(super::request::initial_view(&request.project.manifest, request.subject.clone())))
 }

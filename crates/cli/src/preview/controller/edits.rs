@@ -38,7 +38,7 @@ impl PreviewController<'_> {
             let result = self.edits.save(&material, form);
             let saved = result.is_ok();
             let (title, lines) = match result {
-                Ok(file) => ("saved the material", vec![file.display().to_string()]),
+                Ok(file) => ("saved the material", vec![crate::working_folder::name(&file)]),
                 Err(lines) => ("the material was not saved", lines),
             };
             // The file may have changed.
@@ -85,7 +85,7 @@ impl PreviewController<'_> {
         self.written_light = Some((turn, shown));
         // The picture does not wait for the watcher.
         work.load_plan = true;
-        let lines = vec![written.display().to_string()];
+        let lines = vec![crate::working_folder::name(&written)];
         self.send(PreviewUpdate::Toast { title: "wrote the light".into(), lines });
     }
 }
