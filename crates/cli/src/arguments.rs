@@ -1,5 +1,6 @@
 //! The command line: commands, arguments and options.
 
+mod remote;
 mod values;
 
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use ::preview::{Mode, SubjectRequest};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 
+pub(crate) use self::remote::{RemoteArguments, RemoteDownload, RemoteUpload};
 use crate::exit::Exit;
 
 /// The usual name of a manifest.
@@ -283,7 +285,7 @@ pub(crate) struct BuildArguments {
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Also list the items that are up to date, all warnings and failures, and notes about results
+    /// List items that are up to date too, all warnings and failures, and notes about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Show warnings and failures, and nothing else
@@ -295,84 +297,6 @@ pub(crate) struct BuildArguments {
     pub(crate) timings: Option<Option<PathBuf>>,
     #[command(flatten)]
     pub(crate) remote: RemoteArguments,
-}
-
-// The options of commands that build with a shared cache; docs/remote.md explains them.
-#[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Other machines")]
-pub(crate) struct RemoteArguments {
-    /// Use the results of other machines, and give them ours: grpc://HOST:PORT, grpcs://HOST:PORT or
-    /// unix:PATH [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
-    #[arg(long, value_name = "ADDRESS")]
-    pub(crate) remote_cache: Option<String>,
-    /// Run items on the workers of this server, which also has the cache unless --remote-cache names another
-    #[arg(long, value_name = "ADDRESS")]
-    pub(crate) remote_executor: Option<String>,
-    /// How many items run on workers at a time [default: 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
-    pub(crate) remote_jobs: Option<u16>,
-    /// What a worker must have, such as container-image=docker://...; may be repeated
-    #[arg(long, value_name = "NAME=VALUE")]
-    pub(crate) remote_default_exec_properties: Vec<String>,
-    /// Where workers have this program; without it the program is sent
-    #[arg(long, value_name = "PATH")]
-    pub(crate) remote_program: Option<String>,
-    /// Run items here that read more than this of files [default: 64]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(0..=1 << 20))]
-    pub(crate) remote_source_limit: Option<u32>,
-    /// The name of the server's instance
-    #[arg(long, value_name = "NAME")]
-    pub(crate) remote_instance_name: Option<String>,
-    /// A header of every call, such as authorization=...; may be repeated [also: the lines of
-    /// SPECULA_REMOTE_HEADER]
-    #[arg(long, value_name = "NAME=VALUE")]
-    pub(crate) remote_header: Vec<String>,
-    /// The time limit of each call [default: 60]
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
-    pub(crate) remote_timeout: Option<u64>,
-    /// Whether results of this machine are stored: if the server lets us (auto), never or always
-    #[arg(long, value_enum, value_name = "WHEN")]
-    pub(crate) remote_upload: Option<RemoteUpload>,
-    /// What is received: the files in out and what items here read (outputs), or all
-    #[arg(long, value_enum, value_name = "WHAT")]
-    pub(crate) remote_download: Option<RemoteDownload>,
-    /// Compress large results by Zstandard on their way, if the server offers that
-    #[arg(long)]
-    pub(crate) remote_cache_compression: bool,
-    /// Fail with exit code 4 if a server cannot be used
-    #[arg(long)]
-    pub(crate) remote_required: bool,
-    /// The certificate authority of the server (PEM) [default: those of the system]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) tls_certificate: Option<PathBuf>,
-    /// The certificate of this machine (PEM)
-    #[arg(long, value_name = "FILE")]
-    pub(crate) tls_client_certificate: Option<PathBuf>,
-    /// Its key (PEM)
-    #[arg(long, value_name = "FILE")]
-    pub(crate) tls_client_key: Option<PathBuf>,
-}
-
-/// Whether results are stored in the shared cache.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum RemoteUpload {
-    /// If the server lets us.
-    #[default]
-    Auto,
-    /// Never: only read.
-    Never,
-    /// Always, with a warning if the server does not let us.
-    Always,
-}
-
-/// What is received from the shared cache.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum RemoteDownload {
-    /// The files in out, and what items read that run here.
-    #[default]
-    Outputs,
-    /// All results that are found.
-    All,
 }
 
 #[derive(Args, Clone, Debug)]

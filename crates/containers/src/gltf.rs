@@ -89,7 +89,7 @@ pub fn read_gltf_attribute<E: From<Error>>(
 /// beside it that is needed.
 ///
 /// # Errors
-/// As [`read_gltf`], as far as the JSON shows it, and if `find` fails.
+/// If `find` fails, or for what [`read_gltf`] refuses, if the JSON shows it.
 pub fn check_gltf<E: From<Error>>(
     file: &mut (impl Read + Seek),
     find: &mut dyn FnMut(&str) -> Result<u64, E>,

@@ -107,7 +107,7 @@ pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Mat
 /// Checks the beginning of a file, and its length if its header declares that, without making a table of it.
 ///
 /// # Errors
-/// As [`read`], as far as the header shows it.
+/// For what [`read`] refuses, if the header shows it.
 pub fn check(file_name: &str, file: &mut (impl Read + Seek), format: Option<Format>) -> Result<(), Error> {
     let length = length(file)?;
     let bytes = beginning(file, CHECKED)?;
@@ -115,7 +115,7 @@ pub fn check(file_name: &str, file: &mut (impl Read + Seek), format: Option<Form
     let format = format_of(file_name, format)?;
     let checked = match format {
         Format::Merl => merl::check(&bytes, length),
-        // Of a longer file, the last line is cut off somewhere.
+        // What is checked of a longer file may end within a line.
         Format::Cornell | Format::Curet | Format::Table if bytes.len() < length => {
             let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(&[][..], |end| &bytes[..end]);
             check_text(format, whole, false)
@@ -150,10 +150,10 @@ fn format_of(file_name: &str, format: Option<Format>) -> Result<Format, Error> {
     })
 }
 
-/// As [`read`], with what there is to say about the file.
+/// Reads a measured BRDF as [`read`] does, and says what a user should know about the file.
 ///
 /// # Errors
-/// As [`read`].
+/// For the same files as [`read`].
 pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Reading, Error> {
     refuse_non_files(bytes)?;
     let format = format_of(file_name, format)?;

@@ -71,12 +71,12 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
 
 /// The size of the picture.
 pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<[usize; 2], Error> {
-    /// The longest header and the line with the resolution.
-    const MOST: u64 = MAX_HEADER as u64 + 4096;
+    /// In bytes, with the line of the resolution.
+    const LONGEST_HEADER: u64 = MAX_HEADER as u64 + 4096;
     // Nearly all headers are short.
     let short = size_of(&beginning(file, 1 << 14)?);
     match short {
-        Err(error) if error.kind() == ErrorKind::Truncated => size_of(&beginning(file, MOST)?),
+        Err(error) if error.kind() == ErrorKind::Truncated => size_of(&beginning(file, LONGEST_HEADER)?),
         short => short,
     }
 }

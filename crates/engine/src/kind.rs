@@ -340,7 +340,7 @@ pub trait Configured: Send + Sync {
     /// [`Kind::check_source`].
     ///
     /// # Errors
-    /// As [`Kind::check_source`].
+    /// Those of [`Kind::check_source`].
     fn check_source(&self, context: &Context<'_>) -> Result<(), Failure> {
         let _ = context;
         Ok(())

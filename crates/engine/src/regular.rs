@@ -87,10 +87,10 @@ pub(crate) fn replace_through(
     })
 }
 
-/// As [`read_file`], until `stop` says so.
+/// Reads a file as [`read_file`] does, until `stop` says to stop.
 ///
 /// # Errors
-/// As [`read_file`]; [`io::ErrorKind::Interrupted`] if it was stopped.
+/// [`io::ErrorKind::Interrupted`] if it was stopped, or an error of [`read_file`].
 pub(crate) fn read_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Vec<u8>> {
     let (mut file, metadata) = open(path)?;
     let mut bytes = Vec::new();

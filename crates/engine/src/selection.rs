@@ -60,8 +60,8 @@ impl Selection {
         Ok(selected)
     }
 
-    /// The same, but the items with these names (no names mean all) run even if they are up to date. Those
-    /// that they need do not.
+    /// Makes the items with these names (no names mean all) run even if they are up to date, but not the items
+    /// that they need.
     ///
     /// # Errors
     /// If there is no such stage or item.

@@ -113,7 +113,7 @@ pub(crate) type Open<'a> = dyn Fn(&Path) -> Result<Box<dyn OpenFile>, Failure> +
 /// headers. Nothing is fitted or averaged.
 ///
 /// # Errors
-/// As [`read_material`], as far as text and headers show it.
+/// For what [`read_material`] refuses, if text and headers show it.
 pub(crate) fn check_material(
     path: &Path,
     choice: Option<&MaterialChoice>,

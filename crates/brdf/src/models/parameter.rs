@@ -90,17 +90,17 @@ impl Parameter {
         Self { name, meaning, value_type: ValueType::Colour(range), absent: Absent::Required }
     }
 
-    /// The same with a default.
+    /// This parameter with a default.
     pub(crate) const fn or(self, value: f64) -> Self {
         Self { absent: Absent::Default(value), ..self }
     }
 
-    /// The same, but required only if one of these is not given.
+    /// This parameter, required only if one of these is not given.
     pub(crate) const fn unless(self, others: [&'static str; 2]) -> Self {
         Self { absent: Absent::RequiredUnless(others), ..self }
     }
 
-    /// The same, but optional.
+    /// This parameter, but optional.
     pub(crate) const fn optional(self) -> Self {
         Self { absent: Absent::Optional, ..self }
     }

@@ -39,11 +39,11 @@ pub(crate) struct BuildStatus {
     holder: Option<String>,
     /// The changes since the current or the last build began.
     pending: Changes,
-    /// Those that the current build, and builds before it that were stopped, are for.
+    /// The changes that the current build, and builds before it that were stopped, are for.
     building: Changes,
-    /// The items that ran since then, by stage.
+    /// The items that ran since the current or the last build began, by stage.
     ran: Vec<(String, Vec<ItemName>)>,
-    /// The files that were removed since then.
+    /// The files that were removed since the current or the last build began.
     removals: Removals,
 }
 

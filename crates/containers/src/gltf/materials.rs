@@ -89,7 +89,7 @@ pub fn read_gltf_material<E: From<Error>>(
 /// file beside it that is needed.
 ///
 /// # Errors
-/// As [`read_gltf_material`], as far as the JSON shows it, and if `find` fails.
+/// If `find` fails, or for what [`read_gltf_material`] refuses, if the JSON shows it.
 pub fn check_gltf_material<E: From<Error>>(
     file: &mut (impl Read + Seek),
     choice: Option<&MaterialChoice>,
