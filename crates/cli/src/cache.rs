@@ -84,7 +84,7 @@ fn describe_freed(freed: &Freed, options: &CollectOptions) -> String {
     let parts = [
         ("earlier results", freed.earlier),
         ("garbage", freed.garbage),
-        ("unfinished files", freed.temporary),
+        ("temporary files", freed.temporary),
     ];
     for (label, part) in parts.iter().filter(|(_, part)| part.count > 0) {
         text += &format!("  {label:<18}{}\n", amount(*part, "file"));

@@ -113,32 +113,24 @@ pub fn check(file_name: &str, file: &mut (impl Read + Seek), format: Option<Form
     let bytes = beginning(file, CHECKED)?;
     refuse_non_files(&bytes)?;
     let format = format_of(file_name, format)?;
+    // What is checked of a longer text may end within a line.
+    let is_cut = bytes.len() < length && format != Format::Merl;
+    let end = if is_cut { bytes.iter().rposition(|byte| *byte == b'\n').unwrap_or(0) } else { bytes.len() };
+    let text = &bytes[..end];
     let checked = match format {
-        Format::Merl => merl::check(&bytes, length),
-        // What is checked of a longer file may end within a line.
-        Format::Cornell | Format::Curet | Format::Table if bytes.len() < length => {
-            let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(&[][..], |end| &bytes[..end]);
-            check_text(format, whole, false)
-        }
-        Format::Cornell | Format::Curet | Format::Table => check_text(format, &bytes, true),
+        Format::Merl => merl::declared(&bytes, length).map(drop),
+        Format::Cornell => cornell::check(text),
+        Format::Curet => curet::parse(text).map(drop),
+        Format::Table => table::check(text),
     };
-    checked.map_err(|error| error.within(format.name()))
+    match checked {
+        Err(error) if is_cut && error.kind() == ErrorKind::Truncated => Ok(()),
+        checked => checked.map_err(|error| error.within(format.name())),
+    }
 }
 
 /// As many bytes of a file are checked.
 const CHECKED: u64 = 1 << 16;
-
-fn check_text(format: Format, bytes: &[u8], is_whole: bool) -> Result<(), Error> {
-    let checked = match format {
-        Format::Cornell => cornell::check(bytes),
-        Format::Curet => curet::check(bytes),
-        _ => table::check(bytes),
-    };
-    match checked {
-        Err(error) if error.kind() == ErrorKind::Truncated && !is_whole => Ok(()),
-        checked => checked,
-    }
-}
 
 fn format_of(file_name: &str, format: Option<Format>) -> Result<Format, Error> {
     format.or_else(|| Format::of_name(file_name)).ok_or_else(|| {

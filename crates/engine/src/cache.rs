@@ -299,7 +299,7 @@ struct Inventory {
 
 impl Inventory {
     fn of(state: &State, folder: &Path) -> Self {
-        let mut manifests = Manifests::new(folder);
+        let mut manifests = Manifests::new(folder, None);
         let items = state.journal.contents::<RecordOutputs>(Tag::Item).into_iter().map(|(_, made)| made);
         let items = items.filter(|made| !made.gone && manifests.has(&made.manifest)).collect::<Vec<_>>();
         let results = state.journal.results_by_age::<RecordOutputs>();

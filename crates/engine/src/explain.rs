@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use crate::build::{Forecast, forecast, forecast_causes};
 use crate::disk::Disk;
-use crate::files::{modified, normal};
+use crate::files::{modified, normal, slashed};
 use crate::kind::is_left_out;
 use crate::ledger::Published;
-use crate::names_in_out::{names_in_out, slashed};
+use crate::names_in_out::names_in_out;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::regular::hash;

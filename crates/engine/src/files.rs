@@ -170,11 +170,14 @@ pub(crate) fn digest_now(path: &Path, kind: ReadKind) -> Option<Digest> {
 /// A path as records contain it: relative to the manifest's folder if it is inside, with `/` between folders.
 pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
     match path.strip_prefix(folder) {
-        Ok(inside) => {
-            inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
-        }
+        Ok(inside) => slashed(inside),
         Err(_) => path.to_string_lossy().into_owned(),
     }
+}
+
+/// A path with `/` between its parts.
+pub(crate) fn slashed(path: &Path) -> String {
+    path.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
 /// At most this many links are followed, as on Linux.

@@ -352,8 +352,7 @@ impl Journal {
         live.retain(|line| keeps(line));
         live.reverse();
         let temporary = self.path.with_extension("new");
-        let folder = self.path.parent().unwrap_or(&self.path);
-        replace_through(&temporary, &self.path, folder, &mut |file| self.copy(&live, file))
+        replace_through(&temporary, &self.path, None, &mut |file| self.copy(&live, file))
             .map_err(|error| Error::io(&error, "write", &self.path))?;
         drop(live);
         let before = self.appender.take();

@@ -217,20 +217,18 @@ impl<'a> Ledger<'a> {
             records.extend([self.write(&line.file, own.clone()), line.removal()]);
             self.taken_over.insert(line.file, own);
         }
-        let taken_over = std::mem::take(&mut self.taken_over);
         if let Some(lines) = self.others.get_mut() {
-            lines
-                .others
-                .retain_abandoned(|line| line.out != self.out || !taken_over.contains_key(&line.file));
+            let is_taken =
+                |line: &Published| line.out == self.out && self.taken_over.contains_key(&line.file);
+            lines.others.retain_abandoned(|line| !is_taken(line));
         }
-        self.taken_over = taken_over;
         records
     }
 
     /// The lines of manifests that no longer exist, if this manifest is one of them under a new name.
     fn renamed(&self) -> Vec<Published> {
         let lines = self.other_lines();
-        let mut manifests = Manifests::beside(self.folder(), Some(&self.manifest));
+        let mut manifests = Manifests::new(self.folder(), Some(&self.manifest));
         let mut renamed = BTreeMap::<&str, Vec<&Published>>::new();
         for line in lines.others.all_abandoned().filter(|line| line.out == self.out) {
             if !manifests.has(&line.manifest) {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::Plan;
-use crate::files::normal;
+use crate::files::{normal, slashed};
 
 /// The names of a path relative to the plan's `out`, if it is inside; that of `out` itself is empty. They may
 /// differ if links lead there.
@@ -21,9 +21,4 @@ pub fn names_in_out(plan: &Plan, path: &Path) -> Vec<String> {
         names.extend(places.iter().filter_map(|place| place.strip_prefix(root).ok()).map(slashed));
     }
     names
-}
-
-/// A path with `/` between its parts.
-pub(crate) fn slashed(path: &Path) -> String {
-    path.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }

@@ -15,9 +15,9 @@ use crate::{Error, ErrorKind, Plan};
 pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
     let exports = plan.items.iter().any(|item| !item.files.is_empty());
     // The folder of a trial build is the engine's own.
-    let Some((folder, inside)) = plan.manifest.parent().zip(inside(plan)).filter(|_| exports) else {
-        return Ok(());
-    };
+    let folder = plan.manifest.parent().filter(|_| exports);
+    let inside = folder.and_then(|folder| plan.out.strip_prefix(folder).ok());
+    let Some((folder, inside)) = folder.zip(inside) else { return Ok(()) };
     let mut place = folder.to_path_buf();
     for name in inside.components() {
         place.push(name);
@@ -35,11 +35,6 @@ pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// `out` from the manifest's folder.
-fn inside(plan: &Plan) -> Option<&Path> {
-    plan.out.strip_prefix(plan.manifest.parent()?).ok()
 }
 
 fn not_a_folder(what: &str, plan: &Plan) -> Error {

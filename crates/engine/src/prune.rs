@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::files::path_name;
 use crate::journal::Journal;
-use crate::ledger::{Fate, Others, Published};
+use crate::ledger::{Fate, Others};
 use crate::lock::LockRequest;
 use crate::state::State;
 use crate::{Cancel, Error, LockPurpose, LockTimeout, cache, platform};
@@ -50,18 +49,17 @@ pub fn prune(
 
 fn remove(journal: &Journal, folder: &Path, dry_run: bool) -> Result<Pruned, Error> {
     let others = Others::of_all(journal, folder);
-    let real = fs::canonicalize(folder).map_err(|error| Error::io(&error, "look at", folder))?;
     let mut pruned = Pruned::default();
     let mut emptied = Vec::<PathBuf>::new();
     for leftover in others.leftovers(&|_| true) {
-        let place = leftover.place();
-        let name = path_name(&real, place);
+        let (place, name) = (&leftover.place, leftover.path.to_owned());
         match leftover.fate {
             Fate::Unchanged if dry_run => pruned.removed.push(name),
             Fate::Unchanged => {
                 platform::remove(place).map_err(|error| Error::io(&error, "remove", place))?;
                 journal.append(&leftover.removals().collect::<Vec<_>>())?;
-                let depth = leftover.line().map_or(0, depth);
+                // How many folders it is below the parent of `out`.
+                let depth = leftover.line().map_or(0, |line| line.file.split('/').count());
                 emptied.extend(place.ancestors().skip(1).take(depth).map(Path::to_path_buf));
                 pruned.removed.push(name);
             }
@@ -75,9 +73,4 @@ fn remove(journal: &Journal, folder: &Path, dry_run: bool) -> Result<Pruned, Err
     emptied.dedup();
     emptied.iter().for_each(|folder| _ = fs::remove_dir(folder));
     Ok(pruned)
-}
-
-/// How many folders a file is below the parent of `out`.
-fn depth(line: &Published) -> usize {
-    line.file.split('/').count()
 }

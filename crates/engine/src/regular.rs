@@ -34,8 +34,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
     let temporary = path.with_file_name(format!(".specula-{}-{number}.part", std::process::id()));
-    let folder = path.parent().unwrap_or(path);
-    replace_through(&temporary, path, folder, &mut |mut file| file.write_all(bytes))
+    replace_through(&temporary, path, None, &mut |mut file| file.write_all(bytes))
 }
 
 /// Creates a folder in one that exists; it is not an error if it is there already.
@@ -63,24 +62,24 @@ pub(crate) fn create_folders(inside: &Path, folder: &Path) -> io::Result<()> {
     missing.into_iter().try_for_each(create_folder)
 }
 
-/// Writes a file under a temporary name and renames it to its place. The folders around the place are created
-/// if necessary, as far as they are in the folder `inside`.
+/// Writes a file under a temporary name and renames it to its place. The folders around the place that are in
+/// the folder `inside` are created if necessary; without that folder, none is.
 ///
 /// # Errors
 /// If it cannot be written; nothing is left of it then.
 pub(crate) fn replace_through(
     temporary: &Path,
     place: &Path,
-    inside: &Path,
+    inside: Option<&Path>,
     write: &mut dyn FnMut(File) -> io::Result<()>,
 ) -> io::Result<()> {
     let rename = || platform::replace(temporary, place);
-    let written = create_new(temporary).and_then(write).and_then(|()| match rename() {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+    let written = create_new(temporary).and_then(write).and_then(|()| match (rename(), inside) {
+        (Err(error), Some(inside)) if error.kind() == io::ErrorKind::NotFound => {
             create_folders(inside, place.parent().unwrap_or(place))?;
             rename()
         }
-        renamed => renamed,
+        (renamed, _) => renamed,
     });
     written.inspect_err(|_| {
         let _ = fs::remove_file(temporary);

@@ -13,7 +13,7 @@ use crate::platform::is_one_file;
 impl Retention {
     /// What a compaction of the journal of the manifests in a folder keeps.
     pub(crate) fn of(journal: &Journal, folder: &Path) -> Self {
-        let mut manifests = Manifests::new(folder);
+        let mut manifests = Manifests::new(folder, None);
         let (mut results, mut stamps, mut gone) = (HashSet::new(), HashSet::new(), HashSet::new());
         for (subject, latest) in journal.latest_records() {
             if latest.is_gone() || !manifests.has(latest.manifest()) {
@@ -39,12 +39,7 @@ pub(crate) struct Manifests<'a> {
 }
 
 impl<'a> Manifests<'a> {
-    pub(crate) fn new(folder: &'a Path) -> Self {
-        Self::beside(folder, None)
-    }
-
-    /// The manifests beside another one of the folder.
-    pub(crate) fn beside(folder: &'a Path, own: Option<&'a str>) -> Self {
+    pub(crate) fn new(folder: &'a Path, own: Option<&'a str>) -> Self {
         Self { folder, own, known: HashMap::new(), outs: HashMap::new() }
     }
 

@@ -153,7 +153,7 @@ impl Store {
         }
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let temporary = self.temporary_folder().join(format!("{}-{number}", std::process::id()));
-        let project = self.folder.parent().unwrap_or(&self.folder);
+        let project = self.folder.parent();
         replace_through(&temporary, &self.path(blob.digest), project, &mut |mut file| file.write_all(bytes))
             .map_err(|error| Error::io(&error, "store a result in", &self.folder))?;
         self.stored.fetch_add(blob.bytes, Ordering::Relaxed);

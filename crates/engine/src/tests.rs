@@ -31,6 +31,47 @@ use crate::{
     BuildOptions, BuildSession, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary,
 };
 
+/// Exports every text in capitals.
+const CHAIN: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.loud]
+kind = "upper"
+input = "text"
+
+[stage.file]
+kind = "write"
+input = "loud"
+"#;
+
+/// Exports every text of `in` in capitals, under its name.
+const CAPITALS: &str = r#"
+schema = 1
+[stage.text]
+kind = "text-source"
+source = "in/*.txt"
+[stage.upper]
+kind = "upper"
+input = "text"
+[stage.write]
+kind = "write"
+input = "upper"
+path = "{text}"
+"#;
+
+/// A project of two texts, which is not built yet.
+fn two_texts(manifest: &str) -> Project {
+    let project = Project::new(manifest);
+    project.write("a.txt", "one");
+    project.write("b.txt", "two");
+    project
+}
+
 /// A project in a folder of its own.
 struct Project {
     /// Removed at the end, if the project has one of its own.
@@ -77,6 +118,10 @@ impl Project {
     fn remove(&self, name: &str) {
         let path = self.path(name);
         if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }.unwrap();
+    }
+
+    fn rename(&self, from: &str, to: &str) {
+        std::fs::rename(self.path(from), self.path(to)).unwrap();
     }
 
     fn remove_link(&self, name: &str) {

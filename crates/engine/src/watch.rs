@@ -37,7 +37,6 @@ use parking_lot::Mutex;
 
 use crate::disk::ReadSet;
 use crate::files::path_name;
-use crate::session::WatchedChanges;
 use crate::{
     BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
     LockPurpose, LockTimeout, ManifestFile, Plan, ReadKind, Summary,
@@ -173,9 +172,7 @@ impl<'a> Watcher<'a> {
         collector: ChangeCollector,
     ) -> Result<Self, Error> {
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
-        let (pending, unfinished) = (collector.pending(), collector.unfinished());
-        let missed = collector.may_have_missed_writers();
-        session.watched = Some(WatchedChanges::new(pending, unfinished, missed, collector.sender()));
+        session.watched = Some(collector.watched_changes());
         Ok(Self {
             loader: ManifestLoader::new(manifest.clone(), kinds),
             manifest: manifest.path.clone(),

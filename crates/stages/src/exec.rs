@@ -266,7 +266,7 @@ impl Kind for Exec {
             limit: Duration::from_secs_f64(parameters.timeout),
             scratch: scratch.folder.path().to_path_buf(),
         };
-        let ran = process.run(scratch.folder.path(), &work, context).map_err(|failure| {
+        let ran = process.run(&work, context).map_err(|failure| {
             let absent = parameters.command.arguments().find_map(|pieces| tools::absent(pieces, context));
             match absent.filter(|_| failure.help.is_none()) {
                 Some(file) => failure.help(format!("the file {} does not exist", file.display())),

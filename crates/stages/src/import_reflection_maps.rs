@@ -344,25 +344,21 @@ fn fits(layout: FileLayout, width: usize, height: usize, faces: usize) -> bool {
 /// Reads a file, and checks that it can hold a map of the layout.
 fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened, Failure> {
     let bytes = context.read(Path::new(file))?;
-    let opened = if is_texture(&bytes) {
+    if is_texture(&bytes) {
         let texture = read_texture(&bytes)?.texture;
         let containers::Texture { width, height, depth, layers, faces, pixels, .. } = texture;
-        Opened { width, height, depth, layers: layers.max(1), faces, pixels }
-    } else {
-        let decoded = read_image(&bytes, &ReadOptions::default())?;
-        for warning in &decoded.warnings {
-            context.warn(format!("{file}: {warning}"));
+        if !fits(layout, width, height, faces) {
+            return Err(wrong_shape(layout, width, height * faces));
         }
-        let [width, height] = picture_size(layout, decoded.image.width(), decoded.image.height())?;
-        let pixels = decoded.image.into_pixels();
-        Opened { width, height, depth: 1, layers: 1, faces: faces_of(layout), pixels }
-    };
-    let Opened { width, height, faces, .. } = opened;
-    if fits(layout, width, height, faces) {
-        Ok(opened)
-    } else {
-        Err(wrong_shape(layout, width, height * faces))
+        return Ok(Opened { width, height, depth, layers: layers.max(1), faces, pixels });
     }
+    let decoded = read_image(&bytes, &ReadOptions::default())?;
+    for warning in &decoded.warnings {
+        context.warn(format!("{file}: {warning}"));
+    }
+    let [width, height] = picture_size(layout, decoded.image.width(), decoded.image.height())?;
+    let pixels = decoded.image.into_pixels();
+    Ok(Opened { width, height, depth: 1, layers: 1, faces: faces_of(layout), pixels })
 }
 
 fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {

@@ -23,11 +23,6 @@ const COUNT: usize = 205;
 /// The order of the polynomials.
 const ORDER: usize = 8;
 
-/// Checks the measurements, or the first of them.
-pub(super) fn check(bytes: &[u8]) -> Result<(), Error> {
-    parse(bytes).map(drop)
-}
-
 pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
     let samples = parse(bytes)?;
     let fit = brdf::zernike::fit(&samples, ORDER).map_err(|error| Error::damaged(error.to_string()))?;
@@ -39,7 +34,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
     Ok((Material::Measured(measured), notes))
 }
 
-fn parse(bytes: &[u8]) -> Result<Vec<Sample>, Error> {
+/// The measurements; those of the beginning of a file, too.
+pub(super) fn parse(bytes: &[u8]) -> Result<Vec<Sample>, Error> {
     let mut lines = text::lines(bytes)?;
     let units = "the unit of the angles, \"degrees\" or \"radians\"";
     let (line, unit) =

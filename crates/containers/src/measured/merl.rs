@@ -21,13 +21,8 @@ const HEADER: usize = 12;
 /// The most entries that are read, as [`Measured`] has.
 const MOST_ENTRIES: usize = 1 << 24;
 
-/// Checks the header, and that the file has as many bytes as that declares.
-pub(super) fn check(beginning: &[u8], length: usize) -> Result<(), Error> {
-    declared(beginning, length).map(drop)
-}
-
 /// The shape of the table and the number of its entries, given the beginning of a file and its length.
-fn declared(beginning: &[u8], length: usize) -> Result<([usize; 3], usize), Error> {
+pub(super) fn declared(beginning: &[u8], length: usize) -> Result<([usize; 3], usize), Error> {
     let (header, _) = beginning.split_at_checked(HEADER).ok_or_else(|| {
         Error::truncated(format!("the file has {length} bytes; expected a header of {HEADER}"))
     })?;

@@ -89,9 +89,7 @@ pub(super) fn write(path: &Path, covered: &Covered, tables: &Tables) {
     bytes.extend_from_slice(&check.0);
     // Always the same name, so that a file left by a killed process is overwritten.
     let temporary = path.with_extension("new");
-    let _ = replace_through(&temporary, path, path.parent().unwrap_or(path), &mut |mut file| {
-        file.write_all(&bytes)
-    });
+    let _ = replace_through(&temporary, path, None, &mut |mut file| file.write_all(&bytes));
 }
 
 /// Reads an index; `None` if there is none that can be used.

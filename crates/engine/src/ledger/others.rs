@@ -43,18 +43,16 @@ pub(crate) enum Fate {
 
 /// An abandoned file that no manifest exports.
 pub(crate) struct Leftover<'a> {
-    place: PathBuf,
+    /// Its path from the folder of the manifests.
+    pub(crate) path: &'a str,
+    /// Where it is.
+    pub(crate) place: PathBuf,
     /// Its lines in the ledger: at least one.
     lines: &'a [Published],
     pub(crate) fate: Fate,
 }
 
 impl Leftover<'_> {
-    /// Where it is.
-    pub(crate) fn place(&self) -> &Path {
-        &self.place
-    }
-
     /// The line of the last build that published it.
     pub(crate) fn line(&self) -> Option<&Published> {
         self.lines.last()
@@ -81,7 +79,7 @@ impl Others {
     ) -> Self {
         let real = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
         let mut others = Self { folder: real, ..Self::default() };
-        let mut manifests = Manifests::beside(folder, own);
+        let mut manifests = Manifests::new(folder, own);
         let mut roots = HashMap::<String, Option<String>>::new();
         for (subject, line) in lines {
             let is_valid = line.is_valid(subject)
@@ -154,7 +152,7 @@ impl Others {
         parallel::map(left.len(), &|index| {
             let (path, lines) = left[index];
             let place = self.folder.join(path);
-            Leftover { fate: self.fate(&place, lines), place, lines }
+            Leftover { fate: self.fate(&place, lines), path, place, lines }
         })
     }
 

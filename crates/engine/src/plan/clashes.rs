@@ -14,9 +14,9 @@ use unicode_normalization::UnicodeNormalization;
 use super::graph::Graph;
 use super::items::{Assets, Item};
 use super::template::Template;
-use crate::Diagnostic;
 use crate::files::path_name;
 use crate::platform::folded;
+use crate::{Diagnostic, ItemName};
 
 /// The clashes, one for two stages.
 pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagnostic> {
@@ -31,15 +31,15 @@ pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagno
                 }
                 Entry::Occupied(entry) => {
                     let &(first, other) = entry.get();
-                    let names = format!("{} and {}", report.name(first), report.name(index));
-                    report.add(first, index, || match () {
-                        () if file == other => format!("{names} both write {file:?}"),
+                    report.add(first, index, |first, second| match () {
+                        () if file == other => format!("{first} and {second} both write {file:?}"),
                         () if file.to_lowercase() == other.to_lowercase() => format!(
-                            "{names} write {other:?} and {file:?}, which are the same file if case is ignored"
+                            "{first} and {second} write {other:?} and {file:?}, which are the same file if case is \
+                             ignored"
                         ),
                         () => format!(
-                            "{names} write {other:?} and {file:?}, which are the same file on macOS: their letters \
-                             are the same, but are encoded in two ways"
+                            "{first} and {second} write {other:?} and {file:?}, which are the same file on macOS: \
+                             their letters are the same, but are encoded in two ways"
                         ),
                     });
                 }
@@ -54,10 +54,9 @@ pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagno
     // In the order of the items, not of the hash table.
     blocked.sort_unstable();
     for (other, folder, index, file) in blocked {
-        let (writer, other_writer) = (report.name(other), report.name(index));
-        report.add(other, index, || {
+        report.add(other, index, |writer, other| {
             format!(
-                "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
+                "{writer} writes the file {folder:?}, and {other} needs a folder of that name for {file:?}"
             )
         });
     }
@@ -75,7 +74,7 @@ struct Report<'a> {
 
 impl Report<'_> {
     /// Adds the clash of two items. One pair of files is enough for two stages.
-    fn add(&mut self, first: usize, second: usize, message: impl FnOnce() -> String) {
+    fn add(&mut self, first: usize, second: usize, message: impl FnOnce(ItemName, ItemName) -> String) {
         let (a, b) = (self.items[first].stage, self.items[second].stage);
         let stages = if b >= a { (a, b) } else { (b, a) };
         if !self.reported.insert(stages) {
@@ -90,14 +89,14 @@ impl Report<'_> {
             None if a == b => "separate the placeholders with a / or another character".into(),
             None => "give one of the stages another path".into(),
         };
-        let error = Diagnostic::at(span.unwrap_or(last.header.clone()), message());
+        let error =
+            Diagnostic::at(span.unwrap_or(last.header.clone()), message(self.name(first), self.name(second)));
         self.errors.push(error.expected("expected a path that no other item has").help(help));
     }
 
-    fn name(&self, item: usize) -> String {
+    fn name(&self, item: usize) -> ItemName {
         let item = &self.items[item];
-        let stage = &self.graph.nodes[item.stage].name;
-        if item.key.is_empty() { stage.clone() } else { format!("{stage} [{}]", item.key) }
+        ItemName { stage: self.graph.nodes[item.stage].name.clone(), key: item.key.clone() }
     }
 
     /// Two source files of the same stage, one of each item, whose names differ only in case or encoding.

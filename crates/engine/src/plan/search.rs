@@ -57,12 +57,12 @@ impl Source {
         if search.errors.len() > before {
             return None;
         }
-        let without_effect =
-            (0..self.excluded.len()).filter(|index| !search.left_out.contains(index)).collect::<Vec<_>>();
-        for excluded in without_effect.into_iter().map(|index| &self.excluded[index]) {
-            let message =
-                format!("\"!{}\" leaves out nothing: no file of this source matches it", excluded.text);
-            search.warnings.push(Diagnostic::at(excluded.span.clone(), message));
+        for (index, excluded) in self.excluded.iter().enumerate() {
+            if !search.left_out.contains(&index) {
+                let message =
+                    format!("\"!{}\" leaves out nothing: no file of this source matches it", excluded.text);
+                search.warnings.push(Diagnostic::at(excluded.span.clone(), message));
+            }
         }
         let globs = self.included.iter().filter(|included| included.glob.is_some());
         for (path, mut files) in globs.zip(std::mem::take(&mut search.in_other_case)) {

@@ -136,7 +136,7 @@ impl Publisher<'_> {
     ) -> Result<(), Error> {
         for leftover in self.ledger.leftovers(Some(place)) {
             if leftover.fate == Fate::Unchanged {
-                let place = leftover.place();
+                let place = &leftover.place;
                 platform::remove(place).map_err(|error| Error::io(&error, "remove", place))?;
                 self.state.journal.append(&leftover.removals().collect::<Vec<_>>())?;
                 report(PublishEvent::Removed { file: self.name_in_out(place) });

@@ -8,23 +8,6 @@ use super::*;
 use crate::cache::{Amount, CollectOptions, Freed, collect, stats, verify};
 use crate::{BuildSession, ErrorKind, LockTimeout};
 
-const CHAIN: &str = r#"
-schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.file]
-kind = "write"
-input = "loud"
-"#;
-
 /// One text of a hundred bytes: it has two blobs, as the file has the bytes of the artifact that it is made
 /// from.
 fn chain() -> Project {

@@ -10,71 +10,39 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{Context, ErrorKind, Failure, Kind, Output, Port, Product};
 
-const CHAIN: &str = r#"
-schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.file]
-kind = "write"
-input = "loud"
-"#;
-
 /// A chain over two texts that is built, and of which these stages and items are forced from now on.
 fn built(forced: &[&str]) -> Project {
-    let mut project = Project::new(CHAIN);
-    project.write("a.txt", "one");
-    project.write("b.txt", "two");
+    let mut project = two_texts(CHAIN);
     project.build();
-    project.options.force = true;
-    project.options.stages = forced.iter().map(|name| (*name).to_owned()).collect();
+    force(&mut project, forced);
     project
+}
+
+/// Forces these stages and items from now on.
+fn force(project: &mut Project, names: &[&str]) {
+    project.options.force = true;
+    project.options.stages = names.iter().map(|name| (*name).to_owned()).collect();
+}
+
+/// The events of items that run because they are forced, and make what they made before.
+fn forced(items: &[&str]) -> String {
+    items.iter().map(|item| format!("run {item}: forced\nran {item}, the same result\n")).collect()
 }
 
 #[test]
 fn without_names_everything_runs_and_equal_results_are_not_published_again() {
-    expect![[r#"
-        planned 3 stages, 6 items
-        run text [a]: forced
-        ran text [a], the same result
-        run loud [a]: forced
-        ran loud [a], the same result
-        run file [a]: forced
-        ran file [a], the same result
-        run text [b]: forced
-        ran text [b], the same result
-        run loud [b]: forced
-        ran loud [b], the same result
-        run file [b]: forced
-        ran file [b], the same result
-        ended: 6 ran, 0 up to date, 0 failed, 0 skipped, 0 published, 0 removed
-    "#]]
-    .assert_eq(&built(&[]).build());
+    let all = ["text [a]", "loud [a]", "file [a]", "text [b]", "loud [b]", "file [b]"];
+    let end = "ended: 6 ran, 0 up to date, 0 failed, 0 skipped, 0 published, 0 removed\n";
+    assert_eq!(built(&[]).build(), format!("planned 3 stages, 6 items\n{}{end}", forced(&all)));
 }
 
 #[test]
 fn what_a_named_item_needs_is_not_forced() {
     let project = built(&["file [a]", "loud"]);
-    expect![[r#"
-        planned 3 stages, 5 items
-        up to date text [a]
-        up to date text [b]
-        run loud [a]: forced
-        ran loud [a], the same result
-        run file [a]: forced
-        ran file [a], the same result
-        run loud [b]: forced
-        ran loud [b], the same result
-        ended: 3 ran, 2 up to date, 0 failed, 0 skipped, 0 published, 0 removed
-    "#]]
-    .assert_eq(&project.build());
+    let begin = "planned 3 stages, 5 items\nup to date text [a]\nup to date text [b]\n";
+    let end = "ended: 3 ran, 2 up to date, 0 failed, 0 skipped, 0 published, 0 removed\n";
+    let ran = forced(&["loud [a]", "file [a]", "loud [b]"]);
+    assert_eq!(project.build(), format!("{begin}{ran}{end}"));
     let found = project.explain("loud [a]").remove(0);
     assert!(!found.would_run, "the next build is not forced");
     assert_eq!(found.last.unwrap().reasons, [Reason::Forced]);
@@ -139,8 +107,7 @@ fn what_comes_after_a_forced_item_runs_if_its_result_differs() {
     project.kinds = kinds().with(Counted);
     project.write("a.txt", "one");
     project.build();
-    project.options.force = true;
-    project.options.stages = vec!["loud".into()];
+    force(&mut project, &["loud"]);
     project.build();
     project.options.force = false;
     project.options.stages = Vec::new();
@@ -167,8 +134,7 @@ fn a_shared_cache_answers_for_what_is_not_forced_only() {
     };
     make().build();
     let mut other = make();
-    other.options.force = true;
-    other.options.stages = vec!["loud".into()];
+    force(&mut other, &["loud"]);
     expect![[r#"
         planned 2 stages, 2 items
         from memory text [a]

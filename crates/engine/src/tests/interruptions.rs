@@ -7,28 +7,8 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{Context, ErrorKind, Failure, Kind, LockTimeout, Output, Port};
 
-const CHAIN: &str = r#"
-schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.file]
-kind = "write"
-input = "loud"
-"#;
-
 fn chain() -> Project {
-    let project = Project::new(CHAIN);
-    project.write("a.txt", "one");
-    project.write("b.txt", "two");
-    project
+    two_texts(CHAIN)
 }
 
 #[test]

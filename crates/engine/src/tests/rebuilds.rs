@@ -8,7 +8,7 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{Context, Failure, Kind, Output, Port};
 
-const CHAIN: &str = r#"
+const MARKED: &str = r#"
 schema = 1
 out = "out"
 
@@ -31,10 +31,7 @@ input = "marked"
 "#;
 
 fn chain() -> Project {
-    let project = Project::new(CHAIN);
-    project.write("a.txt", "one");
-    project.write("b.txt", "two");
-    project
+    two_texts(MARKED)
 }
 
 #[test]
@@ -468,7 +465,7 @@ fn results_do_not_depend_on_the_number_of_jobs() {
 fn manifests_that_share_a_folder_share_results() {
     let project = chain();
     project.build();
-    project.write("other.toml", &CHAIN.replace("\"out\"", "\"other\""));
+    project.write("other.toml", &MARKED.replace("\"out\"", "\"other\""));
     let plan = Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
     let summary = crate::build(&plan, &project.options, &project.cancel, &|_| {}).unwrap();
     assert_eq!((summary.ran, summary.up_to_date, summary.published), (0, 8, 2));
@@ -551,7 +548,7 @@ impl Kind for Elaborate {
 #[test]
 fn a_slow_export_waits_for_the_fast_ones() {
     let stages = "\n[stage.report]\nkind = \"elaborate\"\ninput = \"marked\"\n";
-    let mut project = Project::new(&format!("{CHAIN}{stages}"));
+    let mut project = Project::new(&format!("{MARKED}{stages}"));
     project.kinds = project.kinds.with(Elaborate);
     project.write("a.txt", "one");
     let order = |log: &str| {

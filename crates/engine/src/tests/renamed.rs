@@ -51,10 +51,6 @@ fn build_with(project: &Project, manifest: &str, options: &BuildOptions) -> Stri
     lines.map(|line| format!("{line}\n")).collect()
 }
 
-fn rename(project: &Project, old: &str, new: &str) {
-    std::fs::rename(project.path(old), project.path(new)).unwrap();
-}
-
 fn edit(project: &Project, manifest: &str, old: &str, new: &str) {
     let text = project.read(manifest);
     assert!(text.contains(old), "{old:?} is not in {manifest}");
@@ -73,12 +69,12 @@ fn pruned(project: &Project, dry_run: bool) -> Pruned {
 fn a_renamed_manifest_keeps_its_files() {
     let project = project();
     build(&project, "pipeline.toml");
-    rename(&project, "pipeline.toml", "light.toml");
+    project.rename("pipeline.toml", "light.toml");
     assert_eq!(build(&project, "light.toml"), "");
     // As under the old name, files of items that no longer exist are removed.
     project.remove("b.txt");
     assert_eq!(build(&project, "light.toml"), "removed copy/b.txt\nremoved loud/b.txt\n");
-    rename(&project, "light.toml", "pipeline.toml");
+    project.rename("light.toml", "pipeline.toml");
     assert_eq!(build(&project, "pipeline.toml"), "");
     assert_eq!(pruned(&project, false), Pruned::default());
 }
@@ -87,7 +83,7 @@ fn a_renamed_manifest_keeps_its_files() {
 fn a_manifest_that_was_renamed_and_edited_replaces_its_files_and_removes_others() {
     let project = project();
     build(&project, "pipeline.toml");
-    rename(&project, "pipeline.toml", "light.toml");
+    project.rename("pipeline.toml", "light.toml");
     edit(&project, "light.toml", "\"!\"", "\"?\"");
     edit(&project, "light.toml", "copy/{text}", "same/{text}");
     project.remove("b.txt");
@@ -112,7 +108,7 @@ fn a_file_that_was_changed_before_its_manifest_was_renamed_is_not_touched() {
     build(&project, "pipeline.toml");
     project.write("out/loud/a.txt", "mine");
     project.write("out/copy/b.txt", "mine too");
-    rename(&project, "pipeline.toml", "light.toml");
+    project.rename("pipeline.toml", "light.toml");
     edit(&project, "light.toml", "\"!\"", "\"?\"");
     project.remove("b.txt");
     let events = build(&project, "light.toml");
@@ -167,9 +163,9 @@ fn two_manifests_swap_their_names() {
     build(&project, "pipeline.toml");
     build(&project, "other.toml");
     let all = names(&project, "out");
-    rename(&project, "pipeline.toml", "between.toml");
-    rename(&project, "other.toml", "pipeline.toml");
-    rename(&project, "between.toml", "other.toml");
+    project.rename("pipeline.toml", "between.toml");
+    project.rename("other.toml", "pipeline.toml");
+    project.rename("between.toml", "other.toml");
     edit(&project, "pipeline.toml", "\"!\"", "\"?\"");
     // Each is named as the one that has the other's files, until it has been built.
     let events = build(&project, "pipeline.toml");

@@ -6,20 +6,6 @@ use std::process::Command;
 
 use super::*;
 
-const CAPITALS: &str = r#"
-schema = 1
-[stage.text]
-kind = "text-source"
-source = "in/*.txt"
-[stage.upper]
-kind = "upper"
-input = "text"
-[stage.write]
-kind = "write"
-input = "upper"
-path = "{text}"
-"#;
-
 const OUT: [(&str, &str); 2] = [("out/gold.txt", "WARM"), ("out/sky.txt", "BLUE")];
 
 /// A project that was built.
@@ -52,7 +38,7 @@ fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
     link(&project, "../store/sky", "in/sky.txt");
     project.build();
     has_kept(&project);
-    rename(&project, "store", "elsewhere");
+    project.rename("store", "elsewhere");
     for _ in 0..2 {
         let log = project.build();
         let message = format!(
@@ -65,7 +51,7 @@ fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
         );
         has_kept(&project);
     }
-    rename(&project, "elsewhere", "store");
+    project.rename("elsewhere", "store");
     assert!(project.build().contains("0 failed, 0 skipped"));
     // A link to a link to nothing, a circle of links, and a folder on the way that is one.
     for (target, expected) in [("chain", "is a link to"), ("sky.txt", "cannot be followed")] {
@@ -86,7 +72,7 @@ fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
 #[test]
 fn a_file_of_its_own_name_that_is_a_link_to_nothing_is_an_item_that_fails() {
     let project = built("in/sky.txt", &[("in/sky.txt", "blue")]);
-    rename(&project, "in/sky.txt", "in/store");
+    project.rename("in/sky.txt", "in/store");
     link(&project, "store", "in/sky.txt");
     assert!(project.build().contains("up to date"));
     project.remove("in/store");
@@ -104,7 +90,7 @@ fn a_folder_of_its_own_name_that_is_a_link_to_nothing_keeps_its_outputs() {
     link(&project, "store", "faces.v2");
     project.build();
     assert_eq!(project.read("out/faces.v2.txt"), "A");
-    rename(&project, "store", "elsewhere");
+    project.rename("store", "elsewhere");
     let error = project.try_build().1.unwrap_err().to_string();
     assert!(error.ends_with("faces.v2 is a link to store, which does not exist"), "{error}");
     assert_eq!(project.read("out/faces.v2.txt"), "A");
@@ -118,7 +104,7 @@ fn a_folder_that_cannot_be_reached_stops_the_build() {
     link(&project, "../share/deep", "in/there");
     project.build();
     has_kept(&project);
-    rename(&project, "share", "elsewhere");
+    project.rename("share", "elsewhere");
     expect_test::expect![[r#"pipeline.toml:5:10: in/there is a link to ../share/deep, which does not exist; if it is not needed, leave it out: "!in/there""#]]
         .assert_eq(&rejected(&project).replace(&project.path("").display().to_string(), ""));
     has_kept(&project);
@@ -290,8 +276,4 @@ fn a_file_that_an_item_reads_may_not_lead_into_out() {
         assert!(log.contains("FAILED text [sky]") && log.contains("is inside \"out\""), "{log}");
         has_kept(&project);
     }
-}
-
-fn rename(project: &Project, from: &str, to: &str) {
-    fs::rename(project.path(from), project.path(to)).unwrap();
 }

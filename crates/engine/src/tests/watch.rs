@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex};
 
-use super::{Project, log};
+use super::{CAPITALS, Project, log};
 use crate::testkit::kinds;
 use crate::watch::{Backoff, ChangeCollector, Watcher};
 use crate::{Cancel, Change, Changed, Error, Event, ManifestFile, Summary, WatchOptions};
@@ -31,21 +31,6 @@ const DEADLINE: Duration = Duration::from_secs(60);
 const QUIET: Duration = Duration::from_millis(20);
 /// The first and the longest pause before another try: so short that tests need not wait.
 const TRIES: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(20)];
-
-/// Exports every text of `in` in capitals, under its name.
-const CAPITALS: &str = r#"
-schema = 1
-[stage.text]
-kind = "text-source"
-source = "in/*.txt"
-[stage.upper]
-kind = "upper"
-input = "text"
-[stage.write]
-kind = "write"
-input = "upper"
-path = "{text}"
-"#;
 
 /// Declares each test twice.
 macro_rules! each_way {
@@ -248,15 +233,11 @@ fn set_modified(project: &Project, name: &str, time: std::time::SystemTime) {
     File::options().write(true).open(project.path(name)).unwrap().set_modified(time).unwrap();
 }
 
-fn rename(project: &Project, from: &str, to: &str) {
-    fs::rename(project.path(from), project.path(to)).unwrap();
-}
-
 /// Replaces a file in one step, so that it is never incomplete.
 fn save(project: &Project, name: &str, text: &str) {
     let beside = format!("{name}.tmp");
     project.write(&beside, text);
-    rename(project, &beside, name);
+    project.rename(&beside, name);
 }
 
 #[test]

@@ -89,8 +89,11 @@ impl Verifier<'_> {
         let reads = self.read_all(&present.iter().map(|name| plan.out.join(name)).collect::<Vec<_>>());
         for (name, read) in present.iter().zip(reads) {
             match read {
-                Ok(read) => match self.verify_published(name, &read) {
-                    Some(verification) => found.files.push(verification),
+                // Its name in the result is relative to `out`.
+                Ok(read) => match self.verify(&plan.out.join(name), std::slice::from_ref(name), &read) {
+                    Some(verification) => {
+                        found.files.push(Verification { file: name.clone(), ..verification });
+                    }
                     // No build has made the file that belongs there.
                     None => {
                         let (item, _) = self.records.place(name).unwrap_or_default();
@@ -121,12 +124,6 @@ impl Verifier<'_> {
         parallel::map(files.len(), &|index| {
             read_file(&files[index]).map(|bytes| FileContent::of(&bytes, self.recipe_of))
         })
-    }
-
-    /// Verifies a file that an item exports. Its name in the result is relative to `out`.
-    fn verify_published(&self, name: &str, read: &FileContent) -> Option<Verification> {
-        let found = self.verify(&self.check.plan.out.join(name), &[name.to_owned()], read)?;
-        Some(Verification { file: name.to_owned(), ..found })
     }
 
     /// Adds the files of an item that do not exist, or that cannot be looked at.

@@ -25,7 +25,7 @@ use super::unfinished::WritePauses;
 use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
 use crate::platform::has_other_names;
 use crate::publish::is_temporary;
-use crate::session::PathSet;
+use crate::session::{PathSet, WatchedChanges};
 use crate::writers::being_written;
 use crate::{Event, Plan, platform};
 
@@ -212,25 +212,15 @@ impl ChangeCollector {
         self
     }
 
-    /// The changed paths that have not been built yet, including files that are still being written.
-    pub(super) fn pending(&self) -> Arc<PathSet> {
-        Arc::clone(&self.pending)
+    /// What a build is told of changes: those that come while it runs, too.
+    pub(super) fn watched_changes(&self) -> WatchedChanges {
+        let missed = Arc::clone(&self.may_have_missed_writers);
+        WatchedChanges::new(Arc::clone(&self.pending), self.unfinished.shared(), missed, self.sender())
     }
 
     /// Whether a file is still being written.
     pub(super) fn waits_for(&self, path: &Path) -> bool {
         self.unfinished.have(path)
-    }
-
-    /// The files that are still being written.
-    pub(super) fn unfinished(&self) -> Arc<PathSet> {
-        self.unfinished.shared()
-    }
-
-    /// Whether programs may be writing files without an event that said so: then a build has to look. True at
-    /// first.
-    pub(super) fn may_have_missed_writers(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.may_have_missed_writers)
     }
 
     /// Records what a build made of changes: the files on which items failed, and whether the build was

@@ -95,9 +95,7 @@ impl<'a> EventBuffer<'a> {
             (self.events)(event);
         }
     }
-}
 
-impl EventBuffer<'_> {
     /// Reports an event that is not one of the build.
     pub(super) fn report_now(&self, event: Event) {
         // With the lock, so that events come one at a time.

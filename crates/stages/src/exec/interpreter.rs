@@ -1,6 +1,7 @@
 //! The programs that start a script: those of its first line, `#!/usr/bin/env python3`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use engine::{Context, Failure};
 
@@ -15,8 +16,8 @@ const MAX_LINE: usize = 256;
 ///
 /// # Errors
 /// If one is in the folder for exports.
-pub(super) fn read_interpreters(script: &[u8], context: &Context<'_>) -> Result<bool, Failure> {
-    let mut content = script.to_vec();
+pub(super) fn read_interpreters(script: Arc<Vec<u8>>, context: &Context<'_>) -> Result<bool, Failure> {
+    let mut content = script;
     for _ in 0..MAX_INTERPRETERS {
         let Some((file, argument)) = first_line(&content) else { return Ok(true) };
         content = read(&file, context)?;
@@ -37,7 +38,7 @@ pub(super) fn read_started_by_env<'w>(
     context: &Context<'_>,
 ) -> Result<bool, Failure> {
     match started_by_env(arguments) {
-        Some(program) => read_interpreters(&read_program(&program, context)?, context),
+        Some(program) => read_interpreters(read_program(&program, context)?, context),
         None => Ok(false),
     }
 }
@@ -47,21 +48,21 @@ pub(super) fn is_env(program: &Path) -> bool {
     program.file_name().is_some_and(|name| name == "env")
 }
 
-fn read_program(name: &str, context: &Context<'_>) -> Result<Vec<u8>, Failure> {
+fn read_program(name: &str, context: &Context<'_>) -> Result<Arc<Vec<u8>>, Failure> {
     if name.contains('/') {
         return read(Path::new(name), context);
     }
     match context.find_program(name.as_ref()) {
         Ok(file) => read(&file, context),
         // The look-up is recorded; the system says what is wrong.
-        Err(_) => Ok(Vec::new()),
+        Err(_) => Ok(Arc::default()),
     }
 }
 
 /// The content of a file; empty if it cannot be read, because a program need not be readable.
-fn read(file: &Path, context: &Context<'_>) -> Result<Vec<u8>, Failure> {
+fn read(file: &Path, context: &Context<'_>) -> Result<Arc<Vec<u8>>, Failure> {
     context.check_not_exported(file)?;
-    Ok(context.read(file).map_or_else(|_| Vec::new(), |bytes| bytes.to_vec()))
+    Ok(context.read(file).unwrap_or_default())
 }
 
 /// The interpreter that a file's first line names, and the rest of the line. A relative path is one from the

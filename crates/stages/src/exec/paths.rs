@@ -69,13 +69,8 @@ impl Exists for Nothing {
 
 /// What an argument names; the program is one too.
 pub(super) fn mentions(pieces: &[Piece], disk: &dyn Exists) -> Vec<Mention> {
-    if let Some(path) = whole(pieces) {
-        if disk.exists(&path) {
-            return vec![Mention::Path(path)];
-        }
-        if is_like_a_path(pieces) {
-            return vec![Mention::Path(path)];
-        }
+    if let Some(path) = whole(pieces).filter(|path| disk.exists(path) || is_like_a_path(pieces)) {
+        return vec![Mention::Path(path)];
     }
     if let Some(path) = value(pieces, disk) {
         return vec![Mention::Path(path)];
@@ -147,17 +142,11 @@ pub(super) fn whole(pieces: &[Piece]) -> Option<PathBuf> {
     }
 }
 
-/// Whether an argument without an input looks like a path: `tools/grade.py`, but not `--stops`, `0.5` or a
-/// line of shell.
+/// Whether what [`whole`] finds looks like a path: `tools/grade.py`, but not `0.5` or a line of shell.
 fn is_like_a_path(pieces: &[Piece]) -> bool {
     match pieces {
-        [Piece::Text(text)] => {
-            !text.starts_with('-')
-                && text.contains(['/', '.'])
-                && is_one_path(text)
-                && text.parse::<f64>().is_err()
-        }
-        [Piece::Folder, Piece::Text(rest)] => rest.starts_with('/') && is_one_path(rest),
+        [Piece::Text(text)] => text.contains(['/', '.']) && is_one_path(text) && text.parse::<f64>().is_err(),
+        [Piece::Folder, Piece::Text(rest)] => is_one_path(rest),
         _ => false,
     }
 }

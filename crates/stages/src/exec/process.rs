@@ -44,13 +44,13 @@ impl Drop for Running {
 }
 
 impl Process {
-    /// Runs the program to its end in the folder `work`, and keeps its output in the folder `scratch`.
+    /// Runs the program to its end in the folder `work`, and keeps its output in the scratch folder.
     ///
     /// # Errors
     /// If it cannot be started, fails or does not end in time, or the build is cancelled.
-    pub(super) fn run(&self, scratch: &Path, work: &Path, context: &Context<'_>) -> Result<(), Failure> {
+    pub(super) fn run(&self, work: &Path, context: &Context<'_>) -> Result<(), Failure> {
         context.check_cancelled()?;
-        let output = OUTPUT_FILES.map(|name| scratch.join(name));
+        let output = OUTPUT_FILES.map(|name| self.scratch.join(name));
         let mut running = Running(self.start(&output, work)?);
         let began = Instant::now();
         let mut pause = Duration::from_millis(1);

@@ -153,7 +153,7 @@ impl Tools<'_> {
     /// The program's file and its interpreters.
     fn program(&mut self) -> Result<PathBuf, Failure> {
         let context = self.context;
-        let written = plain(self.command.program(), context).unwrap_or_default();
+        let written = super::filled(self.command.program(), &[], "", &context.resolve(Path::new("")));
         let name = Path::new(&written);
         let file = if name.components().count() > 1 || name.is_absolute() {
             context.resolve(name)
@@ -166,7 +166,7 @@ impl Tools<'_> {
         };
         let content = context.read(&file);
         let content = content.map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
-        let mut is_known = interpreter::read_interpreters(&content, context)?;
+        let mut is_known = interpreter::read_interpreters(content, context)?;
         if interpreter::is_env(&file) {
             let words = self.command.arguments().map(|pieces| match pieces.first() {
                 Some(Piece::Text(text)) => text.as_str(),
@@ -201,7 +201,7 @@ impl Tools<'_> {
                     Mention::Program(path) => {
                         self.named(&path, &text)?;
                         if let Ok(content) = self.context.read(&path) {
-                            interpreter::read_interpreters(&content, self.context)?;
+                            interpreter::read_interpreters(content, self.context)?;
                         }
                     }
                     Mention::Below(path) => self.warn_of_folder(&path, &text),
@@ -366,19 +366,6 @@ impl<'c> FolderReader<'c> {
         self.open.pop();
         Ok(true)
     }
-}
-
-/// An argument that is the same in every run; `None` if it holds an input or the output.
-fn plain(pieces: &[Piece], context: &Context<'_>) -> Option<OsString> {
-    let mut argument = OsString::new();
-    for piece in pieces {
-        match piece {
-            Piece::Text(text) => argument.push(text),
-            Piece::Folder => argument.push(context.resolve(Path::new(""))),
-            Piece::Input(_) | Piece::Output => return None,
-        }
-    }
-    Some(argument)
 }
 
 #[cfg(test)]

@@ -89,15 +89,26 @@ impl Project {
         assert_eq!(built.failed, 0);
     }
 
-    fn request(&self, continues_without: bool) -> WindowRequest<'_> {
+    fn surroundings(&self, continues_without: bool) -> Surroundings<'_> {
         let Self { project, screenshots, kinds, .. } = self;
         let subject = SubjectRequest::default();
-        WindowRequest { project, screenshots, kinds, subject, cpu: true, continues_without }
+        let request = WindowRequest { project, screenshots, kinds, subject, cpu: true, continues_without };
+        let cancel = Cancel::default();
+        Surroundings { watched: WatchedProject::new(request.project.clone(), &cancel), request, cancel }
     }
 }
 
-fn watched(request: &WindowRequest<'_>, cancel: &Cancel) -> WatchedProject {
-    WatchedProject::new(request.project.clone(), cancel)
+/// What a controller borrows.
+struct Surroundings<'a> {
+    request: WindowRequest<'a>,
+    cancel: Cancel,
+    watched: WatchedProject,
+}
+
+impl Surroundings<'_> {
+    fn controller(&self) -> PreviewController<'_> {
+        PreviewController::new(&self.request, &self.cancel, &self.watched)
+    }
 }
 
 fn event(event: Event) -> PreviewMessage {
@@ -164,14 +175,13 @@ fn no_window() -> PreviewMessage {
 fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(false), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(false);
+    let mut controller = around.controller();
     controller.handle_all([planned(), ended()]);
     controller.handle_all([watching()]);
-    assert!(!cancel.is_cancelled(), "there may be a window yet");
+    assert!(!around.cancel.is_cancelled(), "there may be a window yet");
     controller.handle_all([no_window()]);
-    assert!(cancel.is_cancelled());
+    assert!(around.cancel.is_cancelled());
     assert!(project.path(".specula/preview.png").exists());
 }
 
@@ -183,9 +193,8 @@ fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
 #[test]
 fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
     let project = Project::new(PIPELINE);
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin"]);
@@ -211,25 +220,35 @@ fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
     assert_eq!(received(&updates), ["scene: gold"]);
 }
 
-/// The latest form of a material, and the other updates.
-fn form_and_others(updates: &Receiver<PreviewUpdate>) -> (Option<MaterialForm>, Vec<String>) {
-    let (mut form, (sender, others)) = (None, channel());
+/// The latest of what `pick` finds in the updates, and the other updates.
+fn latest_and_others<T>(
+    updates: &Receiver<PreviewUpdate>,
+    pick: impl Fn(&PreviewUpdate) -> Option<T>,
+) -> (Option<T>, Vec<String>) {
+    let (mut latest, (sender, others)) = (None, channel());
     for update in updates.try_iter() {
-        match update {
-            PreviewUpdate::Material { form: new, .. } => form = Some(new.unwrap()),
-            other => sender.send(other).unwrap(),
+        match pick(&update) {
+            Some(picked) => latest = Some(picked),
+            None => sender.send(update).unwrap(),
         }
     }
-    (form, received(&others))
+    (latest, received(&others))
+}
+
+/// The latest form of a material, and the other updates.
+fn form_and_others(updates: &Receiver<PreviewUpdate>) -> (Option<MaterialForm>, Vec<String>) {
+    latest_and_others(updates, |update| match update {
+        PreviewUpdate::Material { form, .. } => Some(form.as_ref().unwrap().clone()),
+        _ => None,
+    })
 }
 
 #[test]
 fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended()]);
     let (form, others) = form_and_others(&updates);
@@ -280,9 +299,8 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
 fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended()]);
     let mut form = form_and_others(&updates).0.unwrap();
@@ -308,9 +326,8 @@ fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
 fn a_still_in_place_of_the_window_waits_for_the_maps() {
     let project = Project::new(PIPELINE);
     project.build_only(&["environment", "material"]);
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     controller.handle_all([planned(), no_window()]);
     assert!(!project.path(".specula/preview.png").exists());
     project.build();
@@ -322,9 +339,8 @@ fn a_still_in_place_of_the_window_waits_for_the_maps() {
 fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(false), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(false);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened]);
     controller.handle_all([show("gold")]);
@@ -332,39 +348,35 @@ fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
     controller.handle_all([planned(), ended()]);
     drop(updates);
     controller.handle_all([no_window()]);
-    assert!(cancel.is_cancelled() && project.path(".specula/preview.png").exists());
+    assert!(around.cancel.is_cancelled() && project.path(".specula/preview.png").exists());
 }
 
 #[test]
 fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
     let project = Project::new(PIPELINE);
     let build_error = || event(Event::BuildError { error: vec!["the disk is full".into()], help: None });
-    let request = project.request(false);
     let cancelled = |messages: Vec<PreviewMessage>| {
-        let cancel = Cancel::default();
-        let watched = watched(&request, &cancel);
-        let mut controller = PreviewController::new(&request, &cancel, &watched);
+        let around = project.surroundings(false);
+        let mut controller = around.controller();
         messages.into_iter().for_each(|message| _ = controller.handle_all([message]));
-        cancel.is_cancelled()
+        around.cancel.is_cancelled()
     };
     assert!(cancelled(vec![planned(), build_error(), no_window()]));
     assert!(cancelled(vec![planned(), no_window(), build_error()]));
     assert!(!cancelled(vec![planned(), ended(), planned(), no_window()]));
     let stopped = event(Event::Ended(Summary { cancelled: true, ..Summary::default() }));
     assert!(!cancelled(vec![planned(), stopped, no_window()]));
-    let (watching, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&watching, &cancel);
-    let mut controller = PreviewController::new(&watching, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     controller.handle_all([planned(), ended(), no_window()]);
-    assert!(!cancel.is_cancelled(), "a watcher continues");
+    assert!(!around.cancel.is_cancelled(), "a watcher continues");
 }
 
 #[test]
 fn a_window_that_comes_too_late_is_closed() {
     let project = Project::new(PIPELINE);
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     controller.handle_all([PreviewMessage::Close]);
     for _ in 0..2 {
         let (opened, updates) = window();
@@ -377,10 +389,9 @@ fn a_window_that_comes_too_late_is_closed() {
 #[test]
 fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
     let nothing = |project: &Project| {
-        let (request, cancel) = (project.request(true), Cancel::default());
+        let around = project.surroundings(true);
         let (opened, updates) = window();
-        let watched = watched(&request, &cancel);
-        PreviewController::new(&request, &cancel, &watched).handle_all([opened]);
+        around.controller().handle_all([opened]);
         received(&updates).pop().unwrap()
     };
     let reflection = PIPELINE.find("[stage.reflection]").unwrap();
@@ -405,9 +416,8 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
 #[test]
 fn a_saved_picture_is_reported_when_it_is_written() {
     let project = Project::new(PIPELINE);
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened]);
     received(&updates);
@@ -431,9 +441,8 @@ fn a_saved_picture_is_reported_when_it_is_written() {
 fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unreadable_ones() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, watching()]);
     controller.handle_all([show("gold")]);
@@ -470,9 +479,8 @@ fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unrea
 fn a_failure_says_whether_the_picture_depends_on_it() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, show("gold")]);
     received(&updates);

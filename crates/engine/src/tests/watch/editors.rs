@@ -42,13 +42,13 @@ each_way! {
     fn a_temporary_file_renamed_over(way: Way) {
         saved(way, |project| {
             project.write("in/.sky.txt.new", "grey");
-            rename(project, "in/.sky.txt.new", "in/sky.txt");
+            project.rename("in/.sky.txt.new", "in/sky.txt");
         });
     }
 
     fn a_file_renamed_away_for_a_backup_and_written_anew(way: Way) {
         saved(way, |project| {
-            rename(project, "in/sky.txt", "in/sky.txt~");
+            project.rename("in/sky.txt", "in/sky.txt~");
             project.write("in/sky.txt", "grey");
             project.remove("in/sky.txt~");
         });
@@ -100,7 +100,7 @@ each_way! {
         saved(way, |project| {
             project.write("in/.old", "grey");
             set_modified(project, "in/.old", SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000_000));
-            rename(project, "in/.old", "in/sky.txt");
+            project.rename("in/.old", "in/sky.txt");
         });
     }
 
@@ -144,7 +144,7 @@ each_way! {
         watched.until_out(&[BEFORE[0], ("rain.txt", "WET"), BEFORE[1]]);
         project.remove("in/sky.txt");
         watched.until_out(&[BEFORE[0], ("rain.txt", "WET")]);
-        rename(&project, "in/rain.txt", "in/snow.txt");
+        project.rename("in/rain.txt", "in/snow.txt");
         watched.until_out(&[BEFORE[0], ("snow.txt", "WET")]);
         let names = ["in/rain.txt", "in/sky.txt", "in/snow.txt"];
         assert!(watched.noticed().iter().all(|(path, _)| names.contains(&path.as_str())), "{:?}", watched.noticed());

@@ -25,10 +25,10 @@ each_way! {
         project.write("in/a/b/rain.txt", "wet");
         let watched = Watched::new(&project, way);
         for text in ["one", "two"] {
-            rename(&project, "in/a", "elsewhere");
+            project.rename("in/a", "elsewhere");
             watched.until_out(&[("sky.txt", "BLUE")]);
             project.write("elsewhere/b/rain.txt", "written elsewhere");
-            rename(&project, "elsewhere", "in/a");
+            project.rename("elsewhere", "in/a");
             watched.until_out(&[("rain.txt", "WRITTEN ELSEWHERE"), ("sky.txt", "BLUE")]);
             project.write("in/a/b/rain.txt", text);
             watched.until_out(&[("rain.txt", &text.to_uppercase()), ("sky.txt", "BLUE")]);
@@ -39,8 +39,8 @@ each_way! {
         let project = deep();
         project.write("in/a/b/rain.txt", "wet");
         let watched = Watched::new(&project, way);
-        rename(&project, "in/a", "elsewhere");
-        rename(&project, "elsewhere", "in/a");
+        project.rename("in/a", "elsewhere");
+        project.rename("elsewhere", "in/a");
         project.write("in/a/b/rain.txt", "at once");
         watched.until_out(&[("rain.txt", "AT ONCE"), ("sky.txt", "BLUE")]);
         project.write("in/a/b/rain.txt", "later");
@@ -51,7 +51,7 @@ each_way! {
         let project = deep();
         project.write("in/a/rain.txt", "wet");
         let watched = Watched::new(&project, way);
-        rename(&project, "in/a", "in/z");
+        project.rename("in/a", "in/z");
         watched.until("the change", |events| changes(events).count() > 0);
         project.write("in/z/rain.txt", "dry");
         watched.until_out(&[("rain.txt", "DRY"), ("sky.txt", "BLUE")]);
@@ -73,12 +73,12 @@ each_way! {
     fn the_searched_folder_itself_moved_away_and_back(way: Way) {
         let project = capitals();
         let watched = Watched::new(&project, way);
-        rename(&project, "in", "elsewhere");
+        project.rename("in", "elsewhere");
         watched.until("the error", |events| {
             events.iter().any(|event| matches!(event, Event::Rejected { .. }))
         });
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
-        rename(&project, "elsewhere", "in");
+        project.rename("elsewhere", "in");
         watched.until("it is accepted", |events| events.contains(&Event::Accepted));
         project.write("in/sky.txt", "grey");
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "GREY")]);
@@ -258,7 +258,7 @@ mod links {
     /// Replaces a link in one step.
     fn relink(project: &Project, target: &str, link: &str) {
         symlink(target, project.path("new-link")).unwrap();
-        rename(project, "new-link", link);
+        project.rename("new-link", link);
     }
 
     each_way! {

@@ -9,7 +9,7 @@ fn a_file_renamed_over_another_and_removed_at_once() {
     let project = capitals();
     let watched = Watched::new(&project, Way::Listening);
     project.write("in/rain.txt", "grey");
-    rename(&project, "in/rain.txt", "in/sky.txt");
+    project.rename("in/rain.txt", "in/sky.txt");
     project.remove("in/sky.txt");
     watched.until_out(&[("gold.txt", "WARM")]);
 }
@@ -18,7 +18,7 @@ fn a_file_renamed_over_another_and_removed_at_once() {
 fn a_file_renamed_and_removed_at_once() {
     let project = capitals();
     let watched = Watched::new(&project, Way::Listening);
-    rename(&project, "in/sky.txt", "in/rain.txt");
+    project.rename("in/sky.txt", "in/rain.txt");
     project.remove("in/rain.txt");
     watched.until_out(&[("gold.txt", "WARM")]);
 }

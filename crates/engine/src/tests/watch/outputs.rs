@@ -37,7 +37,7 @@ each_way! {
     fn a_folder_of_exports_moved_away(way: Way) {
         let project = project();
         let watched = idle(&project, way);
-        rename(&project, "out/sky", "kept");
+        project.rename("out/sky", "kept");
         watched.until_out(&OUT);
         assert_eq!(watched.noticed(), [("out/sky".to_owned(), Changed::Gone)]);
         assert_eq!(project.read("kept/loud.txt"), "BLUE");
@@ -78,7 +78,7 @@ fn a_file_of_somebody_else_does_not_come_back() {
     let watched = idle(&project, Way::Listening);
     project.write("out/notes.txt", "");
     project.remove("out/notes.txt");
-    rename(&project, "in/gold.txt", "in/gold.txt~");
+    project.rename("in/gold.txt", "in/gold.txt~");
     watched.until_out(&OUT[1..]);
     assert_eq!(watched.noticed(), [("in/gold.txt".to_owned(), Changed::Gone)]);
 }

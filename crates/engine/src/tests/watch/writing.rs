@@ -403,8 +403,8 @@ fn half_a_file_that_comes_with_a_folder_or_by_another_name_is_waited_for() {
     fs::create_dir(project.path("in/hidden")).unwrap();
     let ways: [(&str, &str, &dyn Fn()); 4] = [
         ("in/new/deep/rain.txt", "in/new/deep/rain.txt", &|| ()),
-        ("elsewhere/rain.txt", "in/moved/rain.txt", &|| rename(&project, "elsewhere", "in/moved")),
-        ("in/rain.txt.part", "in/rain.txt", &|| rename(&project, "in/rain.txt.part", "in/rain.txt")),
+        ("elsewhere/rain.txt", "in/moved/rain.txt", &|| project.rename("elsewhere", "in/moved")),
+        ("in/rain.txt.part", "in/rain.txt", &|| project.rename("in/rain.txt.part", "in/rain.txt")),
         ("elsewhere/rain", "in/rain.txt", &|| {
             fs::hard_link(project.path("elsewhere/rain"), project.path("in/rain.txt")).unwrap();
         }),

@@ -6,14 +6,11 @@ const TURN: Aim = Aim { yaw: 0.5, pitch: 0.0 };
 
 /// The lines of the latest proposal, and the other updates.
 fn proposal(updates: &Receiver<PreviewUpdate>) -> (Vec<String>, Vec<String>) {
-    let (mut proposed, (sender, others)) = (Vec::new(), channel());
-    for update in updates.try_iter() {
-        match update {
-            PreviewUpdate::LightEdit { lines, .. } => proposed = lines,
-            other => sender.send(other).unwrap(),
-        }
-    }
-    (proposed, received(&others))
+    let (proposed, others) = latest_and_others(updates, |update| match update {
+        PreviewUpdate::LightEdit { lines, .. } => Some(lines.clone()),
+        _ => None,
+    });
+    (proposed.unwrap_or_default(), others)
 }
 
 #[test]
@@ -21,9 +18,8 @@ fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it()
     let project = Project::new(PIPELINE);
     project.build();
     let before = fs::read_to_string(&project.manifest).unwrap();
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended()]);
     received(&updates);
@@ -48,9 +44,8 @@ fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it()
 fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_proposal_holds() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let (lines, _) = proposal(&updates);
@@ -84,9 +79,8 @@ fn files_without_a_manifest_have_none_to_write_to() {
     let mut project = Project::new(PIPELINE);
     project.build();
     project.project.files = vec![project.path("paint/gold.toml")];
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let line = received(&updates).into_iter().find(|line| line.starts_with("toast: ")).unwrap();

@@ -24,9 +24,8 @@ fn failure(
 fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from_one_that_ended() {
     let project = Project::new(PIPELINE);
     project.build_only(&["environment", "material"]);
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned(), show("gold")]);
     assert_eq!(received(&updates).last().map(String::as_str), Some("scene: gold, no maps"));
@@ -59,9 +58,8 @@ fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from
 #[test]
 fn before_anything_is_shown_it_says_whether_something_will_be() {
     let project = Project::new(PIPELINE);
-    let (request, cancel) = (project.request(true), Cancel::default());
-    let watched = watched(&request, &cancel);
-    let mut controller = PreviewController::new(&request, &cancel, &watched);
+    let around = project.surroundings(true);
+    let mut controller = around.controller();
     let (opened, updates) = window();
     controller.handle_all([opened, planned()]);
     let building = failure(&mut controller, &updates, rejected());
