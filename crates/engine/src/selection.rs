@@ -60,7 +60,7 @@ impl Selection {
         Ok(selected)
     }
 
-    /// Makes the items with these names (no names mean all) run even if they are up to date, but not the items
+    /// Makes the items with these names (no names mean all) run even if they are up to date, but not those
     /// that they need.
     ///
     /// # Errors
