@@ -25,6 +25,7 @@ pub(crate) enum Message {
     /// Events were lost.
     EventsLost,
     /// A drive was mounted or unmounted.
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "only Linux reports mounts"))]
     MountsChanged,
     /// A program has this file open for writing, and no event has said so.
     BeingWritten(PathBuf),
