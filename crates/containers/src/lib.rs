@@ -44,7 +44,9 @@ mod light_rig;
 pub mod lighting_json;
 mod limits;
 pub mod measured;
+mod metadata;
 mod open_exr;
+mod orientation;
 mod png;
 mod precision;
 mod radiance;
@@ -60,6 +62,7 @@ mod texel;
 mod texture;
 mod tiff;
 mod web_page;
+mod zstandard;
 
 pub use babylon_env::{
     BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,

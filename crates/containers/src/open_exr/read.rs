@@ -330,7 +330,8 @@ fn check_chunk(header: &Header, chunk: &Chunk) -> Result<(), Error> {
         _ => (size.0 * size.1 * pixel_bytes(header), false),
     };
     limits::plausible(block_bytes, compressed.len(), ratio(header.compression))?;
-    if dwa {
+    // A chunk that packing would not have made smaller is stored as it is.
+    if dwa && compressed.len() != size.0 * size.1 * pixel_bytes(header) {
         // Eleven counters lead a DWA chunk; those of uncompressed bytes and values count what the block
         // holds.
         const UNCOMPRESSED: [usize; 5] = [1, 6, 7, 8, 9];
