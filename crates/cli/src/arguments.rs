@@ -423,6 +423,9 @@ pub(crate) struct ConvertArguments {
     /// What happens to NaN, infinite and negative values: error, zero or clamp [default: error]
     #[arg(long, value_name = "WHAT")]
     pub(crate) bad_pixels: Option<String>,
+    /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix"
+    #[arg(long, value_name = "LAYER")]
+    pub(crate) layer: Option<String>,
     /// Print the manifest that does the same, and convert nothing
     #[arg(long)]
     pub(crate) manifest: bool,

@@ -73,7 +73,11 @@ impl Request {
             value.as_ref().map(|value| format!("{key} = {}", toml::Value::from(value.as_str())))
         };
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
-        let import = [text("layout", &arguments.from), text("bad-pixels", &arguments.bad_pixels)];
+        let import = [
+            text("layout", &arguments.from),
+            text("layer", &arguments.layer),
+            text("bad-pixels", &arguments.bad_pixels),
+        ];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
         let export = [

@@ -46,7 +46,7 @@ pub fn read_image_header(
     let stored = match format {
         Format::OpenExr => {
             let (size, declared) =
-                open_exr::header(file, length, options.layer.as_deref()).map_err(within)?;
+                open_exr::header(&mut *file, length, options.layer.as_deref()).map_err(within)?;
             openexr_envmap = declared;
             size
         }

@@ -136,6 +136,88 @@ fn tiff_of_floats_is_linear() {
     assert_eq!(grey.image.pixels(), expected.map(|[red, _, _]| [red; 3]));
 }
 
+/// What tifffile and Pillow wrote (`data/README.md`): 3 x 2 pixels in other numbers and compressions.
+#[test]
+fn tiff_of_every_number_and_compression_is_read() {
+    let floats = [
+        [0.25, 1.5, 1000.0],
+        [0.5, 0.5, 0.5],
+        [0.0, 0.0, 1e-3],
+        [4.0, 5.0, 6.0],
+        [7.0, 8.0, 9.0],
+        [65504.0, 2.0, 3.0],
+    ];
+    for (bytes, columns) in [
+        (&include_bytes!("data/tifffile-half.tif")[..], 3),
+        (include_bytes!("data/tifffile-double.tif"), 3),
+        (include_bytes!("data/tifffile-zstd.tif"), 3),
+        (include_bytes!("data/tifffile-lzma.tif"), 3),
+        (include_bytes!("data/tifffile-thumbnail.tif"), 3),
+        (include_bytes!("data/tifffile-planes-of-tiles.tif"), 20),
+    ] {
+        let decoded = read(bytes);
+        assert_eq!((decoded.image.width(), decoded.high_dynamic_range), (columns, true));
+        for (i, pixel) in decoded.image.pixels().iter().enumerate() {
+            let expected = floats[i / columns % 2 * 3 + i % columns % 3];
+            // A half holds 0.001 with an error of 2e-7.
+            assert!(pixel.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{i}: {pixel:?}");
+        }
+    }
+    let expected = CODES.map(|rgb| rgb.map(|code| linear(f64::from(code) / 255.0)));
+    for (bytes, columns) in [
+        (&include_bytes!("data/tifffile-32.tif")[..], 3),
+        (include_bytes!("data/tifffile-64.tif"), 3),
+        (include_bytes!("data/tifffile-webp.tif"), 16),
+        (include_bytes!("data/pillow-palette.tif"), 3),
+    ] {
+        let decoded = read(bytes);
+        assert_eq!((decoded.image.width(), decoded.high_dynamic_range), (columns, false));
+        for (i, pixel) in decoded.image.pixels().iter().enumerate() {
+            let expected = expected[i / columns % 2 * 3 + i % columns % 3];
+            assert!(pixel.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{i}: {pixel:?}");
+        }
+    }
+    let error = read_image(include_bytes!("data/tifffile-logluv.tif"), &ReadOptions::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "TIFF: the colours are SGI LogLuv, which is not read; save the image as RGB"
+    );
+}
+
+/// The picture is stored 3 wide and 2 high, and a camera turned it by a quarter.
+#[test]
+fn pictures_are_turned_upright() {
+    let expected = CODES.map(|rgb| rgb.map(|code| linear(f64::from(code) / 255.0)));
+    // Orientation 8: the first row is the left side, the first column the bottom.
+    let turned = [2, 5, 1, 4, 0, 3].map(|i| expected[i]);
+    for bytes in [
+        &include_bytes!("data/pillow-orientation-8.png")[..],
+        include_bytes!("data/pillow-orientation-8.webp"),
+    ] {
+        let image = read(bytes).image;
+        assert_eq!((image.width(), image.height(), image.pixels()), (2, 3, &turned[..]));
+    }
+    let jpeg = read(include_bytes!("data/pillow-orientation-8.jpg")).image;
+    assert_eq!((jpeg.width(), jpeg.height()), (32, 48));
+    for (i, expected) in turned.iter().enumerate() {
+        let pixel = jpeg.pixels()[(i / 2 * 16 + 8) * 32 + i % 2 * 16 + 8];
+        assert!(pixel.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02), "{i}: {pixel:?} {expected:?}");
+    }
+    // Orientation 6: the first row is the right side, the first column the top.
+    let tiff = read(include_bytes!("data/tifffile-orientation-6.tif")).image;
+    assert_eq!((tiff.width(), tiff.height()), (2, 3));
+    assert_eq!(tiff.pixels()[..2], [[4.0, 5.0, 6.0], [0.25, 1.5, 1000.0]]);
+}
+
+/// 4096 x 2048 pixels of one colour in some hundred bytes.
+#[test]
+fn a_smooth_lossless_webp_is_read() {
+    let bytes = include_bytes!("data/pillow-flat.webp");
+    let image = read(bytes).image;
+    assert_eq!((image.width(), image.height()), (4096, 2048));
+    assert_eq!(image.pixels()[0], [20.0, 40.0, 220.0].map(|code| linear(code / 255.0)));
+}
+
 /// What littlecms (in Pillow's ImageCms, relative colorimetric) makes of the same pixels and profiles in
 /// sRGB.
 #[test]

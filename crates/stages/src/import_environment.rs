@@ -4,13 +4,12 @@
 //! files, or folders of six cube faces. A glob gives one item per file. The content of a file decides its
 //! format, not its name.
 //!
-//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with
-//!   colour is read, an unnamed one before all others, with a warning that lists them; `layer` names another.
-//!   The `chromaticities` are converted to Rec. 709.
+//! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half, float
+//!   or uint; every compression but ZSTD and HTJ2K. The `chromaticities` are converted to Rec. 709. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
-//! - TIFF: 8 or 16-bit integers, or 32-bit floats, grey or RGB; of several pages, the first. Floats hold high
-//!   dynamic range.
+//! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
+//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the picture.
 //! - PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their
 //!   white.
 //!
@@ -19,7 +18,25 @@
 //! and floats for linear Rec. 709. Integer colours that are more saturated than Rec. 709 are clipped, with a
 //! warning.
 //!
-//! Alpha is ignored, with a warning if it is below 1.
+//! Alpha is ignored, with a warning if it is below 1. A picture that a camera holds sideways or upside down
+//! (the orientation of Exif in PNG, JPEG and WebP, or of TIFF and TGA) is turned upright.
+//!
+//! ## Layers
+//!
+//! Without `layer`, an OpenEXR file of several layers or parts gives the first of the first line that it has,
+//! with a warning that lists them:
+//!
+//! 1. the unnamed layer of R, G and B
+//! 2. one that is called `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
+//! 3. another of R, G and B
+//! 4. one of R, G and B whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`
+//! 5. luminance and chroma (Y RY BY)
+//! 6. grey (Y)
+//!
+//! X, Y and Z of one layer are a position or a direction, and never read as light.
+//!
+//! The picture is the display window. What the data window does not reach is black, with a warning; it is an
+//! error if it reaches nothing.
 //!
 //! ## Layouts
 //!
@@ -145,8 +162,8 @@ parameters! {
         /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
         /// cube, an `envmap` attribute names its layout, everything else is lat-long.
         layout: OrAuto<LayoutName> = OrAuto::Auto,
-        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: the
-        /// first layer that holds colour.
+        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
+        /// Layers.
         layer: Option<String> = None,
         /// Stops by which the radiance is multiplied: 1 doubles it.
         #[range(STOPS)]
@@ -171,7 +188,7 @@ impl Kind for ImportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-environment";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;

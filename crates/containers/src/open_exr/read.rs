@@ -1,17 +1,14 @@
 //! Reading OpenEXR: scanlines and tiles (their largest level), half, float and uint, every compression.
 //!
-//! A *layer* is a part of a multi-part file, a channel prefix (`diffuse.R`), or both (`part.prefix`). Without
-//! a name the first layer with colour is read, an unnamed one before all others. A layer has colour with R, G
-//! and B, or with Y alone (grey). Luminance with chroma (Y RY BY) is refused, and so are subsampled channels:
-//! the decoder misplaces them.
+//! `layer.rs` finds the layers and chooses one. Luminance and chroma may be subsampled; other channels may not.
 //!
 //! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
 //!
 //! The picture is the display window: pixels that the data window does not reach are black, those beyond the
-//! display window are cut off, and a warning reports either.
+//! display window are cut off, and a warning reports either. Windows that do not overlap are an error.
 
 use std::collections::{BTreeMap, HashSet};
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek};
 
 use envmap::Image;
 use exr::block::chunk::{Chunk, CompressedBlock};
@@ -19,15 +16,17 @@ use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, EnvironmentMap, SampleType};
+use exr::meta::attribute::{AttributeValue, ChannelDescription, EnvironmentMap, SampleType};
 use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
 use super::guard::{guarded, recipe_key};
+use super::layer::{Colour, Layer, without_colour};
 use crate::chromaticity::{self, Chromaticities};
 use crate::decoded::{Decoded, OpenExrEnvmap};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
+use crate::file_part::beginning;
 use crate::format::identify;
 use crate::{Format, limits};
 
@@ -37,7 +36,7 @@ const BATCH_PIXELS: usize = 1 << 23;
 
 /// The size of the picture, and its `envmap` attribute.
 pub(crate) fn header(
-    file: impl Read,
+    file: impl Read + Seek,
     length: usize,
     wanted: Option<&str>,
 ) -> Result<([usize; 2], Option<OpenExrEnvmap>), Error> {
@@ -50,7 +49,7 @@ pub(crate) fn header(
 }
 
 pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error> {
-    let meta = open(bytes)?;
+    let meta = open(Cursor::new(bytes))?;
     let mut warnings = Vec::new();
     let layer = Layer::choose(&meta.headers, wanted, &mut warnings)?;
     let header = &meta.headers[layer.part];
@@ -108,9 +107,9 @@ pub fn read_exr_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
 }
 
 fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
-    let meta = open(bytes)?;
+    let meta = open(Cursor::new(bytes))?;
     let (found, colourless) = Layer::all(&meta.headers);
-    let Some((_, first)) = found.first() else { return Err(without_colour(colourless)) };
+    let Some((_, first)) = found.first() else { return Err(without_colour(&colourless)) };
     let Vec2(width, height) = meta.headers[first.part].shared_attributes.display_window.size;
     limits::pixels(width.saturating_mul(found.len()), height).map_err(|error| error.within("all layers"))?;
     let mut warnings = Vec::new();
@@ -141,20 +140,56 @@ fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
 }
 
 /// The headers of a file that has nothing deep.
-fn open(file: impl Read) -> Result<MetaData, Error> {
-    let meta = guarded(|| MetaData::read_from_buffered(file, false))?;
+fn open(mut file: impl Read + Seek) -> Result<MetaData, Error> {
+    let meta = guarded(|| MetaData::read_from_buffered(&mut file, false)).map_err(|error| {
+        // The decoder knows no compression beyond HTJ2K, and says of others that there is none.
+        match compression_number(&mut file) {
+            Some(12) => unread_compression("ZSTD"),
+            Some(number @ 13..) => unread_compression(&format!("number {number}")),
+            _ => error,
+        }
+    })?;
+    let htj2k = |header: &Header| matches!(header.compression, Compression::HTJ2K32 | Compression::HTJ2K256);
+    if meta.headers.iter().any(htj2k) {
+        return Err(unread_compression("HTJ2K (High-Throughput JPEG 2000)"));
+    }
     if meta.requirements.has_deep_data || meta.headers.iter().any(|header| header.deep) {
         return Err(Error::unsupported("deep data is not read; flatten the image first"));
     }
     Ok(meta)
 }
 
+fn unread_compression(name: &str) -> Error {
+    Error::unsupported(format!("the compression {name} is not read; save the image with ZIP or PIZ"))
+}
+
+/// The number of the first part's compression.
+fn compression_number(file: &mut (impl Read + Seek)) -> Option<u8> {
+    const ATTRIBUTE: &[u8] = b"compression\0compression\0\x01\0\0\0";
+    let start = beginning(file, 1 << 16).ok()?;
+    let at = start.windows(ATTRIBUTE.len()).position(|window| window == ATTRIBUTE)?;
+    start.get(at + ATTRIBUTE.len()).copied()
+}
+
 /// Converts from the file's `chromaticities`, if it has them.
 fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
-    let Some(given) = header.shared_attributes.chromaticities else { return };
     let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
-    match Chromaticities([given.red, given.green, given.blue, given.white].map(point)).to_rec_709() {
-        Some(matrix) if !layer.grey() => chromaticity::apply(matrix, pixels),
+    let given = header.shared_attributes.chromaticities;
+    let given =
+        given.map(|given| Chromaticities([given.red, given.green, given.blue, given.white].map(point)));
+    if layer.colour == Colour::LuminanceChroma {
+        let weights = given.unwrap_or(Chromaticities::REC_709).to_xyz().or(Chromaticities::REC_709.to_xyz());
+        let [r, g, b] = weights.map_or([0.0, 1.0, 0.0], |matrix| matrix.row(1).to_array());
+        // OpenEXR, "luminance/chroma images": RY = (R - Y) / Y, BY = (B - Y) / Y.
+        for pixel in &mut *pixels {
+            let [luminance, red, blue] = pixel.map(f64::from);
+            let (red, blue) = ((red + 1.0) * luminance, (blue + 1.0) * luminance);
+            *pixel = [red, (luminance - r * red - b * blue) / g, blue].map(|value| value as f32);
+        }
+    }
+    let Some(given) = given else { return };
+    match given.to_rec_709() {
+        Some(matrix) if layer.colour != Colour::Grey => chromaticity::apply(matrix, pixels),
         Some(_) => {}
         None => warnings.push("the chromaticities span no colour space and were ignored".into()),
     }
@@ -173,101 +208,6 @@ fn recipe_of(header: &Header) -> Option<String> {
     }
 }
 
-/// A layer with colour: the part that it is in, and which of the part's channels are red, green and blue.
-struct Layer {
-    part: usize,
-    name: String,
-    channels: [usize; 3],
-}
-
-impl Layer {
-    /// Whether one channel, Y, serves all three.
-    fn grey(&self) -> bool {
-        self.channels[0] == self.channels[1]
-    }
-
-    /// The layers with colour, each with its channels' prefix, and the channels of those without.
-    fn all(headers: &[Header]) -> (Vec<(String, Self)>, Vec<String>) {
-        let mut layers = Vec::new();
-        let mut colourless = Vec::new();
-        for (part, header) in headers.iter().enumerate() {
-            let part_name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
-            let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
-            let mut prefixes: Vec<&str> =
-                names.iter().map(|name| name.rsplit_once('.').map_or("", |(prefix, _)| prefix)).collect();
-            prefixes.sort_unstable();
-            prefixes.dedup();
-            for prefix in prefixes {
-                let find = |channel: &str| {
-                    let full =
-                        if prefix.is_empty() { channel.to_owned() } else { format!("{prefix}.{channel}") };
-                    names.iter().position(|name| *name == full)
-                };
-                let channels = match [find("R"), find("G"), find("B"), find("Y")] {
-                    [Some(r), Some(g), Some(b), _] => Some([r, g, b]),
-                    [None, None, None, Some(y)] if find("RY").is_none() && find("BY").is_none() => {
-                        Some([y; 3])
-                    }
-                    _ => None,
-                };
-                let name = match part_name.as_deref().unwrap_or_default() {
-                    "" => prefix.to_owned(),
-                    part if prefix.is_empty() => part.to_owned(),
-                    part => format!("{part}.{prefix}"),
-                };
-                match channels {
-                    Some(channels) => layers.push((prefix.to_owned(), Self { part, name, channels })),
-                    None => colourless.extend(names.iter().cloned()),
-                }
-            }
-        }
-        (layers, colourless)
-    }
-
-    fn choose(headers: &[Header], wanted: Option<&str>, warnings: &mut Vec<String>) -> Result<Self, Error> {
-        let (mut layers, colourless) = Self::all(headers);
-        let list = |layers: &[(String, Self)]| {
-            let name = |(_, layer): &(String, Self)| match layer.name.as_str() {
-                "" => "the unnamed one".to_owned(),
-                name => format!("`{name}`"),
-            };
-            layers.iter().map(name).collect::<Vec<_>>().join(", ")
-        };
-        let position = match wanted {
-            Some(wanted) => layers
-                .iter()
-                .position(|(_, layer)| layer.name == wanted)
-                .or_else(|| layers.iter().position(|(prefix, _)| prefix == wanted && !prefix.is_empty())),
-            None => layers.iter().position(|(_, layer)| layer.name.is_empty()).or(Some(0)),
-        };
-        if let Some(position) = position.filter(|&position| position < layers.len()) {
-            if wanted.is_none() && layers.len() > 1 {
-                let chosen = list(&layers[position..=position]);
-                warnings.push(format!("the file has the layers {}; {chosen} was read", list(&layers)));
-            }
-            return Ok(layers.swap_remove(position).1);
-        }
-        if layers.is_empty() {
-            return Err(without_colour(colourless));
-        }
-        Err(Error::new(
-            ErrorKind::NoSuchLayer,
-            format!("there is no layer `{}`; the layers are {}", wanted.unwrap_or_default(), list(&layers)),
-        ))
-    }
-}
-
-/// Why a file with these channels holds no picture.
-fn without_colour(channels: Vec<String>) -> Error {
-    match channels.iter().any(|name| name.ends_with("RY") || name.ends_with("BY")) {
-        true => Error::unsupported("luminance and chroma (Y RY BY) are not read; convert the image to RGB"),
-        false => Error::unsupported(format!(
-            "no layer has R, G and B, or Y; the channels are {}",
-            channels.join(", ")
-        )),
-    }
-}
-
 /// Checks all that the decoder would otherwise believe: sizes of the windows, of a tile, of the offset
 /// tables.
 fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Error> {
@@ -277,7 +217,8 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
         // Each chunk has 8 bytes in the offset table and at least 8 of its own.
         limits::plausible(header.chunk_count.saturating_mul(16), len, 1)?;
     }
-    if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
+    let subsampled = |channel: &&ChannelDescription| channel.sampling != Vec2(1, 1);
+    if let Some(channel) = header.channels.list.iter().find(subsampled).filter(|_| !has_chroma(header)) {
         return Err(Error::unsupported(format!(
             "channel {} is subsampled, which is not read; convert the image to full resolution",
             channel.name
@@ -285,6 +226,19 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
     }
     let Vec2(width, height) = header.layer_size;
     let pixels = limits::pixels(width, height).map_err(|error| error.within("data window"))?;
+    let at = header.own_attributes.layer_position;
+    let shown = header.shared_attributes.display_window;
+    let apart = |at: i32, size: usize, from: i32, shown: usize| {
+        let (at, from) = (i64::from(at), i64::from(from));
+        at >= from + shown as i64 || from >= at + size as i64
+    };
+    if apart(at.0, width, shown.position.0, display.0) || apart(at.1, height, shown.position.1, display.1) {
+        return Err(Error::unsupported(format!(
+            "the data window, {width} x {height} pixels at ({}, {}), lies outside the display window, {} x {} at ({}, {}): \
+             nothing would be seen; set the display window to the data window",
+            at.0, at.1, display.0, display.1, shown.position.0, shown.position.1
+        )));
+    }
     let block = header.max_block_pixel_size();
     limits::pixels(block.0, block.1).map_err(|error| error.within("tile size"))?;
     // A window that is nearly empty is more likely damage than a crop, and its size is not paid for by any
@@ -297,6 +251,12 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
 
 /// The most that the display window may be larger than the data window.
 const MAX_EMPTY: usize = 64;
+
+/// Whether a part holds luminance and chroma, which may be subsampled.
+fn has_chroma(header: &Header) -> bool {
+    let ends = |end: &str| header.channels.list.iter().any(|channel| channel.name.to_string().ends_with(end));
+    ends("RY") && ends("BY")
+}
 
 fn pixel_bytes(header: &Header) -> usize {
     header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample()).sum()
@@ -378,6 +338,10 @@ fn read_pixels(
             .into_par_iter()
             .map(|chunk| {
                 check_chunk(header, &chunk)?;
+                if !has_chroma(header) {
+                    return guarded(|| UncompressedBlock::decompress_chunk(chunk, &meta, false));
+                }
+                let meta = with_true_size(header, &chunk, &meta)?;
                 guarded(|| UncompressedBlock::decompress_chunk(chunk, &meta, false))
             })
             .collect();
@@ -395,7 +359,44 @@ fn read_pixels(
     if windows.iter().any(|window| window.transparent) {
         warnings.push("alpha was ignored; the colours are those over black".into());
     }
-    Ok(windows.into_iter().map(|window| window.pixels).collect())
+    let pictures = windows.into_iter().zip(layers).map(|(mut window, layer)| {
+        window.spread(header, layer);
+        window.pixels
+    });
+    Ok(pictures.collect())
+}
+
+/// Samples that a channel has on this line of so many pixels: none on the lines that its sampling leaves out.
+fn samples_of_line(channel: &ChannelDescription, y: i64, width: usize) -> usize {
+    let Vec2(across, down) = channel.sampling;
+    if y.rem_euclid(down.max(1) as i64) == 0 { width.div_ceil(across.max(1)) } else { 0 }
+}
+
+/// The metadata with as many bytes in a pixel as the chunk has on the mean: the decoder counts those of
+/// subsampled channels as if they were not.
+fn with_true_size(header: &Header, chunk: &Chunk, meta: &MetaData) -> Result<MetaData, Error> {
+    let bounds = guarded(|| {
+        let position = header.get_block_data_indices(&chunk.compressed_block)?;
+        header.get_absolute_block_pixel_coordinates(position)
+    })?;
+    let top = i64::from(bounds.position.1);
+    let lines = top..top + bounds.size.1 as i64;
+    let bytes: usize = lines
+        .flat_map(|y| header.channels.list.iter().map(move |channel| (y, channel)))
+        .map(|(y, channel)| {
+            samples_of_line(channel, y, bounds.size.0) * channel.sample_type.bytes_per_sample()
+        })
+        .sum();
+    let area = bounds.size.area();
+    if !bytes.is_multiple_of(area.max(1)) {
+        return Err(Error::unsupported(format!(
+            "chroma that is subsampled in blocks of {} x {} pixels is not read; convert the image to RGB",
+            bounds.size.0, bounds.size.1
+        )));
+    }
+    let mut meta = meta.clone();
+    meta.headers[chunk.layer_index].channels.bytes_per_pixel = bytes / area.max(1);
+    Ok(meta)
 }
 
 /// The display window's pixels, filled block by block.
@@ -442,7 +443,9 @@ impl Window {
         for y in 0..pixel_size.1 {
             let row = self.corner[1] + (pixel_position.1 + y) as i64;
             for (channel, description) in header.channels.list.iter().enumerate() {
-                let length = pixel_size.0 * description.sample_type.bytes_per_sample();
+                let line = i64::from(header.own_attributes.layer_position.1) + (pixel_position.1 + y) as i64;
+                let count = samples_of_line(description, line, pixel_size.0);
+                let length = count * description.sample_type.bytes_per_sample();
                 let (samples, after) = rest
                     .split_at_checked(length)
                     .ok_or_else(|| Error::damaged("a block is shorter than its pixels"))?;
@@ -457,7 +460,7 @@ impl Window {
                 let start = self.corner[0] + pixel_position.0 as i64;
                 let line = &mut self.pixels[(row * self.size[0]) as usize..][..self.size[0] as usize];
                 visit(description.sample_type, samples, |x, value| {
-                    let column = start + x as i64;
+                    let column = start + (x * description.sampling.0) as i64;
                     if let Some(pixel) = usize::try_from(column).ok().and_then(|column| line.get_mut(column))
                     {
                         targets.iter().for_each(|&c| pixel[c] = value);
@@ -466,6 +469,43 @@ impl Window {
             }
         }
         Ok(())
+    }
+}
+
+impl Window {
+    /// Fills the pixels between the samples of subsampled channels, linearly along lines, then columns.
+    fn spread(&mut self, header: &Header, layer: &Layer) {
+        let [width, height] = self.size;
+        if self.pixels.is_empty() {
+            return;
+        }
+        for (target, &channel) in layer.channels.iter().enumerate() {
+            let Vec2(across, down) = header.channels.list[channel].sampling;
+            let Vec2(columns, rows) = header.layer_size;
+            let steps = [(across, 0, columns, [1, width]), (down, 1, rows, [width, 1])];
+            for (sampling, axis, size, [stride, other]) in steps {
+                let (sampling, first) = (sampling.max(1) as i64, self.corner[axis]);
+                let end = (first + size as i64).min(self.size[axis]);
+                for line in 0..if axis == 0 { height } else { width } {
+                    let place = |at: i64| (line * other + at * stride) as usize;
+                    for at in first.max(0)..end {
+                        let beyond = (at - first).rem_euclid(sampling);
+                        let (before, after) = (at - beyond, at - beyond + sampling);
+                        if beyond == 0 {
+                            continue;
+                        }
+                        let held = [before, after]
+                            .map(|at| (0..end).contains(&at).then(|| self.pixels[place(at)][target]));
+                        let t = beyond as f32 / sampling as f32;
+                        self.pixels[place(at)][target] = match held {
+                            [Some(a), Some(b)] => a + (b - a) * t,
+                            [Some(a), None] | [None, Some(a)] => a,
+                            [None, None] => 0.0,
+                        };
+                    }
+                }
+            }
+        }
     }
 }
 
