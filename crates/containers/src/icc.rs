@@ -49,8 +49,13 @@ impl Encoding {
     }
 
     fn of_curve(curve: fn(f64) -> f64) -> Self {
+        Self::of_curve_and_matrix(curve, DMat3::IDENTITY)
+    }
+
+    /// One curve for all channels, then a matrix to linear Rec. 709.
+    pub(crate) fn of_curve_and_matrix(curve: fn(f64) -> f64, matrix: DMat3) -> Self {
         let curves = [(); 3].map(|()| -> Curve { Box::new(curve) });
-        Self { curves, primaries: Primaries::Matrix(DMat3::IDENTITY), profile: None }
+        Self { curves, primaries: Primaries::Matrix(matrix), profile: None }
     }
 
     /// The encoding that an ICC profile describes, for a grey picture or one in RGB, of integers or floats.

@@ -57,7 +57,17 @@ pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
     let samples = decoder.decode().map_err(describe)?;
     let profile = decoder.icc_profile();
     let metadata = Metadata::read(&mut Cursor::new(bytes), Format::Jpeg);
-    Ok(Raster { width, height, channels: 3, depth: 1, floats: false, samples, profile, metadata })
+    Ok(Raster {
+        width,
+        height,
+        channels: 3,
+        depth: 1,
+        floats: false,
+        samples,
+        profile,
+        code_points: None,
+        metadata,
+    })
 }
 
 fn describe(error: DecodeErrors) -> Error {

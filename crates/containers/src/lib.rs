@@ -26,6 +26,7 @@ mod babylon_env;
 mod bc6h;
 mod brdf_table_metadata;
 mod chromaticity;
+mod cicp;
 mod data_texture;
 mod dds;
 mod decoded;

@@ -18,7 +18,7 @@ use crate::file_part::{bytes_at, rewind};
 use crate::icc::Encoding;
 use crate::metadata::Metadata;
 use crate::orientation::{upright, upright_size};
-use crate::{Format, limits};
+use crate::{Format, cicp, limits, png};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
@@ -38,6 +38,8 @@ pub(crate) struct Raster {
     pub(crate) samples: Vec<u8>,
     /// The ICC profile.
     pub(crate) profile: Option<Vec<u8>>,
+    /// PNG's cICP, which replaces a profile.
+    pub(crate) code_points: Option<[u8; 4]>,
     /// What else the file says about its pixels.
     pub(crate) metadata: Metadata,
 }
@@ -64,7 +66,8 @@ pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
     let mut samples = vec![0; size];
     decoder.read_image(&mut samples).map_err(describe)?;
     let metadata = Metadata::read(&mut Cursor::new(bytes), format);
-    Ok(Raster { width, height, channels, depth, floats: false, samples, profile, metadata })
+    let code_points = if format == Format::Png { png::code_points(bytes) } else { None };
+    Ok(Raster { width, height, channels, depth, floats: false, samples, profile, code_points, metadata })
 }
 
 /// The size of a PNG, TGA or WebP.
@@ -141,7 +144,7 @@ impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
     /// sRGB.
     pub(crate) fn decode(self, format: Format) -> Result<Decoded, Error> {
-        let Self { width, height, channels, depth, floats, samples, profile, metadata } = self;
+        let Self { width, height, channels, depth, floats, samples, profile, code_points, metadata } = self;
         let mut warnings = Vec::new();
         let grey = channels < 3;
         let by_profile = profile.map(|profile| Encoding::of_profile(&profile, grey, floats)).transpose();
@@ -153,6 +156,17 @@ impl Raster {
         if let Some(why) = ignored {
             warnings.push(format!("the ICC profile was ignored: {why}; the image was taken for {taken_for}"));
         }
+        let declared = code_points.map(cicp::encoding).transpose().unwrap_or_else(|why| {
+            warnings.push(format!("the chunk cICP was ignored: {why}"));
+            None
+        });
+        let bright = declared.as_ref().is_some_and(|(_, bright)| *bright);
+        let by_code_points = declared.map(|(mut encoding, _)| {
+            encoding.profile =
+                code_points.map(|[primaries, transfer, ..]| format!("cICP {primaries}/{transfer}"));
+            encoding
+        });
+        let encoding = by_code_points.or(encoding);
         let encoding = encoding.unwrap_or_else(|| if floats { Encoding::linear() } else { Encoding::srgb() });
 
         let levels = if depth == 4 { 0 } else { 1_usize << (8 * depth) };
@@ -196,7 +210,7 @@ impl Raster {
         let image = Image::new(columns, rows, pixels)
             .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
         let mut decoded = Decoded::new(format, image);
-        decoded.high_dynamic_range = floats;
+        decoded.high_dynamic_range = floats || bright;
         decoded.profile = encoding.profile;
         decoded.warnings = warnings;
         Ok(decoded)

@@ -76,6 +76,7 @@ fn raster(bytes: &[u8], page: &Page) -> Result<Raster, Error> {
         floats: page.is_float(),
         samples,
         profile: page.directory.bytes(&mut file, directory::ICC_PROFILE),
+        code_points: None,
         metadata: metadata(&mut file, page),
     })
 }

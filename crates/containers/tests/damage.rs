@@ -201,7 +201,6 @@ fn pictures() -> Vec<(String, Vec<u8>)> {
         ("tga rle".into(), include_bytes!("data/pillow-rle.tga").to_vec()),
         ("webp".into(), include_bytes!("data/pillow-rec2020.webp").to_vec()),
         ("webp alpha".into(), include_bytes!("data/pillow-alpha.webp").to_vec()),
-        ("exr chroma".into(), include_bytes!("data/chroma-zip.exr").to_vec()),
         ("exr dwaa".into(), include_bytes!("data/dwaa.exr").to_vec()),
         ("exr deep".into(), include_bytes!("data/deep.exr").to_vec()),
     ];

@@ -209,6 +209,35 @@ fn pictures_are_turned_upright() {
     assert_eq!(tiff.pixels()[..2], [[4.0, 5.0, 6.0], [0.25, 1.5, 1000.0]]);
 }
 
+/// PNG, third edition, section 11.3.2.6: primaries, transfer, matrix 0, full range.
+#[test]
+fn cicp_gives_primaries_and_transfer() {
+    let with = |code_points: [u8; 4], codes: [u16; 3]| {
+        let data: Vec<u8> = codes.iter().flat_map(|code| code.to_be_bytes()).collect();
+        let mut bytes = png(png::ColorType::Rgb, png::BitDepth::Sixteen, (1, 1), &data);
+        let body = [&b"cICP"[..], &code_points].concat();
+        let crc = body.iter().fold(u32::MAX, |crc, byte| {
+            (0..8)
+                .fold(crc ^ u32::from(*byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 })
+        });
+        let chunk = [&4_u32.to_be_bytes()[..], &body, &(!crc).to_be_bytes()].concat();
+        // The header chunk ends at byte 33.
+        bytes.splice(33..33, chunk);
+        read(&bytes)
+    };
+    // 203 cd/m2 is 58.07 % of PQ (ITU-R BT.2408).
+    let white = with([9, 16, 0, 1], [38057; 3]);
+    assert!(white.image.pixels()[0].iter().all(|value| (value - 1.0).abs() < 2e-3), "{white:?}");
+    assert_eq!((white.high_dynamic_range, white.warnings.len()), (true, 0));
+    let linear = with([1, 8, 0, 1], [65535, 32768, 0]);
+    assert!((linear.image.pixels()[0][1] - 0.5).abs() < 1e-4, "{linear:?}");
+    // Display P3's red in Rec. 709, as in `icc_profiles_are_applied`.
+    let red = with([12, 13, 0, 1], [65535, 0, 0]);
+    assert!((red.image.pixels()[0][0] - 1.2249).abs() < 1e-3, "{red:?}");
+    let narrow = with([9, 16, 0, 0], [32768; 3]);
+    assert!(narrow.warnings[0].contains("cICP was ignored: it declares the narrow range"), "{narrow:?}");
+}
+
 /// 4096 x 2048 pixels of one colour in some hundred bytes.
 #[test]
 fn a_smooth_lossless_webp_is_read() {

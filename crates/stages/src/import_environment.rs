@@ -5,12 +5,14 @@
 //! format, not its name.
 //!
 //! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half, float
-//!   or uint; every compression but ZSTD and HTJ2K. The `chromaticities` are converted to Rec. 709. See Layers.
+//!   or uint; every compression but ZSTD and HTJ2K; no subsampled channels. The `chromaticities` are converted to Rec. 709. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
 //! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
 //!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the picture.
-//! - PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their
+//! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
+//!   read as light of the scene, the reference white, a signal of 75 %. cICP wins over an ICC profile.
+//! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their
 //!   white.
 //!
 //! The colours of TIFF, PNG, JPEG and WebP are converted to linear Rec. 709 by the file's ICC profile (sRGB,

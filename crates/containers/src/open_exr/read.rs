@@ -1,6 +1,7 @@
 //! Reading OpenEXR: scanlines and tiles (their largest level), half, float and uint, every compression.
 //!
-//! `layer.rs` finds the layers and chooses one. Luminance and chroma may be subsampled; other channels may not.
+//! `layer.rs` finds the layers and chooses one. Subsampled channels are refused: the
+//! decoder does not read them.
 //!
 //! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
 //!
@@ -16,7 +17,7 @@ use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, ChannelDescription, EnvironmentMap, SampleType};
+use exr::meta::attribute::{AttributeValue, EnvironmentMap, SampleType};
 use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
@@ -144,8 +145,12 @@ fn open(mut file: impl Read + Seek) -> Result<MetaData, Error> {
     let meta = guarded(|| MetaData::read_from_buffered(&mut file, false)).map_err(|error| {
         // The decoder knows no compression beyond HTJ2K, and says of others that there is none.
         match compression_number(&mut file) {
-            Some(12) => unread_compression("ZSTD"),
-            Some(number @ 13..) => unread_compression(&format!("number {number}")),
+            Some(12) => unread_compression("LJ2K (JPEG 2000)"),
+            Some(13) => unread_compression("ZSTD"),
+            Some(number @ 14..) => unread_compression(&format!("number {number}")),
+            _ if error.to_string().contains("subsampling") => Error::unsupported(
+                "subsampled channels, such as chroma of half the size, are not read; convert the image to RGB",
+            ),
             _ => error,
         }
     })?;
@@ -217,8 +222,7 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
         // Each chunk has 8 bytes in the offset table and at least 8 of its own.
         limits::plausible(header.chunk_count.saturating_mul(16), len, 1)?;
     }
-    let subsampled = |channel: &&ChannelDescription| channel.sampling != Vec2(1, 1);
-    if let Some(channel) = header.channels.list.iter().find(subsampled).filter(|_| !has_chroma(header)) {
+    if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         return Err(Error::unsupported(format!(
             "channel {} is subsampled, which is not read; convert the image to full resolution",
             channel.name
@@ -251,12 +255,6 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
 
 /// The most that the display window may be larger than the data window.
 const MAX_EMPTY: usize = 64;
-
-/// Whether a part holds luminance and chroma, which may be subsampled.
-fn has_chroma(header: &Header) -> bool {
-    let ends = |end: &str| header.channels.list.iter().any(|channel| channel.name.to_string().ends_with(end));
-    ends("RY") && ends("BY")
-}
 
 fn pixel_bytes(header: &Header) -> usize {
     header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample()).sum()
@@ -338,10 +336,6 @@ fn read_pixels(
             .into_par_iter()
             .map(|chunk| {
                 check_chunk(header, &chunk)?;
-                if !has_chroma(header) {
-                    return guarded(|| UncompressedBlock::decompress_chunk(chunk, &meta, false));
-                }
-                let meta = with_true_size(header, &chunk, &meta)?;
                 guarded(|| UncompressedBlock::decompress_chunk(chunk, &meta, false))
             })
             .collect();
@@ -359,44 +353,7 @@ fn read_pixels(
     if windows.iter().any(|window| window.transparent) {
         warnings.push("alpha was ignored; the colours are those over black".into());
     }
-    let pictures = windows.into_iter().zip(layers).map(|(mut window, layer)| {
-        window.spread(header, layer);
-        window.pixels
-    });
-    Ok(pictures.collect())
-}
-
-/// Samples that a channel has on this line of so many pixels: none on the lines that its sampling leaves out.
-fn samples_of_line(channel: &ChannelDescription, y: i64, width: usize) -> usize {
-    let Vec2(across, down) = channel.sampling;
-    if y.rem_euclid(down.max(1) as i64) == 0 { width.div_ceil(across.max(1)) } else { 0 }
-}
-
-/// The metadata with as many bytes in a pixel as the chunk has on the mean: the decoder counts those of
-/// subsampled channels as if they were not.
-fn with_true_size(header: &Header, chunk: &Chunk, meta: &MetaData) -> Result<MetaData, Error> {
-    let bounds = guarded(|| {
-        let position = header.get_block_data_indices(&chunk.compressed_block)?;
-        header.get_absolute_block_pixel_coordinates(position)
-    })?;
-    let top = i64::from(bounds.position.1);
-    let lines = top..top + bounds.size.1 as i64;
-    let bytes: usize = lines
-        .flat_map(|y| header.channels.list.iter().map(move |channel| (y, channel)))
-        .map(|(y, channel)| {
-            samples_of_line(channel, y, bounds.size.0) * channel.sample_type.bytes_per_sample()
-        })
-        .sum();
-    let area = bounds.size.area();
-    if !bytes.is_multiple_of(area.max(1)) {
-        return Err(Error::unsupported(format!(
-            "chroma that is subsampled in blocks of {} x {} pixels is not read; convert the image to RGB",
-            bounds.size.0, bounds.size.1
-        )));
-    }
-    let mut meta = meta.clone();
-    meta.headers[chunk.layer_index].channels.bytes_per_pixel = bytes / area.max(1);
-    Ok(meta)
+    Ok(windows.into_iter().map(|window| window.pixels).collect())
 }
 
 /// The display window's pixels, filled block by block.
@@ -443,9 +400,7 @@ impl Window {
         for y in 0..pixel_size.1 {
             let row = self.corner[1] + (pixel_position.1 + y) as i64;
             for (channel, description) in header.channels.list.iter().enumerate() {
-                let line = i64::from(header.own_attributes.layer_position.1) + (pixel_position.1 + y) as i64;
-                let count = samples_of_line(description, line, pixel_size.0);
-                let length = count * description.sample_type.bytes_per_sample();
+                let length = pixel_size.0 * description.sample_type.bytes_per_sample();
                 let (samples, after) = rest
                     .split_at_checked(length)
                     .ok_or_else(|| Error::damaged("a block is shorter than its pixels"))?;
@@ -460,7 +415,7 @@ impl Window {
                 let start = self.corner[0] + pixel_position.0 as i64;
                 let line = &mut self.pixels[(row * self.size[0]) as usize..][..self.size[0] as usize];
                 visit(description.sample_type, samples, |x, value| {
-                    let column = start + (x * description.sampling.0) as i64;
+                    let column = start + x as i64;
                     if let Some(pixel) = usize::try_from(column).ok().and_then(|column| line.get_mut(column))
                     {
                         targets.iter().for_each(|&c| pixel[c] = value);
@@ -469,43 +424,6 @@ impl Window {
             }
         }
         Ok(())
-    }
-}
-
-impl Window {
-    /// Fills the pixels between the samples of subsampled channels, linearly along lines, then columns.
-    fn spread(&mut self, header: &Header, layer: &Layer) {
-        let [width, height] = self.size;
-        if self.pixels.is_empty() {
-            return;
-        }
-        for (target, &channel) in layer.channels.iter().enumerate() {
-            let Vec2(across, down) = header.channels.list[channel].sampling;
-            let Vec2(columns, rows) = header.layer_size;
-            let steps = [(across, 0, columns, [1, width]), (down, 1, rows, [width, 1])];
-            for (sampling, axis, size, [stride, other]) in steps {
-                let (sampling, first) = (sampling.max(1) as i64, self.corner[axis]);
-                let end = (first + size as i64).min(self.size[axis]);
-                for line in 0..if axis == 0 { height } else { width } {
-                    let place = |at: i64| (line * other + at * stride) as usize;
-                    for at in first.max(0)..end {
-                        let beyond = (at - first).rem_euclid(sampling);
-                        let (before, after) = (at - beyond, at - beyond + sampling);
-                        if beyond == 0 {
-                            continue;
-                        }
-                        let held = [before, after]
-                            .map(|at| (0..end).contains(&at).then(|| self.pixels[place(at)][target]));
-                        let t = beyond as f32 / sampling as f32;
-                        self.pixels[place(at)][target] = match held {
-                            [Some(a), Some(b)] => a + (b - a) * t,
-                            [Some(a), None] | [None, Some(a)] => a,
-                            [None, None] => 0.0,
-                        };
-                    }
-                }
-            }
-        }
     }
 }
 
