@@ -148,9 +148,6 @@ fn open(mut file: impl Read + Seek) -> Result<MetaData, Error> {
             Some(12) => unread_compression("LJ2K (JPEG 2000)"),
             Some(13) => unread_compression("ZSTD"),
             Some(number @ 14..) => unread_compression(&format!("number {number}")),
-            _ if error.to_string().contains("subsampling") => Error::unsupported(
-                "subsampled channels, such as chroma of half the size, are not read; convert the image to RGB",
-            ),
             _ => error,
         }
     })?;
@@ -224,7 +221,7 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
     }
     if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         return Err(Error::unsupported(format!(
-            "channel {} is subsampled, which is not read; convert the image to full resolution",
+            "channel {} is subsampled, as chroma often is, which is not read; convert the image to RGB",
             channel.name
         )));
     }
