@@ -43,7 +43,7 @@ impl Page {
         Ok(match self.photometric {
             Photometric::BlackIsZero | Photometric::Rgb => (channels, depth, samples),
             Photometric::WhiteIsZero => (channels, depth, inverted(samples, channels, depth)),
-            Photometric::Palette => (3, 2, coloured(&samples, channels, &palette.unwrap_or_default())?),
+            Photometric::Palette => (3, 1, coloured(&samples, channels, &palette.unwrap_or_default())?),
             Photometric::Cmyk => (3, depth, each_pixel(&samples, channels, depth, without_black)),
             Photometric::YCbCr => (3, depth, each_pixel(&samples, channels, depth, from_luma)),
         })
@@ -115,16 +115,18 @@ fn inverted(samples: Vec<u8>, channels: usize, depth: usize) -> Vec<u8> {
     inverted
 }
 
-/// The colours of a palette's codes.
+/// The colours of a palette's codes, by the high bytes: writers differ in the low ones. Old palettes are of
+/// bytes.
 fn coloured(codes: &[u8], channels: usize, palette: &[u16]) -> Result<Vec<u8>, Error> {
     let count = palette.len() / 3;
-    let mut samples = Vec::with_capacity(codes.len() / channels * 6);
+    let shift = if palette.iter().any(|value| *value > 0xff) { 8 } else { 0 };
+    let mut samples = Vec::with_capacity(codes.len() / channels * 3);
     for pixel in codes.chunks_exact(channels) {
         let code = usize::from(pixel[0]);
         if code >= count {
             return Err(Error::damaged(format!("code {code} is not in the palette of {count} colours")));
         }
-        samples.extend([0, 1, 2].iter().flat_map(|channel| palette[channel * count + code].to_ne_bytes()));
+        samples.extend([0, 1, 2].iter().map(|channel| (palette[channel * count + code] >> shift) as u8));
     }
     Ok(samples)
 }
