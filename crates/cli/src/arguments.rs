@@ -424,12 +424,12 @@ pub(crate) struct ConvertArguments {
     /// zero-negative]
     #[arg(long, value_name = "WHAT")]
     pub(crate) bad_pixels: Option<String>,
-    /// The primaries of the input: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb, xyz, or a name in
-    /// OCIO [default: as the file says, or rec709]
+    /// The primaries of the input: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb, xyz, or a
+    /// name in OCIO [default: as the file says, or rec709]
     #[arg(long, value_name = "SPACE")]
     pub(crate) colour_space: Option<String>,
-    /// The engine for which a cube in a texture was made: three, filament, babylon, bevy, gltf [default: as the
-    /// file says]
+    /// The engine for which a cube in a texture was made: three, filament, babylon, bevy, gltf [default: as
+    /// the file says]
     #[arg(long, value_name = "PRESET")]
     pub(crate) preset: Option<String>,
     /// Print the manifest that does the same, and convert nothing

@@ -46,8 +46,8 @@ impl Request {
         let (input, output) = (&arguments.input, &arguments.output);
         let kind =
             fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
-        // A folder is six faces if its layout or its names say so, and otherwise holds files. Six faces may be
-        // written into a folder, too.
+        // A folder is six faces if its layout or its names say so, and otherwise holds files. Six faces may
+        // be written into a folder, too.
         let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let by_name =
             ENDINGS.iter().find(|(known, _)| ending.as_deref() == Some(known)).map(|(_, format)| *format);

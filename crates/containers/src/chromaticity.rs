@@ -153,8 +153,8 @@ mod tests {
         }
     }
 
-    /// Values of the Python package colour-science: RGB_to_RGB of (0.8, 0.4, 0.2) with the Bradford transform. It
-    /// takes the matrices as the standards print them, to four digits.
+    /// Values of the Python package colour-science: RGB_to_RGB of (0.8, 0.4, 0.2) with the Bradford
+    /// transform. It takes the matrices as the standards print them, to four digits.
     #[test]
     fn spaces_agree_with_colour_science() {
         for (space, expected) in [

@@ -1,8 +1,8 @@
 //! The colour spaces that a user or a file can name, in the words of the field.
 //!
-//! A name is compared by its letters and digits alone: OCIO's `Linear Rec.709 (sRGB)` and `ACES - ACEScg`, the
-//! identifiers of the Color Interop Forum (`lin_rec709_scene`, `lin_ap1_scene`), OpenImageIO's `lin_srgb` and
-//! Blender's `Linear CIE-XYZ D65` are words for the same few sets of primaries.
+//! A name is compared by its letters and digits alone: OCIO's `Linear Rec.709 (sRGB)` and `ACES - ACEScg`,
+//! the identifiers of the Color Interop Forum (`lin_rec709_scene`, `lin_ap1_scene`), OpenImageIO's `lin_srgb`
+//! and Blender's `Linear CIE-XYZ D65` are words for the same few sets of primaries.
 
 use crate::chromaticity::Chromaticities;
 use crate::decoded::Decoded;

@@ -31,16 +31,16 @@ pub struct LightTexture {
     pub recipe: Option<String>,
 }
 
-/// Whether the bytes begin as a file that [`read_light_texture`] reads: KTX2, KTX, DDS, Babylon.js' `.env`, or a
-/// glTF document with EXT_lights_image_based.
+/// Whether the bytes begin as a file that [`read_light_texture`] reads: KTX2, KTX, DDS, Babylon.js' `.env`,
+/// or a glTF document with EXT_lights_image_based.
 pub fn is_light_texture(bytes: &[u8]) -> bool {
     is_texture(bytes) || is_babylon_env(bytes) || is_gltf_image_based_light(bytes)
 }
 
 /// Reads level 0 of a cube, or of one picture, that holds light. Of a prefiltered cube that is the mirror.
 ///
-/// Rows and columns are put in order by the file's `KTXorientation`. Of `options`, the colour space counts: the
-/// values are taken for linear Rec. 709 without it.
+/// Rows and columns are put in order by the file's `KTXorientation`. Of `options`, the colour space counts:
+/// the values are taken for linear Rec. 709 without it.
 ///
 /// # Errors
 /// As [`read_texture`], [`crate::read_babylon_env`] and [`crate::read_gltf_image_based_light`]; and if the
@@ -82,8 +82,8 @@ pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTe
     })
 }
 
-/// Puts the columns from left to right and the rows from top to bottom. `KTXorientation` is `rd`, `ru` and so on
-/// in KTX2, and `S=r,T=d` and so on in KTX.
+/// Puts the columns from left to right and the rows from top to bottom. `KTXorientation` is `rd`, `ru` and so
+/// on in KTX2, and `S=r,T=d` and so on in KTX.
 fn reorder(width: usize, pixels: &mut [[f32; 3]], height: usize, orientation: Option<&str>) {
     let Some(orientation) = orientation else { return };
     let (leftward, upward) = match orientation.contains('=') {

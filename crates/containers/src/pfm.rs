@@ -1,8 +1,8 @@
 //! PFM, read only: portable float maps (P. Debevec; Netpbm's `pfm`).
 //!
-//! The header is three words of text: `PF` for RGB or `Pf` for grey, the columns and rows, and a number whose sign
-//! says the order of the bytes, negative for little endian. Floats follow, the bottom row first. The size of
-//! the number is a unit that programs disagree about; it is ignored.
+//! The header is three words of text: `PF` for RGB or `Pf` for grey, the columns and rows, and a number whose
+//! sign says the order of the bytes, negative for little endian. Floats follow, the bottom row first. The
+//! size of the number is a unit that programs disagree about; it is ignored.
 
 use std::io::{Read, Seek};
 

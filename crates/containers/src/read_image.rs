@@ -9,9 +9,9 @@ use crate::{jpeg, open_exr, pfm, png, radiance, raster, tiff};
 ///
 /// Values come out linear and in Rec. 709 primaries; alpha is ignored. PNG, JPEG, TIFF, TGA and WebP are
 /// converted by their ICC profile; without one, integers are taken for sRGB and floats for linear Rec. 709. A
-/// warning says if a picture holds no high dynamic range. Colours outside of Rec. 709 are brought in, counted in
-/// a warning or, if hardly any light moves, in a note. NaN, infinite and negative values of floats are given as they are stored: judging them is
-/// up to the caller. Of several pages or frames, the first is read.
+/// warning says if a picture holds no high dynamic range. Colours outside of Rec. 709 are brought in, counted
+/// in a warning or, if hardly any light moves, in a note. NaN, infinite and negative values of floats are
+/// given as they are stored: judging them is up to the caller. Of several pages or frames, the first is read.
 ///
 /// Memory: 12 bytes for each pixel of the result, at most 12 more while it is decoded, and the compressed
 /// blocks in work. The result has at most [`crate::MAX_PIXELS`], and a header that declares more than its

@@ -22,7 +22,8 @@ pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
     }
 }
 
-/// Whether the first bytes of a file, 256 or all, are those of a KTX2, KTX, DDS or `.env` file that declares a cube.
+/// Whether the first bytes of a file, 256 or all, are those of a KTX2, KTX, DDS or `.env` file that declares
+/// a cube.
 pub fn declares_cube(first: &[u8]) -> bool {
     // The number of faces of KTX2 and of KTX, and DDS's flag of a cube.
     match first {

@@ -119,8 +119,8 @@ impl EnginePreset {
         }
     }
 
-    /// For each texel of the engine's cube, in the order of its file, the texel of a cube by KTX2's table in the
-    /// frame of files that holds the same light.
+    /// For each texel of the engine's cube, in the order of its file, the texel of a cube by KTX2's table in
+    /// the frame of files that holds the same light.
     pub(crate) fn texels(self, cube: Cube) -> impl Iterator<Item = usize> {
         let edge = cube.edge;
         (0..cube.len()).map(move |index| {

@@ -1,8 +1,8 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
-//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PFM, TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or WebP
-//! files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob gives one
-//! item per file. The content of a file decides its format, not its name.
+//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PFM, TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or
+//! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
+//! gives one item per file. The content of a file decides its format, not its name.
 //!
 //! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with
 //!   colour is read, an unnamed one before all others, with a warning that lists them; `layer` names another.
@@ -20,23 +20,23 @@
 //!
 //! Everything becomes linear Rec. 709. The primaries are those of the file:
 //!
-//! - OpenEXR: the attribute `colorInteropID` (`lin_ap1_scene`), else `chromaticities`, else a name of a linear
-//!   space in `oiio:ColorSpace` or `colorspace`; without them Rec. 709.
+//! - OpenEXR: the attribute `colorInteropID` (`lin_ap1_scene`), else `chromaticities`, else a name of a
+//!   linear space in `oiio:ColorSpace` or `colorspace`; without them Rec. 709.
 //! - Radiance: CIE XYZ of equal-energy white with FORMAT=32-bit_rle_xyze, else PRIMARIES, else Rec. 709.
-//! - TIFF, PNG, JPEG and WebP: the ICC profile (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones and others).
-//!   Without a profile, integers are taken for sRGB and floats for linear Rec. 709.
+//! - TIFF, PNG, JPEG and WebP: the ICC profile (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones and
+//!   others). Without a profile, integers are taken for sRGB and floats for linear Rec. 709.
 //!
-//! `colour-space` names them for a file that does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3` (white
-//! D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and `colorInteropID` are
-//! understood, too: `ACES - ACEScg`, `lin_rec2020_scene`. It counts before what the file says, with a warning
-//! if the two differ; the curve of a PNG or JPEG stays. A white other than D65 is adapted with the Bradford
-//! transform.
+//! `colour-space` names them for a file that does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3`
+//! (white D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and
+//! `colorInteropID` are understood, too: `ACES - ACEScg`, `lin_rec2020_scene`. It counts before what the file
+//! says, with a warning if the two differ; the curve of a PNG or JPEG stays. A white other than D65 is
+//! adapted with the Bradford transform.
 //!
 //! Wider primaries hold colours that Rec. 709 cannot. Such a colour p moves toward its grey of the same
-//! luminance Y, by the least step that leaves no channel negative: p' = Y + t (p - Y) with
-//! t = Y / (Y - min p). A warning says how many pixels that were and how much light it changed; if that is below
-//! 0.01 %, as what 8 bits round, it is a note. Pixels with a negative channel in the file's own primaries are
-//! not moved: see Bad pixels.
+//! luminance Y, by the least step that leaves no channel negative: p' = Y + t (p - Y) with t = Y / (Y - min
+//! p). A warning says how many pixels that were and how much light it changed; if that is below 0.01 %, as
+//! what 8 bits round, it is a note. Pixels with a negative channel in the file's own primaries are not moved:
+//! see Bad pixels.
 //!
 //! ## Layouts
 //!
@@ -79,21 +79,21 @@
 //! | +Z | `pz`, `posz`, `zpos`, `+Z`, `c04` | `front` | `rt` |
 //! | -Z | `nz`, `negz`, `zneg`, `-Z`, `c05` | `back` | `lf` |
 //!
-//! Words mean different things in different programs. In Quake's and Source's frame, which is Specula's, `rt` is
-//! forward (+X, yaw 0), and what lies to the right of `ft` is `lf`. Unity's skybox of six sides (`_FrontTex`,
-//! `_LeftTex`) has its left at +X, to the right of the front, too. So the pictures decide: if their edges do not
-//! meet in the usual arrangement of the words, but do in another of these, they are arranged so, with a note.
-//! A letter before the word (`desertrt.tga`) is fine if all six are there.
+//! Words mean different things in different programs. In Quake's and Source's frame, which is Specula's, `rt`
+//! is forward (+X, yaw 0), and what lies to the right of `ft` is `lf`. Unity's skybox of six sides
+//! (`_FrontTex`, `_LeftTex`) has its left at +X, to the right of the front, too. So the pictures decide: if
+//! their edges do not meet in the usual arrangement of the words, but do in another of these, they are
+//! arranged so, with a note. A letter before the word (`desertrt.tga`) is fine if all six are there.
 //!
 //! ## Textures
 //!
-//! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube, which
-//! in a prefiltered one is the mirror, or of one picture, which `layout` describes as that of any other. Texels
-//! are halves, floats, RGB9E5, R11G11B10F, BC6H or RGBD.
+//! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube,
+//! which in a prefiltered one is the mirror, or of one picture, which `layout` describes as that of any
+//! other. Texels are halves, floats, RGB9E5, R11G11B10F, BC6H or RGBD.
 //!
-//! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset` names
-//! the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that Specula
-//! wrote says so itself, in all containers but DDS.
+//! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
+//! names the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that
+//! Specula wrote says so itself, in all containers but DDS.
 //!
 //! ## Bad pixels
 //!
@@ -107,8 +107,8 @@
 //! | `zero` | each becomes 0, with a warning |
 //! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
 //!
-//! Lossy compression (DWA) and the filters of renderers leave a few negative values beside lamps, which is why they
-//! are no error by default.
+//! Lossy compression (DWA) and the filters of renderers leave a few negative values beside lamps, which is
+//! why they are no error by default.
 //!
 //! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist
 //! and a file that is not an image, but not bad pixels.
@@ -189,12 +189,12 @@ parameters! {
         resolution: Option<usize> = None,
         /// What happens to NaN, infinite and negative values; see Bad pixels.
         bad_pixels: BadPixelsName = BadPixelsName(BadPixels::ZeroNegative),
-        /// The primaries of the values: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb or xyz, or
-        /// such a space's name in OCIO or `colorInteropID`; see Colours. Default: what the file says, or else
-        /// rec709.
+        /// The primaries of the values: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb or xyz,
+        /// or such a space's name in OCIO or `colorInteropID`; see Colours. Default: what the file says, or
+        /// else rec709.
         colour_space: Option<ColourSpaceName> = None,
-        /// The engine for which a cube in a texture was made; see Textures. Default: what the file says, or else
-        /// the frame of KTX2's table.
+        /// The engine for which a cube in a texture was made; see Textures. Default: what the file says, or
+        /// else the frame of KTX2's table.
         preset: Option<EnginePreset> = None,
     }
 }

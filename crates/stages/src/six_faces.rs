@@ -1,10 +1,10 @@
 //! Finds the six faces of a cube map among the names in a folder.
 //!
 //! The end of a file's name, before the extension and in upper or lower case, says which face it is. The part
-//! before that is the prefix, which all six share: `pisa_px.hdr` ... `pisa_nz.hdr`. Names by axes say all. Words
-//! such as left and right do not: engines that were built around Quake's skies have at the right of the front
-//! what they call left. So words come with the arrangements in use, and the pictures decide: their edges meet
-//! in the right one. If they meet in none, the first counts.
+//! before that is the prefix, which all six share: `pisa_px.hdr` ... `pisa_nz.hdr`. Names by axes say all.
+//! Words such as left and right do not: engines that were built around Quake's skies have at the right of the
+//! front what they call left. So words come with the arrangements in use, and the pictures decide: their
+//! edges meet in the right one. If they meet in none, the first counts.
 
 use std::collections::BTreeMap;
 
@@ -24,11 +24,12 @@ struct Family {
 /// The right of the front is the right.
 const INSIDE: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
-/// The right of the front is called left: Unity's skybox of six sides, whose left is +X and whose front is +Z.
+/// The right of the front is called left: Unity's skybox of six sides, whose left is +X and whose front is
+/// +Z.
 const EXCHANGED: [usize; 6] = [1, 0, 2, 3, 4, 5];
 
-/// Quake and Source: `rt` is +X, `bk` +Y, `lf` -X and `ft` -Y of a frame that is Specula's, and the top of `up`
-/// lies at `lf` (st_to_vec of Quake II's ref_gl/gl_warp.c).
+/// Quake and Source: `rt` is +X, `bk` +Y, `lf` -X and `ft` -Y of a frame that is Specula's, and the top of
+/// `up` lies at `lf` (st_to_vec of Quake II's ref_gl/gl_warp.c).
 const QUAKE: [usize; 6] = [4, 5, 2, 3, 0, 1];
 
 const FAMILIES: [Family; 4] = [
@@ -116,8 +117,8 @@ pub(crate) struct FaceFiles {
 }
 
 impl FaceFiles {
-    /// Six pictures of equal size, in the order of the names, as the faces of [`Face::ALL`]; and a note if their
-    /// edges show that the words mean something else than usual.
+    /// Six pictures of equal size, in the order of the names, as the faces of [`Face::ALL`]; and a note if
+    /// their edges show that the words mean something else than usual.
     pub(crate) fn arrange(&self, images: [Image; 6]) -> ([Image; 6], Option<String>) {
         let arrangements = FAMILIES[self.family].arrangements;
         let (first, rest) = (arrangements[0], &arrangements[1..]);
@@ -253,8 +254,8 @@ pub(crate) fn find(
         .help("a face's file name ends in px, nx, py, ny, pz, nz, in posx ... negz, +X ... -Z or c00 ... c05, in right, left, top, bottom, front, back, or in rt, lf, up, dn, ft, bk"))
 }
 
-/// The names of the files among those in a folder, each with whether it is a folder, that are the six faces of
-/// one cube; `None` if there are none or several sets.
+/// The names of the files among those in a folder, each with whether it is a folder, that are the six faces
+/// of one cube; `None` if there are none or several sets.
 pub fn six_faces(names: &[(String, bool)]) -> Option<[String; 6]> {
     find(names, None, "").ok().map(|files| files.names)
 }

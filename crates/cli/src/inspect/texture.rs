@@ -117,6 +117,28 @@ mod tests {
     }
 
     #[test]
+    fn lights_of_engines_say_what_they_are() {
+        let cube =
+            Texture { width: 2, height: 2, faces: 6, pixels: vec![[0.5; 3]; 24], ..Texture::default() };
+        let cube = Texture { smaller_levels: vec![vec![[0.25; 3]; 6]], ..cube };
+        let env = BabylonEnv { cube: cube.clone(), irradiance: None, lod_generation_scale: 0.8 };
+        let bytes = containers::write_babylon_env(&env, Some("{}")).unwrap().bytes;
+        let facts = by_label(super::super::describe(&bytes).unwrap());
+        assert_eq!(
+            (&facts["format"], &facts["shape"]),
+            (&json!(".env"), &json!("2 x 2, 6 faces, 2 levels, RGBD"))
+        );
+        assert_eq!((&facts["irradiance"], &facts["recipe"]), (&json!("none"), &json!({})));
+        let light = containers::ImageBasedLight { cube, irradiance: [[0.5; 3]; 9] };
+        let bytes = containers::write_gltf_image_based_light(&light, Some("{}")).unwrap().bytes;
+        let facts = super::super::mesh::of_file(std::path::Path::new("a.gltf"), &bytes).unwrap().unwrap();
+        let facts = by_label(facts);
+        assert_eq!(facts["what"], "image-based light (EXT_lights_image_based)");
+        assert_eq!((&facts["irradiance"], &facts["intensity"]), (&json!("9 coefficients"), &json!(1.0)));
+        assert_eq!(facts["shape"], "2 x 2, 6 faces, 2 levels, RGBD");
+    }
+
+    #[test]
     fn a_reflection_map_has_its_view_and_frame() {
         let grid = MapGrid::Cube(Cube { edge: 1 });
         let values = vec![[0.5; 3]; 6 * 2];
