@@ -130,8 +130,8 @@ fn one_face_names_its_set() {
 
 #[test]
 fn faces_that_are_missing_or_wrong_are_reported() {
-    let failure = faces(["px.exr", "nx.exr", "py.exr", "top.exr", "pz.exr", "nz.exr"], 2).failure();
-    assert_eq!(failure, "sky: py.exr and top.exr are the same face");
+    let failure = faces(["px.exr", "nx.exr", "py.exr", "posy.exr", "pz.exr", "nz.exr"], 2).failure();
+    assert_eq!(failure, "sky: posy.exr and py.exr are the same face");
     let failure = faces(["px.exr", "nx.exr", "py.exr", "down.txt", "pz.exr", "nz.exr"], 2).failure();
     assert!(failure.contains("found nx.exr, nz.exr, px.exr, py.exr, pz.exr; missing: ny or"), "{failure}");
     let failure = import("layout = \"cube\"", "sky.exr", lat_long(4)).failure();
