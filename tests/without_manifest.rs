@@ -49,6 +49,24 @@ fn an_environment_is_converted_to_every_format_and_back() {
 }
 
 #[test]
+fn six_faces_and_textures_are_found_to_be_environments() {
+    let project = assets_alone();
+    project.ok(&["convert", STUDIO, "-o", "faces", "--layout", "cube", "-r", "16"]);
+    let run = project.ok(&["convert", "faces", "-o", "all"]);
+    assert_eq!(run.stderr, "Wrote 1 file to all.\n");
+    project.ok(&["convert", "faces", "-o", "one.exr"]);
+    assert_eq!(fs::read(project.path("all/faces.exr")).unwrap(), fs::read(project.path("one.exr")).unwrap());
+    fs::copy(project.path("one.exr"), project.path("faces/panorama.exr")).unwrap();
+    let run = project.specula(&["convert", "faces", "-o", "all"]);
+    assert!(run.stderr.contains("holds other images beside the six faces px.exr, nx.exr"), "{}", run.stderr);
+
+    project.ok(&["convert", STUDIO, "-o", "a.ktx2", "--layout", "cube", "-r", "16"]);
+    project.ok(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "ACES - ACEScg"]);
+    let run = project.specula(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "rec601"]);
+    assert!(run.stderr.contains("rec2020"), "{}", run.stderr);
+}
+
+#[test]
 fn a_conversion_prints_the_manifest_that_does_the_same() {
     let project = assets_alone();
     let options =

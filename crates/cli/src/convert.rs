@@ -46,15 +46,19 @@ impl Request {
         let (input, output) = (&arguments.input, &arguments.output);
         let kind =
             fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
-        // A folder is six faces if its layout says so, and otherwise holds files.
-        let is_folder = kind.is_dir() && arguments.from.as_deref() != Some("cube");
-        let files = if is_folder { Assets::in_folder(input) } else { vec![input.clone()] };
-        if files.is_empty() {
-            return Err(format!("{} holds no image of an environment", input.display()));
-        }
+        // A folder is six faces if its layout or its names say so, and otherwise holds files. Six faces may
+        // be written into a folder, too.
         let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let by_name =
             ENDINGS.iter().find(|(known, _)| ending.as_deref() == Some(known)).map(|(_, format)| *format);
+        let says_cube = arguments.from.as_deref() == Some("cube");
+        let files = if kind.is_dir() && !says_cube { Assets::in_folder(input)? } else { vec![input.clone()] };
+        if files.is_empty() {
+            return Err(format!("{} holds no image of an environment", input.display()));
+        }
+        let is_cube = kind.is_dir() && (says_cube || files == [input.clone()]);
+        let names_file = by_name.is_some() || arguments.layout.as_deref() == Some("cube");
+        let is_folder = kind.is_dir() && !(is_cube && (says_cube || names_file));
         let format = match (arguments.format.as_deref(), by_name) {
             (Some(format), Some(by_name)) if format != by_name && !is_folder => {
                 return Err(format!("{} is not the name of a file in the format {format}", output.display()));
@@ -73,7 +77,12 @@ impl Request {
             value.as_ref().map(|value| format!("{key} = {}", toml::Value::from(value.as_str())))
         };
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
-        let import = [text("layout", &arguments.from), text("bad-pixels", &arguments.bad_pixels)];
+        let import = [
+            text("layout", &arguments.from),
+            text("bad-pixels", &arguments.bad_pixels),
+            text("colour-space", &arguments.colour_space),
+            text("preset", &arguments.preset),
+        ];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
         let export = [

@@ -200,7 +200,7 @@ pub fn read_babylon_polynomial(bytes: &[u8]) -> Result<Option<Polynomial>, Error
     Ok(manifest.irradiance)
 }
 
-/// Reads an `.env` file of version 1 or 2 whose images are PNG.
+/// Reads an `.env` file of version 1 or 2 whose images are PNG or WebP.
 ///
 /// # Errors
 /// If the file is truncated, damaged, too large, or has images of another format.

@@ -2,6 +2,7 @@
 
 use envmap::Image;
 
+use crate::colour_space::ColourSpace;
 use crate::format::Format;
 
 /// What to read if a file holds several pictures.
@@ -10,6 +11,9 @@ pub struct ReadOptions {
     /// The OpenEXR layer: a part's name, a channel prefix, or `part.prefix`. The other formats have no
     /// layers.
     pub layer: Option<String>,
+    /// The primaries that the values are in, whatever the file says. Without it, the file's own are taken, or
+    /// else Rec. 709.
+    pub colour_space: Option<ColourSpace>,
 }
 
 /// The layout that OpenEXR's `envmap` attribute names.
@@ -30,12 +34,14 @@ pub struct Decoded {
     pub format: Format,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
-    /// Whether the file can hold values above its white: OpenEXR, Radiance, and TIFF in floats.
+    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, and TIFF in floats.
     pub high_dynamic_range: bool,
     /// The name of the ICC profile by which the colours were converted.
     pub profile: Option<String>,
     /// What was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,
+    /// What was done that hardly changed the picture, in whole sentences.
+    pub notes: Vec<String>,
     /// The recipe, if Specula wrote the file.
     pub recipe: Option<String>,
 }
@@ -46,9 +52,10 @@ impl Decoded {
             image,
             format,
             openexr_envmap: None,
-            high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance),
+            high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance | Format::Pfm),
             profile: None,
             warnings: Vec::new(),
+            notes: Vec::new(),
             recipe: None,
         }
     }

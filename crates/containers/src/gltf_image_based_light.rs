@@ -139,6 +139,12 @@ pub fn read_gltf_irradiance(bytes: &[u8]) -> Result<[[f64; 3]; 9], Error> {
     Ok(light.0.irradiance_coefficients)
 }
 
+/// Whether the bytes are a glTF document that holds such a light.
+pub(crate) fn is_gltf_image_based_light(bytes: &[u8]) -> bool {
+    let name = EXTENSION.as_bytes();
+    bytes.first() == Some(&b'{') && bytes.windows(name.len()).any(|window| window == name)
+}
+
 /// Reads the first light of a document that [`write_gltf_image_based_light`] wrote.
 ///
 /// # Errors

@@ -6,7 +6,7 @@ use crate::decoded::{OpenExrEnvmap, ReadOptions};
 use crate::error::Error;
 use crate::file_part::{beginning, length, rewind};
 use crate::format::{Format, identify};
-use crate::{jpeg, open_exr, radiance, raster, tiff};
+use crate::{jpeg, open_exr, pfm, radiance, raster, tiff};
 
 /// As many bytes as tell one format from another, and a Git LFS pointer from a file.
 const SIGNATURE: u64 = 256;
@@ -49,6 +49,7 @@ pub fn read_image_header(
         Format::Radiance => radiance::header(file),
         Format::Jpeg => jpeg::header(file, length),
         Format::Tiff => tiff::header(file, length),
+        Format::Pfm => pfm::header(file, length),
         Format::Png | Format::Tga | Format::WebP => raster::header(file, length, format),
     };
     let [width, height] = size.map_err(|error| error.within(format.name()))?;

@@ -2,8 +2,9 @@
 //!
 //! | bytes | value | module |
 //! | --- | --- | --- |
-//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
+//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP, PFM | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`], [`write_exr_layers_unless`] |
+//! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
@@ -26,6 +27,7 @@ mod babylon_env;
 mod bc6h;
 mod brdf_table_metadata;
 mod chromaticity;
+mod colour_space;
 mod data_texture;
 mod dds;
 mod decoded;
@@ -41,10 +43,13 @@ mod jpeg;
 mod ktx1;
 mod ktx2;
 mod light_rig;
+mod light_texture;
 pub mod lighting_json;
 mod limits;
 pub mod measured;
 mod open_exr;
+mod outside_gamut;
+mod pfm;
 mod png;
 mod precision;
 mod radiance;
@@ -65,6 +70,7 @@ pub use babylon_env::{
     BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,
 };
 pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
+pub use colour_space::ColourSpace;
 pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
@@ -83,6 +89,7 @@ pub use image_header::{ImageHeader, read_image_header};
 pub use ktx1::write_ktx1;
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
 pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};
+pub use light_texture::{LightTexture, is_light_texture, read_light_texture};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
 pub use png::{write_apng, write_png};
@@ -90,7 +97,7 @@ pub use precision::Precision;
 pub use radiance::write_rgbe;
 pub use read_image::read_image;
 pub use read_recipe::read_recipe;
-pub use read_texture::{is_texture, read_texture};
+pub use read_texture::{declares_cube, is_texture, read_texture};
 pub use recipe::texture_sidecar;
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
 pub use texel::TexelFormat;

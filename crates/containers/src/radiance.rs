@@ -22,6 +22,7 @@ use std::io::{Read, Seek};
 use envmap::Image;
 
 use crate::chromaticity::{self, Chromaticities};
+use crate::colour_space::ColourSpace;
 use crate::decoded::{Decoded, Encoded};
 use crate::error::{Error, ErrorKind};
 use crate::file_part::beginning;
@@ -34,7 +35,7 @@ const MAX_HEADER: usize = 1 << 20;
 /// Widths that the new run lengths can hold.
 const NEW_RUN_LENGTHS: std::ops::Range<usize> = 8..32768;
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let (header, rest) = Header::parse(bytes)?;
     let mut input = Input(rest);
     let scan = Scan::parse(input.line()?)?;
@@ -55,18 +56,23 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
         let decoded = decode(*rgbe);
         pixels[scan.target(line, position)] = [0, 1, 2].map(|c| (decoded[c] / divisor[c]) as f32);
     }
-    let mut warnings = header.warnings;
-    match header.chromaticities.map(Chromaticities::to_rec_709) {
-        None => {}
-        Some(Some(matrix)) => chromaticity::apply(matrix, &mut pixels),
-        Some(None) => warnings.push("PRIMARIES span no colour space and were ignored".into()),
-    }
-    if !input.0.is_empty() {
-        warnings.push(format!("{} bytes after the last scanline were ignored", input.0.len()));
-    }
     let image = Image::new(scan.width, scan.height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
-    Ok(Decoded { warnings, recipe: header.recipe, ..Decoded::new(Format::Radiance, image) })
+    let mut decoded = Decoded::new(Format::Radiance, image);
+    (decoded.warnings, decoded.recipe) = (header.warnings, header.recipe);
+    let declared = header.chromaticities.map(|declared| ("the header", declared));
+    match ColourSpace::chosen(wanted, declared, &mut decoded).map(Chromaticities::to_rec_709) {
+        None => {}
+        Some(Some(matrix)) => {
+            let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
+            outside.report(&mut decoded.warnings, &mut decoded.notes);
+        }
+        Some(None) => decoded.warnings.push("PRIMARIES span no colour space and were ignored".into()),
+    }
+    if !input.0.is_empty() {
+        decoded.warnings.push(format!("{} bytes after the last scanline were ignored", input.0.len()));
+    }
+    Ok(decoded)
 }
 
 /// The size of the picture.
@@ -425,6 +431,10 @@ fn write_plane(line: &[[u8; 4]], plane: usize, bytes: &mut Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+        super::read(bytes, None)
+    }
 
     fn picture(header: &str, resolution: &str, data: &[u8]) -> Vec<u8> {
         [format!("#?RADIANCE\n{header}\n{resolution}\n").as_bytes(), data].concat()

@@ -13,6 +13,7 @@ use ::image::{ImageDecoder, ImageError, ImageResult, Limits};
 use envmap::Image;
 use rayon::prelude::*;
 
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{bytes_at, rewind};
@@ -40,8 +41,8 @@ pub(crate) struct Raster {
 }
 
 /// Reads PNG, TIFF, TGA or WebP.
-pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
-    raster(bytes, format)?.decode(format)
+pub(crate) fn read(bytes: &[u8], format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    raster(bytes, format)?.decode(format, wanted)
 }
 
 /// The samples of a PNG, TIFF, TGA or WebP.
@@ -137,8 +138,8 @@ fn ratio(format: Format, length: usize) -> usize {
 
 impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
-    /// sRGB.
-    pub(crate) fn decode(self, format: Format) -> Result<Decoded, Error> {
+    /// sRGB. The primaries are the wanted ones, if there are any.
+    pub(crate) fn decode(self, format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
         let Self { width, height, channels, depth, samples, profile } = self;
         let mut warnings = Vec::new();
         let (grey, floats) = (channels < 3, depth == 4);
@@ -152,6 +153,10 @@ impl Raster {
             warnings.push(format!("the ICC profile was ignored: {why}; the image was taken for {taken_for}"));
         }
         let encoding = encoding.unwrap_or_else(|| if floats { Encoding::linear() } else { Encoding::srgb() });
+        let encoding = match wanted {
+            Some(space) => encoding.with_primaries(space, &mut warnings),
+            None => encoding,
+        };
 
         let levels = if floats { 0 } else { 1_usize << (8 * depth) };
         let tables = encoding.curves.each_ref().map(|curve| {
@@ -170,7 +175,7 @@ impl Raster {
                 [0, 1, 2].map(|channel| linear(channel, sample(if grey { 0 } else { channel })))
             })
             .collect();
-        encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
+        let outside = encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
 
         if channels.is_multiple_of(2) {
             let opaque = |alpha: &[u8]| match *alpha {
@@ -195,6 +200,7 @@ impl Raster {
         decoded.high_dynamic_range = floats;
         decoded.profile = encoding.profile;
         decoded.warnings = warnings;
+        outside.report(&mut decoded.warnings, &mut decoded.notes);
         Ok(decoded)
     }
 }

@@ -7,16 +7,19 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{bytes_at, rewind};
 use crate::raster::{self, Raster};
 use crate::{Format, limits};
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     check_directory(&mut Cursor::new(bytes), bytes.len())?;
-    match raster::read(bytes, Format::Tiff) {
-        Err(error) if error.kind() == ErrorKind::Unsupported => grey_floats(bytes)?.decode(Format::Tiff),
+    match raster::read(bytes, Format::Tiff, wanted) {
+        Err(error) if error.kind() == ErrorKind::Unsupported => {
+            grey_floats(bytes)?.decode(Format::Tiff, wanted)
+        }
         read => read,
     }
 }

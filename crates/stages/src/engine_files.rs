@@ -10,7 +10,7 @@ use engine::Failure;
 use envmap::{CubeMap, Environment, Image};
 use sh::Expansion;
 use shrm::{Distribution, PrefilterKernel, prefilter_series};
-use sphere::{Cube, Direction, Face, from_file, to_cube};
+use sphere::Cube;
 
 use crate::engine_preset::{EngineFormat, EnginePreset};
 
@@ -77,18 +77,15 @@ fn texels(format: EngineFormat) -> Option<TexelFormat> {
 
 /// The texels of a cube in the order of the engine's file.
 fn turned(map: &CubeMap, preset: EnginePreset) -> Vec<[f32; 3]> {
-    let cube = map.cube();
-    let edge = cube.edge;
-    let texel = |index: usize| {
-        let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
-        let c = to_cube(cube.direction(Face::ALL[face], row, column).vector());
-        let direction = Direction::normalised(from_file(preset.direction_at(c)));
-        // The centre of a texel again, for the map permutes axes and flips their signs.
-        let (face, s, t) = cube.position(direction);
-        let at = |share: f64| ((share * edge as f64) as usize).min(edge - 1);
-        map.pixels()[(face as usize * edge + at(t)) * edge + at(s)]
-    };
-    (0..cube.len()).map(texel).collect()
+    preset.texels(map.cube()).map(|texel| map.pixels()[texel]).collect()
+}
+
+/// The faces of an engine's file, below each other, in the order of KTX2's table in the frame of files.
+pub(crate) fn turned_back(image: &Image, preset: EnginePreset) -> Vec<[f32; 3]> {
+    let mut pixels = vec![[0.0; 3]; image.pixels().len()];
+    let texels = preset.texels(Cube { edge: image.width() });
+    texels.zip(image.pixels()).for_each(|(texel, pixel)| pixels[texel] = *pixel);
+    pixels
 }
 
 /// The levels as a texture of the engine's.

@@ -7,11 +7,13 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
 
 pub mod artifacts;
+mod bad_pixels;
 mod blended_frames;
 mod brush_mesh;
 mod choices;
 mod circular_lights;
 mod colour;
+mod colour_space_name;
 mod contact_sheet;
 mod convolve;
 mod degree_pair;
@@ -82,6 +84,7 @@ pub use material_picture::material_picture;
 pub use material_schema::material_schema;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
 pub use sheet::Picture;
+pub use six_faces::six_faces;
 pub use table_picture::table_picture;
 
 /// Every kind, in the order in which a pipeline uses them.

@@ -26,7 +26,8 @@ use rayon::prelude::*;
 
 use super::guard::{guarded, recipe_key};
 use crate::chromaticity::{self, Chromaticities};
-use crate::decoded::{Decoded, OpenExrEnvmap};
+use crate::colour_space::ColourSpace;
+use crate::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
 use crate::error::{Error, ErrorKind};
 use crate::format::identify;
 use crate::{Format, limits};
@@ -49,24 +50,38 @@ pub(crate) fn header(
     Ok(([width, height], envmap_of(header)))
 }
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
     let meta = open(bytes)?;
     let mut warnings = Vec::new();
-    let layer = Layer::choose(&meta.headers, wanted, &mut warnings)?;
+    let layer = Layer::choose(&meta.headers, options.layer.as_deref(), &mut warnings)?;
     let header = &meta.headers[layer.part];
     check_size(&meta.headers, header, bytes.len())?;
 
-    let mut pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
-    to_rec_709(header, &layer, &mut pixels, &mut warnings);
+    let pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let image = Image::new(width, height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
-    Ok(Decoded {
+    let mut decoded = Decoded {
         openexr_envmap: envmap_of(header),
         warnings,
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
-    })
+    };
+    if !layer.grey() {
+        let declared = declared(header, &mut decoded.warnings);
+        let declared = declared.as_ref().map(|(source, declared)| (source.as_str(), *declared));
+        match ColourSpace::chosen(options.colour_space, declared, &mut decoded)
+            .map(Chromaticities::to_rec_709)
+        {
+            None => {}
+            Some(Some(matrix)) => {
+                let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
+                outside.report(&mut decoded.warnings, &mut decoded.notes);
+            }
+            Some(None) => decoded.warnings.push(NO_SPACE.into()),
+        }
+    }
+    Ok(decoded)
 }
 
 fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
@@ -149,14 +164,63 @@ fn open(file: impl Read) -> Result<MetaData, Error> {
     Ok(meta)
 }
 
-/// Converts from the file's `chromaticities`, if it has them.
+const NO_SPACE: &str = "the chromaticities span no colour space and were ignored";
+
+/// The primaries that a file declares, and where: `colorInteropID`, `chromaticities`, or a name that
+/// OpenImageIO or OCIO left, in this order.
+fn declared(header: &Header, warnings: &mut Vec<String>) -> Option<(String, Chromaticities)> {
+    const NAMES: [&str; 3] = ["colorInteropID", "oiio:ColorSpace", "colorspace"];
+    let numbers = header.shared_attributes.chromaticities.map(|given| {
+        let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
+        Chromaticities([given.red, given.green, given.blue, given.white].map(point))
+    });
+    let named = NAMES.into_iter().find_map(|key| {
+        let name = text_of(header, key)?;
+        // These say on purpose that nothing is known, or that nothing is to be converted.
+        let says_nothing =
+            ["", "unknown", "raw", "data"].contains(&name.trim().to_ascii_lowercase().as_str());
+        (!says_nothing).then_some((key, name))
+    });
+    let Some((key, name)) = named else {
+        return numbers.map(|numbers| ("the file's chromaticities".to_owned(), numbers));
+    };
+    let space = ColourSpace::from_name(&name).map(ColourSpace::chromaticities);
+    let source = format!("the file's attribute {key} = {name:?}");
+    match (space, numbers) {
+        (Some(space), Some(numbers)) if key == NAMES[0] && !space.is_near(numbers) => {
+            warnings
+                .push(format!("{source} and its chromaticities name different primaries; {key} was taken"));
+            Some((source, space))
+        }
+        (_, Some(numbers)) => Some(("the file's chromaticities".to_owned(), numbers)),
+        (Some(space), None) => Some((source, space)),
+        (None, None) => {
+            let known = ColourSpace::ALL.map(ColourSpace::name).join(", ");
+            warnings.push(format!(
+                "{source} is not a linear colour space that is known here; the values were taken for linear \
+                 Rec. 709 (known are {known}, also by their names in OCIO)"
+            ));
+            None
+        }
+    }
+}
+
+/// A text among the attributes of a part.
+fn text_of(header: &Header, key: &str) -> Option<String> {
+    let attributes = header.own_attributes.other.iter().chain(&header.shared_attributes.other);
+    attributes.filter(|(name, _)| (*name).eq(key)).find_map(|(_, value)| match value {
+        AttributeValue::Text(text) => String::from_utf8(text.bytes().to_vec()).ok(),
+        _ => None,
+    })
+}
+
+/// Converts the values of a layer from the primaries of the file. They may be coefficients, so that colours
+/// outside of Rec. 709 stay where they are.
 fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
-    let Some(given) = header.shared_attributes.chromaticities else { return };
-    let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
-    match Chromaticities([given.red, given.green, given.blue, given.white].map(point)).to_rec_709() {
-        Some(matrix) if !layer.grey() => chromaticity::apply(matrix, pixels),
-        Some(_) => {}
-        None => warnings.push("the chromaticities span no colour space and were ignored".into()),
+    let Some((_, declared)) = declared(header, warnings).filter(|_| !layer.grey()) else { return };
+    match declared.to_rec_709() {
+        Some(matrix) => chromaticity::apply_linear(matrix, pixels),
+        None => warnings.push(NO_SPACE.into()),
     }
 }
 

@@ -242,6 +242,32 @@ fn export(parameters: &str, light: Environment) -> Case {
     case("export-engine", parameters).input("light", light)
 }
 
+/// What an engine loads is the light that it was made of, in our frame again.
+#[test]
+fn a_cube_for_an_engine_is_an_environment_again() {
+    let light = environment(64, sky);
+    for (preset, format, most, _) in CUBES {
+        let parameters = format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = 32");
+        let bytes = export(&parameters, light.clone()).files()[0].clone();
+        let import = |parameters: &str, bytes: &[u8]| {
+            case("import-environment", parameters).file("a.x", bytes).source("a.x").run().unwrap()
+        };
+        let named = import(&format!("preset = \"{preset}\""), &bytes);
+        let found = named.artifact::<Environment>();
+        let truth = environment(64, sky);
+        let off = difference(found.0.pixels(), truth.0.pixels());
+        // A block of BC6H holds a line of colours.
+        assert!(off < if most == 0.0 { 0.3 } else { most + 0.03 }, "{preset} {format}: {off}");
+        assert!(named.notes[0].contains(&format!("in the frame of {preset}")), "{:?}", named.notes);
+    }
+    // The recipe names the preset.
+    let cube = Texture { width: 1, height: 1, faces: 6, pixels: vec![[1.0; 3]; 6], ..Texture::default() };
+    let recipe = "{\"kind\":\"export-engine\",\"parameters\":{\"preset\":\"three\"}}";
+    let bytes = containers::write_ktx2(&cube, containers::Precision::Half, Some(recipe), &[]).unwrap().bytes;
+    let ran = case("import-environment", "").file("a.ktx2", bytes).source("a.ktx2").run().unwrap();
+    assert!(ran.notes[0].contains("in the frame of three"), "{:?}", ran.notes);
+}
+
 #[test]
 fn bounds_name_the_largest_value_and_the_error_of_each_level() {
     let bright = environment(32, |w| if w.z > 0.98 { [9e5, 300.0, 1.0] } else { sky(w) });
