@@ -1,10 +1,10 @@
 //! Radiance pictures: RGBE and XYZE (G. Ward, "Real pixels", Graphics Gems II; Radiance's `filefmts`).
 //!
-//! A pixel (m_r, m_g, m_b, e) stands for m / 256 * 2^(e - 128) in each channel, black if e = 0: so read OpenImageIO,
-//! OpenCV, stb_image, FreeImage, ImageMagick and Babylon.js. Mantissas are rounded to the nearest when a
-//! picture is written, so that what these programs read is neither darker nor brighter. Two kinds of program
-//! differ: Radiance itself adds half a mantissa, (m + 0.5) / 256, since it cuts mantissas off when it writes,
-//! and three.js and Godot divide by 255, so that they show every Radiance picture 0.4 % brighter.
+//! A pixel (m_r, m_g, m_b, e) stands for m / 256 * 2^(e - 128) in each channel, black if e = 0. OpenImageIO,
+//! OpenCV, stb_image, FreeImage, ImageMagick and Babylon.js read it so. Mantissas are rounded to the nearest
+//! when a picture is written, so that what these programs read is neither darker nor brighter. Two kinds of
+//! program differ: Radiance itself adds half a step, (m + 0.5) / 256, since it cuts mantissas off when it
+//! writes, and three.js and Godot divide by 255, so that every Radiance picture is 0.4 % brighter there.
 //!
 //! The header is a line `#?...`, fields `NAME=value` in any number and an empty line; then the resolution,
 //! `-Y 512 +X 1024` or one of seven other orders of scanning. Fields that matter:
@@ -104,7 +104,7 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
 /// Mantissas are rounded to the nearest: a value comes back within 1/256 of its pixel's largest channel, and
 /// within 2^-136 of a darker one than 2^-128. `recipe` goes into comment lines of the header.
 ///
-/// Negative values become 0 and values past 1.69e38 that number; each is counted.
+/// Negative values become 0 and are counted; values past 1.69e38 become that number.
 ///
 /// # Errors
 /// If a value is NaN, or the recipe holds control characters.
@@ -116,7 +116,7 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
     // Some programs expect the empty line right after FORMAT.
     let mut bytes =
         format!("#?RADIANCE\n{recipe}FORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
-    let mut clamped = 0;
+    let mut negative = 0;
     let mut line = Vec::with_capacity(width);
     for (row, pixels) in image.pixels().chunks_exact(width).enumerate() {
         line.clear();
@@ -128,12 +128,16 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
                 )
                 .within(Format::Radiance.name()));
             }
-            line.push(encode(*pixel, &mut clamped));
+            negative += pixel.iter().filter(|value| **value < 0.0).count();
+            line.push(encode(*pixel));
         }
         write_scanline(&line, &mut bytes);
     }
-    Ok(Encoded { bytes, clamped, negative: 0 })
+    Ok(Encoded { bytes, negative })
 }
+
+/// 255 / 256 * 2^127: the largest mantissa of the largest exponent.
+const LARGEST: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
 
 /// RGB of a pixel.
 fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
@@ -145,14 +149,8 @@ fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
 }
 
 /// The pixel of an RGB value that is not NaN.
-fn encode(rgb: [f32; 3], clamped: &mut usize) -> [u8; 4] {
-    // 255 / 256 * 2^127: the largest mantissa of the largest exponent.
-    const LARGEST: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
-    let rgb = rgb.map(|value| {
-        let kept = f64::from(value).clamp(0.0, LARGEST);
-        *clamped += usize::from(kept != f64::from(value));
-        kept
-    });
+fn encode(rgb: [f32; 3]) -> [u8; 4] {
+    let rgb = rgb.map(|value| f64::from(value).clamp(0.0, LARGEST));
     let largest = rgb[0].max(rgb[1]).max(rgb[2]);
     // largest = f 2^exponent with f in [0.5, 1): an f32 is a normal f64, whose exponent bits say so.
     let least = ((largest.to_bits() >> 52) as i32 - 1022).max(1 - 128);
@@ -561,7 +559,7 @@ mod tests {
             let encoded = write_rgbe(&image, Some("{\"kind\":\"x\"}")).unwrap();
             let decoded = read(&encoded.bytes).unwrap();
             assert_eq!(decoded.recipe.as_deref(), Some("{\"kind\":\"x\"}"));
-            assert_eq!((encoded.clamped, decoded.warnings.len()), (0, 0));
+            assert_eq!((encoded.negative, decoded.warnings.len()), (0, 0));
             for (a, b) in decoded.image.pixels().iter().zip(image.pixels()) {
                 // A unit of the mantissa is at most 1/128 of the largest channel, and rounding is half of it.
                 let largest = b.iter().fold(0.0_f32, |a, b| a.max(*b));
@@ -571,19 +569,19 @@ mod tests {
     }
 
     #[test]
-    fn writing_is_the_inverse_of_reading_and_counts_what_it_clamps() {
+    fn writing_is_the_inverse_of_reading_and_counts_negative_values() {
         for e in [1, 2, 100, 128, 200, 255] {
             for m in [128, 200, 255] {
                 let rgb = decode([m, 3, 0, e]).map(|value| value as f32);
-                assert_eq!(encode(rgb, &mut 0), [m, 3, 0, e], "{rgb:?}");
+                assert_eq!(encode(rgb), [m, 3, 0, e], "{rgb:?}");
             }
         }
-        assert_eq!(encode([1.0, 0.0, 0.0], &mut 0), [128, 0, 0, 129]);
+        assert_eq!(encode([1.0, 0.0, 0.0]), [128, 0, 0, 129]);
         // 255.5 / 256 rounds up to 1, which takes the next exponent.
-        assert_eq!(encode([255.5 / 256.0, 0.25, 1.0 / 256.0], &mut 0), [128, 32, 1, 129]);
+        assert_eq!(encode([255.5 / 256.0, 0.25, 1.0 / 256.0]), [128, 32, 1, 129]);
         let image = Image::new(4, 1, vec![[-1.0, 0.0, 2.0], [f32::INFINITY, 0.0, 0.0], [1e-45; 3], [0.0; 3]]);
         let encoded = write_rgbe(&image.unwrap(), None).unwrap();
-        assert_eq!(encoded.clamped, 2);
+        assert_eq!(encoded.negative, 1);
         let decoded = pixels(&encoded.bytes);
         assert!(decoded[0] == [0.0, 0.0, 2.0] && decoded[1][0] > 1.6e38 && decoded[2] == [0.0; 3]);
         let nan = Image::new(1, 1, vec![[f32::NAN; 3]]).unwrap();
