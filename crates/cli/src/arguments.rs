@@ -405,7 +405,7 @@ pub(crate) struct ConvertArguments {
     /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the ending of OUT]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<String>,
-    /// The numbers to write: half or float [default: half]
+    /// The numbers to write: half or float [default: half, or float if a value exceeds the largest half]
     #[arg(long, value_name = "PRECISION")]
     pub(crate) precision: Option<String>,
     /// Turn the light about the vertical by these degrees, to the left

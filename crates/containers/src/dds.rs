@@ -100,9 +100,8 @@ pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<En
             bytes.extend_from_slice(&level.bytes[image * length..(image + 1) * length]);
         }
     }
-    let clamped = levels.iter().map(|level| level.clamped).sum();
     let negative = levels.iter().map(|level| level.negative).sum();
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
 /// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header, or, of

@@ -61,13 +61,11 @@ impl Decoded {
     }
 }
 
-/// A file's bytes, and how many values had to be clamped to fit the format.
+/// A file's bytes, and how many values lost their sign.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Encoded {
     /// The whole file.
     pub bytes: Vec<u8>,
-    /// Values that the format cannot hold and that were replaced by the nearest that it can.
-    pub clamped: usize,
     /// Negative values that became 0, in a format without a sign.
     pub negative: usize,
 }

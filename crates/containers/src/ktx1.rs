@@ -116,9 +116,8 @@ fn write(
         bytes.extend_from_slice(&((level.bytes.len() / 6) as u32).to_le_bytes());
         bytes.extend_from_slice(&level.bytes);
     }
-    let clamped = levels.iter().map(|level| level.clamped).sum();
     let negative = levels.iter().map(|level| level.negative).sum();
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
 /// Whether the bytes begin as a KTX 1 file.

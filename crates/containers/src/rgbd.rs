@@ -10,9 +10,6 @@ use crate::format::Format;
 use crate::texel::Packed;
 use crate::{png, raster};
 
-/// The largest value.
-pub(crate) const LARGEST: f32 = 255.0;
-
 const GAMMA: f32 = 2.2;
 
 fn pack(texel: [f32; 3]) -> [u8; 4] {
@@ -37,7 +34,6 @@ pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Err
     let values = texels.as_flattened();
     Ok(Packed {
         bytes: png::write_rgba(edge, edge, &codes)?,
-        clamped: values.iter().filter(|value| **value > LARGEST).count(),
         negative: values.iter().filter(|value| **value < 0.0).count(),
     })
 }

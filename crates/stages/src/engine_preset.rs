@@ -45,7 +45,7 @@ choice! {
         Bc6h = "bc6h",
         /// PNG with a divisor in its alpha, up to 255.
         Rgbd = "rgbd",
-        /// An OpenEXR image in halves.
+        /// An OpenEXR image in halves, or in 32-bit floats if halves cannot hold a value.
         Exr = "exr",
         /// A Radiance image.
         Hdr = "hdr",

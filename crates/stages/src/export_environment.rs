@@ -21,6 +21,9 @@
 //! level of detail: a `cube` is one file with six faces in it, and there are no strips and crosses.
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`.
 //!
+//! Half floats end at 65504. If a value exceeds that, the file has 32-bit floats, and a note says so, unless
+//! `precision` is named: then a warning says which share of the light is lost.
+//!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
 //! `contact-sheet`, and is for looking only.
 //!
@@ -38,7 +41,7 @@
 
 use std::borrow::Cow;
 
-use containers::{Precision, Texture};
+use containers::Texture;
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use shrm::Plain;
@@ -47,7 +50,7 @@ use sphere::{Cube, Face, LatLong};
 use crate::choices::{LampsName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, Layout, PlainName};
 use crate::parts::PartsName;
-use crate::{artifacts, map_source};
+use crate::{artifacts, map_source, overflow};
 
 choice! {
     /// The container of the written images.
@@ -99,9 +102,11 @@ parameters! {
         resolution: Option<usize> = None,
         /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
         format: Format = Format::Exr,
-        /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what happens to values past 65504: they become 65504, or the item fails.
+        /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504;
+        /// "auto" is half unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they become
+        /// 65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]
@@ -152,7 +157,7 @@ impl Kind for ExportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-environment";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("export_environment.rs");
 
@@ -169,18 +174,16 @@ impl Kind for ExportEnvironment {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let Parameters { format, layout, precision, overflow, .. } = *parameters;
+        let Parameters { format, layout, precision, .. } = *parameters;
         let mut errors = Vec::new();
         if format.picture().is_err() && matches!(layout, Layout::CubeStrip | Layout::CubeCross) {
             errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
         }
         let holds_floats = !matches!(format, Format::Rgbe | Format::Png);
-        if precision.0 != Precision::Half && !holds_floats {
+        if precision != PrecisionName::Auto && !holds_floats {
             errors.push(("precision", "only formats \"exr\", \"ktx2\" and \"dds\" use it".into()));
         }
-        if overflow != Overflow::Clamp && (precision.0 != Precision::Half || !holds_floats) {
-            errors.push(("overflow", "only precision = \"half\" uses it".into()));
-        }
+        errors.extend(overflow::check(parameters.overflow, precision, holds_floats));
         errors
     }
 
@@ -198,14 +201,14 @@ impl Kind for ExportEnvironment {
         let format = match parameters.format.picture() {
             Ok(format) => {
                 let picture = parameters.picture(format, resolution);
-                return picture::write(&picture, &picture::arrange(&picture, pixels)?, context);
+                return picture::write(&picture, pixels, context);
             }
             Err(format) => format,
         };
         let (width, faces) =
             if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
-        let format = (format, parameters.precision.0, parameters.overflow);
+        let format = (format, parameters.precision, parameters.overflow);
         Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
     }
 }

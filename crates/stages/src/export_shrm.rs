@@ -174,9 +174,9 @@
 //!
 //! ## Values past the largest half
 //!
-//! With precision "half" (KTX2 and OpenEXR) a value past 65504, of either sign, becomes +-65504, and a
-//! warning counts such values; with `overflow = "error"` the item fails instead. `precision = "float"` keeps
-//! every value.
+//! If a value exceeds 65504, the largest half, KTX2 and OpenEXR files have 32-bit floats, and a note says so.
+//! With `precision = "half"` such a value, of either sign, becomes +-65504, and a warning says which share of
+//! the sum of all values is lost; with `overflow = "error"` the item fails instead.
 //!
 //! ## Example
 //!
@@ -204,9 +204,9 @@ use shrm::{MapLayout, Reflection, Shrm, Terms};
 use crate::choices::{
     LampsName, MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of,
 };
-use crate::export_reflection_map::report_overflow;
 use crate::map_input::{self, MapInput};
 use crate::map_source::MapSource;
+use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
 
 choice! {
@@ -242,10 +242,11 @@ parameters! {
         parts: PartsName = PartsName::Separate,
         /// The container; see Files.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is
+        /// half unless a value exceeds that.
         /// Safetensors hold 32-bit numbers.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what happens to values past 65504; see Values past the largest half.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest half.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -264,7 +265,7 @@ impl Kind for ExportShrm {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-shrm";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
@@ -287,16 +288,10 @@ impl Kind for ExportShrm {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let PrecisionName(precision) = parameters.precision;
         let mut errors = parameters.input().check();
         let textures = parameters.format != Format::Safetensors;
-        if parameters.overflow != Overflow::Clamp && !(textures && precision == Precision::Half) {
-            errors.push((
-                "overflow",
-                "only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
-            ));
-        }
-        if precision != Precision::Half && !textures {
+        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
+        if parameters.precision != PrecisionName::Auto && !textures {
             errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
         }
         errors
@@ -325,7 +320,13 @@ fn file(
     context: &Context<'_>,
 ) -> Result<Vec<u8>, Failure> {
     let recipe = Some(context.recipe());
-    let PrecisionName(precision) = parameters.precision;
+    let precision = match parameters.format {
+        Format::Safetensors => Precision::Float,
+        Format::Exr | Format::Ktx2 => {
+            let choice = (parameters.precision, parameters.overflow);
+            overflow::precision(map.values(), Content::Values, choice, context)?
+        }
+    };
     let file = match parameters.format {
         Format::Safetensors => {
             Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
@@ -333,7 +334,6 @@ fn file(
         Format::Exr => layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?,
         Format::Ktx2 => texture(map, beside, precision, recipe)?,
     };
-    report_overflow(file.clamped, parameters.overflow, context)?;
     context.note(format!("{} bytes", file.bytes.len()));
     Ok(file.bytes)
 }

@@ -49,6 +49,7 @@ mod material_edit;
 mod material_file;
 mod material_picture;
 mod material_schema;
+mod overflow;
 mod parts;
 mod precompute_transfer;
 mod prefilter;

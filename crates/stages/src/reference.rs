@@ -66,7 +66,6 @@
 use std::ops::Range;
 
 use brdf::{Centre, Choice, Material, project_unless};
-use containers::Precision;
 use engine::{
     Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
     parameters, unexpected,
@@ -184,9 +183,11 @@ parameters! {
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what happens to values past 65504: they become 65504, or the item fails.
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless
+        /// a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they become
+        /// 65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]
@@ -225,7 +226,7 @@ impl Kind for ReferenceMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "reference";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[
         brdf::revisions::MODELS,
         brdf::revisions::PROJECTION,
@@ -290,7 +291,7 @@ impl Kind for ReferenceMap {
                 estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
             }
         };
-        picture::write(&picture, &picture::arrange(&picture, pixels)?, context)
+        picture::write(&picture, pixels, context)
     }
 }
 

@@ -130,8 +130,11 @@ pub(super) fn write_input(
         }
         (Environment::TYPE, Format::Hdr) => {
             let encoded = write_rgbe(&image(&*context.get::<Environment>(port)?)?, None)?;
-            if encoded.clamped > 0 {
-                context.warn(format!("{port}: {} values do not fit RGBE and were clamped", encoded.clamped));
+            if encoded.negative > 0 {
+                context.warn(format!(
+                    "{port}: {} negative values became 0, which RGBE ends at",
+                    encoded.negative
+                ));
             }
             encoded.bytes
         }

@@ -42,7 +42,7 @@ fn bevy(c: DVec3) -> DVec3 {
 }
 
 /// The cube in an engine's file, by the reader of its container.
-fn cube_of(file: &[u8]) -> Texture {
+pub(crate) fn cube_of(file: &[u8]) -> Texture {
     if file.starts_with(b"{") {
         return read_gltf_image_based_light(file).unwrap().cube;
     }
@@ -59,7 +59,7 @@ fn coordinate(edge: usize, index: usize) -> DVec3 {
 }
 
 /// The named file of a case.
-fn file(case: &Case, name: &str) -> Vec<u8> {
+pub(crate) fn file(case: &Case, name: &str) -> Vec<u8> {
     let engine::Product::Files(names) = case.product() else { panic!("no files") };
     let index = names.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name} of {names:?}"));
     case.files()[index].clone()
@@ -238,7 +238,7 @@ fn tables_of_albedos_are_those_of_the_reference() {
     }
 }
 
-fn export(parameters: &str, light: Environment) -> Case {
+pub(crate) fn export(parameters: &str, light: Environment) -> Case {
     case("export-engine", parameters).input("light", light)
 }
 
@@ -279,14 +279,17 @@ fn bounds_name_the_largest_value_and_the_error_of_each_level() {
         [("three", 65504.0), ("filament", 64512.0), ("bevy", 65408.0), ("babylon", 255.0)]
     {
         let ran = of(preset, "clamp").run().unwrap();
-        assert!(
-            ran.warnings[0].contains(&format!("values exceed {largest}, the largest of ")),
-            "{:?}",
-            ran.warnings
-        );
+        let said = ran.warnings[0].starts_with("the brightest light is clamped: ")
+            && ran.warnings[0].contains(" % of the red light is lost")
+            && ran.warnings[0].contains(&format!(" ends at {largest}; "))
+            && ran.warnings[0].contains("`subtract-lights`");
+        assert!(said, "{:?}", ran.warnings);
+        assert_eq!(preset == "babylon", ran.warnings[0].contains("format = \"rgba32f\" keeps it"));
         let bounds: Value = serde_json::from_slice(&file(&of(preset, "clamp"), "/bounds.json")).unwrap();
         assert_eq!(bounds["format_largest"], largest);
         assert!(bounds["clamped"].as_u64().unwrap() > 0 && bounds["largest"].as_f64().unwrap() > 8e5);
+        let lost: [f64; 3] = serde_json::from_value(bounds["lost_light"].clone()).unwrap();
+        assert!(lost[0] > 0.5 && lost[2] == 0.0, "{lost:?}");
         let levels = bounds["levels"].as_array().unwrap();
         assert!(levels.iter().all(|level| level["stored_error"].as_f64().is_some()), "{bounds}");
         assert_eq!((&levels[0]["size"], &levels[0]["method"]), (&32.into(), &"resampled".into()));

@@ -454,8 +454,13 @@ fn values_past_the_largest_half_are_reported() {
         ("export-kautz-mccool", "resolution = 3"),
         ("export-view-maps", "resolution = 3\nviews = 2"),
     ] {
-        let warnings = case(kind, parameters).input("reflection", bright.clone()).run().unwrap().warnings;
-        assert!(warnings.iter().any(|warning| warning.contains("exceed 65504")), "{kind}: {warnings:?}");
+        let of = |more: &str| {
+            case(kind, &format!("{parameters}{more}")).input("reflection", bright.clone()).run().unwrap()
+        };
+        let notes = of("").notes;
+        assert!(notes.iter().any(|note| note.starts_with("written in 32-bit floats")), "{kind}: {notes:?}");
+        let warnings = of("\nprecision = \"half\"").warnings;
+        assert!(warnings.iter().any(|warning| warning.contains("light is lost")), "{kind}: {warnings:?}");
         let refused = format!("{parameters}\noverflow = \"error\"");
         let failure = case(kind, &refused).input("reflection", bright.clone()).failure();
         assert!(failure.contains("exceed 65504"), "{failure}");
@@ -483,7 +488,7 @@ fn parameters_without_effect_or_out_of_range_are_errors() {
         (
             "export-cabral",
             "precision = \"float\"\noverflow = \"error\"",
-            "overflow: only precision = \"half\" uses it",
+            "overflow: only files of half floats use it",
         ),
         ("export-kautz-mccool", "slices = 1", "slices: 1 is not a whole number from 2 to 256"),
         ("export-view-maps", "views = 65", "views: 65 is not a whole number from 1 to 64"),

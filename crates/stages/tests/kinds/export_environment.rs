@@ -67,7 +67,7 @@ fn impossible_parameters_are_errors() {
     for (parameters, words) in [
         ("layout = \"cube-cross\"\nformat = \"ktx2\"", "a texture is \"lat-long\" or \"cube\""),
         ("format = \"png\"\nprecision = \"float\"", "precision: only formats"),
-        ("precision = \"float\"\noverflow = \"error\"", "overflow: only precision = \"half\" uses it"),
+        ("precision = \"float\"\noverflow = \"error\"", "overflow: only files of half floats use it"),
     ] {
         let errors = export(parameters).errors();
         assert!(errors.iter().any(|error| error.contains(words)), "{parameters}: {errors:?}");
