@@ -19,7 +19,7 @@ const SHADOWS_WIDER = 1e-5;
 
 // How far rays start above a point, in roundings of the numbers there, and how much farther a point may be
 // from the plane of a triangle that it lies on: see occluders.rs.
-const SHADOWS_ROUNDINGS = 16.0;
+const SHADOWS_ROUNDINGS = 8.0;
 const SHADOWS_ON = 4.0;
 
 // Where rays start, in the mesh's coordinates, and the normal there, in the light's frame.
