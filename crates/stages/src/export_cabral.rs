@@ -83,7 +83,7 @@ use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 choice! {
     /// How the sphere of central directions lies on a file.
@@ -155,7 +155,7 @@ impl Kind for ExportCabral {
             Layout::Cube => MapLayout::Cube,
             Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
         };
-        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+        MapSizes { edge: edge_of(parameters.resolution, layout), ..MapSizes::default() }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
@@ -222,7 +222,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let clamped = encoded.iter().map(|file| file.clamped).sum();
     match parameters.format {
         Format::Rgbe if clamped > 0 => {
-            context.warn(format!("{clamped} values are negative; RGBE stores them as 0"));
+            context.warn(format!(
+                "{clamped} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
+            ));
         }
         _ => report_overflow(clamped, parameters.overflow, context)?,
     }
@@ -305,11 +307,11 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
         }
     }
     if lost > 0.0 {
-        context.note(format!(
-            "{} of the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold",
-            share(lost / all),
+        let what = format!(
+            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
             map.p().get()
-        ));
+        );
+        report_loss(context, lost / all, &what, "export-shrm keeps it");
     }
 }
 

@@ -82,7 +82,7 @@ use sphere::{Cube, Face, LatLong};
 use crate::artifacts;
 use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 choice! {
     /// Which map represents a material that changes with the view.
@@ -219,12 +219,11 @@ fn files(
     };
     let lost = view_dependent_share(reflection);
     if lost > 0.0 {
-        context.note(format!(
-            "P = {}: the map holds {shown}; {} of the reflected energy changes with the view, \
-             which export-shrm keeps",
-            reflection.brdf().p().get(),
-            share(lost)
-        ));
+        let what = format!(
+            "the reflected energy changes with the view (P = 1 to {}) and is lost: the map holds {shown}",
+            reflection.brdf().p().get()
+        );
+        report_loss(context, lost, &what, "export-shrm keeps it");
     }
     let images = images(parameters, reflection)?;
     context.check_cancelled()?;
@@ -374,13 +373,14 @@ fn report_negatives(format: Format, images: &[Image], context: &Context<'_>) {
         return;
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
-    let found = format!(
-        "{negative} of {total} values are negative, the least is {least:.3e}, because the series is truncated"
-    );
-    match format {
-        Format::Exr => context.note(found),
-        Format::Rgbe | Format::Png => context.warn(format!("{found}; they are written as 0")),
-    }
+    let written = match format {
+        Format::Exr => "black where a renderer clamps them",
+        Format::Rgbe | Format::Png => "written as 0",
+    };
+    let what =
+        format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
+    let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
+    report_loss(context, negative as f64 / total as f64, &what, help);
 }
 
 /// Warns of values that a half cannot hold, or fails because of them.
