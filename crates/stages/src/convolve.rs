@@ -254,7 +254,6 @@ fn warn_of_rings(
     let by_light = Reflection::for_light_unless(lighting, &full, material, &stop);
     let (by_light, _) = by_light.ok_or_else(Failure::cancelled)?;
     let by_light_error = samples(&by_light, context)?.error(&right, dark);
-    let (f, p) = (by_light.brdf().f().get(), by_light.brdf().p().get());
     let mut best = ("leave out `degree` and `tolerance` in project-brdf".to_owned(), by_light_error);
     for (name, window) in WINDOWS {
         let error = samples(&reflection.windowed(window), context)?.error(&right, dark);
