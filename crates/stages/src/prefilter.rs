@@ -203,9 +203,10 @@ impl Kind for Prefilter {
         let prefiltered = made.map_err(failure)?;
         for (l, level) in prefiltered.levels.iter().enumerate() {
             context.note(level_note(l, level));
-            if let Some(error) = level.error.filter(|error| *error > LOSS) {
+            let is_fast = matches!(level.method, LevelMethod::Fast { .. });
+            if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
                 context.warn(format!(
-                    "level {l} is off by up to {} of its largest value; method = \"quadrature\" makes it exact",
+                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and closer",
                     about(error)
                 ));
             }

@@ -34,7 +34,8 @@
 //! ## View
 //!
 //! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
-//! light's unit, and signed: a series rings below zero near bright lamps; the build notes how much does.
+//! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
+//! warning above 1 % of the vertices.
 //!
 //! ## Example
 //!
