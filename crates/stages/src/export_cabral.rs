@@ -85,7 +85,7 @@ use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
 use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 choice! {
     /// How the sphere of central directions lies on a file.
@@ -158,7 +158,7 @@ impl Kind for ExportCabral {
             Layout::Cube => MapLayout::Cube,
             Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
         };
-        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+        MapSizes { edge: edge_of(parameters.resolution, layout), ..MapSizes::default() }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
@@ -234,7 +234,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let negative: usize = encoded.iter().map(|file| file.negative).sum();
     if negative > 0 {
-        context.warn(format!("{negative} values are negative; RGBE stores them as 0"));
+        context.warn(format!(
+            "{negative} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
+        ));
     }
     let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
     let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
@@ -315,11 +317,11 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
         }
     }
     if lost > 0.0 {
-        context.note(format!(
-            "{} of the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold",
-            share(lost / all),
+        let what = format!(
+            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
             map.p().get()
-        ));
+        );
+        report_loss(context, lost / all, &what, "export-shrm keeps it");
     }
 }
 

@@ -59,7 +59,7 @@ use crate::map_input;
 use crate::map_source::{self, MapSource};
 use crate::overflow;
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 parameters! {
     /// Parameters of `export-kautz-mccool`.
@@ -112,7 +112,7 @@ impl Kind for ExportKautzMcCool {
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
         let edge = edge_of(parameters.resolution, MapLayout::LatLong);
-        MapSizes { edge, slices: Some(parameters.slices) }
+        MapSizes { edge, slices: Some(parameters.slices), ..MapSizes::default() }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
@@ -134,11 +134,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let lost = azimuthal_share_unless(&map.0, source.lamps(), &stop).ok_or_else(Failure::cancelled)?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
-        context.warn(format!(
-                "{} of the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture; \
-                 export-shrm keeps it",
-                share(lost)
-            ));
+        let what =
+            "the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture";
+        report_loss(context, lost, what, "export-shrm keeps it");
     }
     if parameters.slices <= source.p() {
         context.note(format!(

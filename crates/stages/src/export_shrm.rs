@@ -284,7 +284,11 @@ impl Kind for ExportShrm {
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
         let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
-        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+        MapSizes {
+            edge: edge_of(parameters.resolution, layout),
+            slices: None,
+            holds_lamps: Some(parameters.lamps == LampsName::Baked),
+        }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -62,6 +62,7 @@ use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredL
 use crate::artifacts;
 use crate::choices::MOST;
 use crate::engine_preset::{EnginePreset, nearest_power_of_two};
+use crate::share::{LOSS, about, percent};
 
 choice! {
     /// The lobe.
@@ -202,6 +203,13 @@ impl Kind for Prefilter {
         let prefiltered = made.map_err(failure)?;
         for (l, level) in prefiltered.levels.iter().enumerate() {
             context.note(level_note(l, level));
+            let is_fast = matches!(level.method, LevelMethod::Fast { .. });
+            if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
+                context.warn(format!(
+                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and closer",
+                    about(error)
+                ));
+            }
         }
         let sharp = |level: &&PrefilteredLevel| level.method == LevelMethod::Quadrature;
         let by_quadrature = prefiltered.levels.iter().filter(sharp).count();
@@ -242,7 +250,7 @@ fn level_note(l: usize, level: &PrefilteredLevel) -> String {
     let edge = level.map.cube().edge;
     let mut text = format!("level {l}, {edge} x {edge}, roughness {:.3}: {method}", level.roughness);
     if let Some(error) = level.error {
-        text += &format!(", estimated error {error:.1e} of its largest value");
+        text += &format!(", estimated error {} of its largest value", percent(error));
     }
     if level.negative > 0 {
         text += &format!("; {} negative values became 0", level.negative);

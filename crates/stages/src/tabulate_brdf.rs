@@ -162,7 +162,7 @@ impl Kind for TabulateBrdf {
         if error > UNCERTAIN * f64::from(greatest) {
             context.warn(format!(
                 "the material changes too fast to be integrated exactly: coefficients of up to {greatest:.3} are \
-                 uncertain by up to {error:.1e}"
+                 uncertain by up to {error:.1e}; a larger roughness avoids that"
             ));
         }
         let colour = if table.channels() == 1 { "grey" } else { "RGB" };

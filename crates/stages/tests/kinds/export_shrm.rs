@@ -306,14 +306,28 @@ fn an_error_chooses_the_resolution() {
             let ran = case.run().unwrap();
             let [_, rows, _] = tensors::decode_shrm(&case.files()[0]).unwrap().grid().shape();
             assert_eq!(rows, expected.texels, "{words}, {error}");
-            let message = format!("estimated error of {:.1e} of the RMS radiance", expected.estimated_error);
-            assert!(ran.notes[0].ends_with(&message), "{}", ran.notes[0]);
+            let (_, said) = ran.notes[0].split_once("estimated error of ").unwrap();
+            let (percent, rest) = said.split_once(' ').unwrap();
+            let percent: f64 = percent.parse().unwrap();
+            assert!((percent / (100.0 * expected.estimated_error) - 1.0).abs() < 0.06, "{}", ran.notes[0]);
+            assert_eq!(rest, "% of the RMS radiance");
+            assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
         }
     }
     // Degree 2 asks for no more than an edge of 10, to the next multiple of 4.
     let case = export("error = 0.0001");
     assert_eq!(tensors::decode_shrm(&case.files()[0]).unwrap().grid(), MapGrid::Cube(Cube { edge: 12 }));
-    assert!(case.run().unwrap().notes[0].contains("more than error = 0.0001"));
+    let warning = &case.run().unwrap().warnings[0];
+    assert!(
+        warning.starts_with(
+            "the map is too coarse for what it reflects: between its texels it is off by about "
+        ),
+        "{warning}"
+    );
+    assert!(
+        warning.contains(" and 0.010 % was allowed; \"auto\" stops at 12 texels along an edge"),
+        "{warning}"
+    );
     // Nothing given: a local cube, within 0.01 or the most.
     assert_eq!(tensors::decode_shrm(&export("").files()[0]).unwrap().view(), View::Local);
 }
