@@ -21,6 +21,10 @@ pub const MOST_RINGS: usize = 30;
 /// A disk whose radius is this share of a highlight's width is a point: the error is 1e-3 of the peak.
 const POINT: f64 = 0.063;
 
+/// A disk that is larger than this, in radians, is never a point: a horizon that cuts it in half leaves 2 / (3 pi)
+/// of its radius of the cosine of a surface that faces it, and a point nothing.
+const SUN: f64 = 0.005;
+
 /// The distance of the rings of a large disk, in radians, that a horizon may cut.
 const HORIZON_STEP: f64 = 0.08;
 
@@ -97,7 +101,7 @@ impl Light {
     /// assert!((50..400).contains(&lamp(0.26).points(0.13).len()));
     /// ```
     pub fn points(&self, width: f64) -> Vec<(Direction, f64)> {
-        if self.radius <= POINT * width {
+        if self.radius <= (POINT * width).min(SUN) {
             return vec![(self.direction, 1.0)];
         }
         let across = self.radius / width.max(1e-6);
@@ -105,13 +109,13 @@ impl Light {
         let rings = (1.5 + 1.2 * across).max(self.radius / HORIZON_STEP).min(MOST_RINGS as f64) as usize;
         let (centre, reach) = (self.direction.vector(), math::sin(self.radius / 2.0));
         let (u, v) = centre.any_orthonormal_pair();
-        let (nodes, weights) = gauss_legendre(rings);
+        let (angles, weights) = gauss_legendre(rings);
         let step = (0.8 * width).min(1.5 * HORIZON_STEP).max(self.radius / (1.2 * MOST_RINGS as f64));
         let golden = PI * (3.0 - 5f64.sqrt());
         let mut points = Vec::new();
-        for (ring, (node, weight)) in nodes.iter().zip(&weights).enumerate() {
+        for (ring, (angle, weight)) in angles.iter().zip(&weights).enumerate() {
             // The solid angle within theta is 4 pi sin^2(theta / 2).
-            let theta = 2.0 * math::asin(reach * (0.5 * (1.0 + node)).max(0.0).sqrt());
+            let theta = 2.0 * math::asin(reach * math::sin(angle / 2.0));
             let count = 5 + (2.0 * PI * math::sin(theta) / step) as usize;
             let (sine, cosine) = math::sin_cos(theta);
             for k in 0..count {

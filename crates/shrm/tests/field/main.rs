@@ -4,6 +4,7 @@
 
 mod disks;
 mod evaluation;
+mod head_on;
 mod maps;
 mod materials;
 mod resolution;
