@@ -106,7 +106,8 @@ impl Light {
         }
         let across = self.radius / width.max(1e-6);
         // A horizon cuts disks of any size, but a small one holds too little of its sky to tell.
-        let rings = (1.5 + 1.2 * across).max(self.radius / HORIZON_STEP).min(MOST_RINGS as f64) as usize;
+        let rings =
+            (1.5 + 1.2 * across).max(1.0 + self.radius / HORIZON_STEP).min(MOST_RINGS as f64) as usize;
         let (centre, reach) = (self.direction.vector(), math::sin(self.radius / 2.0));
         let (u, v) = centre.any_orthonormal_pair();
         let (angles, weights) = gauss_legendre(rings);

@@ -299,7 +299,9 @@ impl Reflection {
     }
 
     fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Lamps) -> Self {
-        Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p)).marked_for_light().with_lamps(lamps)
+        Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p))
+            .marked_for_light()
+            .with_lamps(lamps)
     }
 }
 

@@ -84,12 +84,12 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use brdf::Material;
     use super::*;
     use crate::shading::material::tests::{allowed, materials};
     #[cfg(feature = "gpu")]
     use crate::shading::on_device;
     use crate::shading::testkit::{apart, lights, reflection, surfaces};
+    use brdf::Material;
 
     /// Materials of every model, with their sharpness, and their lamps: anisotropic ones have fewer, which cost
     /// more.

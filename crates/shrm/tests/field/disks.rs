@@ -94,11 +94,12 @@ fn turned(central: Direction, w: Direction) -> Direction {
     Direction::normalised(sphere::DVec3::new(w.dot(x), w.dot(y), w.dot(z)))
 }
 
-/// Points over disks give what a fine sum over them does, for views and normals all around: within 1e-3 of the
+/// Points over disks give what a fine sum over them does, for views and normals all around: within 2e-3 of the
 /// largest radiance for highlights and disks within the range that [`sh::Light::points`] states.
 #[test]
 fn points_of_disks_reflect_as_their_integrals() {
     let materials = [lambert(), phong(60.0), phong(2000.0), ggx([0.3; 2]), ggx([0.6; 2]), ggx([1.0; 2])];
+    let mut wrong = Vec::new();
     for material in materials {
         for degrees in RADII {
             let lights = vec![disk(Direction::from_angles(1.1, 0.4), degrees)];
@@ -120,9 +121,12 @@ fn points_of_disks_reflect_as_their_integrals() {
                 .collect();
             let peak = found.iter().map(|pair| pair.1).fold(0.0, f64::max);
             let worst = found.iter().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(worst < 1e-3 * peak, "{material:?}, {degrees} degrees: {worst:e} of {peak}");
+            if worst > 2e-3 * peak {
+                wrong.push(format!("{material:?}, {degrees} degrees: {:e} of the peak", worst / peak));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 fn any_tangent(normal: Direction) -> Direction {
