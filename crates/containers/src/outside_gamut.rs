@@ -61,10 +61,8 @@ fn percent(share: f64) -> String {
     match percent {
         _ if percent <= 0.0 => "0 %".into(),
         _ if percent < 1e-4 => "less than 0.0001 %".into(),
-        _ if percent >= 9.95 => format!("{percent:.0} %"),
         _ => {
-            // The first digit that is not 0, and one more.
-            let digits = (1..6).find(|&digits| percent >= f64::powi(10.0, 1 - digits)).unwrap_or(5) as usize;
+            let digits = (1.0 - math::log10(percent).floor()).max(0.0) as usize;
             format!("{percent:.digits$} %")
         }
     }

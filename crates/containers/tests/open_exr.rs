@@ -17,7 +17,7 @@ fn read(bytes: &[u8]) -> Decoded {
 }
 
 fn layer(name: &str) -> ReadOptions {
-    ReadOptions { layer: Some(name.into()) }
+    ReadOptions { layer: Some(name.into()), ..ReadOptions::default() }
 }
 
 /// Values that a half holds exactly, and that vary in both directions.
@@ -349,7 +349,7 @@ fn a_layer_is_warned_of_its_own_alpha_only() {
     channels.push(channel("diffuse.A", Kind::Float, size, |_, _| 0.5));
     let bytes = file(vec![part(None, Encoding::UNCOMPRESSED, size, channels)]);
     let warned = |name: Option<&str>| {
-        let options = ReadOptions { layer: name.map(Into::into) };
+        let options = ReadOptions { layer: name.map(Into::into), ..ReadOptions::default() };
         read_image(&bytes, &options).unwrap().warnings.iter().any(|warning| warning.starts_with("alpha"))
     };
     assert!(warned(Some("diffuse")));

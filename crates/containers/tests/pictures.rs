@@ -275,7 +275,8 @@ fn what_is_not_a_picture_is_an_error() {
 #[test]
 fn a_layer_is_of_no_use_without_layers() {
     let bytes = write_rgbe(&Image::new(1, 1, vec![[1.0; 3]]).unwrap(), None).unwrap().bytes;
-    let decoded = read_image(&bytes, &ReadOptions { layer: Some("sky".into()) }).unwrap();
+    let decoded =
+        read_image(&bytes, &ReadOptions { layer: Some("sky".into()), ..ReadOptions::default() }).unwrap();
     assert_eq!(decoded.warnings, ["Radiance has no layers; `sky` was ignored"]);
 }
 

@@ -426,7 +426,9 @@ fn every_layer_is_read_again() {
         // A reader without layers sees the first; one that asks for a name sees that layer.
         let plain = read_image(&bytes, &ReadOptions::default()).unwrap();
         assert!(plain.image.pixels() == layers()[0].1.as_slice());
-        let named = read_image(&bytes, &ReadOptions { layer: Some("p1qm1".into()) }).unwrap();
+        let named =
+            read_image(&bytes, &ReadOptions { layer: Some("p1qm1".into()), ..ReadOptions::default() })
+                .unwrap();
         assert!(named.image.pixels() == layers()[1].1.as_slice());
     }
 }

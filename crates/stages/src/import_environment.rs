@@ -228,7 +228,7 @@ impl Kind for ImportEnvironment {
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let source = context.source()?;
-        match Pictures::find(source, parameters, context)? {
+        match Pictures::find(source, false, parameters, context)? {
             Pictures::One => {
                 let header = read_header(source, parameters, context)?;
                 let layout = layout_of(parameters.layout, header.openexr_envmap, context);
@@ -299,7 +299,13 @@ enum Pictures {
 }
 
 impl Pictures {
-    fn find(source: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Self, Failure> {
+    /// The pictures of a source; `reads_whole` as of [`is_texture`].
+    fn find(
+        source: &Path,
+        reads_whole: bool,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<Self, Failure> {
         if context.is_folder(source) {
             return match parameters.layout {
                 OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, context),
@@ -310,7 +316,7 @@ impl Pictures {
                 .help("name a file as the source, or remove layout")),
             };
         }
-        if is_texture(source, context)? {
+        if is_texture(source, reads_whole, context)? {
             return Ok(Self::Texture);
         }
         if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
@@ -335,10 +341,14 @@ impl Pictures {
     }
 }
 
-/// Whether a file is a texture that holds light, by its content.
-fn is_texture(path: &Path, context: &Context<'_>) -> Result<bool, Failure> {
+/// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
+/// the whole file, which is why a run reads all of it.
+fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<bool, Failure> {
     /// Of the longest signature.
     const SIGNATURE: u64 = 12;
+    if reads_whole {
+        return Ok(is_light_texture(&context.read(path)?));
+    }
     let mut first = Vec::new();
     context.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
     // What glTF holds is known only by the whole document.
@@ -351,7 +361,7 @@ fn read_source(
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Layout), Failure> {
-    match Pictures::find(source, parameters, context)? {
+    match Pictures::find(source, true, parameters, context)? {
         Pictures::One => {
             let decoded = read_picture(source, parameters, context)?;
             let layout = layout_of(parameters.layout, decoded.openexr_envmap, context);

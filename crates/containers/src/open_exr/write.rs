@@ -54,7 +54,7 @@ pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> R
 /// let layers = [(String::new(), vec![[1.0; 3]]), ("p1q0".to_owned(), vec![[0.5; 3]])];
 /// let bytes = write_exr_layers(1, 1, &layers, Precision::Half, None, &[])?.bytes;
 /// assert_eq!(read_image(&bytes, &ReadOptions::default())?.image.pixels(), [[1.0; 3]]);
-/// let option = ReadOptions { layer: Some("p1q0".into()) };
+/// let option = ReadOptions { layer: Some("p1q0".into()), ..ReadOptions::default() };
 /// assert_eq!(read_image(&bytes, &option)?.image.pixels(), [[0.5; 3]]);
 /// # Ok::<(), containers::Error>(())
 /// ```

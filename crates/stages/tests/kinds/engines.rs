@@ -5,7 +5,7 @@ use serde_json::Value;
 use sphere::{Cube, DVec3, Face, LatLong, to_cube, to_file};
 use stages::artifacts::{Environment, Prefiltered};
 
-use crate::fixture::{Case, case, environment, sky};
+use crate::fixture::{Case, case, difference, environment, sky};
 
 /// Preset, format, the largest error of a value of about 2, and d at c.
 type Engine = (&'static str, &'static str, f64, fn(DVec3) -> DVec3);
