@@ -24,7 +24,7 @@
 //! ## Lamps
 //!
 //! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the
-//! material reflects of it. A game whose sun is a light of its own, with shadows, would then have it twice.
+//! material reflects of its disk. A game whose sun is a light of its own, with shadows, would then have it twice.
 //! With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"` writes the
 //! lights themselves, in the engine's own frame.
 //!

@@ -50,8 +50,9 @@
 //! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
 //! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
 //! array of arrays. A light is its direction x, y, z, its angular radius in radians, and the irradiance r, g,
-//! b of a surface that faces it. A renderer adds, for each light, irradiance times BRDF times the cosine
-//! between light and normal, by the material's own formula, to what the map gives.
+//! b of a surface that faces it. A renderer adds, for each light, the mean over its disk of BRDF times the
+//! cosine between light and normal, by the material's own formula, to what the map gives: a sun is as good as
+//! a point, a lamp that is larger than the highlight is wide needs more (see below).
 //!
 //! ## Two maps
 //!
@@ -136,9 +137,11 @@
 //!
 //! ## In a shader: the lamps
 //!
-//! With `lamps = "separate"` add each light to what the map gives, as the engine adds its own punctual
-//! lights: irradiance times BRDF times the cosine between light and normal. Neither needs a shadow or a
-//! falloff. For the metal of model `standard`:
+//! With `lamps = "separate"` add each light to what the map gives: its flux times the mean over its disk of
+//! BRDF times the cosine between light and normal. Neither needs a shadow or a falloff. The mean is that of
+//! n points, each with an equal share of the disk: 1 for a sun, about (3 radius / alpha)^2 for a lamp that is
+//! larger than alpha / 10, alpha being the square of the roughness; each costs what a punctual light costs.
+//! For the metal of model `standard`:
 //!
 //! ```wgsl
 //! struct Light { direction: vec3f, radius: f32, irradiance: vec3f, unused: f32 }
@@ -157,10 +160,25 @@
 //!     return fresnel * (d * 0.5 * n_l / max(shadowed, 1e-6));
 //! }
 //!
+//! fn disk_point(light: Light, k: u32, count: u32) -> vec3f { // a spiral of equal areas
+//!     if count == 1u { return light.direction; }
+//!     let d = light.direction;
+//!     let u = normalize(cross(d, select(vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), abs(d.z) > 0.9)));
+//!     let share = (f32(k) + 0.5) / f32(count);
+//!     let theta = 2.0 * asin(sin(0.5 * light.radius) * sqrt(share));
+//!     let phi = 2.3999632 * f32(k);
+//!     return d * cos(theta) + (u * cos(phi) + cross(d, u) * sin(phi)) * sin(theta);
+//! }
+//!
 //! fn shaded(n: vec3f, v: vec3f, roughness: f32, base_color: vec3f) -> vec3f {
 //!     var sum = max(reflected(2.0 * dot(n, v) * n - v, v), vec3f(0.0)); // the map, see above
 //!     for (var i = 0u; i < arrayLength(&lights); i++) {
-//!         sum += lights[i].irradiance * highlight(n, v, lights[i].direction, roughness, base_color);
+//!         let across = lights[i].radius / (roughness * roughness);
+//!         let count = select(1u, clamp(u32(9.0 * across * across), 8u, 1024u), across > 0.1);
+//!         let flux = lights[i].irradiance * 2.0 / (1.0 + cos(lights[i].radius));
+//!         for (var k = 0u; k < count; k++) {
+//!             sum += flux / f32(count) * highlight(n, v, disk_point(lights[i], k, count), roughness, base_color);
+//!         }
 //!     }
 //!     return sum;
 //! }
@@ -169,8 +187,8 @@
 //! `standard` keeps the light that facets reflect more than once, which this highlight leaves out: at
 //! roughness 0.5 that is a tenth of a white metal's light, at roughness 1 more than half. An engine whose own
 //! metals keep it has a better `highlight` already. For `phong`, with the reflection vector r, the sum has
-//! `specular * (exponent + 1.0) / 6.2832 * pow(max(dot(r, lights[i].direction), 0.0), exponent)`, without a
-//! cosine.
+//! `specular * (exponent + 1.0) / 6.2832 * pow(max(dot(r, point), 0.0), exponent)`, without a cosine, and
+//! 1 / sqrt(exponent + 1) in place of alpha.
 //!
 //! ## Values past the largest half
 //!
