@@ -12,6 +12,33 @@ pub(crate) struct Assets {
     pub(crate) meshes: Vec<PathBuf>,
 }
 
+/// Environments that one stage can import.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Environments {
+    /// The layout that the stage has to name; `None` if the files show it: lat-long images, and those of
+    /// OpenEXR that say what they are.
+    pub(crate) layout: Option<&'static str>,
+    /// Images, folders of six faces, or a face of each cube.
+    pub(crate) sources: Vec<PathBuf>,
+}
+
+/// Files by what they are, and those that are none of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Recognised {
+    pub(crate) environments: Vec<Environments>,
+    pub(crate) materials: Vec<PathBuf>,
+    pub(crate) meshes: Vec<PathBuf>,
+    /// Each file with the reason.
+    pub(crate) left_out: Vec<(PathBuf, String)>,
+}
+
+impl Recognised {
+    /// How many environments there are.
+    pub(crate) fn environment_count(&self) -> usize {
+        self.environments.iter().map(|group| group.sources.len()).sum()
+    }
+}
+
 /// Endings of images that hold more light than a screen shows.
 const HDR: [&str; 4] = ["exr", "hdr", "pic", "rgbe"];
 

@@ -12,13 +12,24 @@ use crate::arguments::ConvertArguments;
 use crate::assets::{self, Assets};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::one_build;
+use crate::one_build::{self, StageOption};
 use crate::print;
 use crate::standard_pipeline::Conversion;
 
 /// The endings of what is written, with the formats of `export-environment`.
 const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
+
+/// The options that are parameters of the stages of [`Conversion::manifest`].
+const OPTIONS: [StageOption; 7] = [
+    StageOption { stage: "environment", parameter: "layout", option: "--from" },
+    StageOption { stage: "environment", parameter: "bad-pixels", option: "--bad-pixels" },
+    StageOption { stage: "converted", parameter: "layout", option: "--layout" },
+    StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
+    StageOption { stage: "converted", parameter: "format", option: "--format" },
+    StageOption { stage: "converted", parameter: "precision", option: "--precision" },
+    StageOption { stage: "converted", parameter: "exposure", option: "--exposure" },
+];
 
 /// What is converted, and where to.
 struct Request {
@@ -46,8 +57,9 @@ impl Request {
         let (input, output) = (&arguments.input, &arguments.output);
         let kind =
             fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
-        // A folder is six faces if its layout says so, and otherwise holds files.
-        let is_folder = kind.is_dir() && arguments.from.as_deref() != Some("cube");
+        // A folder is six faces if its layout says so, or if it holds nothing else.
+        let from = arguments.from.clone().or_else(|| is_cube(input).then(|| "cube".into()));
+        let is_folder = kind.is_dir() && from.as_deref() != Some("cube");
         let files = if is_folder { Assets::in_folder(input) } else { vec![input.clone()] };
         if files.is_empty() {
             return Err(format!("{} holds no image of an environment", input.display()));
@@ -73,7 +85,7 @@ impl Request {
             value.as_ref().map(|value| format!("{key} = {}", toml::Value::from(value.as_str())))
         };
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
-        let import = [text("layout", &arguments.from), text("bad-pixels", &arguments.bad_pixels)];
+        let import = [text("layout", &from), text("bad-pixels", &arguments.bad_pixels)];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
         let export = [
@@ -96,7 +108,15 @@ fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Re
     let path = if request.is_folder { "{environment}" } else { "converted" };
     let text = |folder: &Path| request.conversion.manifest(&assets::source_of(&files, folder), path);
     let place = |file: &str| place(file, &arguments.output, request.is_folder);
-    one_build::build(text, kinds, &arguments.output, place)
+    one_build::build(text, kinds, &arguments.output, place, &OPTIONS)
+}
+
+/// Whether a path is a folder whose images are the six faces of one cube.
+fn is_cube(folder: &Path) -> bool {
+    let images = Assets::in_folder(folder);
+    let name = |image: &PathBuf| image.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let names: Vec<String> = images.iter().map(name).collect();
+    names.len() == 6 && stages::face_sets(&names).len() == 1
 }
 
 /// Where a file that was made belongs.

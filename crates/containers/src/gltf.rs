@@ -111,6 +111,18 @@ pub fn check_gltf<E: From<Error>>(
     Buffers::check(&document, needed, has_chunk, find)
 }
 
+/// Whether the default scene of a file has triangles, as its JSON says: a file may hold lights or materials
+/// alone.
+///
+/// # Errors
+/// As [`check_gltf`], but for the files that hold vertices.
+pub fn gltf_has_triangles(file: &mut (impl Read + Seek)) -> Result<bool, Error> {
+    let (json, _) = document::read_json(file)?;
+    let document = document::of_json(json, None)?;
+    let scene = Placed::of(&document)?;
+    Ok(scene.meshes.iter().any(|placed| primitives_of(&document, placed.mesh).next().is_some()))
+}
+
 /// The meshes of a file, and a number for each vertex if an attribute is wanted.
 fn read_with<E: From<Error>>(
     bytes: &[u8],

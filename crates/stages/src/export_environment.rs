@@ -288,7 +288,7 @@ fn with_levels(
             let entries = [
                 ("specula.kind", ExportEnvironment::NAME),
                 ("specula.distribution", lobe),
-                ("specula.roughness", &roughness),
+                ("specula.roughness", roughness.as_str()),
             ];
             write_ktx2(&texture, parameters.precision.0, Some(context.recipe()), &entries)?
         }

@@ -59,6 +59,24 @@ impl FaceName {
     }
 }
 
+/// Whether the name of a file says that it is a face of a cube.
+pub fn is_face(name: &str) -> bool {
+    FaceName::parse(name).is_some()
+}
+
+/// The complete sets of six faces among the names of a folder's files, each in file order.
+pub fn face_sets(names: &[String]) -> Vec<[String; 6]> {
+    let mut sets: BTreeMap<(String, String), BTreeMap<usize, &String>> = BTreeMap::new();
+    for name in names {
+        if let Some(FaceName { prefix, extension, face }) = FaceName::parse(name) {
+            sets.entry((prefix, extension)).or_default().insert(face as usize, name);
+        }
+    }
+    let set =
+        |faces: BTreeMap<usize, &String>| faces.into_values().cloned().collect::<Vec<_>>().try_into().ok();
+    sets.into_values().filter_map(set).collect()
+}
+
 /// The names of the six faces in file order (+X -X +Y -Y +Z -Z), from the names in a folder.
 ///
 /// With `prefix`, only files with this prefix and extension count.
@@ -115,6 +133,15 @@ pub(crate) fn find(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sets_are_found_among_other_names() {
+        let names =
+            ["a_nx.exr", "a_px.exr", "a_py.exr", "b_px.exr", "a_ny.exr", "sky.exr", "a_pz.exr", "a_nz.exr"];
+        let sets = face_sets(&names.map(str::to_owned));
+        assert_eq!(sets, [["a_px.exr", "a_nx.exr", "a_py.exr", "a_ny.exr", "a_pz.exr", "a_nz.exr"]]);
+        assert!(is_face("b_px.exr") && !is_face("sky.exr"));
+    }
 
     fn files(names: &[&str]) -> Vec<(String, bool)> {
         names.iter().map(|name| ((*name).to_owned(), false)).collect()
