@@ -323,7 +323,7 @@ fn lighting_is_converted_between_engines() {
 #[test]
 fn init_writes_no_stage_that_fails_on_what_is_there() {
     let project = assets_alone();
-    for folder in ["meshes", "finishes", "materials", "lights", "environments/more"] {
+    for folder in ["meshes", "finishes", "materials", "lights", "brushed"] {
         let _ = fs::remove_dir_all(project.path("assets").join(folder));
     }
     project.ok(&["convert", STUDIO, "-o", "cubes/faces", "--layout", "cube", "-r", "16"]);
@@ -363,7 +363,7 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
         ("table.csv", ""),
         ("light.gltf", "its scene has no triangles"),
         ("hairy.gltf", "requires VENDOR_hair"),
-        ("sky.hdr", "sky.exr has the same name"),
+        ("sky.hdr", "has the same name, \"sky\""),
     ] {
         for (place, text) in [("terminal", &run.stderr), ("manifest", &manifest)] {
             let mut lines = text.lines();
@@ -380,9 +380,13 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
     let built = project.specula(&["build"]);
     assert_eq!(built.code, Some(0), "{}\n{manifest}", built.stderr);
     let files = project.outputs();
-    for file in
-        ["probe/uffizi_probe/sheet.png", "cube/faces/sh.json", "cube-cross/cross/sh.json", "sky/sh.json"]
-    {
+    for file in [
+        "probe/uffizi_probe/sheet.png",
+        "cube/faces/sh.json",
+        "cube-cross/cross/sh.json",
+        "sky/sh.json",
+        "studio/sh.json",
+    ] {
         assert!(files.contains_key(file), "no {file} among {:?}", files.keys());
     }
 }

@@ -58,19 +58,19 @@ impl Sorting {
         }
     }
 
-    /// The files without those that have the name of another, but for the ending: both would be one item.
+    /// The files without those that have the stem of another: it is the name of their item.
     fn unlike(&mut self, files: Vec<PathBuf>) -> Vec<PathBuf> {
-        let mut names = BTreeMap::new();
+        let mut stems: BTreeMap<String, PathBuf> = BTreeMap::new();
         let mut kept = Vec::new();
         for file in files {
-            match names.get(&file.with_extension("")) {
+            let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            match stems.get(&stem) {
                 Some(other) => {
-                    let other: &PathBuf = other;
-                    let other = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                    self.0.left_out.push((file, format!("{other} has the same name")));
+                    let reason = format!("{} has the same name, {stem:?}", other.display());
+                    self.0.left_out.push((file, reason));
                 }
                 None => {
-                    names.insert(file.with_extension(""), file.clone());
+                    stems.insert(stem, file.clone());
                     kept.push(file);
                 }
             }
@@ -94,9 +94,8 @@ impl Sorting {
             }
             faces.extend(sets.iter().flatten().map(|name| folder.join(name)));
         }
-        let images = images.into_iter().filter(|image| !faces.contains(image)).collect();
         let mut groups: Vec<Environments> = Vec::new();
-        for image in self.unlike(images) {
+        for image in images.into_iter().filter(|image| !faces.contains(image)) {
             let layout = match layout_of(&image) {
                 Ok(layout) => layout,
                 Err(reason) => {
@@ -113,6 +112,9 @@ impl Sorting {
             groups.push(Environments { layout: Some(Layout::Cube.name()), sources: cubes });
         }
         groups.sort_by_key(|group| group.layout);
+        for group in &mut groups {
+            group.sources = self.unlike(std::mem::take(&mut group.sources));
+        }
         self.0.environments = groups;
     }
 
