@@ -93,7 +93,8 @@ fn in_words_of_options(event: Event, options: &[StageOption]) -> Event {
     }
 }
 
-/// A text with an option in place of a parameter: `layout = "probe" or "cube"` becomes `--from probe or cube`.
+/// A text with an option in place of a parameter: `layout = "probe" or "cube"` becomes
+/// `--from probe or cube`.
 fn named(text: &str, parameter: &str, option: &str) -> String {
     let pattern = format!("{parameter} = ");
     let (mut done, mut rest) = (String::new(), text);

@@ -38,10 +38,10 @@
 //! path = "{environment}/sheen"
 //! ```
 //!
-//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the texels
-//! of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe and the
-//! roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the build notes them.
-//! `export-engine` writes cubes for the engines that it knows.
+//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
+//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe and
+//! the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the build
+//! notes them. `export-engine` writes cubes for the engines that it knows.
 //!
 //! ## Example
 //!
