@@ -13,6 +13,33 @@ pub(crate) struct Assets {
     pub(crate) meshes: Vec<PathBuf>,
 }
 
+/// Environments that one stage can import.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Environments {
+    /// The layout that the stage has to name; `None` if the files show it: lat-long images, and those of
+    /// OpenEXR that say what they are.
+    pub(crate) layout: Option<&'static str>,
+    /// Images, folders of six faces, or a face of each cube.
+    pub(crate) sources: Vec<PathBuf>,
+}
+
+/// Files by what they are, and those that are none of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Recognised {
+    pub(crate) environments: Vec<Environments>,
+    pub(crate) materials: Vec<PathBuf>,
+    pub(crate) meshes: Vec<PathBuf>,
+    /// Each file with the reason.
+    pub(crate) left_out: Vec<(PathBuf, String)>,
+}
+
+impl Recognised {
+    /// How many environments there are.
+    pub(crate) fn environment_count(&self) -> usize {
+        self.environments.iter().map(|group| group.sources.len()).sum()
+    }
+}
+
 /// Endings of images that hold more light than a screen shows.
 const HDR: [&str; 5] = ["exr", "hdr", "pic", "rgbe", "pfm"];
 
@@ -112,10 +139,6 @@ impl Assets {
     }
 
     fn search(&mut self, folder: &Path, deeper: usize) {
-        let faces = six_faces(folder);
-        if faces.is_some() {
-            self.environments.push(folder.to_path_buf());
-        }
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let (path, name) = (entry.path(), entry.file_name());
             let name = name.to_string_lossy();
@@ -124,7 +147,6 @@ impl Assets {
             }
             match entry.file_type() {
                 Ok(kind) if kind.is_dir() && deeper > 0 => self.search(&path, deeper - 1),
-                Ok(_) if faces.iter().flatten().any(|face| *face == name) => {}
                 Ok(kind) if kind.is_file() => _ = self.add(&path, false),
                 _ => {}
             }
@@ -209,10 +231,6 @@ pub(crate) fn source_of(files: &[PathBuf], base: &Path) -> String {
 /// themselves where the others are among them.
 pub(crate) fn glob_of(files: &[PathBuf], base: &Path) -> String {
     let Some(first) = files.first() else { return String::new() };
-    // A folder of six faces has no ending of its own.
-    if files.iter().any(|file| file.is_dir()) {
-        return source_of(files, base);
-    }
     let mut common = first.parent().unwrap_or(Path::new(""));
     while !files.iter().all(|file| file.starts_with(common)) {
         common = common.parent().unwrap_or(Path::new(""));

@@ -12,13 +12,26 @@ use crate::arguments::ConvertArguments;
 use crate::assets::{self, Assets};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::one_build;
+use crate::one_build::{self, StageOption};
 use crate::print;
 use crate::standard_pipeline::Conversion;
 
 /// The endings of what is written, with the formats of `export-environment`.
 const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
+
+/// The options that are parameters of the stages of [`Conversion::manifest`].
+const OPTIONS: [StageOption; 9] = [
+    StageOption { stage: "environment", parameter: "layout", option: "--from" },
+    StageOption { stage: "environment", parameter: "bad-pixels", option: "--bad-pixels" },
+    StageOption { stage: "environment", parameter: "colour-space", option: "--colour-space" },
+    StageOption { stage: "environment", parameter: "preset", option: "--preset" },
+    StageOption { stage: "converted", parameter: "layout", option: "--layout" },
+    StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
+    StageOption { stage: "converted", parameter: "format", option: "--format" },
+    StageOption { stage: "converted", parameter: "precision", option: "--precision" },
+    StageOption { stage: "converted", parameter: "exposure", option: "--exposure" },
+];
 
 /// What is converted, and where to.
 struct Request {
@@ -105,7 +118,7 @@ fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Re
     let path = if request.is_folder { "{environment}" } else { "converted" };
     let text = |folder: &Path| request.conversion.manifest(&assets::source_of(&files, folder), path);
     let place = |file: &str| place(file, &arguments.output, request.is_folder);
-    one_build::build(text, kinds, &arguments.output, place)
+    one_build::build(text, kinds, &arguments.output, place, &OPTIONS)
 }
 
 /// Where a file that was made belongs.

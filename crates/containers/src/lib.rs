@@ -36,7 +36,6 @@ mod error;
 mod file_part;
 mod format;
 mod gltf;
-mod gltf_image_based_light;
 mod icc;
 mod image_header;
 mod jpeg;
@@ -78,12 +77,10 @@ pub use decoder_level::decoder_level;
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{
-    Anisotropy, GlbText, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, VertexAttribute,
-    check_gltf, check_gltf_material, gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
-    read_gltf_material, write_glb,
-};
-pub use gltf_image_based_light::{
-    ImageBasedLight, read_gltf_image_based_light, read_gltf_irradiance, write_gltf_image_based_light,
+    Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,
+    ReadBeside, VertexAttribute, check_gltf, check_gltf_material, gltf_has_triangles, gltf_materials,
+    read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting,
+    read_gltf_material, write_glb, write_gltf_image_based_light,
 };
 pub use image_header::{ImageHeader, read_image_header};
 pub use ktx1::write_ktx1;

@@ -6,7 +6,7 @@ use crate::babylon_env::{is_babylon_env, read_babylon_env};
 use crate::chromaticity;
 use crate::decoded::ReadOptions;
 use crate::error::Error;
-use crate::gltf_image_based_light::{is_gltf_image_based_light, read_gltf_image_based_light};
+use crate::gltf::{is_gltf_image_based_light, read_gltf_image_based_light};
 use crate::read_recipe::read_recipe;
 use crate::read_texture::{is_texture, read_texture};
 use crate::texture::{Texture, TextureFile};

@@ -1,7 +1,8 @@
 //! Writes an environment as the files that an engine loads as light: prefiltered, turned, and in its format.
 //!
 //! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
-//! prefiltered as `prefilter` does by default.
+//! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
+//! `export-environment`.
 //!
 //! | `preset` | files | level l of 0 to n holds | formats |
 //! | --- | --- | --- | --- |
@@ -186,6 +187,8 @@ impl Kind for ExportEngine {
                 let cube = prefiltered(preset, environment, edge, context)?;
                 cube_files((preset, format), &cube, context)?
             } else {
+                // The irradiance is that of the whole picture, whatever the size of the written one is.
+                let irradiance = nine(&light_of(environment)?, context);
                 let resized = match parameters.resolution {
                     Some(rows) if rows != environment.grid().height => {
                         Some(environment.resized(LatLong::with_rows(rows))?)
@@ -193,7 +196,6 @@ impl Kind for ExportEngine {
                     _ => None,
                 };
                 let environment = resized.as_ref().unwrap_or(environment);
-                let irradiance = nine(&light_of(environment)?, context);
                 let made = engine_files::of_lat_long((preset, format), environment, &irradiance, recipe)?;
                 (made, vec![json!({ "rows": environment.grid().height })])
             }
@@ -246,7 +248,7 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
         return Err(Failure::new(
             "the cube is not prefiltered with GGX, the lobe of the engines' reflections",
         )
-        .help("give distribution = \"ggx\" to the stage of kind prefilter"));
+        .help("give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for a renderer of your own: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\""));
     }
     Ok(())
 }

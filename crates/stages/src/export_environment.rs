@@ -27,6 +27,25 @@
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
 //! `contact-sheet`, and is for looking only.
 //!
+//! ## Prefiltered cubes
+//!
+//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, of any
+//! lobe and any list of roughnesses, for a renderer of your own:
+//!
+//! ```toml
+//! [stage.sheen]
+//! kind = "export-environment"
+//! input = "prefiltered"
+//! layout = "cube"
+//! format = "ktx2"
+//! path = "{environment}/sheen"
+//! ```
+//!
+//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
+//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe and
+//! the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the build
+//! notes them. `export-engine` writes cubes for the engines that it knows.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -41,15 +60,17 @@
 
 use std::borrow::Cow;
 
-use containers::Texture;
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use containers::{Texture, write_dds, write_ktx2};
+use engine::{Artifact, Choice, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
-use shrm::Plain;
+use shrm::{MapGrid, Plain, Prefiltered};
 use sphere::{Cube, Face, LatLong};
 
 use crate::choices::{LampsName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, Layout, PlainName};
 use crate::parts::PartsName;
+use crate::prefilter::DistributionName;
+use crate::overflow::Content;
 use crate::{artifacts, map_source, overflow};
 
 choice! {
@@ -150,6 +171,9 @@ impl Parameters {
     }
 }
 
+/// The port of the light.
+const ENVIRONMENT: &str = "environment";
+
 /// The kind `export-environment`.
 pub(crate) struct ExportEnvironment;
 
@@ -162,7 +186,7 @@ impl Kind for ExportEnvironment {
     const TEXT: &'static str = include_str!("export_environment.rs");
 
     fn ports() -> Vec<Port> {
-        vec![Port::one::<artifacts::Environment>("environment")]
+        vec![Port::one::<artifacts::Environment>(ENVIRONMENT).or::<artifacts::Prefiltered>()]
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -187,8 +211,28 @@ impl Kind for ExportEnvironment {
         errors
     }
 
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let mut errors = Vec::new();
+        if types.contains(&(ENVIRONMENT, artifacts::Prefiltered::TYPE)) {
+            if parameters.layout != Layout::Cube {
+                errors.push(("layout", "a prefiltered cube is written as layout = \"cube\"".into()));
+            }
+            if parameters.format.picture().is_ok() {
+                let text = "the levels of a prefiltered cube need a texture: format = \"ktx2\" or \"dds\"";
+                errors.push(("format", text.into()));
+            }
+            if parameters.resolution.is_some() {
+                errors.push(("resolution", "a prefiltered cube has its size already".into()));
+            }
+        }
+        errors
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = &context.get::<artifacts::Environment>("environment")?.0;
+        if context.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
+            return with_levels(&context.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0, parameters, context);
+        }
+        let environment = &context.get::<artifacts::Environment>(ENVIRONMENT)?.0;
         let exposed = match parameters.exposure {
             0.0 => Cow::Borrowed(environment),
             stops => Cow::Owned(environment.exposed(stops).ok_or_else(|| {
@@ -211,4 +255,51 @@ impl Kind for ExportEnvironment {
         let format = (format, parameters.precision, parameters.overflow);
         Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
     }
+}
+
+/// A prefiltered cube as one texture.
+fn with_levels(
+    cube: &Prefiltered,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<Output, Failure> {
+    let factor = math::exp2(parameters.exposure) as f32;
+    let mut levels = cube.levels.iter().map(|level| -> Vec<[f32; 3]> {
+        level.map.pixels().iter().map(|texel| texel.map(|value| value * factor)).collect()
+    });
+    let edge = cube.levels.first().map_or(1, |level| level.map.cube().edge);
+    let texture = Texture {
+        width: edge,
+        height: edge,
+        faces: 6,
+        pixels: levels.next().unwrap_or_default(),
+        smaller_levels: levels.collect(),
+        ..Texture::default()
+    };
+    if let Some(place) = texture.first_not_finite() {
+        return Err(Failure::new(format!("{place}: the value is not finite")).help(
+            "choose a lower exposure, or repair the environment with bad-pixels of import-environment",
+        ));
+    }
+    let words = DistributionName::words();
+    let lobe = words.into_iter().find(|(.., lobe)| lobe.0 == cube.distribution).map_or("", |(word, ..)| word);
+    let roughness: Vec<String> = cube.levels.iter().map(|level| level.roughness.to_string()).collect();
+    let roughness = roughness.join(" ");
+    context.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
+    let content = Content::Light(MapGrid::Cube(Cube { edge }));
+    // The first level has the brightest texels: the others are means of it.
+    let precision =
+        overflow::precision(&texture.pixels, content, (parameters.precision, parameters.overflow), context)?;
+    let encoded = match parameters.format {
+        Format::Dds => write_dds(&texture, precision)?,
+        _ => {
+            let entries = [
+                ("specula.kind", ExportEnvironment::NAME),
+                ("specula.distribution", lobe),
+                ("specula.roughness", roughness.as_str()),
+            ];
+            write_ktx2(&texture, precision, Some(context.recipe()), &entries)?
+        }
+    };
+    Ok(Output::Files(vec![encoded.bytes]))
 }

@@ -85,7 +85,7 @@ pub use material_picture::material_picture;
 pub use material_schema::material_schema;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
 pub use sheet::Picture;
-pub use six_faces::six_faces;
+pub use six_faces::{face_sets, is_face, six_faces};
 pub use table_picture::table_picture;
 
 /// Every kind, in the order in which a pipeline uses them.

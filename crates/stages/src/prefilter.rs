@@ -27,7 +27,8 @@
 //! | `gltf` | r^2 = `resolution`^(l / n - 1); a mirror first | 16 |
 //!
 //! The other presets of `export-engine` are engines that filter a lat-long image themselves. For an engine of
-//! your own, give `roughness = [0.0, 0.25, 0.5, 1.0]`.
+//! your own, give `roughness = [0.0, 0.25, 0.5, 1.0]`, and write the cube with `export-environment` as a KTX2
+//! or DDS texture with these levels. So are cubes of `charlie` and `lambert`, which no preset loads, written.
 //!
 //! ## Methods
 //!

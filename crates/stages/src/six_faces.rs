@@ -190,6 +190,24 @@ fn face_depth(cube: Cube, face: Face, row: usize, column: usize) -> f64 {
     to_cube(cube.direction(face, row, column).vector()).abs().max_element()
 }
 
+/// Whether the name of a file says that it is a face of a cube.
+pub fn is_face(name: &str) -> bool {
+    FaceName::parse(name).is_some_and(|found| !found.is_joined)
+}
+
+/// The complete sets of six faces among the names of a folder's files.
+pub fn face_sets(names: &[String]) -> Vec<[String; 6]> {
+    let mut sets: BTreeMap<_, BTreeMap<usize, &String>> = BTreeMap::new();
+    for name in names {
+        for FaceName { prefix, extension, family, file, is_joined } in FaceName::all(name) {
+            sets.entry((prefix, extension, family, is_joined)).or_default().insert(file, name);
+        }
+    }
+    let set =
+        |faces: BTreeMap<usize, &String>| faces.into_values().cloned().collect::<Vec<_>>().try_into().ok();
+    sets.into_values().filter_map(set).collect()
+}
+
 /// The files of the one set among the names in a folder.
 ///
 /// With `like`, only files of its set count.
@@ -263,6 +281,15 @@ pub fn six_faces(names: &[(String, bool)]) -> Option<[String; 6]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sets_are_found_among_other_names() {
+        let names =
+            ["a_nx.exr", "a_px.exr", "a_py.exr", "b_px.exr", "a_ny.exr", "sky.exr", "a_pz.exr", "a_nz.exr"];
+        let sets = face_sets(&names.map(str::to_owned));
+        assert_eq!(sets, [["a_px.exr", "a_nx.exr", "a_py.exr", "a_ny.exr", "a_pz.exr", "a_nz.exr"]]);
+        assert!(is_face("b_px.exr") && !is_face("sky.exr"));
+    }
 
     fn files(names: &[&str]) -> Vec<(String, bool)> {
         names.iter().map(|name| ((*name).to_owned(), false)).collect()

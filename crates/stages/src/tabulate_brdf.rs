@@ -229,6 +229,10 @@ fn with(material: &Material, name: &str, value: f64) -> Result<Material, Failure
             let names = || known.iter().map(|(_, known)| *known);
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean {near:?}?"),
+                None if known.is_empty() => {
+                    "none of its parameters is a number: make a material file for each value, and connect them as `materials`"
+                        .to_owned()
+                }
                 None => format!("expected one of: {}", names().collect::<Vec<_>>().join(", ")),
             };
             let message = format!("{} has no number {name:?} that could vary", material.name());

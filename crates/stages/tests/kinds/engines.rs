@@ -345,3 +345,23 @@ fn what_an_engine_does_not_load_is_refused() {
         }
     }
 }
+
+/// A picture of few rows is a mean over few texels, whose irradiance is another: a lamp of one texel becomes
+/// as large as eight.
+#[test]
+fn irradiance_is_that_of_the_whole_picture() {
+    let lamp = |direction: sphere::DVec3| [if direction.z > 0.98 { 50.0 } else { 0.2 }; 3];
+    for preset in ["unity", "unreal"] {
+        let of = |parameters: &str| {
+            let parameters = format!("preset = \"{preset}\"\n{parameters}");
+            let files = export(&parameters, environment(64, lamp)).files();
+            let json: serde_json::Value = serde_json::from_slice(&files[1]).unwrap();
+            let (width, height, _) = crate::fixture::pixels(&files[0]);
+            (width, height, ["SHAr", "SHBr", "coefficients"].map(|table| json[table].clone()))
+        };
+        let (whole, reduced) = (of(""), of("resolution = 16"));
+        assert_eq!((whole.0, whole.1, reduced.0, reduced.1), (128, 64, 32, 16));
+        assert_eq!(whole.2, reduced.2);
+        assert!(whole.2[0].is_array() || whole.2[2].is_array());
+    }
+}

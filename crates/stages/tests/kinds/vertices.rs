@@ -217,6 +217,12 @@ fn one_parameter_of_a_material_varies() {
     ] {
         assert_eq!(vary(text, material).failure(), expected);
     }
+    let Err(failure) = vary("vary = \"albedo\"\nfrom = 0\nto = 1", Material(lambert(0.5))).run() else {
+        panic!("it varied")
+    };
+    assert_eq!(failure.chain, ["lambert has no number \"albedo\" that could vary"]);
+    let help = "none of its parameters is a number: make a material file for each value, and connect them as `materials`";
+    assert_eq!(failure.help.as_deref(), Some(help));
     assert_eq!(vary("vary = \"roughness\"", metal()).errors().len(), 2);
     assert_eq!(
         vary("from = 1", metal()).errors(),
