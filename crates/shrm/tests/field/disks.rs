@@ -76,7 +76,7 @@ fn zonal_lobes_of_disks_are_their_integrals() {
                     let central = Direction::from_angles(away.to_radians(), 0.7);
                     let found = reflected.radiance(central)[0];
                     let rho = |w| material.rho_hat_about_centre(turned(central, w), Direction::Z)[0];
-                    (found, lamp.flux()[0] * brute_force(&lamp, 300, rho))
+                    (found, lamp.flux()[0] * brute_force(&lamp, 200, rho))
                 })
                 .collect();
             let peak = found.iter().map(|pair| pair.1).fold(0.0, f64::max);
@@ -115,7 +115,7 @@ fn points_of_disks_reflect_as_their_integrals() {
                     let central = material.centre().central(normal, any_tangent(normal), view);
                     let surface = |w| turned(normal, w);
                     let rho = |w| material.rho_hat(surface(w), surface(view))[0];
-                    let expected = light.flux()[0] * brute_force(light, 300, rho);
+                    let expected = light.flux()[0] * brute_force(light, 150, rho);
                     (lamps.radiance(central, view)[0], expected)
                 })
                 .collect();
