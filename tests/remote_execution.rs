@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use support::casd::{Server, assert_same, built, warnings};
+use support::casd::{SANDBOX_PATH, Server, assert_same, built, warnings};
 use support::{Project, ran, uniform};
 
 /// How many items ran, and how many of them elsewhere.
@@ -182,13 +182,13 @@ path = "note"
 #[test]
 fn programs_of_the_project_run_there_if_the_manifest_says_so() {
     let Some(server) = Server::with_workers("programs_of_the_project") else { return };
-    if Command::new("python3").arg("--version").output().is_err() {
-        return test_data::skip("programs_of_the_project", "there is no python3");
+    if Command::new("/usr/bin/python3").arg("--version").output().is_err() {
+        return test_data::skip("programs_of_the_project", "there is no /usr/bin/python3");
     }
     let script = "import sys, os\nsize = os.path.getsize(sys.argv[1])\n\
                   open(sys.argv[2], 'w').write(f'{size} bytes')\n";
     let project = |manifest: &str| {
-        let project = Project::small();
+        let project = Project::small().with_search_path(SANDBOX_PATH);
         project.write("tools/note.py", script);
         project.write("pipeline.toml", manifest);
         project
@@ -282,7 +282,7 @@ path = "slow"
 #[cfg(unix)]
 fn a_build_that_is_stopped_stops_its_workers() {
     let Some(server) = Server::with_workers("a_build_that_is_stopped") else { return };
-    let project = Project::new(SLOW);
+    let project = Project::new(SLOW).with_search_path(SANDBOX_PATH);
     let [executor, program] = server.executor();
     let mut command = project.command(&["build", &executor, &program]);
     let build = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -302,7 +302,7 @@ fn an_item_whose_worker_is_lost_runs_again() {
     let Some(server) = Server::with_workers("an_item_whose_worker_is_lost") else { return };
     let manifest =
         SLOW.replace("time.sleep(300)", "time.sleep(3); open(__import__('sys').argv[1], 'w').write('done')");
-    let project = Project::new(&manifest);
+    let project = Project::new(&manifest).with_search_path(SANDBOX_PATH);
     let [executor, program] = server.executor();
     let mut command = project.command(&["build", "--json", &executor, &program]);
     let build = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

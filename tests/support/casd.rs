@@ -34,6 +34,10 @@ pub struct Server {
     child: Child,
 }
 
+/// PATH of a build whose programs are those of the sandbox: with another python3 before the system's, a
+/// build runs the items of `exec` itself.
+pub const SANDBOX_PATH: &str = "/usr/bin:/bin";
+
 impl Server {
     /// A server that has a cache and runs nothing.
     pub fn start(test: &str) -> Option<Self> {

@@ -73,6 +73,8 @@ path = "lighting"
 /// A folder with a manifest and assets, removed at the end.
 pub struct Project {
     folder: TempDir,
+    /// PATH of the binary; by default that of the tests.
+    search_path: Option<&'static str>,
 }
 
 /// How a run of the binary ended.
@@ -106,7 +108,7 @@ impl Project {
 
     /// A manifest with the sample assets.
     pub fn new(manifest: &str) -> Self {
-        let project = Self { folder: tempfile::tempdir().unwrap() };
+        let project = Self { folder: tempfile::tempdir().unwrap(), search_path: None };
         copy_folder(&root().join("assets"), &project.path("assets"));
         project.write("pipeline.toml", manifest);
         project
@@ -123,10 +125,16 @@ impl Project {
         fs::write(self.path(name), text).unwrap();
     }
 
+    /// The project whose programs are found in these folders.
+    pub fn with_search_path(self, search_path: &'static str) -> Self {
+        Self { search_path: Some(search_path), ..self }
+    }
+
     /// The binary, to be run in the folder.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_specula"));
         command.current_dir(self.folder.path()).args(arguments).env("NO_COLOR", "1").stdin(Stdio::null());
+        command.envs(self.search_path.map(|folders| ("PATH", folders)));
         command
     }
 

@@ -27,10 +27,10 @@ pub(crate) fn encoding([primaries, transfer, matrix, full]: [u8; 4]) -> Result<(
         5 => Chromaticities([[0.64, 0.33], [0.29, 0.60], [0.15, 0.06], D65]),
         6 | 7 => Chromaticities([[0.630, 0.340], [0.310, 0.595], [0.155, 0.070], D65]),
         8 => Chromaticities([[0.681, 0.319], [0.243, 0.692], [0.145, 0.049], C]),
-        9 => Chromaticities([[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65]),
+        9 => Chromaticities::REC_2020,
         10 => Chromaticities::XYZ,
         11 => Chromaticities([[0.680, 0.320], [0.265, 0.690], [0.150, 0.060], [0.314, 0.351]]),
-        12 => Chromaticities([[0.680, 0.320], [0.265, 0.690], [0.150, 0.060], D65]),
+        12 => Chromaticities::P3_D65,
         22 => Chromaticities([[0.630, 0.340], [0.295, 0.605], [0.155, 0.077], D65]),
         other => return Err(format!("its primaries, number {other}, are not known")),
     };

@@ -8,7 +8,7 @@ use crate::file_part::{beginning, length, rewind};
 use crate::format::{Format, identify};
 use crate::metadata::Metadata;
 use crate::orientation::upright_size;
-use crate::{jpeg, open_exr, radiance, raster, tiff};
+use crate::{jpeg, open_exr, pfm, radiance, raster, tiff};
 
 /// As many bytes as tell one format from another, and a Git LFS pointer from a file.
 const SIGNATURE: u64 = 256;
@@ -51,6 +51,7 @@ pub fn read_image_header(
             size
         }
         Format::Radiance => radiance::header(file).map_err(within)?,
+        Format::Pfm => pfm::header(file, length).map_err(within)?,
         Format::Tiff => {
             let (size, found) = tiff::header(file, length).map_err(within)?;
             metadata = found;

@@ -11,6 +11,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::Error;
 use crate::metadata::Metadata;
@@ -20,8 +21,8 @@ use crate::{Format, limits};
 /// A block of 64 pixels takes at least one bit, so that a byte holds at most 512 pixels of 3 bytes.
 const RATIO: usize = 512 * 3;
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
-    raster(bytes)?.decode(Format::Jpeg)
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    raster(bytes)?.decode(Format::Jpeg, wanted)
 }
 
 /// The size of a JPEG.

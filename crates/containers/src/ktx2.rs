@@ -46,7 +46,7 @@ enum Scheme {
 /// Writes KTX2, without compression; formats of four channels have an alpha of 1.
 ///
 /// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter`
-/// are added. Values that the format cannot hold are clamped to its largest and counted, negative ones become
+/// are added. Values that the format cannot hold are clamped to its largest, negative ones become
 /// 0 if it has no sign, and are counted too; NaN becomes 0 there.
 ///
 /// # Errors
@@ -158,9 +158,8 @@ fn write(
     bytes.extend(descriptor);
     bytes.extend_from_slice(&key_values);
 
-    let (mut clamped, mut negative) = (0, 0);
+    let mut negative = 0;
     for (level, packed) in levels.into_iter().enumerate().rev() {
-        clamped += packed.clamped;
         negative += packed.negative;
         let uncompressed = packed.bytes.len();
         let stored = match scheme {
@@ -177,7 +176,7 @@ fn write(
         }
         bytes.extend_from_slice(&stored);
     }
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
 /// The bytes of a number or of a packed pixel; 1 if it has blocks.

@@ -12,6 +12,7 @@ use ::image::{ImageDecoder, ImageError, ImageResult, Limits};
 use envmap::Image;
 use rayon::prelude::*;
 
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{bytes_at, rewind};
@@ -45,8 +46,8 @@ pub(crate) struct Raster {
 }
 
 /// Reads PNG, TGA or WebP.
-pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
-    raster(bytes, format)?.decode(format)
+pub(crate) fn read(bytes: &[u8], format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    raster(bytes, format)?.decode(format, wanted)
 }
 
 /// The samples of a PNG, TGA or WebP.
@@ -142,8 +143,8 @@ pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
 
 impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
-    /// sRGB.
-    pub(crate) fn decode(self, format: Format) -> Result<Decoded, Error> {
+    /// sRGB. PNG's cICP goes before its profile. The primaries are the wanted ones, if there are any.
+    pub(crate) fn decode(self, format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
         let Self { width, height, channels, depth, floats, samples, profile, code_points, metadata } = self;
         let mut warnings = Vec::new();
         let grey = channels < 3;
@@ -168,6 +169,10 @@ impl Raster {
         });
         let encoding = by_code_points.or(encoding);
         let encoding = encoding.unwrap_or_else(|| if floats { Encoding::linear() } else { Encoding::srgb() });
+        let encoding = match wanted {
+            Some(space) => encoding.with_primaries(space, &mut warnings),
+            None => encoding,
+        };
 
         let levels = if depth == 4 { 0 } else { 1_usize << (8 * depth) };
         let tables = encoding.curves.each_ref().map(|curve| {
@@ -186,7 +191,7 @@ impl Raster {
                 [0, 1, 2].map(|channel| linear(channel, sample(if grey { 0 } else { channel })))
             })
             .collect();
-        encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
+        let outside = encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
 
         if channels.is_multiple_of(2) {
             let opaque = |alpha: &[u8]| match *alpha {
@@ -213,6 +218,7 @@ impl Raster {
         decoded.high_dynamic_range = floats || bright;
         decoded.profile = encoding.profile;
         decoded.warnings = warnings;
+        outside.report(&mut decoded.warnings, &mut decoded.notes);
         Ok(decoded)
     }
 }

@@ -20,15 +20,16 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 
 use self::page::Page;
 use self::single_page::SinglePage;
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
 use crate::metadata::Metadata;
 use crate::raster::{self, Raster};
 use crate::{Format, limits};
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let page = Page::find(&mut Cursor::new(bytes), bytes.len())?;
-    let mut decoded = raster(bytes, &page)?.decode(Format::Tiff)?;
+    let mut decoded = raster(bytes, &page)?.decode(Format::Tiff, wanted)?;
     decoded.warnings.extend(page.warnings);
     Ok(decoded)
 }

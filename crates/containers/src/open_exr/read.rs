@@ -25,7 +25,8 @@ use rayon::prelude::*;
 use super::guard::{guarded, recipe_key};
 use super::layer::{Colour, Layer, without_colour};
 use crate::chromaticity::{self, Chromaticities};
-use crate::decoded::{Decoded, OpenExrEnvmap};
+use crate::colour_space::ColourSpace;
+use crate::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
 use crate::error::Error;
 use crate::file_part::beginning;
 use crate::format::identify;
@@ -49,24 +50,39 @@ pub(crate) fn header(
     Ok(([width, height], envmap_of(header)))
 }
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
     let meta = open(Cursor::new(bytes))?;
     let mut warnings = Vec::new();
-    let layer = Layer::choose(&meta.headers, wanted, &mut warnings)?;
+    let layer = Layer::choose(&meta.headers, options.layer.as_deref(), &mut warnings)?;
     let header = &meta.headers[layer.part];
     check_size(&meta.headers, header, bytes.len())?;
 
     let mut pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
-    to_rec_709(header, &layer, &mut pixels, &mut warnings);
+    to_rgb(header, &layer, &mut pixels);
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let image = Image::new(width, height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
-    Ok(Decoded {
+    let mut decoded = Decoded {
         openexr_envmap: envmap_of(header),
         warnings,
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
-    })
+    };
+    if layer.colour != Colour::Grey {
+        let declared = declared(header, &mut decoded.warnings);
+        let declared = declared.as_ref().map(|(source, declared)| (source.as_str(), *declared));
+        match ColourSpace::chosen(options.colour_space, declared, &mut decoded)
+            .map(Chromaticities::to_rec_709)
+        {
+            None => {}
+            Some(Some(matrix)) => {
+                let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
+                outside.report(&mut decoded.warnings, &mut decoded.notes);
+            }
+            Some(None) => decoded.warnings.push(NO_SPACE.into()),
+        }
+    }
+    Ok(decoded)
 }
 
 fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
@@ -173,27 +189,88 @@ fn compression_number(file: &mut (impl Read + Seek)) -> Option<u8> {
     start.get(at + ATTRIBUTE.len()).copied()
 }
 
-/// Converts from the file's `chromaticities`, if it has them.
-fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
-    let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
-    let given = header.shared_attributes.chromaticities;
-    let given =
-        given.map(|given| Chromaticities([given.red, given.green, given.blue, given.white].map(point)));
-    if layer.colour == Colour::LuminanceChroma {
-        let weights = given.unwrap_or(Chromaticities::REC_709).to_xyz().or(Chromaticities::REC_709.to_xyz());
-        let [r, g, b] = weights.map_or([0.0, 1.0, 0.0], |matrix| matrix.row(1).to_array());
-        // OpenEXR, "luminance/chroma images": RY = (R - Y) / Y, BY = (B - Y) / Y.
-        for pixel in &mut *pixels {
-            let [luminance, red, blue] = pixel.map(f64::from);
-            let (red, blue) = ((red + 1.0) * luminance, (blue + 1.0) * luminance);
-            *pixel = [red, (luminance - r * red - b * blue) / g, blue].map(|value| value as f32);
+const NO_SPACE: &str = "the chromaticities span no colour space and were ignored";
+
+/// The primaries that a file declares, and where: `colorInteropID`, `chromaticities`, or a name that
+/// OpenImageIO or OCIO left, in this order.
+fn declared(header: &Header, warnings: &mut Vec<String>) -> Option<(String, Chromaticities)> {
+    const NAMES: [&str; 3] = ["colorInteropID", "oiio:ColorSpace", "colorspace"];
+    let numbers = chromaticities_of(header);
+    let named = NAMES.into_iter().find_map(|key| {
+        let name = text_of(header, key)?;
+        // These say on purpose that nothing is known, or that nothing is to be converted.
+        let says_nothing =
+            ["", "unknown", "raw", "data"].contains(&name.trim().to_ascii_lowercase().as_str());
+        (!says_nothing).then_some((key, name))
+    });
+    let Some((key, name)) = named else {
+        return numbers.map(|numbers| ("the file's chromaticities".to_owned(), numbers));
+    };
+    let space = ColourSpace::from_name(&name).map(ColourSpace::chromaticities);
+    let source = format!("the file's attribute {key} = {name:?}");
+    match (space, numbers) {
+        (Some(space), Some(numbers)) if key == NAMES[0] && !space.is_near(numbers) => {
+            warnings
+                .push(format!("{source} and its chromaticities name different primaries; {key} was taken"));
+            Some((source, space))
+        }
+        (_, Some(numbers)) => Some(("the file's chromaticities".to_owned(), numbers)),
+        (Some(space), None) => Some((source, space)),
+        (None, None) => {
+            let known = ColourSpace::ALL.map(ColourSpace::name).join(", ");
+            warnings.push(format!(
+                "{source} is not a linear colour space that is known here; the values were taken for linear \
+                 Rec. 709 (known are {known}, also by their names in OCIO)"
+            ));
+            None
         }
     }
-    let Some(given) = given else { return };
-    match given.to_rec_709() {
-        Some(matrix) if layer.colour != Colour::Grey => chromaticity::apply(matrix, pixels),
-        Some(_) => {}
-        None => warnings.push("the chromaticities span no colour space and were ignored".into()),
+}
+
+/// A text among the attributes of a part.
+fn text_of(header: &Header, key: &str) -> Option<String> {
+    let attributes = header.own_attributes.other.iter().chain(&header.shared_attributes.other);
+    attributes.filter(|(name, _)| (*name).eq(key)).find_map(|(_, value)| match value {
+        AttributeValue::Text(text) => String::from_utf8(text.bytes().to_vec()).ok(),
+        _ => None,
+    })
+}
+
+/// The attribute `chromaticities`.
+fn chromaticities_of(header: &Header) -> Option<Chromaticities> {
+    let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
+    let given = header.shared_attributes.chromaticities?;
+    Some(Chromaticities([given.red, given.green, given.blue, given.white].map(point)))
+}
+
+/// Makes R, G and B of luminance and chroma. The weights of the luminance are those of the attribute
+/// `chromaticities`, or else of Rec. 709, whatever other primaries are named.
+fn to_rgb(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]]) {
+    if layer.colour != Colour::LuminanceChroma {
+        return;
+    }
+    let weights = chromaticities_of(header).and_then(Chromaticities::to_xyz);
+    let weights = weights.or_else(|| Chromaticities::REC_709.to_xyz());
+    let [r, g, b] = weights.map_or([0.0, 1.0, 0.0], |matrix| matrix.row(1).to_array());
+    // OpenEXR, "luminance/chroma images": RY = (R - Y) / Y, BY = (B - Y) / Y.
+    for pixel in pixels {
+        let [luminance, red, blue] = pixel.map(f64::from);
+        let (red, blue) = ((red + 1.0) * luminance, (blue + 1.0) * luminance);
+        *pixel = [red, (luminance - r * red - b * blue) / g, blue].map(|value| value as f32);
+    }
+}
+
+/// Converts the values of a layer to R, G and B, and from the primaries of the file. They may be
+/// coefficients, so that colours outside of Rec. 709 stay where they are.
+fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
+    to_rgb(header, layer, pixels);
+    if layer.colour == Colour::Grey {
+        return;
+    }
+    let Some((_, declared)) = declared(header, warnings) else { return };
+    match declared.to_rec_709() {
+        Some(matrix) => chromaticity::apply_linear(matrix, pixels),
+        None => warnings.push(NO_SPACE.into()),
     }
 }
 
