@@ -20,7 +20,7 @@ choice! {
 }
 
 /// The share of negative light from which an image is more likely not one of light.
-const SUSPICIOUS: f64 = 0.01;
+const SUSPICIOUS: f64 = 0.3;
 
 /// The image without bad pixels, after a warning if it had any.
 ///

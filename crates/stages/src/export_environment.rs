@@ -68,9 +68,9 @@ use sphere::{Cube, Face, LatLong};
 
 use crate::choices::{LampsName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, Layout, PlainName};
+use crate::overflow::Content;
 use crate::parts::PartsName;
 use crate::prefilter::DistributionName;
-use crate::overflow::Content;
 use crate::{artifacts, map_source, overflow};
 
 choice! {

@@ -219,7 +219,7 @@ pub(crate) fn find(
     like: Option<&FaceName>,
     place: &str,
 ) -> Result<FaceFiles, Failure> {
-    let mut sets: BTreeMap<(String, String, usize, bool), Vec<(usize, &str)>> = BTreeMap::new();
+    let mut sets: BTreeMap<_, Vec<(usize, &str)>> = BTreeMap::new();
     for (name, _) in names.iter().filter(|(_, is_folder)| !is_folder) {
         for found in FaceName::all(name) {
             let FaceName { prefix, extension, family, file, is_joined } = found;

@@ -45,8 +45,8 @@ pub struct ImageBasedLight {
     pub irradiance: [[f64; 3]; 9],
 }
 
-/// Writes a document with one light, which its scene uses. Values past 255 are clamped to it and counted,
-/// negative ones become 0.
+/// Writes a document with one light, which its scene uses. Values past 255 are clamped to it, negative ones
+/// become 0 and are counted.
 ///
 /// # Errors
 /// If the texture is not a cube of one layer, or a number is not finite.
@@ -72,7 +72,7 @@ fn write(light: &ImageBasedLight, recipe: Option<&str>) -> Result<Encoded, Error
         return Err(Error::new(ErrorKind::Unwritable, "a coefficient of the irradiance is not finite"));
     }
     let (mut images, mut levels) = (Vec::new(), Vec::new());
-    let (mut clamped, mut negative) = (0, 0);
+    let mut negative = 0;
     for (level, texels) in cube.levels().enumerate() {
         let [edge, ..] = cube.level_size(level);
         let mut faces = Vec::new();
@@ -82,7 +82,6 @@ fn write(light: &ImageBasedLight, recipe: Option<&str>) -> Result<Encoded, Error
             images.push(json!({
                 "uri": format!("{PNG_DATA}{}", STANDARD.encode(&packed.bytes)), "mimeType": "image/png"
             }));
-            clamped += packed.clamped;
             negative += packed.negative;
         }
         levels.push(faces);
@@ -106,7 +105,7 @@ fn write(light: &ImageBasedLight, recipe: Option<&str>) -> Result<Encoded, Error
          [{{\"extensions\": {{\"{EXTENSION}\": {{\"light\": 0}}}}}}],\n  \"images\": [\n{}\n  ]\n}}\n",
         images.join(",\n")
     );
-    Ok(Encoded { bytes: text.into_bytes(), clamped, negative })
+    Ok(Encoded { bytes: text.into_bytes(), negative })
 }
 
 /// Lighting of a document, and what its user should know of it.

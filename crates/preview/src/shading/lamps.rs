@@ -75,7 +75,9 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
         let [direction, flux] = [direction, flux].map(|[x, y, z, _]| Vec3::new(*x, *y, *z));
         let incident = to_surface * direction;
         for turn in 0..turns as u32 {
-            let turned = Mat3::from_rotation_z(TAU * turn as f32 / turns);
+            let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
+            let turned =
+                Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
             sum += flux * material.evaluate(turned * incident, turned * view) / turns;
         }
     }
