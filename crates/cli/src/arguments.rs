@@ -424,6 +424,9 @@ pub(crate) struct ConvertArguments {
     /// zero-negative]
     #[arg(long, value_name = "WHAT")]
     pub(crate) bad_pixels: Option<String>,
+    /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix"
+    #[arg(long, value_name = "LAYER")]
+    pub(crate) layer: Option<String>,
     /// The primaries of the input: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb, xyz, or a
     /// name in OCIO [default: as the file says, or rec709]
     #[arg(long, value_name = "SPACE")]

@@ -21,8 +21,9 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 9] = [
+const OPTIONS: [StageOption; 10] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
+    StageOption { stage: "environment", parameter: "layer", option: "--layer" },
     StageOption { stage: "environment", parameter: "bad-pixels", option: "--bad-pixels" },
     StageOption { stage: "environment", parameter: "colour-space", option: "--colour-space" },
     StageOption { stage: "environment", parameter: "preset", option: "--preset" },
@@ -92,6 +93,7 @@ impl Request {
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
         let import = [
             text("layout", &arguments.from),
+            text("layer", &arguments.layer),
             text("bad-pixels", &arguments.bad_pixels),
             text("colour-space", &arguments.colour_space),
             text("preset", &arguments.preset),

@@ -30,7 +30,7 @@ pub(crate) struct Encoding {
     /// The curve of each channel, applied first.
     pub(crate) curves: [Curve; 3],
     primaries: Primaries,
-    /// The name of the ICC profile, if it comes from one.
+    /// The name of the ICC profile, or PNG's cICP, if it comes from one.
     pub(crate) profile: Option<String>,
 }
 
@@ -51,8 +51,13 @@ impl Encoding {
     }
 
     fn of_curve(curve: fn(f64) -> f64) -> Self {
+        Self::of_curve_and_matrix(curve, DMat3::IDENTITY)
+    }
+
+    /// One curve for all channels, then a matrix to linear Rec. 709.
+    pub(crate) fn of_curve_and_matrix(curve: fn(f64) -> f64, matrix: DMat3) -> Self {
         let curves = [(); 3].map(|()| -> Curve { Box::new(curve) });
-        Self { curves, primaries: Primaries::Matrix(DMat3::IDENTITY), profile: None }
+        Self { curves, primaries: Primaries::Matrix(matrix), profile: None }
     }
 
     /// The encoding that an ICC profile describes, for a grey picture or one in RGB, of integers or floats.
@@ -100,7 +105,7 @@ impl Encoding {
         }
     }
 
-    /// The same curves with the primaries of a colour space; a warning says if a profile has others. A
+    /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others. A
     /// profile of tables is left out: it has no curve of its own.
     #[must_use]
     pub(crate) fn with_primaries(self, space: ColourSpace, warnings: &mut Vec<String>) -> Self {
@@ -108,8 +113,9 @@ impl Encoding {
         let wanted = Self { primaries: Primaries::Matrix(matrix), profile: None, ..Self::srgb() };
         if let Some(profile) = self.profile.as_ref().filter(|_| !self.has_primaries_of(&wanted)) {
             let name = space.name();
+            let source = if profile.starts_with("cICP ") { "the chunk" } else { "the ICC profile" };
             warnings.push(format!(
-                "the ICC profile {profile} names other primaries than `{name}`, which were asked for; `{name}` was \
+                "{source} {profile} names other primaries than `{name}`, which were asked for; `{name}` was \
                  taken"
             ));
         }

@@ -27,6 +27,7 @@ mod babylon_env;
 mod bc6h;
 mod brdf_table_metadata;
 mod chromaticity;
+mod cicp;
 mod colour_space;
 mod data_texture;
 mod dds;
@@ -46,7 +47,9 @@ mod light_texture;
 pub mod lighting_json;
 mod limits;
 pub mod measured;
+mod metadata;
 mod open_exr;
+mod orientation;
 mod outside_gamut;
 mod pfm;
 mod png;
@@ -64,6 +67,7 @@ mod texel;
 mod texture;
 mod tiff;
 mod web_page;
+mod zstandard;
 
 pub use babylon_env::{
     BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,

@@ -4,17 +4,37 @@
 //! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
 //! gives one item per file. The content of a file decides its format, not its name.
 //!
-//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with
-//!   colour is read, an unnamed one before all others, with a warning that lists them; `layer` names another.
+//! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half, float
+//!   or uint; every compression but ZSTD and HTJ2K; no subsampled channels. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
 //! - PFM: RGB or grey, in either order of bytes.
-//! - TIFF: 8 or 16-bit integers, or 32-bit floats, grey or RGB; of several pages, the first. Floats hold high
-//!   dynamic range.
-//! - PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their
-//!   white.
+//! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
+//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the picture.
+//! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
+//!   read as light of the scene, the reference white, a signal of 75 %.
+//! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than
+//!   their white.
 //!
-//! Alpha is ignored, with a warning if it is below 1.
+//! Alpha is ignored, with a warning if it is below 1. A picture that a camera holds sideways or upside down
+//! (the orientation of Exif in PNG, JPEG and WebP, or of TIFF and TGA) is turned upright.
+//!
+//! ## Layers
+//!
+//! Without `layer`, an OpenEXR file of several layers or parts gives the first of the first line that it has,
+//! with a warning that lists them:
+//!
+//! 1. the unnamed layer of R, G and B
+//! 2. one that is called `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
+//! 3. another of R, G and B
+//! 4. one of R, G and B whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`
+//! 5. luminance and chroma (Y RY BY)
+//! 6. grey (Y)
+//!
+//! X, Y and Z of one layer are a position or a direction, and never read as light.
+//!
+//! The picture is the display window. What the data window does not reach is black, with a warning; it is an
+//! error if it reaches nothing.
 //!
 //! ## Colours
 //!
@@ -24,7 +44,8 @@
 //!   linear space in `oiio:ColorSpace` or `colorspace`; without them Rec. 709.
 //! - Radiance: CIE XYZ of equal-energy white with FORMAT=32-bit_rle_xyze, else PRIMARIES, else Rec. 709.
 //! - TIFF, PNG, JPEG and WebP: the ICC profile (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones and
-//!   others). Without a profile, integers are taken for sRGB and floats for linear Rec. 709.
+//!   others), before which PNG's cICP counts. Without either, integers are taken for sRGB and floats for
+//!   linear Rec. 709.
 //!
 //! `colour-space` names them for a file that does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3`
 //! (white D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and
@@ -176,8 +197,8 @@ parameters! {
         /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
         /// cube, an `envmap` attribute names its layout, everything else is lat-long.
         layout: OrAuto<LayoutName> = OrAuto::Auto,
-        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: the
-        /// first layer that holds colour.
+        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
+        /// Layers.
         layer: Option<String> = None,
         /// Stops by which the radiance is multiplied: 1 doubles it.
         #[range(STOPS)]
@@ -209,7 +230,7 @@ impl Kind for ImportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-environment";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
