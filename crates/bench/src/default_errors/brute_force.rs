@@ -1,7 +1,7 @@
 //! Reflected radiance by its definition: a sum over all pixels of radiance, solid angle and rho_hat.
 //!
 //! A pixel has one radiance all over its area. Near the central direction, where a lobe may be narrower than a
-//! pixel, pixels are divided into 4 x 4 parts, and those again, down to [`FINEST`].
+//! pixel, pixels are divided into 4 x 4 parts, and those again, down to `FINEST`.
 //!
 //! It shares nothing with what it judges but the material's own formula: no spherical harmonics, no lamps, no
 //! tables of the kernels.
