@@ -3,7 +3,9 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
-use containers::{Decoded, ErrorKind, Format, ReadOptions, read_image, read_recipe, write_png, write_rgbe};
+use containers::{
+    ColourSpace, Decoded, ErrorKind, Format, ReadOptions, read_image, read_recipe, write_png, write_rgbe,
+};
 use envmap::Image;
 
 fn read(bytes: &[u8]) -> Decoded {
@@ -212,7 +214,7 @@ fn pictures_are_turned_upright() {
 /// PNG, third edition, section 11.3.2.6: primaries, transfer, matrix 0, full range.
 #[test]
 fn cicp_gives_primaries_and_transfer() {
-    let with = |code_points: [u8; 4], codes: [u16; 3]| {
+    let file = |code_points: [u8; 4], codes: [u16; 3]| {
         let data: Vec<u8> = codes.iter().flat_map(|code| code.to_be_bytes()).collect();
         let mut bytes = png(png::ColorType::Rgb, png::BitDepth::Sixteen, (1, 1), &data);
         let body = [&b"cICP"[..], &code_points].concat();
@@ -223,8 +225,9 @@ fn cicp_gives_primaries_and_transfer() {
         let chunk = [&4_u32.to_be_bytes()[..], &body, &(!crc).to_be_bytes()].concat();
         // The header chunk ends at byte 33.
         bytes.splice(33..33, chunk);
-        read(&bytes)
+        bytes
     };
+    let with = |code_points, codes| read(&file(code_points, codes));
     // 203 cd/m2 is 58.07 % of PQ (ITU-R BT.2408).
     let white = with([9, 16, 0, 1], [38057; 3]);
     assert!(white.image.pixels()[0].iter().all(|value| (value - 1.0).abs() < 2e-3), "{white:?}");
@@ -236,6 +239,17 @@ fn cicp_gives_primaries_and_transfer() {
     assert!((red.image.pixels()[0][0] - 1.2249).abs() < 1e-3, "{red:?}");
     let narrow = with([9, 16, 0, 0], [32768; 3]);
     assert!(narrow.warnings[0].contains("cICP was ignored: it declares the narrow range"), "{narrow:?}");
+    // Rec. 2020's green lies outside Rec. 709, unless other primaries are asked for.
+    let green = with([9, 8, 0, 1], [0, 65535, 0]);
+    assert!(green.image.pixels()[0].iter().all(|value| *value >= 0.0), "{green:?}");
+    assert!(green.warnings[0].starts_with("1 pixel (100 % of the image"), "{green:?}");
+    let options = ReadOptions { colour_space: Some(ColourSpace::Rec709), ..ReadOptions::default() };
+    let asked = read_image(&file([9, 8, 0, 1], [0, 65535, 0]), &options).unwrap();
+    assert_eq!(asked.image.pixels(), [[0.0, 1.0, 0.0]]);
+    assert!(
+        asked.warnings[0].starts_with("the chunk cICP 9/8 names other primaries than `rec709`"),
+        "{asked:?}"
+    );
 }
 
 /// 4096 x 2048 pixels of one colour in some hundred bytes.
