@@ -72,7 +72,10 @@ impl ColourSpace {
         // What these words add to a name says nothing of the primaries.
         let name = ["scene", "scenereferred"].iter().find_map(|end| name.strip_suffix(end)).unwrap_or(&name);
         let name = name.strip_prefix("utility").unwrap_or(name);
-        let name = ["linear", "lin"].iter().find_map(|start| name.strip_prefix(start)).unwrap_or(name);
+        let name = ["scenelinear", "linear", "lin"]
+            .iter()
+            .find_map(|start| name.strip_prefix(start))
+            .unwrap_or(name);
         Some(match name {
             "rec709" | "bt709" | "srgb" | "rec709srgb" | "srgbrec709" | "rec709d65" | "bt709d65" | "" => {
                 Self::Rec709

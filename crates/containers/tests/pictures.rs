@@ -3,7 +3,9 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
-use containers::{Decoded, ErrorKind, Format, ReadOptions, read_image, read_recipe, write_png, write_rgbe};
+use containers::{
+    ColourSpace, Decoded, ErrorKind, Format, ReadOptions, read_image, read_recipe, write_png, write_rgbe,
+};
 use envmap::Image;
 
 fn read(bytes: &[u8]) -> Decoded {
@@ -212,7 +214,7 @@ fn pictures_are_turned_upright() {
 /// PNG, third edition, section 11.3.2.6: primaries, transfer, matrix 0, full range.
 #[test]
 fn cicp_gives_primaries_and_transfer() {
-    let with = |code_points: [u8; 4], codes: [u16; 3]| {
+    let file = |code_points: [u8; 4], codes: [u16; 3]| {
         let data: Vec<u8> = codes.iter().flat_map(|code| code.to_be_bytes()).collect();
         let mut bytes = png(png::ColorType::Rgb, png::BitDepth::Sixteen, (1, 1), &data);
         let body = [&b"cICP"[..], &code_points].concat();
@@ -223,19 +225,31 @@ fn cicp_gives_primaries_and_transfer() {
         let chunk = [&4_u32.to_be_bytes()[..], &body, &(!crc).to_be_bytes()].concat();
         // The header chunk ends at byte 33.
         bytes.splice(33..33, chunk);
-        read(&bytes)
+        bytes
     };
+    let with = |code_points, codes| read(&file(code_points, codes));
     // 203 cd/m2 is 58.07 % of PQ (ITU-R BT.2408).
     let white = with([9, 16, 0, 1], [38057; 3]);
     assert!(white.image.pixels()[0].iter().all(|value| (value - 1.0).abs() < 2e-3), "{white:?}");
     assert_eq!((white.high_dynamic_range, white.warnings.len()), (true, 0));
     let linear = with([1, 8, 0, 1], [65535, 32768, 0]);
     assert!((linear.image.pixels()[0][1] - 0.5).abs() < 1e-4, "{linear:?}");
-    // Display P3's red in Rec. 709, as in `icc_profiles_are_applied`.
+    // Display P3's red is (1.2249, -0.0420, -0.0196) in Rec. 709, moved toward its luminance, 0.2290.
     let red = with([12, 13, 0, 1], [65535, 0, 0]);
-    assert!((red.image.pixels()[0][0] - 1.2249).abs() < 1e-3, "{red:?}");
+    assert!((red.image.pixels()[0][0] - 1.0705).abs() < 1e-3, "{red:?}");
     let narrow = with([9, 16, 0, 0], [32768; 3]);
     assert!(narrow.warnings[0].contains("cICP was ignored: it declares the narrow range"), "{narrow:?}");
+    // Rec. 2020's green lies outside Rec. 709, unless other primaries are asked for.
+    let green = with([9, 8, 0, 1], [0, 65535, 0]);
+    assert!(green.image.pixels()[0].iter().all(|value| *value >= 0.0), "{green:?}");
+    assert!(green.warnings[0].starts_with("1 pixel (100 % of the image"), "{green:?}");
+    let options = ReadOptions { colour_space: Some(ColourSpace::Rec709), ..ReadOptions::default() };
+    let asked = read_image(&file([9, 8, 0, 1], [0, 65535, 0]), &options).unwrap();
+    assert_eq!(asked.image.pixels(), [[0.0, 1.0, 0.0]]);
+    assert!(
+        asked.warnings[0].starts_with("the chunk cICP 9/8 names other primaries than `rec709`"),
+        "{asked:?}"
+    );
 }
 
 /// 4096 x 2048 pixels of one colour in some hundred bytes.

@@ -48,6 +48,8 @@ impl<'a> SinglePage<'a> {
                 short(directory::SAMPLE_FORMAT, if page.is_float() { 3 } else { 1 }),
             ]);
         }
+        // What the file lacks must not be read from behind its end.
+        offsets.iter().zip(&counts).try_for_each(|(at, count)| stored(file, *at, *count).map(|_| ()))?;
         if let Some(packing) = page.packing {
             changed.push(short(directory::COMPRESSION, 1));
             (offsets, counts) = unpack(file, page, packing, [&offsets, &counts], &mut end)?;
@@ -127,6 +129,13 @@ fn chunk_tags(page: &Page) -> [u16; 2] {
     }
 }
 
+/// The bytes of a strip or tile.
+fn stored(file: &[u8], at: u64, count: u64) -> Result<&[u8], Error> {
+    let [at, count] = [at, count].map(|number| usize::try_from(number).unwrap_or(usize::MAX));
+    let bytes = at.checked_add(count).and_then(|after| file.get(at..after));
+    bytes.ok_or_else(|| Error::truncated("the file ends before its data does"))
+}
+
 /// Unpacks every strip or tile behind the file's end; where they are then, and their lengths.
 fn unpack(
     file: &[u8],
@@ -140,9 +149,7 @@ fn unpack(
     limits::pixels(width, height).map_err(|error| error.within("tile"))?;
     let mut places = (Vec::new(), Vec::new());
     for (index, (offset, count)) in offsets.iter().zip(counts).enumerate() {
-        let at = usize::try_from(*offset).unwrap_or(usize::MAX);
-        let packed = at.checked_add(*count as usize).and_then(|after| file.get(at..after));
-        let packed = packed.ok_or_else(|| Error::truncated("the file ends before its data does"))?;
+        let packed = stored(file, *offset, *count)?;
         // The last strip may be lower.
         let rows = if tiles { height } else { height.min(page.height.saturating_sub(index * height)) };
         let size = page.row_bytes(width).saturating_mul(rows);
