@@ -336,8 +336,9 @@ fn lighting_is_converted_between_engines() {
     }
 }
 
-/// A light probe, six faces, a cross, a damaged image, a texture that is no environment, a measured BRDF, a mesh
-/// without normals, and documents that hold no mesh: all that can be read is built, and the rest is named.
+/// A light probe, six faces, a cross, a damaged image, a texture that is no environment, a measured BRDF, a
+/// mesh without normals, and documents that hold no mesh: all that can be read is built, and the rest is
+/// named.
 #[test]
 fn init_writes_no_stage_that_fails_on_what_is_there() {
     let project = assets_alone();

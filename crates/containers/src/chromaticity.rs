@@ -48,7 +48,7 @@ impl Chromaticities {
     /// Adobe RGB (1998), white D65.
     pub(crate) const ADOBE_RGB: Self = Self([[0.64, 0.33], [0.21, 0.71], [0.15, 0.06], [0.3127, 0.3290]]);
 
-    /// CIE XYZ in which D65 is white.
+    /// CIE XYZ in which D65 is white: (0.95, 1, 1.09), not (1, 1, 1).
     pub(crate) const XYZ_D65: Self = Self([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.3127, 0.3290]]);
 
     /// CIE XYZ itself, whose white has equal energy, as Radiance takes it.
@@ -66,8 +66,11 @@ impl Chromaticities {
         if self.is_near(Self::REC_709) {
             return Some(DMat3::IDENTITY);
         }
-        let from = self.to_xyz()?;
         let to = Self::REC_709.to_xyz()?.inverse();
+        if self == Self::XYZ_D65 {
+            return Some(to);
+        }
+        let from = self.to_xyz()?;
         let bradford = DMat3::from_cols_array(&[
             0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296,
         ]);

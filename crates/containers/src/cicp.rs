@@ -80,7 +80,8 @@ fn hlg(value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// ITU-R BT.2408, table 1: reference white is 58 % of PQ and 75 % of HLG; 10 000 and 1000 cd/m2 are 100 % and
+    /// ITU-R BT.2408, table 1: reference white is 58 % of PQ and 75 % of HLG; 10 000 and 1000 cd/m2 are 100 %
+    /// and
     /// 75.2 % of PQ.
     #[test]
     fn reference_white_is_one() {

@@ -5,7 +5,6 @@
 //! and Blender's `Linear CIE-XYZ D65` are words for the same few sets of primaries.
 
 use crate::chromaticity::Chromaticities;
-use crate::decoded::Decoded;
 
 /// A set of primaries with its white.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -108,7 +107,7 @@ impl ColourSpace {
     pub(crate) fn chosen(
         wanted: Option<Self>,
         declared: Option<(&str, Chromaticities)>,
-        decoded: &mut Decoded,
+        warnings: &mut Vec<String>,
     ) -> Option<Chromaticities> {
         let Some(wanted) = wanted else { return declared.map(|(_, declared)| declared) };
         let taken = wanted.chromaticities();
@@ -116,7 +115,7 @@ impl ColourSpace {
             && !declared.is_near(taken)
         {
             let name = wanted.name();
-            decoded.warnings.push(format!(
+            warnings.push(format!(
                 "{source} names other primaries than `{name}`, which were asked for; `{name}` was taken"
             ));
         }

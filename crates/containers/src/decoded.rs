@@ -34,8 +34,8 @@ pub struct Decoded {
     pub format: Format,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
-    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, and PNG whose
-    /// cICP says PQ, HLG or linear.
+    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, and PNG
+    /// whose cICP says PQ, HLG or linear.
     pub high_dynamic_range: bool,
     /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16".
     pub profile: Option<String>,

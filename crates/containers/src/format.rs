@@ -1,7 +1,6 @@
 //! Which format bytes are in, by their content.
 
 use crate::error::{Error, ErrorKind};
-use crate::pfm;
 
 /// A picture format that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -49,7 +48,7 @@ impl Format {
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
             [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Some(Self::Tiff),
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
-            _ if pfm::is_pfm(bytes) => Some(Self::Pfm),
+            [b'P', b'F' | b'f', next, ..] if next.is_ascii_whitespace() => Some(Self::Pfm),
             _ => is_tga(bytes).then_some(Self::Tga),
         }
     }

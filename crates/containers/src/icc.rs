@@ -105,8 +105,8 @@ impl Encoding {
         }
     }
 
-    /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others. A
-    /// profile of tables is left out: it has no curve of its own.
+    /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others.
+    /// A profile of tables is left out: it has no curve of its own.
     #[must_use]
     pub(crate) fn with_primaries(self, space: ColourSpace, warnings: &mut Vec<String>) -> Self {
         let matrix = space.chromaticities().to_rec_709().unwrap_or(DMat3::IDENTITY);

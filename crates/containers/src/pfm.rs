@@ -18,11 +18,6 @@ use crate::{Format, limits};
 /// The longest header that is read.
 const MAX_HEADER: usize = 1 << 12;
 
-/// Whether bytes begin as a PFM file.
-pub(crate) fn is_pfm(bytes: &[u8]) -> bool {
-    matches!(bytes, [b'P', b'F' | b'f', next, ..] if next.is_ascii_whitespace())
-}
-
 struct Header {
     width: usize,
     height: usize,

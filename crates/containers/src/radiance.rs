@@ -67,7 +67,7 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
     let mut decoded = Decoded::new(Format::Radiance, image);
     (decoded.warnings, decoded.recipe) = (header.warnings, header.recipe);
     let declared = header.chromaticities.map(|declared| ("the header", declared));
-    match ColourSpace::chosen(wanted, declared, &mut decoded).map(Chromaticities::to_rec_709) {
+    match ColourSpace::chosen(wanted, declared, &mut decoded.warnings).map(Chromaticities::to_rec_709) {
         None => {}
         Some(Some(matrix)) => {
             let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());

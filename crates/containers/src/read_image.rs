@@ -15,9 +15,9 @@ use crate::{jpeg, open_exr, pfm, png, radiance, raster, tiff};
 /// first is read, and of a TIFF's pages the largest. Pictures are turned upright as Exif and TIFF say.
 ///
 /// Memory: 12 bytes for each pixel of the result, about as much more while it is decoded (twice with 64 bits
-/// in a sample), and the compressed blocks in work. The result has at most [`crate::MAX_PIXELS`], and a header
-/// that declares more than its file can hold is refused before that is allocated. A lossless WebP of any
-/// length can hold any picture.
+/// in a sample), and the compressed blocks in work. The result has at most [`crate::MAX_PIXELS`], and a
+/// header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
+/// any length can hold any picture.
 ///
 /// # Errors
 /// If the file is empty, a Git LFS pointer, of another format, truncated, damaged or too large, uses

@@ -79,7 +79,8 @@ fn within_limits(what: &str, decode: impl FnOnce()) {
     BIGGEST.store(0, Relaxed);
     decode();
     let (peak, biggest) = (PEAK.load(Relaxed).saturating_sub(before), BIGGEST.load(Relaxed));
-    // A lossless WebP of any length can hold the largest picture; its decoder fills memory only as codes come.
+    // A lossless WebP of any length can hold the largest picture; its decoder fills memory only as codes
+    // come.
     let (largest, total) = match what.starts_with("webp") {
         true => (4 * MAX_PIXELS, 8 * MAX_PIXELS + TOTAL),
         false => (LARGEST, TOTAL),

@@ -262,8 +262,8 @@ fn a_smooth_lossless_webp_is_read() {
 }
 
 /// What littlecms (in Pillow's ImageCms, relative colorimetric) makes of the same pixels and profiles in
-/// sRGB. It clips the colours outside of sRGB, which have a channel of 0 or 255 there; ours move to their grey
-/// until the least channel is 0.
+/// sRGB. It clips the colours outside of sRGB, which have a channel of 0 or 255 there; ours move to their
+/// grey until the least channel is 0.
 #[test]
 fn icc_profiles_are_applied() {
     let clipped = [[255, 0, 0], [0, 255, 0]];

@@ -47,8 +47,8 @@ impl Picture {
         }
     }
 
-    /// The errors in stops that 95 and 99 of 100 samples stay below, if a picture of the same scene and shot is
-    /// right: [`shrm::stops`]. The samples are the channels of the pixels whose samples all hit a surface;
+    /// The errors in stops that 95 and 99 of 100 samples stay below, if a picture of the same scene and shot
+    /// is right: [`shrm::stops`]. The samples are the channels of the pixels whose samples all hit a surface;
     /// `None` without any. `dark` is that of the light ([`crate::Light::dark`]).
     ///
     /// # Panics

@@ -5,13 +5,13 @@
 //! sum takes rho_hat at the centre of each texel, the midpoint rule: it errs by h^2 / 24 times the curvature
 //! of rho_hat, h being the height of a row. If a lobe is less than [`NARROW`] rows wide, that shows, and
 //! [`Reference::new`] integrates over the areas of texels instead, each of one radiance, to an error of about
-//! [`SHARE`] ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's rule,
-//! which differ from the solid angles by O(h^2).
+//! [`SHARE`] ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's
+//! rule, which differ from the solid angles by O(h^2).
 //!
-//! Summed over centres, [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet
-//! come from vectorised sums (`lobes.rs`), which the tests compare with it; maps of other materials come from
-//! the same sum as `radiance`. Work common to the texels of a row, to a row of a map and to one view is done
-//! once; black texels are not read.
+//! Summed over centres, [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert,
+//! phong and microfacet come from vectorised sums (`lobes.rs`), which the tests compare with it; maps of
+//! other materials come from the same sum as `radiance`. Work common to the texels of a row, to a row of a
+//! map and to one view is done once; black texels are not read.
 //!
 //! A [`Cull`] leaves out directions in which a lobe is small (paper 1, Appendix D): for max(0, cos)^s it
 //! keeps the cap about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A
@@ -468,8 +468,8 @@ mod tests {
         }
     }
 
-    /// A map of a narrow lobe: the sum over centres of a sixteenth of the size, which has 37 rows in a lobe of
-    /// exponent 400, and the one of whole texels.
+    /// A map of a narrow lobe: the sum over centres of a sixteenth of the size, which has 37 rows in a lobe
+    /// of exponent 400, and the one of whole texels.
     #[test]
     fn a_narrow_lobe_is_integrated_over_the_areas_of_texels() {
         let sky = environment(24, lamps);

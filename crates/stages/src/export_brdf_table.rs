@@ -63,8 +63,8 @@ parameters! {
     pub(crate) struct Parameters {
         /// The container; see the table.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is
-        /// half unless a value exceeds that.
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
+        /// is half unless a value exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
         /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
         /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".

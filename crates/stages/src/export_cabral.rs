@@ -122,8 +122,8 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: Format = Format::Exr,
-        /// With format "exr" or "dds": 16-bit or 32-bit numbers; "auto" is 16 unless a value exceeds the largest
-        /// half.
+        /// With format "exr" or "dds": 16-bit or 32-bit numbers; "auto" is 16 unless a value exceeds the
+        /// largest half.
         precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,

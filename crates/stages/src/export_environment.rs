@@ -42,9 +42,9 @@
 //! ```
 //!
 //! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
-//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe and
-//! the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the build
-//! notes them. `export-engine` writes cubes for the engines that it knows.
+//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe
+//! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
+//! build notes them. `export-engine` writes cubes for the engines that it knows.
 //!
 //! ## Example
 //!
@@ -126,8 +126,8 @@ parameters! {
         /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504;
         /// "auto" is half unless a value exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they become
-        /// 65504; with "error" here the item fails, also if precision is "auto".
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
+        /// become 65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]

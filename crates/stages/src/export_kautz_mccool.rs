@@ -73,8 +73,8 @@ parameters! {
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
         format: MapsFormat = MapsFormat::Dds,
-        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value exceeds
-        /// that.
+        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
+        /// exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,

@@ -24,9 +24,9 @@
 //! ## Lamps
 //!
 //! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the
-//! material reflects of its disk. A game whose sun is a light of its own, with shadows, would then have it twice.
-//! With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"` writes the
-//! lights themselves, in the engine's own frame.
+//! material reflects of its disk. A game whose sun is a light of its own, with shadows, would then have it
+//! twice. With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"`
+//! writes the lights themselves, in the engine's own frame.
 //!
 //! ## Texels
 //!
@@ -132,10 +132,11 @@ parameters! {
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless
-        /// a value exceeds that.
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
+        /// unless a value exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest half.
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
+        /// half.
         overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
         /// as it is, so that the maps of several environments can be compared.

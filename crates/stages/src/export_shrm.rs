@@ -260,11 +260,12 @@ parameters! {
         parts: PartsName = PartsName::Separate,
         /// The container; see Files.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is
-        /// half unless a value exceeds that.
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
+        /// is half unless a value exceeds that.
         /// Safetensors hold 32-bit numbers.
         precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest half.
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
+        /// half.
         overflow: Overflow = Overflow::Clamp,
     }
 }

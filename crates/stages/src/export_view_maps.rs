@@ -74,8 +74,8 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: MapsFormat = MapsFormat::Ktx2,
-        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value exceeds
-        /// that.
+        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
+        /// exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,

@@ -4,13 +4,14 @@
 //! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
 //! gives one item per file. The content of a file decides its format, not its name.
 //!
-//! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half, float
-//!   or uint; every compression but ZSTD and HTJ2K; no subsampled channels. See Layers.
+//! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half,
+//!   float or uint; every compression but ZSTD and HTJ2K; no subsampled channels. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
 //! - PFM: RGB or grey, in either order of bytes.
 //! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
-//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the picture.
+//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the
+//!   picture.
 //! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
 //!   read as light of the scene, the reference white, a signal of 75 %.
 //! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than

@@ -228,9 +228,9 @@
 //! what was averaged. Textures are read as PNG, JPEG or WebP, also from files beside a `.gltf` or in other
 //! folders (`../textures/a.png`): the item is rerun if one of them changes. Normal and occlusion textures are
 //! ignored, and a roughness below the least of the model becomes the least. Warnings name other extensions,
-//! transparency, emitted light, vertex colours, and a `KHR_texture_transform` that may show a part of a texture.
-//! If the file *requires* an extension that is not read, the material is an error, unless the extension belongs
-//! to other materials of the file, or to meshes, lights or animations.
+//! transparency, emitted light, vertex colours, and a `KHR_texture_transform` that may show a part of a
+//! texture. If the file *requires* an extension that is not read, the material is an error, unless the
+//! extension belongs to other materials of the file, or to meshes, lights or animations.
 //!
 //! ## Layers
 //!

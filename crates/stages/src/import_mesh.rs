@@ -18,10 +18,11 @@
 //! colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
 //! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places) are supported. A file that
 //! requires another extension is an error that names it (`KHR_draco_mesh_compression`), unless it concerns
-//! materials, textures, lights or animations only. At most 4,194,304 triangles are read, each instance counted.
+//! materials, textures, lights or animations only. At most 4,194,304 triangles are read, each instance
+//! counted.
 //!
-//! Buffers may lie in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires, or
-//! as they are on the disk.
+//! Buffers may lie in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires,
+//! or as they are on the disk.
 //!
 //! ## Example
 //!

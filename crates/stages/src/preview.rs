@@ -38,9 +38,9 @@
 //!
 //! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
 //! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of
-//! `export-shrm`; before that, what a map shows below zero becomes 0. With `lamps = "baked"` the two maps hold
-//! them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and `prefiltered`
-//! hold all light, as their exports do.
+//! `export-shrm`; before that, what a map shows below zero becomes 0. With `lamps = "baked"` the two maps
+//! hold them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
+//! `prefiltered` hold all light, as their exports do.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the error in stops that 95 and 99 of 100 samples stay
@@ -226,7 +226,8 @@ parameters! {
         /// Slices of Kautz and McCool's texture.
         #[range(2..=256)]
         slices: usize = 16,
-        /// Whether lamps beside a reflection are added at every pixel or lie in the local and the global SHRM.
+        /// Whether lamps beside a reflection are added at every pixel or lie in the local and the global
+        /// SHRM.
         lamps: LampsName = LampsName::Separate,
         /// Samples along each side of a pixel.
         #[range(1..=4)]

@@ -186,11 +186,11 @@ parameters! {
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless
-        /// a value exceeds that.
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
+        /// unless a value exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they become
-        /// 65504; with "error" here the item fails, also if precision is "auto".
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
+        /// become 65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]

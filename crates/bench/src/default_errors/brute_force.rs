@@ -1,7 +1,7 @@
 //! Reflected radiance by its definition: a sum over all pixels of radiance, solid angle and rho_hat.
 //!
-//! A pixel has one radiance all over its area. Near the central direction, where a lobe may be narrower than a
-//! pixel, pixels are divided into 4 x 4 parts, and those again, down to `FINEST`.
+//! A pixel has one radiance all over its area. Near the central direction, where a lobe may be narrower than
+//! a pixel, pixels are divided into 4 x 4 parts, and those again, down to `FINEST`.
 //!
 //! It shares nothing with what it judges but the material's own formula: no spherical harmonics, no lamps, no
 //! tables of the kernels.
@@ -29,6 +29,8 @@ pub struct Pixels {
     directions: Vec<DVec3>,
     /// Radiance times solid angle, RGB.
     flux: Vec<[f64; 3]>,
+    /// Parts of this height are not divided.
+    finest: f64,
 }
 
 /// A cell of a lat-long grid.
@@ -72,7 +74,7 @@ impl Pixels {
     /// The pixels of an image, row 0 toward +Z and the centre toward +X.
     pub fn new(image: &Image) -> Self {
         let (width, height) = (image.width(), image.height());
-        let mut pixels = Self { cells: Vec::new(), directions: Vec::new(), flux: Vec::new() };
+        let mut pixels = Self { cells: Vec::new(), directions: Vec::new(), flux: Vec::new(), finest: FINEST };
         for (index, radiance) in image.pixels().iter().enumerate() {
             if *radiance == [0.0; 3] {
                 continue;
@@ -99,7 +101,7 @@ impl Pixels {
         };
         let is_near = |cell: Cell, direction: DVec3| {
             let extent = cell.extent();
-            extent > FINEST && (direction - central).length() < NEAR * extent
+            extent > self.finest && (direction - central).length() < NEAR * extent
         };
         for ((cell, direction), flux) in self.cells.iter().zip(&self.directions).zip(&self.flux) {
             if !is_near(*cell, *direction) {
@@ -395,7 +397,8 @@ mod tests {
     fn the_mean_over_views_is_that_of_the_sums() {
         let mut values = vec![[0.2, 0.4, 0.1]; 32 * 16];
         values[5 * 32 + 20] = [300.0; 3];
-        let pixels = Pixels::new(&Image::new(32, 16, values).unwrap());
+        // Both sum over the centres of pixels, which is enough to compare them.
+        let pixels = Pixels { finest: PI, ..Pixels::new(&Image::new(32, 16, values).unwrap()) };
         for material in [ggx(0.5), ggx(0.2), Material::KajiyaKay(KajiyaKay::new(8.0, [1.0; 3]).unwrap())] {
             let table = MeanOverViews::new(&material);
             for central in [DVec3::new(0.1, 0.2, 0.9), DVec3::new(-0.8, 0.3, -0.4)].map(unit) {

@@ -1,8 +1,8 @@
 //! The layers of an OpenEXR file, and which of them is the picture.
 //!
 //! A *layer* is a part of a multi-part file, a channel prefix (`diffuse.R`), or both (`part.prefix`). It has
-//! colour with R, G and B (also `r`, `red`), with Y and the chroma RY and BY, or with Y alone (grey). X, Y and
-//! Z of one layer are a position or a direction.
+//! colour with R, G and B (also `r`, `red`), with Y and the chroma RY and BY, or with Y alone (grey). X, Y
+//! and Z of one layer are a position or a direction.
 //!
 //! Without a name, the first layer of the first line that a file has is read:
 //!

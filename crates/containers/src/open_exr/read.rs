@@ -71,7 +71,7 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error
     if layer.colour != Colour::Grey {
         let declared = declared(header, &mut decoded.warnings);
         let declared = declared.as_ref().map(|(source, declared)| (source.as_str(), *declared));
-        match ColourSpace::chosen(options.colour_space, declared, &mut decoded)
+        match ColourSpace::chosen(options.colour_space, declared, &mut decoded.warnings)
             .map(Chromaticities::to_rec_709)
         {
             None => {}

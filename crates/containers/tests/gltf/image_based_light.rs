@@ -1,4 +1,5 @@
-//! EXT_lights_image_based: its irradiance with intensity and rotation, and what is wrong with a damaged light.
+//! EXT_lights_image_based: its irradiance with intensity and rotation, and what is wrong with a damaged
+//! light.
 
 use containers::lighting_json::{Preset, Table};
 use containers::read_gltf_lighting;

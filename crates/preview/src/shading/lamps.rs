@@ -5,9 +5,9 @@
 //! > max(soft, 0) + sum over the points of the lamps of flux rho_hat(direction of the point, V).
 //!
 //! This is `shrm::Lamps::radiance`: a sun is one point, a lamp that is large beside the material's highlight
-//! has some hundred, at most about 3000 ([`sh::Light::points`]), each of which costs a look at the material. An
-//! anisotropic material is taken in the mean over some turns of the surface about its normal, because the map
-//! that the lamps are added to has no tangent; it costs that many times more.
+//! has some hundred, at most about 3000 ([`sh::Light::points`]), each of which costs a look at the material.
+//! An anisotropic material is taken in the mean over some turns of the surface about its normal, because the
+//! map that the lamps are added to has no tangent; it costs that many times more.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
@@ -93,8 +93,8 @@ mod tests {
     use crate::shading::testkit::{apart, lights, reflection, surfaces};
     use brdf::Material;
 
-    /// Materials of every model, with their sharpness, and their lamps: anisotropic ones have fewer, which cost
-    /// more.
+    /// Materials of every model, with their sharpness, and their lamps: anisotropic ones have fewer, which
+    /// cost more.
     fn cases() -> Vec<(Lamps, f64)> {
         let of_material = |(material, s): (Material, f64)| {
             let count = if material.turns() == 1 { 8 } else { 2 };

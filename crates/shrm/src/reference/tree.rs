@@ -9,8 +9,8 @@
 //! A lobe that is narrower than a block may not show in its parts either. So blocks are small from the start
 //! where lobes are: about the central direction in proportion to the angle from it, down to a share of the
 //! narrowest lobe; and wherever the lobes of the material (`brdf::Material::lobes`) send one of [`DRAWN`]
-//! directions, down to a share of that lobe's width. So streaks, the cone about a tangent, and highlights that
-//! lie lower than R are found.
+//! directions, down to a share of that lobe's width. So streaks, the cone about a tangent, and highlights
+//! that lie lower than R are found.
 //!
 //! Inside a texel only rho_hat varies: there the difference of a block from its parts says what is left
 //! (Richardson's extrapolation of the midpoint rule), and a third of it is added.
@@ -168,8 +168,8 @@ struct Open {
 }
 
 impl Sum<'_> {
-    /// Directions that the lobes draw, as positions of the image, each with the height of blocks that is small
-    /// enough there.
+    /// Directions that the lobes draw, as positions of the image, each with the height of blocks that is
+    /// small enough there.
     fn drawn(&self) -> Vec<([f64; 2], f64)> {
         let to_world = self.to_surface.transpose();
         // R2, a sequence of low discrepancy: Roberts 2018, powers of the inverse root of x^3 = x + 1.
@@ -396,9 +396,9 @@ mod tests {
         Material::Standard(Standard::new(parameters).unwrap())
     }
 
-    /// The sum over texels of a sixteenth of the size; within twelve of these about the mirror direction, over
-    /// ones of an eighth of that, and again. A tail that falls with the fourth power of the angle is then exact
-    /// to 16 / (24 12^2).
+    /// The sum over texels of a sixteenth of the size; within twelve of these about the mirror direction,
+    /// over ones of an eighth of that, and again. A tail that falls with the fourth power of the angle is
+    /// then exact to 16 / (24 12^2).
     fn finest(
         environment: &Environment,
         material: &Material,

@@ -94,8 +94,8 @@ fn turned(central: Direction, w: Direction) -> Direction {
     Direction::normalised(sphere::DVec3::new(w.dot(x), w.dot(y), w.dot(z)))
 }
 
-/// Points over disks give what a fine sum over them does, for views and normals all around: within 2e-3 of the
-/// largest radiance for highlights and disks within the range that [`sh::Light::points`] states.
+/// Points over disks give what a fine sum over them does, for views and normals all around: within 2e-3 of
+/// the largest radiance for highlights and disks within the range that [`sh::Light::points`] states.
 #[test]
 fn points_of_disks_reflect_as_their_integrals() {
     let materials = [lambert(), phong(60.0), phong(2000.0), ggx([0.3; 2]), ggx([0.6; 2]), ggx([1.0; 2])];

@@ -250,10 +250,12 @@ fn a_3d_texture_of_a_material_with_azimuth_warns() {
         "{:?}",
         ran.notes
     );
-    let [warning] = ran.warnings.as_slice() else { panic!("{:?}", ran.warnings) };
+    // Less than a percent is a note.
+    let lost = ran.notes.iter().chain(&ran.warnings).filter(|text| text.contains("(q > 0)"));
+    let [lost] = lost.collect::<Vec<_>>()[..] else { panic!("{:?} {:?}", ran.notes, ran.warnings) };
     assert!(
-        warning.contains(" % of the reflected energy changes around the central direction (q > 0)"),
-        "{warning}"
+        lost.contains(" % of the reflected energy changes around the central direction (q > 0)"),
+        "{lost}"
     );
 }
 
@@ -309,10 +311,8 @@ fn maps_are_made_from_a_map_too() {
     assert!(difference(&found, &expected) < F32);
     // The interpolated map is off by less than h^2 / 8 x 9 x 3 with h = 1 / 3.
     let other = from_map("export-kautz-mccool", "format = \"exr\"\nprecision = \"float\"");
-    assert_eq!(
-        other.run().unwrap().notes,
-        ["the map was interpolated from a cube of edge 6 to lat-long 24 x 12"]
-    );
+    let notes = other.run().unwrap().notes;
+    assert_eq!(notes[0], "the map was interpolated from a cube of edge 6 to lat-long 24 x 12");
     let exact = reflection(2, 2).0.synthesise(MapGrid::LatLong(LatLong::with_rows(12)), View::Local).unwrap();
     let exact = KautzMcCool::from_shrm(&exact, KautzMcCool::even_angles(16)).unwrap();
     assert!(difference(&pixels(&other.files()[3]).2, exact.slice(3)) < 0.3);

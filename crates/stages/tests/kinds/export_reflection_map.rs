@@ -194,11 +194,11 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
         let text = format!("resolution = 8\nprecision = \"float\"\n{parameters}");
         let ran = case("export-reflection-map", &text).input("reflection", rough()).run().unwrap();
         let engine::Output::Files(files) = &ran.output else { panic!("a map is a file") };
-        (pixels(&files[0]).2, ran.notes)
+        (pixels(&files[0]).2, ran.warnings)
     };
     // Head on the view is the central direction itself.
     let grid = LatLong::with_rows(8);
-    let (found, notes) = map("view = \"head-on\"");
+    let (found, warnings) = map("view = \"head-on\"");
     for (index, found) in found.iter().enumerate() {
         let central = grid.direction(index / 16, index % 16);
         let expected = field.evaluate(central, central);
@@ -207,9 +207,12 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
             "{found:?}, not {expected:?}"
         );
     }
-    assert!(notes[0].starts_with("P = 2: the map holds the surface viewed straight on; "), "{notes:?}");
+    assert!(
+        warnings[0].contains("the map holds the surface viewed straight on; export-shrm"),
+        "{warnings:?}"
+    );
     // The mean is that over the views at the corners of an octahedron, exact to degree 3, and P is 2.
-    let (found, notes) = map("");
+    let (found, warnings) = map("");
     let axes = [(0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.5, 1.0), (0.5, 1.5)];
     let views = axes.map(|(theta, phi)| {
         use std::f64::consts::PI;
@@ -226,8 +229,9 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
     }
     let accuracy = shrm::accuracy::Accuracy::of(&field, [0.0; 3], 0.0);
     let lost = 100.0 * accuracy.at(2, 0).truth;
-    let noted: f64 = notes[0].split("; ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!(lost > 1.0 && (noted - lost).abs() < 1e-3, "{notes:?}, not {lost}");
+    let said: f64 = warnings[0].split(' ').next().unwrap().parse().unwrap();
+    // To a tenth, or to a whole percent from 10 on.
+    assert!(lost > 1.0 && (said - lost).abs() <= 0.5, "{warnings:?}, not {lost}");
 }
 
 /// A sun beside the lighting is in the map as the closed sum of its light, and with `lamps = "separate"` it

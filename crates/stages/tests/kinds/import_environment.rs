@@ -192,14 +192,14 @@ fn negative_values_become_zero_with_their_share_of_the_light() {
         ran.warnings,
         [
             "1 negative value became 0: 2.0 % of the light; the first was at row 1, column 1, green (theta 135.0, \
-          phi 45.0 degrees). Light is never negative: check that the image is not one of normals or differences"
+          phi 45.0 degrees)"
         ]
     );
     let strict = import("bad-pixels = \"error\"", "a.exr", exr(4, 2, pixels.clone())).failure();
     assert!(strict.contains("1 negative"), "{strict}");
-    pixels[5][1] = -0.01;
+    pixels[5][1] = -20.0;
     let ran = import("", "a.exr", exr(4, 2, pixels)).run().unwrap();
-    assert!(ran.warnings[0].ends_with("phi 45.0 degrees)"), "{:?}", ran.warnings);
+    assert!(ran.warnings[0].contains("Light is never negative"), "{:?}", ran.warnings);
 }
 
 /// Luminances by Rec. 709's weights.
@@ -283,7 +283,7 @@ fn a_cube_that_was_exported_comes_back() {
     for (format, precision) in [("ktx2", "half"), ("ktx2", "float"), ("dds", "half"), ("dds", "float")] {
         for layout in ["cube", "lat-long"] {
             let parameters = format!("layout = {layout:?}\nformat = {format:?}\nprecision = {precision:?}");
-            let written = case("export-environment", &parameters).input("input", truth.clone());
+            let written = case("export-environment", &parameters).input("environment", truth.clone());
             let back = import("resolution = 64", &format!("a.{format}"), written.files()[0].clone());
             let found = back.artifact::<Environment>();
             assert!(difference(found.0.pixels(), truth.0.pixels()) < 0.01, "{format} {precision} {layout}");

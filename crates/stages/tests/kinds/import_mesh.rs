@@ -91,7 +91,8 @@ fn failures_name_the_file() {
     assert!(case("a.bin").failure().starts_with("cannot import a.gltf: cannot read"));
 }
 
-/// Exporters put buffers and textures into folders beside that of the scene, and some write names as they are.
+/// Exporters put buffers and textures into folders beside that of the scene, and some write names as they
+/// are.
 #[test]
 fn buffers_may_lie_in_other_folders_and_have_any_name() {
     let document = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
