@@ -38,7 +38,6 @@ mod process_arguments;
 mod prune;
 mod quantity;
 mod reasons;
-mod recognise;
 mod remote_options;
 mod removals;
 mod run_item;

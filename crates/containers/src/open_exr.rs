@@ -1,7 +1,6 @@
 //! OpenEXR, through the `exr` crate.
 
 mod guard;
-mod layer;
 mod read;
 mod write;
 

@@ -24,7 +24,6 @@ mod resample;
 mod resolution;
 pub mod ringing;
 mod sphere_map;
-pub mod stops;
 mod synthesis;
 mod view_maps;
 

@@ -16,6 +16,7 @@ use crate::{Object, RenderError, Shot};
 pub(super) struct ShadowTree {
     buffer: wgpu::Buffer,
     nodes: u32,
+    offset: f32,
 }
 
 /// `ShadowUniforms` of shadows.wgsl.
@@ -23,8 +24,9 @@ pub(super) struct ShadowTree {
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct ShadowUniforms {
     to_mesh: [[f32; 4]; 3],
+    offset: f32,
     nodes: u32,
-    unused: [u32; 3],
+    unused: [u32; 2],
 }
 
 impl ShadowTree {
@@ -41,7 +43,7 @@ impl ShadowTree {
         }
         words.extend(triangles.as_flattened().iter().map(|corner| word(*corner, 0)));
         let buffer = device.filled("the triangles that cast shadows", BufferUsages::STORAGE, &words)?;
-        Ok(Self { buffer, nodes: nodes.len() as u32 })
+        Ok(Self { buffer, nodes: nodes.len() as u32, offset: occluders.offset() })
     }
 
     /// What shadowed brute force reads of an object.
@@ -68,6 +70,11 @@ impl ShadowUniforms {
     /// The shadows of an object on itself in a shot.
     pub(super) fn new(tree: &ShadowTree, object: &Object, shot: &Shot) -> Self {
         let [x, y, z] = to_mesh(object, shot).as_mat3().to_cols_array_2d();
-        Self { to_mesh: [x, y, z].map(|[a, b, c]| [a, b, c, 0.0]), nodes: tree.nodes, unused: [0; 3] }
+        Self {
+            to_mesh: [x, y, z].map(|[a, b, c]| [a, b, c, 0.0]),
+            offset: tree.offset,
+            nodes: tree.nodes,
+            unused: [0; 2],
+        }
     }
 }
