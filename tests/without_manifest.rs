@@ -49,6 +49,24 @@ fn an_environment_is_converted_to_every_format_and_back() {
 }
 
 #[test]
+fn six_faces_and_textures_are_found_to_be_environments() {
+    let project = assets_alone();
+    project.ok(&["convert", STUDIO, "-o", "faces", "--layout", "cube", "-r", "16"]);
+    let run = project.ok(&["convert", "faces", "-o", "all"]);
+    assert_eq!(run.stderr, "Wrote 1 file to all.\n");
+    project.ok(&["convert", "faces", "-o", "one.exr"]);
+    assert_eq!(fs::read(project.path("all/faces.exr")).unwrap(), fs::read(project.path("one.exr")).unwrap());
+    fs::copy(project.path("one.exr"), project.path("faces/panorama.exr")).unwrap();
+    let run = project.specula(&["convert", "faces", "-o", "all"]);
+    assert!(run.stderr.contains("holds other images beside the six faces px.exr, nx.exr"), "{}", run.stderr);
+
+    project.ok(&["convert", STUDIO, "-o", "a.ktx2", "--layout", "cube", "-r", "16"]);
+    project.ok(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "ACES - ACEScg"]);
+    let run = project.specula(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "rec601"]);
+    assert!(run.stderr.contains("rec2020"), "{}", run.stderr);
+}
+
+#[test]
 fn a_conversion_prints_the_manifest_that_does_the_same() {
     let project = assets_alone();
     let options =
@@ -316,4 +334,90 @@ fn lighting_is_converted_between_engines() {
         let run = project.specula(&[&["convert-sh"][..], &arguments].concat());
         assert!(run.code == Some(2) && run.stderr.contains(message), "{arguments:?}: {}", run.stderr);
     }
+}
+
+/// A light probe, six faces, a cross, a damaged image, a texture that is no environment, a measured BRDF, a
+/// mesh without normals, and documents that hold no mesh: all that can be read is built, and the rest is
+/// named.
+#[test]
+fn init_writes_no_stage_that_fails_on_what_is_there() {
+    let project = assets_alone();
+    for folder in ["meshes", "finishes", "materials", "lights", "brushed"] {
+        let _ = fs::remove_dir_all(project.path("assets").join(folder));
+    }
+    project.ok(&["convert", STUDIO, "-o", "cubes/faces", "--layout", "cube", "-r", "16"]);
+    project.ok(&["convert", STUDIO, "-o", "cross.exr", "--layout", "cube-cross", "-r", "16"]);
+    project.ok(&["convert", STUDIO, "-o", "sky.exr", "-r", "32"]);
+    project.ok(&["convert", STUDIO, "-o", "sky.hdr", "-r", "32"]);
+    let face = fs::read(project.path("cubes/faces/px.exr")).unwrap();
+    fs::write(project.path("uffizi_probe.exr"), &face).unwrap();
+    fs::create_dir(project.path("half")).unwrap();
+    fs::write(project.path("half/a_px.exr"), &face).unwrap();
+    let strange = fs::read(project.path(STUDIO)).unwrap();
+    fs::write(project.path("cut.exr"), &strange[..strange.len() / 2]).unwrap();
+    project.write("broken.hdr", "#?RADIANCE\n");
+    project.write("paint.brdf", "no BRDF");
+    project.write("table.csv", "name,price\nchair,3\n");
+    project.write("photo.jpg", "no environment");
+    let asset = r#""asset": { "version": "2.0" }"#;
+    project.write("light.gltf", &format!("{{ {asset} }}"));
+    let positions = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let triangle = |required: &str| {
+        format!(
+            r#"{{ {asset}, {required} "nodes": [{{ "mesh": 0 }}], "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }} }}] }}],
+            "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }}],
+            "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}],
+            "buffers": [{{ "uri": "data:application/octet-stream;base64,{positions}", "byteLength": 36 }}] }}"#
+        )
+    };
+    project.write("bare.gltf", &triangle(""));
+    project.write("hairy.gltf", &triangle(r#""extensionsRequired": ["VENDOR_hair"],"#));
+    let run = project.ok(&["init"]);
+    let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    for (file, reason) in [
+        ("half/a_px.exr", "one face of a cube whose other faces are not there"),
+        ("cut.exr", "OpenEXR"),
+        ("broken.hdr", ""),
+        ("paint.brdf", ""),
+        ("table.csv", ""),
+        ("light.gltf", "its scene has no triangles"),
+        ("hairy.gltf", "requires VENDOR_hair"),
+        ("sky.hdr", "has the same name, \"sky\""),
+    ] {
+        for (place, text) in [("terminal", &run.stderr), ("manifest", &manifest)] {
+            let mut lines = text.lines();
+            let line = lines.find(|line| line.contains(&format!("{file}: ")));
+            assert!(line.is_some_and(|line| line.contains(reason)), "{place}, {file}:\n{text}");
+        }
+    }
+    for line in
+        ["layout = \"probe\"", "layout = \"cube\"", "layout = \"cube-cross\"", "source = \"cubes/faces\""]
+    {
+        assert!(manifest.contains(line), "no {line} in\n{manifest}");
+    }
+    assert!(!manifest.contains("photo.jpg"), "{manifest}");
+    let built = project.specula(&["build"]);
+    assert_eq!(built.code, Some(0), "{}\n{manifest}", built.stderr);
+    let files = project.outputs();
+    for file in [
+        "probe/uffizi_probe/sheet.png",
+        "cube/faces/sh.json",
+        "cube-cross/cross/sh.json",
+        "sky/sh.json",
+        "studio/sh.json",
+    ] {
+        assert!(files.contains_key(file), "no {file} among {:?}", files.keys());
+    }
+}
+
+/// Messages of a conversion name its options, and a folder of six faces is a cube.
+#[test]
+fn convert_names_its_own_options() {
+    let project = assets_alone();
+    project.ok(&["convert", STUDIO, "-o", "faces", "--layout", "cube", "-r", "16"]);
+    project.ok(&["convert", "faces", "-o", "back.exr"]);
+    assert!(project.path("back.exr").exists());
+    let run = project.specula(&["convert", "faces/px.exr", "-o", "out.exr"]);
+    assert!(run.stderr.contains("is it --from probe?"), "{}", run.stderr);
+    assert!(!run.stderr.contains("layout ="), "{}", run.stderr);
 }

@@ -104,7 +104,7 @@ impl Table4 {
     pub fn new(s: usize) -> Self {
         let environment = environment();
         let material = material("phong", "exponent", s as f64);
-        let reference = Reference::new(&environment, &material, cull());
+        let reference = Reference::at_centres(&environment, &material, cull());
         let degree = Degree::new(1 + (6.0 * s as f64).sqrt() as usize).expect("57 at most");
         let transform = Transform::new(GRID, degree).expect("128 rows hold degree 57");
         Self { environment, material, reference, transform }
@@ -144,7 +144,7 @@ impl Table5 {
     pub fn new(sigma: f64) -> Self {
         let environment = environment();
         let material = material("microfacet", "sigma", sigma);
-        let reference = Reference::new(&environment, &material, cull());
+        let reference = Reference::at_centres(&environment, &material, cull());
         let brdf = coefficients(&material);
         let transform = Transform::new(GRID, brdf.f()).expect("128 rows hold degree 24");
         Self { environment, material, reference, transform, p: brdf.p().get() }

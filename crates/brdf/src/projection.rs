@@ -24,7 +24,6 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
 use sh::{Degree, Tolerance, degree_holding};
 use sphere::Direction;
 
@@ -90,10 +89,6 @@ pub struct Projection {
     pub anisotropic: bool,
 }
 
-/// An anisotropic material is averaged over this many turns: an odd number, so that a material that is the
-/// same after half a turn is sampled at twice as many.
-const TURNS: usize = 19;
-
 /// The coefficients of a material, exact in closed form for the radially symmetric models.
 ///
 /// For the others they are accurate to 1e-6 of their norm if rho_hat is smooth above its horizon, and to
@@ -139,11 +134,9 @@ pub fn project_unless(
     // Models about the tangent do not depend on the azimuth about it: a turn about the normal does not
     // matter.
     let anisotropic = !material.is_isotropic() && centre != Centre::Tangent;
-    let mut projection = if anisotropic {
-        general(centre, &|incident, outgoing| mean(material, incident, outgoing), choice, stop)
-    } else {
-        general(centre, &|incident, outgoing| material.rho_hat(incident, outgoing), choice, stop)
-    }?;
+    let turns = material.turns();
+    let rho_hat = |incident, outgoing| material.mean_over_turns(turns, incident, outgoing);
+    let mut projection = general(centre, &rho_hat, choice, stop)?;
     projection.anisotropic = anisotropic;
     Ok(projection)
 }
@@ -237,19 +230,4 @@ pub(crate) fn reaches_below(rho_hat: &dyn Fn(Direction, Direction) -> [f64; 3]) 
             Direction::from_angles(TAU / 4.0 * (1.0 + step(i / 7 % 7, 7)), TAU / 2.0 * step(i / 49, 7));
         rho_hat(incident, view) != [0.0; 3]
     })
-}
-
-/// The mean over all turns about the normal.
-fn mean(material: &Material, incident: Direction, outgoing: Direction) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for turn in 0..TURNS {
-        let (sine, cosine) = math::sin_cos(TAU * turn as f64 / TURNS as f64);
-        let [incident, outgoing] = [incident, outgoing].map(|direction| {
-            let v = direction.vector();
-            Direction::from_unit(DVec3::new(cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, v.z))
-        });
-        let value = material.rho_hat(incident, outgoing);
-        (0..3).for_each(|channel| sum[channel] += value[channel] / TURNS as f64);
-    }
-    sum
 }

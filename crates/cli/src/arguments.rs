@@ -387,7 +387,7 @@ pub(crate) struct PreviewArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct ConvertArguments {
-    /// An image of an environment, a folder of them, or with `--from cube` a folder of six faces
+    /// An image or texture of an environment, a folder of six faces, or a folder of images
     pub(crate) input: PathBuf,
     /// The file to write, whose ending says the format; for a folder of images, or a cube of pictures, a
     /// folder
@@ -405,7 +405,7 @@ pub(crate) struct ConvertArguments {
     /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the ending of OUT]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<String>,
-    /// The numbers to write: half or float [default: half]
+    /// The numbers to write: half or float [default: half, or float if a value exceeds the largest half]
     #[arg(long, value_name = "PRECISION")]
     pub(crate) precision: Option<String>,
     /// Turn the light about the vertical by these degrees, to the left
@@ -420,9 +420,21 @@ pub(crate) struct ConvertArguments {
     /// Make the light brighter by these stops, such as -1.5
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) exposure: f64,
-    /// What happens to NaN, infinite and negative values: error, zero or clamp [default: error]
+    /// What happens to NaN, infinite and negative values: zero-negative, error, zero or clamp [default:
+    /// zero-negative]
     #[arg(long, value_name = "WHAT")]
     pub(crate) bad_pixels: Option<String>,
+    /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix"
+    #[arg(long, value_name = "LAYER")]
+    pub(crate) layer: Option<String>,
+    /// The primaries of the input: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb, xyz, or a
+    /// name in OCIO [default: as the file says, or rec709]
+    #[arg(long, value_name = "SPACE")]
+    pub(crate) colour_space: Option<String>,
+    /// The engine for which a cube in a texture was made: three, filament, babylon, bevy, gltf [default: as
+    /// the file says]
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) preset: Option<String>,
     /// Print the manifest that does the same, and convert nothing
     #[arg(long)]
     pub(crate) manifest: bool,

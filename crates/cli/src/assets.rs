@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 /// Files by what they are, each list sorted.
@@ -12,8 +13,38 @@ pub(crate) struct Assets {
     pub(crate) meshes: Vec<PathBuf>,
 }
 
+/// Environments that one stage can import.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Environments {
+    /// The layout that the stage has to name; `None` if the files show it: lat-long images, and those of
+    /// OpenEXR that say what they are.
+    pub(crate) layout: Option<&'static str>,
+    /// Images, folders of six faces, or a face of each cube.
+    pub(crate) sources: Vec<PathBuf>,
+}
+
+/// Files by what they are, and those that are none of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Recognised {
+    pub(crate) environments: Vec<Environments>,
+    pub(crate) materials: Vec<PathBuf>,
+    pub(crate) meshes: Vec<PathBuf>,
+    /// Each file with the reason.
+    pub(crate) left_out: Vec<(PathBuf, String)>,
+}
+
+impl Recognised {
+    /// How many environments there are.
+    pub(crate) fn environment_count(&self) -> usize {
+        self.environments.iter().map(|group| group.sources.len()).sum()
+    }
+}
+
 /// Endings of images that hold more light than a screen shows.
-const HDR: [&str; 4] = ["exr", "hdr", "pic", "rgbe"];
+const HDR: [&str; 5] = ["exr", "hdr", "pic", "rgbe", "pfm"];
+
+/// Endings of textures that may hold light. In a folder only cubes count.
+const TEXTURES: [&str; 4] = ["ktx2", "ktx", "dds", "env"];
 
 /// Endings of other images: whoever names one means it.
 const IMAGES: [&str; 8] = ["tif", "tiff", "png", "jpg", "jpeg", "tga", "webp", "bmp"];
@@ -72,8 +103,11 @@ impl Assets {
         [&self.environments[..], &self.materials, &self.meshes].concat()
     }
 
-    /// The images in a folder, not below it.
-    pub(crate) fn in_folder(folder: &Path) -> Vec<PathBuf> {
+    /// The images in a folder, not below it; the folder itself if they are the six faces of a cube.
+    ///
+    /// # Errors
+    /// If they are the faces of several cubes, or faces among other images.
+    pub(crate) fn in_folder(folder: &Path) -> Result<Vec<PathBuf>, String> {
         let mut assets = Self::default();
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             if entry.path().is_file() {
@@ -81,7 +115,16 @@ impl Assets {
             }
         }
         assets.environments.sort();
-        assets.environments
+        match six_faces(folder) {
+            Some(faces) if assets.environments.len() == faces.len() => Ok(vec![folder.to_path_buf()]),
+            Some(faces) => Err(format!(
+                "{} holds other images beside the six faces {}; name a folder of faces alone, or one of them with \
+                 --from cube",
+                folder.display(),
+                faces.join(", ")
+            )),
+            None => Ok(assets.environments),
+        }
     }
 
     /// What is in a folder and below it. Only images of high dynamic range count: others are usually
@@ -114,7 +157,9 @@ impl Assets {
     fn add(&mut self, file: &Path, is_named: bool) -> bool {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let is_image = HDR.contains(&&*ending) || is_named && IMAGES.contains(&&*ending);
+        let is_image = HDR.contains(&&*ending)
+            || is_named && IMAGES.contains(&&*ending)
+            || TEXTURES.contains(&&*ending) && (is_named || is_cube(file));
         let list = if is_image {
             &mut self.environments
         } else if stages::is_gltf_file(&name) {
@@ -127,6 +172,22 @@ impl Assets {
         list.push(file.to_path_buf());
         true
     }
+}
+
+/// The names of the files in a folder that are the six faces of one cube.
+fn six_faces(folder: &Path) -> Option<[String; 6]> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let names: Vec<_> = entries
+        .map(|entry| (entry.file_name().to_string_lossy().into_owned(), !entry.path().is_file()))
+        .collect();
+    stages::six_faces(&names)
+}
+
+/// Whether a texture's header declares a cube.
+fn is_cube(file: &Path) -> bool {
+    let mut header = Vec::new();
+    let read = fs::File::open(file).and_then(|file| file.take(256).read_to_end(&mut header));
+    read.is_ok() && containers::declares_cube(&header)
 }
 
 /// Whether a file is a TOML file that names a model, as materials do.

@@ -12,13 +12,27 @@ use crate::arguments::ConvertArguments;
 use crate::assets::{self, Assets};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::one_build;
+use crate::one_build::{self, StageOption};
 use crate::print;
 use crate::standard_pipeline::Conversion;
 
 /// The endings of what is written, with the formats of `export-environment`.
 const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
+
+/// The options that are parameters of the stages of [`Conversion::manifest`].
+const OPTIONS: [StageOption; 10] = [
+    StageOption { stage: "environment", parameter: "layout", option: "--from" },
+    StageOption { stage: "environment", parameter: "layer", option: "--layer" },
+    StageOption { stage: "environment", parameter: "bad-pixels", option: "--bad-pixels" },
+    StageOption { stage: "environment", parameter: "colour-space", option: "--colour-space" },
+    StageOption { stage: "environment", parameter: "preset", option: "--preset" },
+    StageOption { stage: "converted", parameter: "layout", option: "--layout" },
+    StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
+    StageOption { stage: "converted", parameter: "format", option: "--format" },
+    StageOption { stage: "converted", parameter: "precision", option: "--precision" },
+    StageOption { stage: "converted", parameter: "exposure", option: "--exposure" },
+];
 
 /// What is converted, and where to.
 struct Request {
@@ -46,15 +60,19 @@ impl Request {
         let (input, output) = (&arguments.input, &arguments.output);
         let kind =
             fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
-        // A folder is six faces if its layout says so, and otherwise holds files.
-        let is_folder = kind.is_dir() && arguments.from.as_deref() != Some("cube");
-        let files = if is_folder { Assets::in_folder(input) } else { vec![input.clone()] };
-        if files.is_empty() {
-            return Err(format!("{} holds no image of an environment", input.display()));
-        }
+        // A folder is six faces if its layout or its names say so, and otherwise holds files. Six faces may
+        // be written into a folder, too.
         let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let by_name =
             ENDINGS.iter().find(|(known, _)| ending.as_deref() == Some(known)).map(|(_, format)| *format);
+        let says_cube = arguments.from.as_deref() == Some("cube");
+        let files = if kind.is_dir() && !says_cube { Assets::in_folder(input)? } else { vec![input.clone()] };
+        if files.is_empty() {
+            return Err(format!("{} holds no image of an environment", input.display()));
+        }
+        let is_cube = kind.is_dir() && (says_cube || files == [input.clone()]);
+        let names_file = by_name.is_some() || arguments.layout.as_deref() == Some("cube");
+        let is_folder = kind.is_dir() && !(is_cube && (says_cube || names_file));
         let format = match (arguments.format.as_deref(), by_name) {
             (Some(format), Some(by_name)) if format != by_name && !is_folder => {
                 return Err(format!("{} is not the name of a file in the format {format}", output.display()));
@@ -73,7 +91,13 @@ impl Request {
             value.as_ref().map(|value| format!("{key} = {}", toml::Value::from(value.as_str())))
         };
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
-        let import = [text("layout", &arguments.from), text("bad-pixels", &arguments.bad_pixels)];
+        let import = [
+            text("layout", &arguments.from),
+            text("layer", &arguments.layer),
+            text("bad-pixels", &arguments.bad_pixels),
+            text("colour-space", &arguments.colour_space),
+            text("preset", &arguments.preset),
+        ];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
         let export = [
@@ -96,7 +120,7 @@ fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Re
     let path = if request.is_folder { "{environment}" } else { "converted" };
     let text = |folder: &Path| request.conversion.manifest(&assets::source_of(&files, folder), path);
     let place = |file: &str| place(file, &arguments.output, request.is_folder);
-    one_build::build(text, kinds, &arguments.output, place)
+    one_build::build(text, kinds, &arguments.output, place, &OPTIONS)
 }
 
 /// Where a file that was made belongs.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use containers::lighting_json::{self, Preset};
-use containers::{is_babylon_env, read_babylon_polynomial, read_gltf_irradiance};
+use containers::{GltfLighting, is_babylon_env, read_babylon_polynomial, read_gltf_lighting};
 use sh::Lighting;
 
 use crate::arguments::ConvertShArguments;
@@ -23,11 +23,20 @@ pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, CommandError> 
     let (from, to) = (from.as_deref().map(preset).transpose()?, preset(to)?);
     let bytes = engine::read_file(input)
         .map_err(|error| failed(&[format!("cannot read {}: {error}", input.display())], None))?;
-    let (from, mut lighting) = read(&bytes, from).map_err(|error| {
-        let help = "convert-sh reads the JSON of export-sh, .env, glTF with EXT_lights_image_based, and text with \
-                    27 numbers such as cmgen's sh.txt; for text, --from says in which convention";
+    let is_gltf = is_gltf(input, &bytes);
+    let found = if is_gltf { read_gltf(&bytes, from) } else { read(&bytes, from).map(|found| (found, None)) };
+    let ((from, mut lighting), light) = found.map_err(|error| {
+        let help = match is_gltf {
+            true => "of a glTF file, convert-sh reads the light of EXT_lights_image_based that the scene uses, or the \
+                     first: irradianceCoefficients (9 rows of 3 numbers), intensity and rotation",
+            false => "convert-sh reads the JSON of export-sh, .env, glTF with EXT_lights_image_based, and text with \
+                      27 numbers such as cmgen's sh.txt; for text, --from says in which convention",
+        };
         failed(&[format!("{}: {error}", input.display())], Some(help))
     })?;
+    if let Some(light) = light {
+        say!("Read {light}.");
+    }
     let (given, kept) = (lighting.series.degree(), to.degree(lighting.series.degree()));
     if kept < given.get() {
         say!("Degree {} becomes {kept}, the degree of preset {}.", given.get(), to.name());
@@ -67,25 +76,46 @@ fn text_of(lighting: &Lighting, to: Preset) -> Result<Vec<u8>, containers::Error
     Ok(tables.iter().flat_map(|table| &table.rows).map(line).collect::<String>().into_bytes())
 }
 
-/// The lighting in a file, and its convention.
-fn read(bytes: &[u8], from: Option<Preset>) -> Result<(Preset, Lighting), String> {
-    let reverted = |preset: Preset, tables: &[Vec<Vec<f64>>]| match from {
-        Some(from) if from != preset => {
-            Err(format!("the file is of preset {}, not {}", preset.name(), from.name()))
-        }
-        _ => Ok((preset, preset.revert(tables).map_err(|error| error.to_string())?.into())),
+/// Whether a file is glTF: by its name, or because it is one whatever its name is.
+fn is_gltf(file: &Path, bytes: &[u8]) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let is_document = || {
+        let document = serde_json::from_slice::<serde_json::Map<String, serde_json::Value>>(bytes);
+        document.is_ok_and(|document| document.contains_key("asset") || document.contains_key("extensions"))
     };
+    stages::is_gltf_file(&name) || bytes.starts_with(b"glTF") || is_document()
+}
+
+/// The lighting in a file, and its convention.
+type Converted = (Preset, Lighting);
+
+/// The lighting in a glTF file, and which light of the file it is.
+fn read_gltf(bytes: &[u8], from: Option<Preset>) -> Result<(Converted, Option<String>), String> {
+    check_preset(Preset::Gltf, from)?;
+    let GltfLighting { series, light } = read_gltf_lighting(bytes).map_err(|error| error.to_string())?;
+    Ok(((Preset::Gltf, series.into()), Some(light)))
+}
+
+/// Refuses a file that is of another convention than the one that was named.
+fn check_preset(found: Preset, from: Option<Preset>) -> Result<(), String> {
+    match from.filter(|from| *from != found) {
+        Some(from) => Err(format!("the file is of preset {}, not {}", found.name(), from.name())),
+        None => Ok(()),
+    }
+}
+
+/// The lighting in a file that is not glTF.
+fn read(bytes: &[u8], from: Option<Preset>) -> Result<Converted, String> {
     if is_babylon_env(bytes) {
+        check_preset(Preset::BabylonEnv, from)?;
         let polynomial = read_babylon_polynomial(bytes).map_err(|error| error.to_string())?;
         let polynomial = polynomial.ok_or("the file has no irradiance")?;
         let tables: Vec<_> = polynomial.rows().iter().map(|row| vec![row.to_vec()]).collect();
-        return reverted(Preset::BabylonEnv, &tables);
+        let series = Preset::BabylonEnv.revert(&tables).map_err(|error| error.to_string())?;
+        return Ok((Preset::BabylonEnv, series.into()));
     }
     let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
     if first == Some(&b'{') {
-        if let Ok(irradiance) = read_gltf_irradiance(bytes) {
-            return reverted(Preset::Gltf, &[irradiance.iter().map(|row| row.to_vec()).collect()]);
-        }
         return lighting_json::decode_any(bytes, from).map_err(|error| error.to_string());
     }
     let text = str::from_utf8(bytes).map_err(|_| "expected JSON, .env, glTF or text")?;

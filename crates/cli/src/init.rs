@@ -7,11 +7,11 @@ use std::path::Path;
 use engine::Kinds;
 
 use crate::arguments::{MANIFEST, SchemaSubject};
-use crate::assets::Assets;
+use crate::assets::{Assets, Recognised};
 use crate::exit::Exit;
 use crate::print::say;
 use crate::quantity::count;
-use crate::{sample, schema, standard_pipeline};
+use crate::{recognise, sample, schema, standard_pipeline};
 
 /// The materials of a new project that has none; a test builds them.
 const MATERIALS: [(&str, &[u8]); 2] = [
@@ -29,7 +29,10 @@ pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
         say!("error: {} already exists; nothing was written", manifest.display());
         return Exit::Usage;
     }
-    let found = Assets::found(folder);
+    let found = match sample {
+        true => Recognised::default(),
+        false => recognise::of_folder(Assets::found(folder), folder, kinds),
+    };
     let mut files: Vec<(&str, Vec<u8>)> = Vec::new();
     let mut add = |name, text: &[u8]| files.push((name, text.to_vec()));
     if sample {
@@ -53,12 +56,15 @@ pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
             }
         }
     }
+    for (file, reason) in &found.left_out {
+        say!("left out {}: {reason}", file.display());
+    }
     if sample || !found.environments.is_empty() {
         if !sample {
-            let Assets { environments, materials, meshes } = &found;
+            let Recognised { materials, meshes, .. } = &found;
             say!(
                 "The manifest names {}, {} and {}.",
-                count(environments.len(), "environment"),
+                count(found.environment_count(), "environment"),
                 if materials.is_empty() {
                     "2 materials of its own".into()
                 } else {

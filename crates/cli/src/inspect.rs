@@ -11,8 +11,8 @@ use std::path::Path;
 
 use brdf::BrdfCoefficients;
 use containers::{
-    Format, OpenExrEnvmap, ReadOptions, is_texture, is_web_page, lighting_json, read_image, read_recipe,
-    tensors,
+    Format, OpenExrEnvmap, ReadOptions, is_babylon_env, is_texture, is_web_page, lighting_json, read_image,
+    read_recipe, tensors,
 };
 use sampling::LightMasses;
 use serde_json::{Value, json};
@@ -40,7 +40,8 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
     };
     let by_name = by_name.transpose().map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
     let mut facts = by_name.map_or_else(|| describe(&bytes), Ok).map_err(|error| {
-        let help = "inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, KTX2, DDS, safetensors, \
+        let help = "inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, PFM, KTX2, KTX, DDS, .env, \
+                    safetensors, \
                     glTF, JSON lighting, material files and measured BRDFs";
         failed(&[format!("{}: {error}", file.display())], Some(help))
     })?;
@@ -100,6 +101,7 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
         Some(Format::OpenExr) => layers::reflection_map(bytes).unwrap_or_else(|| image(bytes))?,
         Some(_) => image(bytes)?,
         None if is_texture(bytes) => texture::texture(bytes)?,
+        None if is_babylon_env(bytes) => texture::babylon_env(bytes)?,
         None if is_web_page(bytes) => {
             vec![("what", "web page, for a browser".into()), ("format", "HTML".into())]
         }
@@ -160,6 +162,9 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
     facts.extend(range("linear Rec. 709", pixels.iter().map(|pixel| pixel.map(f64::from))));
     if !decoded.warnings.is_empty() {
         facts.push(("warnings", json!(decoded.warnings)));
+    }
+    if !decoded.notes.is_empty() {
+        facts.push(("notes", json!(decoded.notes)));
     }
     Ok(facts)
 }

@@ -38,6 +38,7 @@ mod process_arguments;
 mod prune;
 mod quantity;
 mod reasons;
+mod recognise;
 mod remote_options;
 mod removals;
 mod run_item;

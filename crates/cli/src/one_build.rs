@@ -14,12 +14,14 @@ use crate::print::say;
 use crate::quantity::count;
 
 /// Builds a manifest in a temporary folder, and moves what it made to its places, where each file appears as
-/// a whole. `text` is the manifest, given that folder; `place` says where a file of its output belongs.
+/// a whole. `text` is the manifest, given that folder; `place` says where a file of its output belongs, and
+/// `options` which options of the command are parameters of its stages: messages name those.
 pub(crate) fn build(
     text: impl FnOnce(&Path) -> String,
     kinds: &Kinds,
     output: &Path,
     place: impl Fn(&str) -> PathBuf,
+    options: &[StageOption],
 ) -> Result<Exit, CommandError> {
     let failed = |what: String, error: std::io::Error| CommandError::system(what, &error);
     let folder = tempfile::Builder::new().prefix("specula-").tempdir();
@@ -40,9 +42,10 @@ pub(crate) fn build(
     })?;
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
-    let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
+    let build_options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let reporter = BuildReporter::quiet();
-    let summary = engine::build(&plan, &options, &cancel, &|event: Event| reporter.show(&event));
+    let show = |event: Event| reporter.show(&in_words_of_options(event, options));
+    let summary = engine::build(&plan, &build_options, &cancel, &show);
     reporter.show_failures();
     let summary = summary?;
     let mut written = 0;
@@ -64,10 +67,86 @@ pub(crate) fn build(
     Ok(exit_of(&summary))
 }
 
+/// A parameter of a stage, and the option of the command that gives it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StageOption {
+    pub(crate) stage: &'static str,
+    pub(crate) parameter: &'static str,
+    pub(crate) option: &'static str,
+}
+
+/// The event of an item, its texts in the words of the command line.
+fn in_words_of_options(event: Event, options: &[StageOption]) -> Event {
+    let of = |stage: &str, text: String| {
+        let options = options.iter().filter(|option| option.stage == stage);
+        options.fold(text, |text, option| named(&text, option.parameter, option.option))
+    };
+    match event {
+        Event::Failed { item, error, help } => Event::Failed {
+            error: error.into_iter().map(|text| of(&item.stage, text)).collect(),
+            help: help.map(|text| of(&item.stage, text)),
+            item,
+        },
+        Event::Warning { item, message } => Event::Warning { message: of(&item.stage, message), item },
+        Event::Note { item, message } => Event::Note { message: of(&item.stage, message), item },
+        other => other,
+    }
+}
+
+/// A text with an option in place of a parameter: `layout = "probe" or "cube"` becomes
+/// `--from probe or cube`.
+fn named(text: &str, parameter: &str, option: &str) -> String {
+    let pattern = format!("{parameter} = ");
+    let (mut done, mut rest) = (String::new(), text);
+    while let Some(at) = rest.find(&pattern) {
+        let (before, after) = (&rest[..at], &rest[at + pattern.len()..]);
+        done += before;
+        rest = after;
+        if before.ends_with(|letter: char| letter.is_alphanumeric() || letter == '-') {
+            done += &pattern;
+            continue;
+        }
+        done += &format!("{option} ");
+        while let Some((value, further)) = rest.strip_prefix('"').and_then(|rest| rest.split_once('"')) {
+            done += value;
+            rest = further;
+            match rest.strip_prefix(" or ").filter(|rest| rest.starts_with('"')) {
+                Some(further) => {
+                    done += " or ";
+                    rest = further;
+                }
+                None => break,
+            }
+        }
+    }
+    done + rest
+}
+
 /// Moves a file to a place.
 fn put(from: &Path, to: &Path) -> std::io::Result<()> {
     if let Some(parent) = to.parent() {
         fs::create_dir_all(parent)?;
     }
     engine::replace_file(to, &engine::read_file(from)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_named_by_their_options() {
+        for (text, expected) in [
+            ("is it layout = \"probe\"?", "is it --from probe?"),
+            (
+                "layout = \"cube\" or \"probe\" fits, else layout = 3",
+                "--from cube or probe fits, else --from 3",
+            ),
+            ("tone-layout = \"cube\"", "tone-layout = \"cube\""),
+            ("the layout cube-cross", "the layout cube-cross"),
+            ("layout = \"cut", "--from \"cut"),
+        ] {
+            assert_eq!(named(text, "layout", "--from"), expected);
+        }
+    }
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use crate::assets::{Assets, glob_of, source_of};
+use crate::assets::{Assets, Environments, Recognised, glob_of, source_of};
 
 /// The starter manifest.
 pub(crate) const STARTER: &str = include_str!("starter/pipeline.toml");
@@ -67,17 +67,39 @@ pub(crate) fn preview(assets: &Assets, parameters: &ImportParameters, folder: &P
     text
 }
 
-/// The starter manifest for files of a folder, which it names relative to it.
-pub(crate) fn starter(assets: &Assets, folder: &Path) -> String {
+/// The stages that import what was recognised, each file by the path that `place` gives it.
+pub(crate) fn imports(recognised: &Recognised, place: impl Fn(&Path) -> PathBuf) -> String {
+    let mut text = String::from("schema = 1\nout = \"out\"\n");
+    let mut import = |name: &str, kind: &str, layout: Option<&str>, files: &[PathBuf]| {
+        if files.is_empty() {
+            return;
+        }
+        let files: Vec<PathBuf> = files.iter().map(|file| place(file)).collect();
+        let lines = [line("kind", kind), line("source", &source_of(&files, Path::new("")))];
+        let layout = layout.map(|layout| line("layout", layout));
+        stage(&mut text, name, &lines.into_iter().chain(layout).collect::<Vec<_>>());
+    };
+    for Environments { layout, sources } in &recognised.environments {
+        import(layout.unwrap_or("environment"), "import-environment", *layout, sources);
+    }
+    import("material", "import-material", None, &recognised.materials);
+    import("mesh", "import-mesh", None, &recognised.meshes);
+    text
+}
+
+/// The stages of the starter manifest that belong to one stage of environments.
+const OF_ENVIRONMENTS: [&str; 6] = ["environment", "lighting", "reflection", "map", "sh", "sheet"];
+
+/// The starter manifest for files of a folder, which it names relative to it. Environments of a further
+/// layout have stages of their own, whose names and folders hold the layout. What was left out is at the end.
+pub(crate) fn starter(recognised: &Recognised, folder: &Path) -> String {
+    let Recognised { environments, materials, meshes, left_out } = recognised;
     let mut text = STARTER.to_owned();
-    if !assets.environments.is_empty() {
-        text = text.replace(&quoted(STARTER_ENVIRONMENT), &quoted(&glob_of(&assets.environments, folder)));
+    if !materials.is_empty() {
+        text = text.replace(&quoted(STARTER_MATERIAL), &quoted(&glob_of(materials, folder)));
     }
-    if !assets.materials.is_empty() {
-        text = text.replace(&quoted(STARTER_MATERIAL), &quoted(&glob_of(&assets.materials, folder)));
-    }
-    if !assets.meshes.is_empty() {
-        let source = line("source", &glob_of(&assets.meshes, folder));
+    if !meshes.is_empty() {
+        let source = line("source", &glob_of(meshes, folder));
         stage(&mut text, "mesh", &[line("kind", "import-mesh"), source]);
         let lines = [
             format!(
@@ -89,7 +111,64 @@ pub(crate) fn starter(assets: &Assets, folder: &Path) -> String {
         ];
         stage(&mut text, "picture", &lines);
     }
+    let blocks: Vec<String> = text.split("\n\n").map(str::to_owned).collect();
+    let is_of_environments = |block: &&String| {
+        let names = OF_ENVIRONMENTS.iter().chain(&["picture"]);
+        names.into_iter().any(|name| block.starts_with(&format!("[stage.{name}]")))
+    };
+    for (index, Environments { layout, sources }) in environments.iter().enumerate() {
+        // Six faces are a folder, or one of them is named.
+        let named = match *layout {
+            Some("cube") => source_of(sources, folder),
+            _ => glob_of(sources, folder),
+        };
+        let placed = |block: &str| {
+            let source = match layout {
+                Some("probe") => format!(
+                    "source = {}\n{} # square images; that of a mirror ball is \"mirror-ball\"",
+                    quoted(&named),
+                    line("layout", "probe")
+                ),
+                Some(layout) => format!("source = {}\n{}", quoted(&named), line("layout", layout)),
+                None => format!("source = {}", quoted(&named)),
+            };
+            block.replace(
+                &format!("source = {} # lat-long images; one item per file", quoted(STARTER_ENVIRONMENT)),
+                &source,
+            )
+        };
+        match (index, layout) {
+            (0, _) => text = placed(&text),
+            (_, layout) => {
+                let suffix = layout.unwrap_or("lat-long");
+                for block in blocks.iter().filter(is_of_environments) {
+                    text += &format!("\n{}\n", suffixed(placed(block).trim_end(), suffix));
+                }
+            }
+        }
+    }
+    if !left_out.is_empty() {
+        text += "\n# Left out, because a build cannot read them:\n";
+        for (file, reason) in left_out {
+            let place = file.strip_prefix(folder).unwrap_or(file);
+            let words = format!("{}: {reason}", place.display());
+            let words: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+            text += &format!("# {words}\n");
+        }
+    }
     text
+}
+
+/// A stage with another name and other inputs, its files in a folder of their own.
+fn suffixed(block: &str, suffix: &str) -> String {
+    let mut block = block.replace("path = \"", &format!("path = \"{suffix}/"));
+    for name in OF_ENVIRONMENTS.iter().chain(&["picture"]) {
+        block = block
+            .replace(&format!("[stage.{name}]"), &format!("[stage.{name}-{suffix}]"))
+            .replace(&format!("{{{name}}}"), &format!("{{{name}-{suffix}}}"))
+            .replace(&format!("= \"{name}\""), &format!("= \"{name}-{suffix}\""));
+    }
+    block
 }
 
 /// How an environment is converted: lines of the stages that do it.
@@ -130,16 +209,33 @@ mod tests {
 
     #[test]
     fn the_starter_names_the_files_that_are_there() {
-        assert_eq!(starter(&Assets::default(), Path::new("")), STARTER);
-        let assets = Assets {
-            environments: vec!["/none/hdri/sky.hdr".into(), "/none/hdri/sun.exr".into()],
+        assert_eq!(starter(&Recognised::default(), Path::new("")), STARTER);
+        let recognised = Recognised {
+            environments: vec![
+                Environments {
+                    layout: None,
+                    sources: vec!["/none/hdri/sky.hdr".into(), "/none/hdri/sun.exr".into()],
+                },
+                Environments { layout: Some("cube"), sources: vec!["/none/faces".into()] },
+            ],
             materials: vec!["/none/gold.toml".into()],
             meshes: vec!["/none/models/knot.glb".into()],
+            left_out: vec![("/none/broken.exr".into(), "OpenEXR: two\nlines".into())],
         };
-        let text = starter(&assets, Path::new("/none"));
-        for line in ["source = \"hdri/*.{exr,hdr}\"", "source = \"*.toml\"", "source = \"models/*.glb\""] {
+        let text = starter(&recognised, Path::new("/none"));
+        for line in [
+            "source = \"hdri/*.{exr,hdr}\"\n",
+            "source = \"*.toml\"",
+            "source = \"models/*.glb\"",
+            "[stage.environment-cube]\nkind = \"import-environment\"\nsource = \"faces\"\nlayout = \"cube\"\n",
+            "inputs = { lighting = \"lighting-cube\", brdf = \"coefficients\" }",
+            "path = \"cube/{environment-cube}/{material}/reflection\"",
+            "path = \"cube/{environment-cube}/{material}/{mesh}\"",
+            "# broken.exr: OpenEXR: two lines\n",
+        ] {
             assert!(text.contains(line), "no {line} in\n{text}");
         }
+        assert!(toml::from_str::<toml::Table>(&text).is_ok(), "{text}");
         assert!(!text.contains("assets/"), "{text}");
     }
 }

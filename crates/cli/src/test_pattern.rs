@@ -5,7 +5,14 @@ use engine::Kinds;
 use crate::arguments::TestPatternArguments;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
-use crate::one_build;
+use crate::one_build::{self, StageOption};
+
+/// The options that are parameters of the stage.
+const OPTIONS: [StageOption; 3] = [
+    StageOption { stage: "pattern", parameter: "preset", option: "--preset" },
+    StageOption { stage: "pattern", parameter: "format", option: "--format" },
+    StageOption { stage: "pattern", parameter: "resolution", option: "--resolution" },
+];
 
 pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let TestPatternArguments { output, preset, format, resolution } = arguments;
@@ -15,5 +22,6 @@ pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exi
     manifest += &text("preset", preset);
     manifest += &format.as_ref().map_or_else(String::new, |format| text("format", format));
     manifest += &resolution.map_or_else(String::new, |resolution| format!("resolution = {resolution}\n"));
-    one_build::build(|_| manifest, kinds, output, |file| output.join(file.trim_start_matches("pattern/")))
+    let place = |file: &str| output.join(file.trim_start_matches("pattern/"));
+    one_build::build(|_| manifest, kinds, output, place, &OPTIONS)
 }

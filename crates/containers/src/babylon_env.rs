@@ -90,7 +90,7 @@ struct Manifest {
     specula: Option<Box<RawValue>>,
 }
 
-/// Writes an `.env` file. Values past 255 are clamped to it and counted, negative ones become 0.
+/// Writes an `.env` file. Values past 255 are clamped to it, negative ones become 0 and are counted.
 ///
 /// # Errors
 /// If the texture is not a cube of one layer with all levels down to one texel, or a number of the polynomial
@@ -121,14 +121,13 @@ fn write(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encoded, Error> {
         return Err(unwritable("a number of the irradiance, or the scale, is not finite".into()));
     }
     let (mut images, mut places) = (Vec::new(), Vec::new());
-    let (mut clamped, mut negative) = (0, 0);
+    let mut negative = 0;
     for (level, texels) in cube.levels().enumerate() {
         let [edge, ..] = cube.level_size(level);
         for face in texels.chunks_exact(edge * edge) {
             let packed = rgbd::write_face(edge, face)?;
             places.push(Place { length: packed.bytes.len(), position: images.len() });
             images.extend(packed.bytes);
-            clamped += packed.clamped;
             negative += packed.negative;
         }
     }
@@ -149,7 +148,7 @@ fn write(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encoded, Error> {
     };
     let text = serde_json::to_string(&manifest).map_err(|error| unwritable(error.to_string()))?;
     let bytes = [&MAGIC[..], text.as_bytes(), &[0], &images].concat();
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
 /// Whether a texture is a cube of one layer, and whether its levels are as many as they can be.
@@ -200,7 +199,7 @@ pub fn read_babylon_polynomial(bytes: &[u8]) -> Result<Option<Polynomial>, Error
     Ok(manifest.irradiance)
 }
 
-/// Reads an `.env` file of version 1 or 2 whose images are PNG.
+/// Reads an `.env` file of version 1 or 2 whose images are PNG or WebP.
 ///
 /// # Errors
 /// If the file is truncated, damaged, too large, or has images of another format.

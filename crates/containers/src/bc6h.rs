@@ -49,8 +49,7 @@ pub(crate) fn encode(width: usize, height: usize, texels: &[[f32; 3]]) -> Vec<u8
             let y = (EDGE * row + texel / EDGE).min(height - 1);
             let x = (EDGE * column + texel % EDGE).min(width - 1);
             // NaN is 0 by `max`.
-            texels[(image * height + y) * width + x]
-                .map(|value| i32::from(to_half(value.max(0.0)).0.to_bits()))
+            texels[(image * height + y) * width + x].map(|value| i32::from(to_half(value.max(0.0)).to_bits()))
         });
         encode_block(&colours)
     };

@@ -31,6 +31,16 @@ const TEXTURE_3D: u32 = 4;
 const CUBE: u32 = 0x4;
 const ALPHA_OPAQUE: u32 = 3;
 
+/// Where the pixels of a file without DX10 header begin, and its formats: D3DFMT_A16B16G16R16F and
+/// D3DFMT_A32B32G32R32F, in which AMD's CubeMapGen, Lys and others write light.
+const OLD_LENGTH: usize = 128;
+const OLD_FORMATS: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
+
+/// The flags of a cube, of its six faces and of a volume there.
+const OLD_CUBE: u32 = 0x200;
+const OLD_FACES: u32 = 0xfc00;
+const OLD_VOLUME: u32 = 0x20_0000;
+
 /// Writes DDS; formats of four channels have an alpha of 1.
 ///
 /// What the format cannot hold is counted, as by [`crate::write_ktx2`].
@@ -90,12 +100,12 @@ pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<En
             bytes.extend_from_slice(&level.bytes[image * length..(image + 1) * length]);
         }
     }
-    let clamped = levels.iter().map(|level| level.clamped).sum();
     let negative = levels.iter().map(|level| level.negative).sum();
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
-/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header.
+/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header, or, of
+/// RGBA in halves or floats, without one.
 /// Alpha is ignored, and blue is 0 if there are two channels.
 ///
 /// # Errors
@@ -129,18 +139,33 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     if (at(0)?, at(18)?) != (124, 32) {
         return Err(Error::damaged("the header's sizes: expected 124 and 32"));
     }
-    if at(19)? & FOURCC == 0 || at(20)? != DX10 {
-        return Err(Error::unsupported(
-            "only files with a DX10 header are read; convert the texture with texconv",
-        ));
-    }
-    let (format, dimension, misc, elements) = (at(31)?, at(32)?, at(33)?, at(34)?);
-    at(35)?;
-    let Some(format) = TexelFormat::ALL.into_iter().find(|known| known.dxgi() == format) else {
-        return Err(Error::unsupported(format!(
-            "DXGI format {format} is not read; expected {}",
-            TexelFormat::listed(TexelFormat::dxgi)
-        )));
+    let code = if at(19)? & FOURCC == 0 { 0 } else { at(20)? };
+    let (format, dimension, misc, elements, begin) = match OLD_FORMATS.iter().find(|(old, _)| *old == code) {
+        Some((_, format)) => {
+            let caps = at(27)?;
+            let cube = if caps & OLD_CUBE != 0 { CUBE } else { 0 };
+            if cube != 0 && caps & OLD_FACES != OLD_FACES {
+                return Err(Error::unsupported("a cube without all six faces is not read"));
+            }
+            let dimension = if caps & OLD_VOLUME != 0 { TEXTURE_3D } else { TEXTURE_2D };
+            (*format, dimension, cube, 1, OLD_LENGTH)
+        }
+        None if code == DX10 => {
+            let (format, dimension, misc, elements) = (at(31)?, at(32)?, at(33)?, at(34)?);
+            at(35)?;
+            let Some(format) = TexelFormat::ALL.into_iter().find(|known| known.dxgi() == format) else {
+                return Err(Error::unsupported(format!(
+                    "DXGI format {format} is not read; expected {}",
+                    TexelFormat::listed(TexelFormat::dxgi)
+                )));
+            };
+            (format, dimension, misc, elements, LENGTH)
+        }
+        None => {
+            return Err(Error::unsupported(
+                "without a DX10 header only RGBA in halves or floats is read; convert the texture with texconv",
+            ));
+        }
     };
     if ![TEXTURE_2D, TEXTURE_3D].contains(&dimension) {
         return Err(Error::unsupported(format!(
@@ -157,7 +182,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         ..Texture::default()
     };
     let levels = texture.expected_bytes(size(at(6)?).max(1), format)?;
-    let (expected, pixels) = (levels.iter().sum::<usize>(), &bytes[LENGTH..]);
+    let (expected, pixels) = (levels.iter().sum::<usize>(), bytes.get(begin..).unwrap_or_default());
     if pixels.len() < expected {
         return Err(Error::truncated(format!("expected {expected} bytes of pixels, found {}", pixels.len())));
     }
@@ -173,4 +198,25 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         offset += length;
     }
     Ok(TextureFile { texture, format, container: "DDS", metadata: BTreeMap::new() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Precision;
+
+    #[test]
+    fn a_cube_without_the_dx10_header_is_read() {
+        let pixels = (0..24).map(|value| [value as f32, 0.5, 2.0]).collect();
+        let cube = Texture { width: 2, height: 2, faces: 6, pixels, ..Texture::default() };
+        for (precision, code) in [(Precision::Half, 113_u32), (Precision::Float, 116)] {
+            let new = write_dds(&cube, precision).unwrap().bytes;
+            let mut old = [&new[..OLD_LENGTH], &new[LENGTH..]].concat();
+            old[84..88].copy_from_slice(&code.to_le_bytes());
+            assert_eq!(read_dds(&old).unwrap(), cube);
+            for cut in 5..old.len() {
+                assert!(read_dds(&old[..cut]).is_err(), "{cut}");
+            }
+        }
+    }
 }

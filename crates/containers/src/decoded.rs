@@ -2,6 +2,7 @@
 
 use envmap::Image;
 
+use crate::colour_space::ColourSpace;
 use crate::format::Format;
 
 /// What to read if a file holds several pictures.
@@ -10,6 +11,9 @@ pub struct ReadOptions {
     /// The OpenEXR layer: a part's name, a channel prefix, or `part.prefix`. The other formats have no
     /// layers.
     pub layer: Option<String>,
+    /// The primaries that the values are in, whatever the file says. Without it, the file's own are taken, or
+    /// else Rec. 709.
+    pub colour_space: Option<ColourSpace>,
 }
 
 /// The layout that OpenEXR's `envmap` attribute names.
@@ -30,12 +34,15 @@ pub struct Decoded {
     pub format: Format,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
-    /// Whether the file can hold values above its white: OpenEXR, Radiance, and TIFF in floats.
+    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, and PNG
+    /// whose cICP says PQ, HLG or linear.
     pub high_dynamic_range: bool,
-    /// The name of the ICC profile by which the colours were converted.
+    /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16".
     pub profile: Option<String>,
     /// What was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,
+    /// What was done that hardly changed the picture, in whole sentences.
+    pub notes: Vec<String>,
     /// The recipe, if Specula wrote the file.
     pub recipe: Option<String>,
 }
@@ -46,21 +53,20 @@ impl Decoded {
             image,
             format,
             openexr_envmap: None,
-            high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance),
+            high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance | Format::Pfm),
             profile: None,
             warnings: Vec::new(),
+            notes: Vec::new(),
             recipe: None,
         }
     }
 }
 
-/// A file's bytes, and how many values had to be clamped to fit the format.
+/// A file's bytes, and how many values lost their sign.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Encoded {
     /// The whole file.
     pub bytes: Vec<u8>,
-    /// Values that the format cannot hold and that were replaced by the nearest that it can.
-    pub clamped: usize,
     /// Negative values that became 0, in a format without a sign.
     pub negative: usize,
 }

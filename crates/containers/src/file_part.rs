@@ -31,6 +31,15 @@ pub(crate) fn bytes_at(file: &mut (impl Read + Seek), at: usize, count: usize) -
     Some(bytes)
 }
 
+/// The bytes of a part of a file, whose length was compared with the file's before; `None` if they are not
+/// there.
+pub(crate) fn range(file: &mut (impl Read + Seek), at: usize, count: usize) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.seek(SeekFrom::Start(at as u64)).ok()?;
+    file.by_ref().take(count as u64).read_to_end(&mut bytes).ok()?;
+    (bytes.len() == count).then_some(bytes)
+}
+
 fn unreadable(error: std::io::Error) -> Error {
     Error::truncated(format!("the file cannot be read: {error}"))
 }

@@ -19,6 +19,8 @@ pub enum Format {
     Tga,
     /// WebP.
     WebP,
+    /// PFM, a portable float map.
+    Pfm,
 }
 
 impl Format {
@@ -32,6 +34,7 @@ impl Format {
             Self::Tiff => "TIFF",
             Self::Tga => "TGA",
             Self::WebP => "WebP",
+            Self::Pfm => "PFM",
         }
     }
 
@@ -45,6 +48,7 @@ impl Format {
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
             [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Some(Self::Tiff),
             [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(Self::WebP),
+            [b'P', b'F' | b'f', next, ..] if next.is_ascii_whitespace() => Some(Self::Pfm),
             _ => is_tga(bytes).then_some(Self::Tga),
         }
     }
@@ -111,7 +115,7 @@ pub(crate) fn identify(bytes: &[u8]) -> Result<Format, Error> {
         let first = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ");
         Error::new(
             ErrorKind::UnknownFormat,
-            format!("not an OpenEXR, Radiance, PNG, JPEG, TIFF, TGA or WebP file: it begins with the bytes {first}"),
+            format!("not an OpenEXR, Radiance, PNG, JPEG, TIFF, TGA, WebP or PFM file: it begins with the bytes {first}"),
         )
     })
 }

@@ -6,10 +6,10 @@
 //!
 //! All meshes of the default scene are read where their nodes put them: triangles, strips and fans, of any
 //! component type, sparse or not, quantised (`KHR_mesh_quantization`) and compressed
-//! (`EXT_meshopt_compression`) or not. What moves is read at rest: vertices follow the joints of their skin;
-//! animations and morph targets are not read, nor are cameras and lights. Of a material, a mesh needs only
-//! the set of coordinates of its normal texture, by which tangents are made if the file has none;
-//! `materials.rs` reads the rest.
+//! (`EXT_meshopt_compression`) or not, once or for each of its instances (`EXT_mesh_gpu_instancing`). What
+//! moves is read at rest: vertices follow the joints of their skin; animations and morph targets are not
+//! read, nor are cameras and lights. Of a material, a mesh needs only the set of coordinates of its normal
+//! texture, by which tangents are made if the file has none; `materials.rs` reads the rest.
 //!
 //! The `gltf` crate parses and validates the document. Its readers of accessors are not used: they panic on
 //! counts that a damaged file may hold. Every range is checked here when it is used.
@@ -30,11 +30,15 @@ mod anisotropy;
 mod buffers;
 mod document;
 mod element;
+mod extensions;
 mod frame;
+mod image_based_light;
+mod instances;
 mod materials;
 mod meshopt;
 mod skins;
 mod texels;
+mod texture_transform;
 mod write;
 
 use accessors::Accessors;
@@ -43,6 +47,12 @@ use buffers::Buffers;
 pub use buffers::ReadBeside;
 use document::{Document, NAMED};
 use frame::{affine, in_our_frame, vector};
+pub(crate) use image_based_light::is_gltf_image_based_light;
+pub use image_based_light::{
+    GltfLighting, ImageBasedLight, read_gltf_image_based_light, read_gltf_lighting,
+    write_gltf_image_based_light,
+};
+use instances::Instances;
 pub use materials::{GltfMaterial, MaterialChoice, check_gltf_material, gltf_materials, read_gltf_material};
 use skins::Pose;
 pub use write::{GlbText, VertexAttribute, write_glb};
@@ -102,6 +112,18 @@ pub fn check_gltf<E: From<Error>>(
     Buffers::check(&document, needed, has_chunk, find)
 }
 
+/// Whether the default scene of a file has triangles, as its JSON says: a file may hold lights or materials
+/// alone.
+///
+/// # Errors
+/// As [`check_gltf`], but for the files that hold vertices.
+pub fn gltf_has_triangles(file: &mut (impl Read + Seek)) -> Result<bool, Error> {
+    let (json, _) = document::read_json(file)?;
+    let document = document::of_json(json, None)?;
+    let scene = Placed::of(&document)?;
+    Ok(scene.meshes.iter().any(|placed| primitives_of(&document, placed.mesh).next().is_some()))
+}
+
 /// The meshes of a file, and a number for each vertex if an attribute is wanted.
 fn read_with<E: From<Error>>(
     bytes: &[u8],
@@ -128,6 +150,7 @@ struct PlacedMesh {
     mesh: usize,
     skin: Option<usize>,
     place: DAffine3,
+    instances: Option<Instances>,
 }
 
 impl PlacedMesh {
@@ -144,7 +167,8 @@ impl PlacedMesh {
             read.map(|(_, &accessor)| accessor).chain(primitive.indices)
         });
         let skin = self.skin.and_then(|skin| document.root.skins.get(skin)?.inverse_bind_matrices);
-        numbers.chain(skin).map(|accessor: Index<Accessor>| accessor.value())
+        let instances = self.instances.iter().flat_map(Instances::accessors);
+        numbers.chain(skin).map(|accessor: Index<Accessor>| accessor.value()).chain(instances)
     }
 }
 
@@ -173,7 +197,8 @@ impl Placed {
             nodes[index] = Some(place);
             if let Some(mesh) = node.mesh {
                 let skin = node.skin.map(|skin| skin.value());
-                meshes.push(PlacedMesh { mesh: mesh.value(), skin, place });
+                let instances = Instances::of(document, index, node)?;
+                meshes.push(PlacedMesh { mesh: mesh.value(), skin, place, instances });
             }
             let children: Vec<usize> = children(node).collect();
             open.extend(children.into_iter().rev().map(|child| (child, place)));
@@ -220,8 +245,9 @@ fn model(
 ) -> Result<(Model, Vec<f32>), Error> {
     let mut completed: Vec<Option<Vec<Complete>>> = vec![None; document.root.meshes.len()];
     let (mut meshes, mut numbers, mut notes) = (Vec::new(), Vec::new(), Notes::default());
-    for &PlacedMesh { mesh: index, skin, place } in &scene.meshes {
+    for &PlacedMesh { mesh: index, skin, place, ref instances } in &scene.meshes {
         if let Some(skin) = skin {
+            notes.instanced_skins += usize::from(instances.is_some());
             // Its joints say where it is; its node does not.
             let pose = Pose::new(document, accessors, skin, &scene.nodes);
             let pose = pose.map_err(|error| error.within(format!("skins[{skin}]")))?;
@@ -237,11 +263,17 @@ fn model(
             Some(primitives) => primitives,
             none => none.insert(primitives(document, accessors, index, None, attribute, &mut notes)?),
         };
-        for (mesh, of_vertices) in primitives {
-            numbers.extend_from_slice(of_vertices);
-            let there = mesh.transformed(&place);
-            let there = there.map_err(|error| Error::damaged(error.to_string()));
-            meshes.push(there.map_err(|error| error.within(format!("meshes[{index}]")))?);
+        let places = match instances {
+            Some(instances) => instances.places(accessors)?.into_iter().map(|there| place * there).collect(),
+            None => vec![place],
+        };
+        for place in places {
+            for (mesh, of_vertices) in &*primitives {
+                numbers.extend_from_slice(of_vertices);
+                let there = mesh.transformed(&place);
+                let there = there.map_err(|error| Error::damaged(error.to_string()));
+                meshes.push(there.map_err(|error| error.within(format!("meshes[{index}]")))?);
+            }
         }
     }
     let mesh = Mesh::joined(&meshes).map_err(|error| Error::damaged(error.to_string()))?;
@@ -251,15 +283,24 @@ fn model(
 /// Compares what the document declares with [`MAX_TRIANGLES`], before anything of that size is allocated.
 fn check_counts(document: &Document, placed: &[PlacedMesh]) -> Result<(), Error> {
     let count = |accessor: Option<usize>| Some(document.accessor(accessor?).ok()?.1);
-    let (mut corners, mut vertices) = (0_usize, 0_usize);
-    for &PlacedMesh { mesh, .. } in placed {
-        for (primitive, mode) in primitives_of(document, mesh) {
+    let (mut corners, mut vertices, mut places) = (0_usize, 0_usize, 0_usize);
+    for PlacedMesh { mesh, instances, .. } in placed {
+        let times = instances.as_ref().map_or(1, |instances| instances.count);
+        places = places.saturating_add(times);
+        for (primitive, mode) in primitives_of(document, *mesh) {
             let here = count(Document::attribute(primitive, Semantic::Positions)).unwrap_or(0);
             let each = if mode == Mode::Triangles { 1 } else { 3 };
             let indices = count(primitive.indices.map(|indices| indices.value()));
-            vertices = vertices.saturating_add(here);
-            corners = corners.saturating_add(indices.unwrap_or(here).saturating_mul(each));
+            vertices = vertices.saturating_add(here.saturating_mul(times));
+            let corners_here = indices.unwrap_or(here).saturating_mul(each);
+            corners = corners.saturating_add(corners_here.saturating_mul(times));
         }
+    }
+    if places > MAX_TRIANGLES {
+        let message = format!(
+            "the scene declares {places} meshes, each instance counted; at most {MAX_TRIANGLES} are read"
+        );
+        return Err(Error::new(ErrorKind::TooLarge, message));
     }
     if corners.max(vertices) <= 3 * MAX_TRIANGLES {
         return Ok(());
@@ -291,6 +332,11 @@ fn primitives(
         };
         let targets = primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty());
         notes.with_targets += usize::from(targets);
+        let has = |semantic| Document::attribute(primitive, semantic).is_some();
+        notes.with_colours += usize::from(has(Semantic::Colors(0)));
+        notes.with_sets += usize::from(has(Semantic::TexCoords(0)) && has(Semantic::TexCoords(1)));
+        let material = primitive.material.map(|material| material.value());
+        let is_turned = material.and_then(|material| document.turned_normals.get(material)) == Some(&true);
         let parts = parts(document, accessors, primitive, mode).and_then(|parts| match pose {
             Some(pose) => pose.take(parts, accessors, primitive),
             None => Ok(parts),
@@ -298,6 +344,7 @@ fn primitives(
         let complete = parts.and_then(|parts| {
             notes.without_normals += usize::from(parts.normals.is_none());
             notes.without_tangents += usize::from(parts.tangents.is_none());
+            notes.with_turned_normals += usize::from(parts.tangents.is_none() && is_turned);
             let given = numbers_of(accessors, primitive, attribute, parts.positions.len())?;
             let (mesh, sources) =
                 parts.complete_with_sources().map_err(|error| Error::damaged(error.to_string()))?;
@@ -396,6 +443,10 @@ struct Notes {
     without_normals: usize,
     without_tangents: usize,
     with_targets: usize,
+    with_turned_normals: usize,
+    with_colours: usize,
+    with_sets: usize,
+    instanced_skins: usize,
 }
 
 impl Notes {
@@ -405,13 +456,25 @@ impl Notes {
             (self.without_triangles, "points or lines, which are left out"),
             (self.without_normals, "without normals: every triangle is flat"),
             (self.without_tangents, "without tangents: they are made"),
+            (
+                self.with_turned_normals,
+                "with a normal texture that KHR_texture_transform turns; its tangents are not turned",
+            ),
             (self.with_targets, "with morph targets, which are left out"),
+            (self.with_colours, "with vertex colours (COLOR_0), which are left out"),
+            (
+                self.with_sets,
+                "with several sets of texture coordinates: that of the normal texture is read, or set 0",
+            ),
         ]
         .into_iter()
         .filter(|(count, _)| *count > 0)
         .map(|(count, what)| {
             format!("{count} of {all} primitives {} {what}", if count == 1 { "is" } else { "are" })
         })
+        .chain((self.instanced_skins > 0).then(|| {
+            "the instances of skinned meshes are left out: the joints say where such a mesh is".to_owned()
+        }))
         .collect()
     }
 }

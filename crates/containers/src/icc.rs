@@ -13,6 +13,8 @@ use moxcms::{
 use sphere::DMat3;
 
 use crate::chromaticity;
+use crate::colour_space::ColourSpace;
+use crate::outside_gamut::OutsideGamut;
 
 /// The linear value of an encoded one.
 pub(crate) type Curve = Box<dyn Fn(f64) -> f64 + Send + Sync>;
@@ -28,7 +30,7 @@ pub(crate) struct Encoding {
     /// The curve of each channel, applied first.
     pub(crate) curves: [Curve; 3],
     primaries: Primaries,
-    /// The name of the ICC profile, if it comes from one.
+    /// The name of the ICC profile, or PNG's cICP, if it comes from one.
     pub(crate) profile: Option<String>,
 }
 
@@ -49,8 +51,13 @@ impl Encoding {
     }
 
     fn of_curve(curve: fn(f64) -> f64) -> Self {
+        Self::of_curve_and_matrix(curve, DMat3::IDENTITY)
+    }
+
+    /// One curve for all channels, then a matrix to linear Rec. 709.
+    pub(crate) fn of_curve_and_matrix(curve: fn(f64) -> f64, matrix: DMat3) -> Self {
         let curves = [(); 3].map(|()| -> Curve { Box::new(curve) });
-        Self { curves, primaries: Primaries::Matrix(DMat3::IDENTITY), profile: None }
+        Self { curves, primaries: Primaries::Matrix(matrix), profile: None }
     }
 
     /// The encoding that an ICC profile describes, for a grey picture or one in RGB, of integers or floats.
@@ -90,10 +97,38 @@ impl Encoding {
         Ok(Self { primaries: Primaries::Tables(tables), profile: name, ..Self::linear() })
     }
 
+    /// Whether the primaries are those of another encoding; those of tables are unknown.
+    pub(crate) fn has_primaries_of(&self, other: &Self) -> bool {
+        match (&self.primaries, &other.primaries) {
+            (Primaries::Matrix(one), Primaries::Matrix(other)) => one.abs_diff_eq(*other, ROUNDING),
+            _ => false,
+        }
+    }
+
+    /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others.
+    /// A profile of tables is left out: it has no curve of its own.
+    #[must_use]
+    pub(crate) fn with_primaries(self, space: ColourSpace, warnings: &mut Vec<String>) -> Self {
+        let matrix = space.chromaticities().to_rec_709().unwrap_or(DMat3::IDENTITY);
+        let wanted = Self { primaries: Primaries::Matrix(matrix), profile: None, ..Self::srgb() };
+        if let Some(profile) = self.profile.as_ref().filter(|_| !self.has_primaries_of(&wanted)) {
+            let name = space.name();
+            let source = if profile.starts_with("cICP ") { "the chunk" } else { "the ICC profile" };
+            warnings.push(format!(
+                "{source} {profile} names other primaries than `{name}`, which were asked for; `{name}` was \
+                 taken"
+            ));
+        }
+        match self.primaries {
+            Primaries::Matrix(_) => Self { curves: self.curves, ..wanted },
+            Primaries::Tables(_) => wanted,
+        }
+    }
+
     /// Converts pixels that the curves made linear to the primaries of Rec. 709.
-    pub(crate) fn convert_primaries(&self, pixels: &mut [[f32; 3]]) -> Result<(), String> {
+    pub(crate) fn convert_primaries(&self, pixels: &mut [[f32; 3]]) -> Result<OutsideGamut, String> {
         match &self.primaries {
-            Primaries::Matrix(matrix) => chromaticity::apply(*matrix, pixels),
+            Primaries::Matrix(matrix) => return Ok(chromaticity::apply(*matrix, pixels)),
             Primaries::Tables(tables) => {
                 let mut converted = [[0.0; 3]; BLOCK];
                 for block in pixels.chunks_mut(BLOCK) {
@@ -104,7 +139,7 @@ impl Encoding {
                 }
             }
         }
-        Ok(())
+        Ok(OutsideGamut::default())
     }
 }
 

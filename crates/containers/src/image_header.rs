@@ -6,7 +6,9 @@ use crate::decoded::{OpenExrEnvmap, ReadOptions};
 use crate::error::Error;
 use crate::file_part::{beginning, length, rewind};
 use crate::format::{Format, identify};
-use crate::{jpeg, open_exr, radiance, raster, tiff};
+use crate::metadata::Metadata;
+use crate::orientation::upright_size;
+use crate::{jpeg, open_exr, pfm, radiance, raster, tiff};
 
 /// As many bytes as tell one format from another, and a Git LFS pointer from a file.
 const SIGNATURE: u64 = 256;
@@ -38,21 +40,34 @@ pub fn read_image_header(
     let length = length(file)?;
     let format = identify(&beginning(file, SIGNATURE)?)?;
     rewind(file)?;
-    let mut envmap = None;
-    let size = match format {
+    let within = |error: Error| error.within(format.name());
+    let mut metadata = Metadata::default();
+    let mut openexr_envmap = None;
+    let stored = match format {
         Format::OpenExr => {
-            open_exr::header(file, length, options.layer.as_deref()).map(|(size, declared)| {
-                envmap = declared;
-                size
-            })
+            let (size, declared) =
+                open_exr::header(&mut *file, length, options.layer.as_deref()).map_err(within)?;
+            openexr_envmap = declared;
+            size
         }
-        Format::Radiance => radiance::header(file),
-        Format::Jpeg => jpeg::header(file, length),
-        Format::Tiff => tiff::header(file, length),
-        Format::Png | Format::Tga | Format::WebP => raster::header(file, length, format),
+        Format::Radiance => radiance::header(file).map_err(within)?,
+        Format::Pfm => pfm::header(file, length).map_err(within)?,
+        Format::Tiff => {
+            let (size, found) = tiff::header(file, length).map_err(within)?;
+            metadata = found;
+            size
+        }
+        Format::Jpeg | Format::Png | Format::Tga | Format::WebP => {
+            let size = match format {
+                Format::Jpeg => jpeg::header(&mut *file, length),
+                _ => raster::header(file, length, format),
+            };
+            metadata = Metadata::read(file, format);
+            size.map_err(within)?
+        }
     };
-    let [width, height] = size.map_err(|error| error.within(format.name()))?;
-    Ok(ImageHeader { format, width, height, openexr_envmap: envmap })
+    let [width, height] = upright_size(stored, metadata.orientation);
+    Ok(ImageHeader { format, width, height, openexr_envmap })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! `zune-jpeg` decodes it directly, not through `image`: that has no strict mode, and fills what a damaged
 //! file lacks with grey.
 
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Cursor, Seek};
 
 use zune_core::bytestream::{ZByteReaderTrait, ZCursor};
 use zune_core::colorspace::ColorSpace;
@@ -11,16 +11,18 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::Error;
+use crate::metadata::Metadata;
 use crate::raster::Raster;
 use crate::{Format, limits};
 
 /// A block of 64 pixels takes at least one bit, so that a byte holds at most 512 pixels of 3 bytes.
 const RATIO: usize = 512 * 3;
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
-    raster(bytes)?.decode(Format::Jpeg)
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    raster(bytes)?.decode(Format::Jpeg, wanted)
 }
 
 /// The size of a JPEG.
@@ -55,7 +57,18 @@ pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
     }
     let samples = decoder.decode().map_err(describe)?;
     let profile = decoder.icc_profile();
-    Ok(Raster { width, height, channels: 3, depth: 1, samples, profile })
+    let metadata = Metadata::read(&mut Cursor::new(bytes), Format::Jpeg);
+    Ok(Raster {
+        width,
+        height,
+        channels: 3,
+        depth: 1,
+        floats: false,
+        samples,
+        profile,
+        code_points: None,
+        metadata,
+    })
 }
 
 fn describe(error: DecodeErrors) -> Error {

@@ -116,9 +116,8 @@ fn write(
         bytes.extend_from_slice(&((level.bytes.len() / 6) as u32).to_le_bytes());
         bytes.extend_from_slice(&level.bytes);
     }
-    let clamped = levels.iter().map(|level| level.clamped).sum();
     let negative = levels.iter().map(|level| level.negative).sum();
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
 /// Whether the bytes begin as a KTX 1 file.
@@ -153,10 +152,13 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
             "type {kind:#x} with internal format {internal:#x} is not read; expected RGBA16F, RGBA32F or R11F_G11F_B10F"
         )));
     };
-    if faces != 6 || layers > 0 || depth > 1 {
-        return Err(Error::unsupported(format!("expected a cube, found {faces} faces, {layers} layers")));
+    if layers > 0 || depth > 1 {
+        return Err(Error::unsupported(format!(
+            "expected a cube or one picture, found {depth} slices, {layers} layers"
+        )));
     }
-    let mut texture = Texture { width: size(width), height: size(height), faces: 6, ..Texture::default() };
+    let faces = size(faces);
+    let mut texture = Texture { width: size(width), height: size(height), faces, ..Texture::default() };
     let expected = texture.expected_bytes(size(levels).max(1), format)?;
     let (metadata, mut at) = read_key_values(bytes)?;
     let mut places = Vec::new();
@@ -165,10 +167,10 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
             Error::truncated(format!("level {level} at byte {at} is past the file's {} bytes", bytes.len()))
         };
         let declared = size(word(bytes, at).ok_or_else(truncated)?);
-        if declared.checked_mul(6) != Some(expected) {
+        if declared.checked_mul(faces) != Some(expected) {
             return Err(Error::damaged(format!(
                 "level {level} at byte {at} declares {declared} bytes for a face; the sizes make {}",
-                expected / 6
+                expected / faces
             )));
         }
         places.push(bytes.get(at + 4..).and_then(|rest| rest.get(..expected)).ok_or_else(truncated)?);

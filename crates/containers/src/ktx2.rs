@@ -15,19 +15,17 @@
 //! for volumes.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 
-use ruzstd::decoding::StreamingDecoder;
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::limits;
 use crate::precision::Precision;
 use crate::recipe::{self, KEY};
 use crate::texel::{Packed, TexelFormat};
 use crate::texture::{Texture, TextureFile, pack_rgba, size, word};
+use crate::{limits, zstandard};
 
 /// The first bytes of every KTX2 file.
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -48,7 +46,7 @@ enum Scheme {
 /// Writes KTX2, without compression; formats of four channels have an alpha of 1.
 ///
 /// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter`
-/// are added. Values that the format cannot hold are clamped to its largest and counted, negative ones become
+/// are added. Values that the format cannot hold are clamped to its largest, negative ones become
 /// 0 if it has no sign, and are counted too; NaN becomes 0 there.
 ///
 /// # Errors
@@ -160,9 +158,8 @@ fn write(
     bytes.extend(descriptor);
     bytes.extend_from_slice(&key_values);
 
-    let (mut clamped, mut negative) = (0, 0);
+    let mut negative = 0;
     for (level, packed) in levels.into_iter().enumerate().rev() {
-        clamped += packed.clamped;
         negative += packed.negative;
         let uncompressed = packed.bytes.len();
         let stored = match scheme {
@@ -179,7 +176,7 @@ fn write(
         }
         bytes.extend_from_slice(&stored);
     }
-    Ok(Encoded { bytes, clamped, negative })
+    Ok(Encoded { bytes, negative })
 }
 
 /// The bytes of a number or of a packed pixel; 1 if it has blocks.
@@ -335,7 +332,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
             Scheme::Plain => texture.unpack(level, format, stored),
             Scheme::Zstd => {
                 let place = |error: Error| error.within(format!("level {level} at byte {offset}"));
-                let bytes = decompress(stored, expected[level]).map_err(place)?;
+                let bytes = zstandard::decompress(stored, expected[level]).map_err(place)?;
                 texture.unpack(level, format, &bytes);
             }
         }
@@ -370,22 +367,6 @@ fn stored(bytes: &[u8], level: usize, expected: usize, scheme: Scheme) -> Result
         limits::plausible(expected, length, ZSTD_RATIO)?;
     }
     Ok((offset, stored))
-}
-
-/// Exactly `expected` bytes; memory grows only as they come.
-fn decompress(stored: &[u8], expected: usize) -> Result<Vec<u8>, Error> {
-    let damaged = |error: &dyn std::fmt::Display| Error::damaged(format!("Zstandard: {error}"));
-    let mut rest = stored;
-    let mut bytes = Vec::new();
-    let decoder = StreamingDecoder::new(&mut rest).map_err(|error| damaged(&error))?;
-    // One more byte than wanted tells that there are too many.
-    let most = u64::try_from(expected).unwrap_or(u64::MAX).saturating_add(1);
-    decoder.take(most).read_to_end(&mut bytes).map_err(|error| damaged(&error))?;
-    if bytes.len() == expected {
-        return Ok(bytes);
-    }
-    let found = if bytes.len() > expected { "more".to_owned() } else { bytes.len().to_string() };
-    Err(Error::damaged(format!("expected {expected} bytes, Zstandard gives {found}")))
 }
 
 /// The texts of the key/value data; entries that are not text are left out.

@@ -2,8 +2,9 @@
 //!
 //! | bytes | value | module |
 //! | --- | --- | --- |
-//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
+//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP, PFM | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`], [`write_exr_layers_unless`] |
+//! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
@@ -26,6 +27,8 @@ mod babylon_env;
 mod bc6h;
 mod brdf_table_metadata;
 mod chromaticity;
+mod cicp;
+mod colour_space;
 mod data_texture;
 mod dds;
 mod decoded;
@@ -34,17 +37,21 @@ mod error;
 mod file_part;
 mod format;
 mod gltf;
-mod gltf_image_based_light;
 mod icc;
 mod image_header;
 mod jpeg;
 mod ktx1;
 mod ktx2;
 mod light_rig;
+mod light_texture;
 pub mod lighting_json;
 mod limits;
 pub mod measured;
+mod metadata;
 mod open_exr;
+mod orientation;
+mod outside_gamut;
+mod pfm;
 mod png;
 mod precision;
 mod radiance;
@@ -60,11 +67,13 @@ mod texel;
 mod texture;
 mod tiff;
 mod web_page;
+mod zstandard;
 
 pub use babylon_env::{
     BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,
 };
 pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
+pub use colour_space::ColourSpace;
 pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
@@ -72,17 +81,16 @@ pub use decoder_level::decoder_level;
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{
-    Anisotropy, GlbText, GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, VertexAttribute,
-    check_gltf, check_gltf_material, gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
-    read_gltf_material, write_glb,
-};
-pub use gltf_image_based_light::{
-    ImageBasedLight, read_gltf_image_based_light, read_gltf_irradiance, write_gltf_image_based_light,
+    Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,
+    ReadBeside, VertexAttribute, check_gltf, check_gltf_material, gltf_has_triangles, gltf_materials,
+    read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting,
+    read_gltf_material, write_glb, write_gltf_image_based_light,
 };
 pub use image_header::{ImageHeader, read_image_header};
 pub use ktx1::write_ktx1;
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
 pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};
+pub use light_texture::{LightTexture, is_light_texture, read_light_texture};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
 pub use png::{write_apng, write_png};
@@ -90,7 +98,7 @@ pub use precision::Precision;
 pub use radiance::write_rgbe;
 pub use read_image::read_image;
 pub use read_recipe::read_recipe;
-pub use read_texture::{is_texture, read_texture};
+pub use read_texture::{declares_cube, is_texture, read_texture};
 pub use recipe::texture_sidecar;
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
 pub use texel::TexelFormat;

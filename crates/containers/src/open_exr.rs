@@ -1,6 +1,7 @@
 //! OpenEXR, through the `exr` crate.
 
 mod guard;
+mod layer;
 mod read;
 mod write;
 

@@ -14,10 +14,19 @@ pub(crate) fn complete(decoded: &mut Decoded, bytes: &[u8]) {
     let info = reader.info();
     decoded.recipe = recipe_of(info);
     let gamma = info.gama_chunk.map(|gamma| gamma.into_value());
-    let superseded = info.srgb.is_some() || decoded.profile.is_some();
+    let superseded =
+        info.srgb.is_some() || decoded.profile.is_some() || info.coding_independent_code_points.is_some();
     if let Some(gamma) = gamma.filter(|gamma| !superseded && (gamma - 1.0 / 2.2).abs() > 0.01) {
         decoded.warnings.push(format!("the gAMA chunk ({gamma}) was ignored: the image was taken for sRGB"));
     }
+}
+
+/// Primaries, transfer, matrix and full range of the chunk cICP.
+pub(crate) fn code_points(bytes: &[u8]) -> Option<[u8; 4]> {
+    let reader = Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+    let found = reader.info().coding_independent_code_points?;
+    let full = u8::from(found.is_video_full_range_image);
+    Some([found.color_primaries, found.transfer_function, found.matrix_coefficients, full])
 }
 
 /// Writes 8-bit RGB, `codes` being sRGB already, row by row from the top; `recipe` goes into an iTXt chunk.

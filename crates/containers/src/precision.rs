@@ -12,8 +12,8 @@ pub enum Precision {
     Half,
 }
 
-/// The nearest half, ties to even, and whether the value was past the largest, +-65504, which it then became.
-pub(crate) fn to_half(value: f32) -> (f16, bool) {
+/// The nearest half, ties to even; what is past the largest, +-65504, becomes that.
+pub(crate) fn to_half(value: f32) -> f16 {
     const MAX: f32 = 65504.0;
-    (f16::from_f32(value.clamp(-MAX, MAX)), value.abs() > MAX)
+    f16::from_f32(value.clamp(-MAX, MAX))
 }

@@ -1,7 +1,10 @@
 //! Radiance pictures: RGBE and XYZE (G. Ward, "Real pixels", Graphics Gems II; Radiance's `filefmts`).
 //!
-//! A pixel (m_r, m_g, m_b, e) stands for (m + 0.5) / 256 * 2^(e - 128) in each channel, black where e = 0:
-//! mantissas are cut off, not rounded, when a picture is written, and the half undoes that on average.
+//! A pixel (m_r, m_g, m_b, e) stands for m / 256 * 2^(e - 128) in each channel, black if e = 0. OpenImageIO,
+//! OpenCV, stb_image, FreeImage, ImageMagick and Babylon.js read it so. Mantissas are rounded to the nearest
+//! when a picture is written, so that what these programs read is neither darker nor brighter. Two kinds of
+//! program differ: Radiance itself adds half a step, (m + 0.5) / 256, since it cuts mantissas off when it
+//! writes, and three.js and Godot divide by 255, so that every Radiance picture is 0.4 % brighter there.
 //!
 //! The header is a line `#?...`, fields `NAME=value` in any number and an empty line; then the resolution,
 //! `-Y 512 +X 1024` or one of seven other orders of scanning. Fields that matter:
@@ -10,6 +13,9 @@
 //! - `EXPOSURE`, `COLORCORR`: what the pixels were multiplied by. Each may occur several times; all multiply.
 //! - `PRIMARIES`: x y of red, green, blue and white; absent means Rec. 709 (not Radiance's own primaries,
 //!   which differ in green and white: nearly every file in use comes from other tools).
+//! - Lines `#SPECULA=`, comments to all other programs, are the parts of the recipe. No line of the header is
+//!   longer than 100 bytes: three.js up to r183 and all that comes from B. Walter's `rgbe.c` read lines of
+//!   at most 127, FreeImage of at most 255, and refuse the picture if there is a longer one.
 //!
 //! XYZE is CIE XYZ with an equal-energy white, and keeps its photometric unit.
 //!
@@ -22,6 +28,7 @@ use std::io::{Read, Seek};
 use envmap::Image;
 
 use crate::chromaticity::{self, Chromaticities};
+use crate::colour_space::ColourSpace;
 use crate::decoded::{Decoded, Encoded};
 use crate::error::{Error, ErrorKind};
 use crate::file_part::beginning;
@@ -34,7 +41,7 @@ const MAX_HEADER: usize = 1 << 20;
 /// Widths that the new run lengths can hold.
 const NEW_RUN_LENGTHS: std::ops::Range<usize> = 8..32768;
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let (header, rest) = Header::parse(bytes)?;
     let mut input = Input(rest);
     let scan = Scan::parse(input.line()?)?;
@@ -55,18 +62,23 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
         let decoded = decode(*rgbe);
         pixels[scan.target(line, position)] = [0, 1, 2].map(|c| (decoded[c] / divisor[c]) as f32);
     }
-    let mut warnings = header.warnings;
-    match header.chromaticities.map(Chromaticities::to_rec_709) {
-        None => {}
-        Some(Some(matrix)) => chromaticity::apply(matrix, &mut pixels),
-        Some(None) => warnings.push("PRIMARIES span no colour space and were ignored".into()),
-    }
-    if !input.0.is_empty() {
-        warnings.push(format!("{} bytes after the last scanline were ignored", input.0.len()));
-    }
     let image = Image::new(scan.width, scan.height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
-    Ok(Decoded { warnings, recipe: header.recipe, ..Decoded::new(Format::Radiance, image) })
+    let mut decoded = Decoded::new(Format::Radiance, image);
+    (decoded.warnings, decoded.recipe) = (header.warnings, header.recipe);
+    let declared = header.chromaticities.map(|declared| ("the header", declared));
+    match ColourSpace::chosen(wanted, declared, &mut decoded.warnings).map(Chromaticities::to_rec_709) {
+        None => {}
+        Some(Some(matrix)) => {
+            let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
+            outside.report(&mut decoded.warnings, &mut decoded.notes);
+        }
+        Some(None) => decoded.warnings.push("PRIMARIES span no colour space and were ignored".into()),
+    }
+    if !input.0.is_empty() {
+        decoded.warnings.push(format!("{} bytes after the last scanline were ignored", input.0.len()));
+    }
+    Ok(decoded)
 }
 
 /// The size of the picture.
@@ -95,20 +107,22 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
 
 /// Writes RGBE in the new run lengths (flat if the width forbids them), top row first.
 ///
-/// Mantissas are cut off, as [`read_image`](crate::read_image) expects: a value comes back within 1/256 of
-/// its pixel's largest channel. Values below 2^-128 become black. `recipe` goes into a header line.
+/// Mantissas are rounded to the nearest: a value comes back within 1/256 of its pixel's largest channel, and
+/// within 2^-136 of a darker one than 2^-128. `recipe` goes into comment lines of the header.
 ///
-/// Negative values become 0 and values past 1.69e38 that number; each is counted.
+/// Negative values become 0 and are counted; values past 1.69e38 become that number.
 ///
 /// # Errors
 /// If a value is NaN, or the recipe holds control characters.
 pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error> {
     recipe::check(recipe).map_err(|error| error.within(Format::Radiance.name()))?;
     let (width, height) = (image.width(), image.height());
-    let recipe = recipe.map(|recipe| format!("{FIELD}{recipe}\n")).unwrap_or_default();
+    let recipe: String =
+        recipe_parts(recipe.unwrap_or_default()).map(|part| format!("{PART}{part}\n")).collect();
+    // Some programs expect the empty line right after FORMAT.
     let mut bytes =
         format!("#?RADIANCE\n{recipe}FORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
-    let mut clamped = 0;
+    let mut negative = 0;
     let mut line = Vec::with_capacity(width);
     for (row, pixels) in image.pixels().chunks_exact(width).enumerate() {
         line.clear();
@@ -120,12 +134,16 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
                 )
                 .within(Format::Radiance.name()));
             }
-            line.push(encode(*pixel, &mut clamped));
+            negative += pixel.iter().filter(|value| **value < 0.0).count();
+            line.push(encode(*pixel));
         }
         write_scanline(&line, &mut bytes);
     }
-    Ok(Encoded { bytes, clamped, negative: 0 })
+    Ok(Encoded { bytes, negative })
 }
+
+/// 255 / 256 * 2^127: the largest mantissa of the largest exponent.
+const LARGEST: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
 
 /// RGB of a pixel.
 fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
@@ -133,27 +151,36 @@ fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
         return [0.0; 3];
     }
     let unit = math::powi(2.0_f64, i32::from(e) - 128 - 8);
-    [r, g, b].map(|mantissa| (f64::from(mantissa) + 0.5) * unit)
+    [r, g, b].map(|mantissa| f64::from(mantissa) * unit)
 }
 
 /// The pixel of an RGB value that is not NaN.
-fn encode(rgb: [f32; 3], clamped: &mut usize) -> [u8; 4] {
-    // 255 / 256 * 2^127: the largest mantissa of the largest exponent.
-    const LARGEST: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
-    let rgb = rgb.map(|value| {
-        let kept = f64::from(value).clamp(0.0, LARGEST);
-        *clamped += usize::from(kept != f64::from(value));
-        kept
-    });
+fn encode(rgb: [f32; 3]) -> [u8; 4] {
+    let rgb = rgb.map(|value| f64::from(value).clamp(0.0, LARGEST));
     let largest = rgb[0].max(rgb[1]).max(rgb[2]);
     // largest = f 2^exponent with f in [0.5, 1): an f32 is a normal f64, whose exponent bits say so.
-    let exponent = (largest.to_bits() >> 52) as i32 - 1022;
-    if largest == 0.0 || exponent + 128 < 1 {
-        return [0; 4];
+    let least = ((largest.to_bits() >> 52) as i32 - 1022).max(1 - 128);
+    let mantissas = |exponent: i32| {
+        let scale = math::powi(2.0_f64, 8 - exponent);
+        rgb.map(|value| (value * scale).round())
+    };
+    // The largest mantissa may round up to 256, which takes the next exponent.
+    let exponent = if mantissas(least).contains(&256.0) { least + 1 } else { least };
+    match mantissas(exponent).map(|mantissa| mantissa as u8) {
+        [0, 0, 0] => [0; 4],
+        [r, g, b] => [r, g, b, (exponent + 128) as u8],
     }
-    let scale = math::powi(2.0_f64, 8 - exponent);
-    let [r, g, b] = rgb.map(|value| (value * scale) as u8);
-    [r, g, b, (exponent + 128) as u8]
+}
+
+/// The parts of a recipe, each of which fits a line of the header.
+fn recipe_parts(mut recipe: &str) -> impl Iterator<Item = &str> {
+    /// With its end of line.
+    const LONGEST_LINE: usize = 100;
+    std::iter::from_fn(move || {
+        let (part, rest) = recipe.split_at(recipe.floor_char_boundary(LONGEST_LINE - PART.len() - 1));
+        recipe = rest;
+        (!part.is_empty()).then_some(part)
+    })
 }
 
 /// What the header says.
@@ -164,8 +191,8 @@ struct Header {
     warnings: Vec<String>,
 }
 
-/// The recipe's field.
-const FIELD: &str = "SPECULA=";
+/// Begins a line with a part of the recipe.
+const PART: &str = "#SPECULA=";
 
 impl Header {
     /// The header, and what follows it.
@@ -188,6 +215,10 @@ impl Header {
     }
 
     fn field(&mut self, line: &str) -> Result<(), Error> {
+        if let Some(part) = line.strip_prefix(PART) {
+            self.recipe.get_or_insert_default().push_str(part);
+            return Ok(());
+        }
         // Commands are indented by a tab; comments begin with #. Neither holds a field.
         let Some((name, value)) = line.split_once('=') else { return Ok(()) };
         if line.starts_with(['#', '\t', ' ']) {
@@ -229,7 +260,8 @@ impl Header {
             "PIXASPECT" if !matches!(numbers.as_deref(), Some([1.0])) => {
                 self.ignore(line, "pixels are taken as square");
             }
-            "SPECULA" => self.recipe = line.strip_prefix(FIELD).map(str::to_owned),
+            // Files of older revisions have the whole recipe in one line.
+            "SPECULA" => self.recipe = Some(value.to_owned()),
             _ => {}
         }
         Ok(())
@@ -426,6 +458,10 @@ fn write_plane(line: &[[u8; 4]], plane: usize, bytes: &mut Vec<u8>) {
 mod tests {
     use super::*;
 
+    fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+        super::read(bytes, None)
+    }
+
     fn picture(header: &str, resolution: &str, data: &[u8]) -> Vec<u8> {
         [format!("#?RADIANCE\n{header}\n{resolution}\n").as_bytes(), data].concat()
     }
@@ -440,11 +476,11 @@ mod tests {
     }
 
     #[test]
-    fn rgbe_adds_half_to_the_mantissa() {
-        let data = [0, 128, 255, 136, 128, 64, 32, 129, 9, 9, 9, 0, 255, 255, 255, 255];
+    fn rgbe_is_the_mantissa_times_a_power_of_two() {
+        let data = [0, 128, 255, 136, 128, 0, 0, 129, 9, 9, 9, 0, 255, 255, 255, 255];
         let decoded = pixels(&picture("", "-Y 1 +X 4", &data));
-        assert_eq!(decoded[0], [0.5, 128.5, 255.5]);
-        assert_eq!(decoded[1], [128.5 / 128.0, 64.5 / 128.0, 32.5 / 128.0]);
+        assert_eq!(decoded[0], [0.0, 128.0, 255.0]);
+        assert_eq!(decoded[1], [1.0, 0.0, 0.0]);
         assert_eq!(decoded[2], [0.0; 3], "an exponent of 0 is black");
         assert!(decoded[3][0].is_finite());
     }
@@ -452,7 +488,7 @@ mod tests {
     #[test]
     fn all_eight_orientations_give_the_same_picture() {
         // The picture, rows from the top: 11 12 13 / 14 15 16 (1 1 1 would be a repetition).
-        let expected: Vec<_> = (11..=16).map(|m| [m as f32 + 0.5; 3]).collect();
+        let expected: Vec<_> = (11..=16).map(|m| [m as f32; 3]).collect();
         for (resolution, scanned) in [
             ("-Y 2 +X 3", [11, 12, 13, 14, 15, 16]),
             ("-Y 2 -X 3", [13, 12, 11, 16, 15, 14]),
@@ -474,24 +510,21 @@ mod tests {
         // One pixel, 3 + 1 * 256 repetitions, another pixel.
         let data = [flat(&[7]), vec![1, 1, 1, 3, 1, 1, 1, 1], flat(&[9])].concat();
         let decoded = pixels(&picture("", "-Y 1 +X 261", &data));
-        assert!(decoded[..260].iter().all(|pixel| pixel[0] == 7.5));
-        assert_eq!(decoded[260], [9.5; 3]);
+        assert!(decoded[..260].iter().all(|pixel| pixel[0] == 7.0));
+        assert_eq!(decoded[260], [9.0; 3]);
     }
 
     #[test]
     fn exposures_and_corrections_multiply_and_are_divided_out() {
         let header = "EXPOSURE=2\nEXPOSURE= 4.0\nCOLORCORR=1 2 4\n";
-        assert_eq!(
-            pixels(&picture(header, "-Y 1 +X 1", &flat(&[64]))),
-            [[64.5 / 8.0, 64.5 / 16.0, 64.5 / 32.0]]
-        );
+        assert_eq!(pixels(&picture(header, "-Y 1 +X 1", &flat(&[64]))), [[8.0, 4.0, 2.0]]);
     }
 
     #[test]
     fn traps_of_real_files_are_ignored_aloud() {
         for header in ["EXPOSURE=0\n", "EXPOSURE=nan\n", "GAMMA=2.2\n"] {
             let decoded = read(&picture(header, "-Y 1 +X 1", &flat(&[5]))).unwrap();
-            assert_eq!(decoded.image.pixels(), [[5.5; 3]]);
+            assert_eq!(decoded.image.pixels(), [[5.0; 3]]);
             assert_eq!(decoded.warnings.len(), 1, "{:?}", decoded.warnings);
             assert!(decoded.warnings[0].starts_with(header.trim_end()));
         }
@@ -506,11 +539,11 @@ mod tests {
             let decoded = read(&picture(header, "-Y 1 +X 1", &flat(&[5]))).unwrap();
             assert_eq!(
                 (decoded.image.pixels(), decoded.warnings.len()),
-                ([[5.5; 3]].as_slice(), 0),
+                ([[5.0; 3]].as_slice(), 0),
                 "{header}"
             );
         }
-        assert_eq!(pixels(b"#?RGBE\n\n-Y 1 +X 1\n\x05\x05\x05\x88\x01")[0], [5.5; 3]);
+        assert_eq!(pixels(b"#?RGBE\n\n-Y 1 +X 1\n\x05\x05\x05\x88\x01")[0], [5.0; 3]);
     }
 
     /// Grey is grey in both: Radiance's white, and that of XYZE, is adapted.
@@ -520,10 +553,12 @@ mod tests {
             |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4 * b.abs().max(1.0));
         let radiance = "PRIMARIES=0.64 0.33 0.29 0.60 0.15 0.06 0.333333 0.333333\n";
         for header in ["FORMAT=32-bit_rle_xyze\n", radiance] {
-            assert!(near(pixels(&picture(header, "-Y 1 +X 1", &flat(&[100])))[0], [100.5; 3]), "{header}");
+            assert!(near(pixels(&picture(header, "-Y 1 +X 1", &flat(&[100])))[0], [100.0; 3]), "{header}");
         }
-        let coloured = pixels(&picture(radiance, "-Y 1 +X 1", &[0, 100, 0, 136]))[0];
-        assert!(coloured[1] > 99.0 && coloured[0] < 0.0, "this green lies outside Rec. 709: {coloured:?}");
+        // This green lies outside Rec. 709, and red becomes 0.
+        let green = read(&picture(radiance, "-Y 1 +X 1", &[0, 100, 0, 136])).unwrap();
+        let [pixel] = green.image.pixels() else { panic!("{green:?}") };
+        assert!(pixel[0] == 0.0 && pixel[1] > 90.0 && green.warnings.len() == 1, "{green:?}");
     }
 
     #[test]
@@ -536,10 +571,9 @@ mod tests {
             let encoded = write_rgbe(&image, Some("{\"kind\":\"x\"}")).unwrap();
             let decoded = read(&encoded.bytes).unwrap();
             assert_eq!(decoded.recipe.as_deref(), Some("{\"kind\":\"x\"}"));
-            assert_eq!((encoded.clamped, decoded.warnings.len()), (0, 0));
+            assert_eq!((encoded.negative, decoded.warnings.len()), (0, 0));
             for (a, b) in decoded.image.pixels().iter().zip(image.pixels()) {
-                // A unit of the mantissa is at most 1/128 of the largest channel; cutting off and adding half
-                // leaves half of it.
+                // A unit of the mantissa is at most 1/128 of the largest channel, and rounding is half of it.
                 let largest = b.iter().fold(0.0_f32, |a, b| a.max(*b));
                 assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= largest / 256.0), "{a:?} {b:?}");
             }
@@ -547,20 +581,59 @@ mod tests {
     }
 
     #[test]
-    fn writing_is_the_inverse_of_reading_and_counts_what_it_clamps() {
+    fn writing_is_the_inverse_of_reading_and_counts_negative_values() {
         for e in [1, 2, 100, 128, 200, 255] {
             for m in [128, 200, 255] {
                 let rgb = decode([m, 3, 0, e]).map(|value| value as f32);
-                assert_eq!(encode(rgb, &mut 0), [m, 3, 0, e], "{rgb:?}");
+                assert_eq!(encode(rgb), [m, 3, 0, e], "{rgb:?}");
             }
         }
+        assert_eq!(encode([1.0, 0.0, 0.0]), [128, 0, 0, 129]);
+        // 255.5 / 256 rounds up to 1, which takes the next exponent.
+        assert_eq!(encode([255.5 / 256.0, 0.25, 1.0 / 256.0]), [128, 32, 1, 129]);
         let image = Image::new(4, 1, vec![[-1.0, 0.0, 2.0], [f32::INFINITY, 0.0, 0.0], [1e-45; 3], [0.0; 3]]);
         let encoded = write_rgbe(&image.unwrap(), None).unwrap();
-        assert_eq!(encoded.clamped, 2);
+        assert_eq!(encoded.negative, 1);
         let decoded = pixels(&encoded.bytes);
-        assert!(decoded[0][0] < 0.01 && decoded[1][0] > 1.6e38 && decoded[2] == [0.0; 3]);
+        assert!(decoded[0] == [0.0, 0.0, 2.0] && decoded[1][0] > 1.6e38 && decoded[2] == [0.0; 3]);
         let nan = Image::new(1, 1, vec![[f32::NAN; 3]]).unwrap();
         assert_eq!(write_rgbe(&nan, None).unwrap_err().kind(), ErrorKind::Unwritable);
+    }
+
+    /// The mean over many values is that of the values, in readers that multiply the mantissa.
+    #[test]
+    fn what_is_written_is_neither_darker_nor_brighter() {
+        let value = |i: usize| (1.0 + (i as f32 * 0.618).fract() * 3.0) * 0.37;
+        let pixels: Vec<_> =
+            (0..128 * 64).map(|i| [value(i), 0.7 * value(i + 1), 0.4 * value(i + 2)]).collect();
+        let image = Image::new(128, 64, pixels).unwrap();
+        let found = read(&write_rgbe(&image, None).unwrap().bytes).unwrap().image;
+        for channel in 0..3 {
+            let sum =
+                |image: &Image| image.pixels().iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
+            let ratio = sum(&found) / sum(&image);
+            // 8192 roundings of at most 1/256 of the pixel's largest channel, by chance.
+            assert!((ratio - 1.0).abs() < 1e-3, "channel {channel}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn no_header_line_is_longer_than_old_readers_allow() {
+        let text = "grün und größer, \u{1f307} ".repeat(90);
+        for length in (0..text.len()).filter(|length| text.is_char_boundary(*length)) {
+            let recipe = &text[..length];
+            let bytes = write_rgbe(&Image::new(1, 1, vec![[1.0; 3]]).unwrap(), Some(recipe)).unwrap().bytes;
+            let end = bytes.windows(2).position(|pair| pair == b"\n\n").unwrap();
+            assert!(bytes[..end].split(|byte| *byte == b'\n').all(|line| line.len() < 100), "{length}");
+            assert_eq!(read_recipe(&bytes).unwrap_or_default(), recipe);
+        }
+    }
+
+    #[test]
+    fn the_recipe_of_an_older_version_is_one_line() {
+        let recipe = format!("{{\"kind\":\"x\",\"note\":\"a = b{}\"}}", " and more".repeat(40));
+        let bytes = picture(&format!("SPECULA={recipe}\nFORMAT=32-bit_rle_rgbe\n"), "-Y 1 +X 1", &flat(&[5]));
+        assert_eq!(read(&bytes).unwrap().recipe, Some(recipe));
     }
 
     #[test]

@@ -1,29 +1,28 @@
 //! Pictures of integers or floats in rows: what their decoders give becomes linear Rec. 709.
 //!
-//! PNG, TIFF, TGA and WebP are decoded by the `image` crate. JPEG has a module of its own: `image` fills what
-//! a damaged file lacks with grey, without an error. So has TIFF, which needs checks before `image` reads it.
+//! PNG, TGA and WebP are decoded by the `image` crate. JPEG has a module of its own: `image` fills what a
+//! damaged file lacks with grey, without an error. So has TIFF, of which `image` reads only a few kinds.
 
 use std::io::{BufRead, Cursor, ErrorKind as IoErrorKind, Seek};
 
 use ::image::codecs::png::PngDecoder;
 use ::image::codecs::tga::TgaDecoder;
-use ::image::codecs::tiff::TiffDecoder;
 use ::image::codecs::webp::WebPDecoder;
 use ::image::{ImageDecoder, ImageError, ImageResult, Limits};
 use envmap::Image;
 use rayon::prelude::*;
 
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{bytes_at, rewind};
 use crate::icc::Encoding;
-use crate::{Format, limits};
+use crate::metadata::Metadata;
+use crate::orientation::{upright, upright_size};
+use crate::{Format, cicp, limits, png};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
-
-/// Bytes of pixels that are believed of a WebP file, however short it is.
-const FLAT_WEBP: usize = 15 << 20;
 
 /// A picture as its decoder gives it.
 pub(crate) struct Raster {
@@ -31,27 +30,33 @@ pub(crate) struct Raster {
     pub(crate) height: usize,
     /// 1 (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGB and alpha).
     pub(crate) channels: usize,
-    /// Bytes of a sample: 1 or 2 for integers, 4 for floats.
+    /// Bytes of a sample: 1 or 2 for integers, 4 for floats and for integers that are stored as f32 from 0
+    /// to 1.
     pub(crate) depth: usize,
+    /// Whether the file holds floats, which are linear and may exceed 1.
+    pub(crate) floats: bool,
     /// The samples, native endian, channel by channel within a pixel and row by row from the top.
     pub(crate) samples: Vec<u8>,
     /// The ICC profile.
     pub(crate) profile: Option<Vec<u8>>,
+    /// PNG's cICP, which replaces a profile.
+    pub(crate) code_points: Option<[u8; 4]>,
+    /// What else the file says about its pixels.
+    pub(crate) metadata: Metadata,
 }
 
-/// Reads PNG, TIFF, TGA or WebP.
-pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
-    raster(bytes, format)?.decode(format)
+/// Reads PNG, TGA or WebP.
+pub(crate) fn read(bytes: &[u8], format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    raster(bytes, format)?.decode(format, wanted)
 }
 
-/// The samples of a PNG, TIFF, TGA or WebP.
+/// The samples of a PNG, TGA or WebP.
 pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
     let mut file = Cursor::new(bytes);
     let (mut decoder, [width, height]) = open(&mut file, bytes.len(), format)?;
     let total = decoder.total_bytes();
     let size = usize::try_from(total)
         .map_err(|_| Error::new(ErrorKind::TooLarge, "the pixels do not fit into memory"))?;
-    // Before the limits: TIFF's decoder holds profiles to the one of its pixels.
     let profile = decoder.icc_profile().map_err(describe)?;
     let mut allowed = Limits::no_limits();
     allowed.max_alloc = Some(2 * total + (bytes.len() + WORKSPACE) as u64);
@@ -61,7 +66,9 @@ pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
     let depth = usize::from(colour.bytes_per_pixel()) / channels;
     let mut samples = vec![0; size];
     decoder.read_image(&mut samples).map_err(describe)?;
-    Ok(Raster { width, height, channels, depth, samples, profile })
+    let metadata = Metadata::read(&mut Cursor::new(bytes), format);
+    let code_points = if format == Format::Png { png::code_points(bytes) } else { None };
+    Ok(Raster { width, height, channels, depth, floats: false, samples, profile, code_points, metadata })
 }
 
 /// The size of a PNG, TGA or WebP.
@@ -79,16 +86,25 @@ fn open<'a>(
     length: usize,
     format: Format,
 ) -> Result<(Box<dyn ImageDecoder + 'a>, [usize; 2]), Error> {
-    if format == Format::WebP && !has_whole_chunks(file, length) {
-        return Err(Error::truncated("the file ends before its data does"));
-    }
+    let ratio = match format {
+        // A run of 128 pixels of 4 bytes takes 2 bytes if a palette gives the colours.
+        Format::Tga => 256,
+        // A code that is the only one takes no bit: a few bytes hold any lossless picture of one colour. The
+        // decoder writes into its memory only what the codes give.
+        Format::WebP => match is_lossless_webp(file, length) {
+            Some(true) => usize::MAX,
+            Some(false) => DEFLATE_RATIO,
+            None => return Err(Error::truncated("the file ends before its data does")),
+        },
+        _ => DEFLATE_RATIO,
+    };
     rewind(file)?;
     let decoder = decoder(file, length, format).map_err(describe)?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
     limits::pixels(width, height)?;
     let size = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
-    limits::plausible(size, length, ratio(format, length))?;
+    limits::plausible(size, length, ratio)?;
     Ok((decoder, [width, height]))
 }
 
@@ -100,48 +116,38 @@ fn decoder<'a>(
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some((length + WORKSPACE) as u64);
     Ok(match format {
-        Format::Tiff => Box::new(TiffDecoder::new(file)?),
         Format::Tga => Box::new(TgaDecoder::new(file)?),
         Format::WebP => Box::new(WebPDecoder::new(file)?),
         _ => Box::new(PngDecoder::with_limits(file, limits)?),
     })
 }
 
-/// Whether the chunks of a WebP file are in it (RFC 9649): the decoder makes room for as much as they
-/// declare.
-fn has_whole_chunks(file: &mut (impl BufRead + Seek), length: usize) -> bool {
-    let mut at = 12;
-    while let Some([_, _, _, _, a, b, c, d]) = bytes_at(file, at, 8) {
+/// Whether a WebP file holds a lossless picture (RFC 9649); `None` if its chunks are not all in it: the
+/// decoder makes room for as much as they declare.
+fn is_lossless_webp(file: &mut (impl BufRead + Seek), length: usize) -> Option<bool> {
+    let (mut at, mut lossless) = (12, false);
+    while let Some([name @ .., a, b, c, d]) = bytes_at(file, at, 8) {
         let size = u32::from_le_bytes([a, b, c, d]) as usize;
         if size > length - at - 8 {
-            return false;
+            return None;
         }
-        at += 8 + size + size % 2;
+        lossless |= name == *b"VP8L";
+        // The frames of an animation are chunks within a chunk, behind 16 bytes.
+        at += if name == *b"ANMF" { 24 } else { 8 + size + size % 2 };
     }
-    true
+    Some(lossless)
 }
 
 /// Deflate gains at most 1032 to 1, and a bit of the file becomes at most a byte here.
 pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
 
-/// The most bytes of pixels for each byte of a file of `length` bytes.
-fn ratio(format: Format, length: usize) -> usize {
-    match format {
-        // A run of 128 pixels of 4 bytes takes 2 bytes if a palette gives the colours.
-        Format::Tga => 256,
-        // A bit copies 4096 pixels, and a picture of one colour takes none at all. Large ones are refused.
-        Format::WebP => DEFLATE_RATIO.max((4096 * 8 * 4).min(FLAT_WEBP / length.max(1))),
-        _ => DEFLATE_RATIO,
-    }
-}
-
 impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
-    /// sRGB.
-    pub(crate) fn decode(self, format: Format) -> Result<Decoded, Error> {
-        let Self { width, height, channels, depth, samples, profile } = self;
+    /// sRGB. PNG's cICP goes before its profile. The primaries are the wanted ones, if there are any.
+    pub(crate) fn decode(self, format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+        let Self { width, height, channels, depth, floats, samples, profile, code_points, metadata } = self;
         let mut warnings = Vec::new();
-        let (grey, floats) = (channels < 3, depth == 4);
+        let grey = channels < 3;
         let by_profile = profile.map(|profile| Encoding::of_profile(&profile, grey, floats)).transpose();
         let (encoding, ignored) = match by_profile {
             Ok(encoding) => (encoding, None),
@@ -151,9 +157,24 @@ impl Raster {
         if let Some(why) = ignored {
             warnings.push(format!("the ICC profile was ignored: {why}; the image was taken for {taken_for}"));
         }
+        let declared = code_points.map(cicp::encoding).transpose().unwrap_or_else(|why| {
+            warnings.push(format!("the chunk cICP was ignored: {why}"));
+            None
+        });
+        let bright = declared.as_ref().is_some_and(|(_, bright)| *bright);
+        let by_code_points = declared.map(|(mut encoding, _)| {
+            encoding.profile =
+                code_points.map(|[primaries, transfer, ..]| format!("cICP {primaries}/{transfer}"));
+            encoding
+        });
+        let encoding = by_code_points.or(encoding);
         let encoding = encoding.unwrap_or_else(|| if floats { Encoding::linear() } else { Encoding::srgb() });
+        let encoding = match wanted {
+            Some(space) => encoding.with_primaries(space, &mut warnings),
+            None => encoding,
+        };
 
-        let levels = if floats { 0 } else { 1_usize << (8 * depth) };
+        let levels = if depth == 4 { 0 } else { 1_usize << (8 * depth) };
         let tables = encoding.curves.each_ref().map(|curve| {
             (0..levels).map(|code| curve(code as f64 / (levels - 1) as f64) as f32).collect::<Vec<f32>>()
         });
@@ -170,7 +191,7 @@ impl Raster {
                 [0, 1, 2].map(|channel| linear(channel, sample(if grey { 0 } else { channel })))
             })
             .collect();
-        encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
+        let outside = encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
 
         if channels.is_multiple_of(2) {
             let opaque = |alpha: &[u8]| match *alpha {
@@ -189,12 +210,15 @@ impl Raster {
                 warnings.push(format!("{outside} pixels are more saturated than Rec. 709 can hold; their negative values became 0"));
             }
         }
-        let image = Image::new(width, height, pixels)
+        let [columns, rows] = upright_size([width, height], metadata.orientation);
+        let pixels = upright(pixels, [width, height], metadata.orientation);
+        let image = Image::new(columns, rows, pixels)
             .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
         let mut decoded = Decoded::new(format, image);
-        decoded.high_dynamic_range = floats;
+        decoded.high_dynamic_range = floats || bright;
         decoded.profile = encoding.profile;
         decoded.warnings = warnings;
+        outside.report(&mut decoded.warnings, &mut decoded.notes);
         Ok(decoded)
     }
 }

@@ -3,23 +3,25 @@
 use crate::decoded::{Decoded, ReadOptions};
 use crate::error::Error;
 use crate::format::{Format, identify};
-use crate::{jpeg, open_exr, png, radiance, raster, tiff};
+use crate::{jpeg, open_exr, pfm, png, radiance, raster, tiff};
 
-/// Reads a picture: OpenEXR, Radiance, PNG, JPEG, TIFF, TGA or WebP, known by its content.
+/// Reads a picture: OpenEXR, Radiance, PNG, JPEG, TIFF, TGA, WebP or PFM, known by its content.
 ///
 /// Values come out linear and in Rec. 709 primaries; alpha is ignored. PNG, JPEG, TIFF, TGA and WebP are
-/// converted by their ICC profile; without one, integers are taken for sRGB and floats for linear Rec. 709. A
-/// warning says if a picture holds no high dynamic range. Integers more saturated than Rec. 709 are clipped,
-/// with a warning. NaN, infinite and negative values of floats are given as they are stored: judging them is
-/// up to the caller. Of several pages or frames, the first is read.
+/// converted by their ICC profile, or PNG by its cICP; without one, integers are taken for sRGB and floats
+/// for linear Rec. 709. A warning says if a picture holds no high dynamic range. Colours outside of Rec. 709
+/// are brought in, counted in a warning or, if hardly any light moves, in a note. NaN, infinite and negative
+/// values of floats are given as they are stored: judging them is up to the caller. Of several frames, the
+/// first is read, and of a TIFF's pages the largest. Pictures are turned upright as Exif and TIFF say.
 ///
-/// Memory: 12 bytes for each pixel of the result, at most 12 more while it is decoded, and the compressed
-/// blocks in work. The result has at most [`crate::MAX_PIXELS`], and a header that declares more than its
-/// file can hold is refused before that is allocated.
+/// Memory: 12 bytes for each pixel of the result, about as much more while it is decoded (twice with 64 bits
+/// in a sample), and the compressed blocks in work. The result has at most [`crate::MAX_PIXELS`], and a
+/// header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
+/// any length can hold any picture.
 ///
 /// # Errors
 /// If the file is empty, a Git LFS pointer, of another format, truncated, damaged or too large, uses
-/// something that is not read (deep data, subsampled channels, CMYK with a profile), or has no layer of the
+/// something that is not read (deep data, subsampled RGB, signed integers), or has no layer of the
 /// wanted name.
 ///
 /// # Example: content decides, not a name
@@ -34,11 +36,12 @@ use crate::{jpeg, open_exr, png, radiance, raster, tiff};
 pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
     let format = identify(bytes)?;
     let decoded = match format {
-        Format::OpenExr => open_exr::read(bytes, options.layer.as_deref()),
-        Format::Radiance => radiance::read(bytes),
-        Format::Jpeg => jpeg::read(bytes),
-        Format::Tiff => tiff::read(bytes),
-        Format::Png | Format::Tga | Format::WebP => raster::read(bytes, format),
+        Format::OpenExr => open_exr::read(bytes, options),
+        Format::Radiance => radiance::read(bytes, options.colour_space),
+        Format::Jpeg => jpeg::read(bytes, options.colour_space),
+        Format::Tiff => tiff::read(bytes, options.colour_space),
+        Format::Png | Format::Tga | Format::WebP => raster::read(bytes, format, options.colour_space),
+        Format::Pfm => pfm::read(bytes, options.colour_space),
     };
     let mut decoded = decoded.map_err(|error| error.within(format.name()))?;
     if format == Format::Png {
@@ -46,6 +49,7 @@ pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error>
     }
     if !decoded.high_dynamic_range {
         let encoding = match &decoded.profile {
+            Some(name) if name.starts_with("cICP ") => format!("as its {name} says"),
             Some(name) => format!("by its ICC profile, {name}"),
             None => "from sRGB".into(),
         };

@@ -11,7 +11,7 @@ pub fn read_recipe(bytes: &[u8]) -> Option<String> {
         Some(Format::OpenExr) => open_exr::read_recipe(bytes),
         Some(Format::Radiance) => radiance::read_recipe(bytes),
         Some(Format::Png) => png::read_recipe(bytes),
-        Some(Format::Jpeg | Format::Tiff | Format::Tga | Format::WebP) => None,
+        Some(Format::Jpeg | Format::Tiff | Format::Tga | Format::WebP | Format::Pfm) => None,
         None if bytes.first() == Some(&b'{') => {
             lighting_json::read_recipe(bytes).or_else(|| gltf::read_recipe(bytes))
         }

@@ -1,8 +1,9 @@
 //! Reading a texture of any container.
 
+use crate::babylon_env::is_babylon_env;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::texture::TextureFile;
+use crate::texture::{TextureFile, word};
 use crate::{dds, ktx1, ktx2};
 
 /// Reads KTX2, DDS or, of cubes, KTX 1, known by its content; as [`crate::read_ktx2`] and
@@ -18,6 +19,18 @@ pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
         _ if ktx1::is_ktx1(bytes) => ktx1::read(bytes),
         _ if dds::is_dds(bytes) => dds::read(bytes),
         _ => Err(Error::new(ErrorKind::UnknownFormat, "neither a KTX nor a DDS file")),
+    }
+}
+
+/// Whether the first bytes of a file, 256 or all, are those of a KTX2, KTX, DDS or `.env` file that declares
+/// a cube.
+pub fn declares_cube(first: &[u8]) -> bool {
+    // The number of faces of KTX2 and of KTX, and DDS's flag of a cube.
+    match first {
+        _ if ktx2::is_ktx2(first) => word(first, 36) == Some(6),
+        _ if ktx1::is_ktx1(first) => word(first, 52) == Some(6),
+        _ if dds::is_dds(first) => word(first, 112).is_some_and(|caps| caps & 0x200 != 0),
+        _ => is_babylon_env(first),
     }
 }
 

@@ -3,7 +3,7 @@
 //! | format | where the recipe is |
 //! | --- | --- |
 //! | OpenEXR | a `string` attribute `specula` |
-//! | Radiance | a header line `SPECULA=` |
+//! | Radiance | comment lines `#SPECULA=`, each with a part of it |
 //! | PNG | an uncompressed iTXt chunk `specula` |
 //! | safetensors | the entry `specula` of `__metadata__` |
 //! | JSON | the member `specula` of the top object |

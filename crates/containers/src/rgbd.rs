@@ -10,9 +10,6 @@ use crate::format::Format;
 use crate::texel::Packed;
 use crate::{png, raster};
 
-/// The largest value.
-pub(crate) const LARGEST: f32 = 255.0;
-
 const GAMMA: f32 = 2.2;
 
 fn pack(texel: [f32; 3]) -> [u8; 4] {
@@ -37,7 +34,6 @@ pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Err
     let values = texels.as_flattened();
     Ok(Packed {
         bytes: png::write_rgba(edge, edge, &codes)?,
-        clamped: values.iter().filter(|value| **value > LARGEST).count(),
         negative: values.iter().filter(|value| **value < 0.0).count(),
     })
 }
@@ -45,14 +41,15 @@ pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Err
 /// The texels of a face with this edge.
 ///
 /// # Errors
-/// If the bytes are no PNG with 8 bits for each of four channels, or have another size.
+/// If the bytes are no PNG or WebP with 8 bits for each of four channels, or have another size.
 pub(crate) fn read_face(edge: usize, bytes: &[u8]) -> Result<Vec<[f32; 3]>, Error> {
-    if Format::sniff(bytes) != Some(Format::Png) {
-        return Err(Error::unsupported("expected a PNG, found other first bytes"));
-    }
-    let raster = raster::raster(bytes, Format::Png)?;
+    let format = Format::sniff(bytes).filter(|format| matches!(format, Format::Png | Format::WebP));
+    let Some(format) = format else {
+        return Err(Error::unsupported("expected a PNG or a WebP, found other first bytes"));
+    };
+    let raster = raster::raster(bytes, format)?;
     if (raster.channels, raster.depth) != (4, 1) {
-        return Err(Error::unsupported("expected a PNG of four channels of 8 bits, which RGBD is"));
+        return Err(Error::unsupported("expected an image of four channels of 8 bits, which RGBD is"));
     }
     if (raster.width, raster.height) != (edge, edge) {
         let (width, height) = (raster.width, raster.height);

@@ -189,7 +189,9 @@ pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Resul
     }
     if let Some(lamps) = reflection.lamps() {
         file.lights(&lamps.lights)?;
-        material::add(&lamps.material, &mut file)?;
+    }
+    if let Some(material) = reflection.material() {
+        material::add(material, &mut file)?;
     }
     Ok(file.finish())
 }
@@ -210,7 +212,7 @@ pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
         same_degree(&lighting, &brdf).map_err(Error::damaged)?;
         let field = Reflection::convolve(&lighting, &brdf);
         let field = if file.is_for_light() { field.marked_for_light() } else { field };
-        Ok(match material.filter(|_| !lights.is_empty()) {
+        Ok(match material {
             Some(material) => field.with_lamps(Lamps { lights: lights.clone(), material }),
             None => field,
         })

@@ -222,15 +222,11 @@ pub(crate) fn pack_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision
     }
     sizes.check_len(0, rgba.len())?;
     let values = rgba.as_flattened().par_iter();
-    let clamped = match precision {
-        Precision::Float => 0,
-        Precision::Half => values.clone().filter(|value| to_half(**value).1).count(),
-    };
     let bytes = match precision {
         Precision::Float => values.flat_map_iter(|value| value.to_le_bytes()).collect(),
-        Precision::Half => values.flat_map_iter(|value| f16::to_le_bytes(to_half(*value).0)).collect(),
+        Precision::Half => values.flat_map_iter(|value| f16::to_le_bytes(to_half(*value))).collect(),
     };
-    Ok(Packed { bytes, clamped, negative: 0 })
+    Ok(Packed { bytes, negative: 0 })
 }
 
 /// The little-endian u32 at a place; `None` if the bytes end before.

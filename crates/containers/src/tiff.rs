@@ -1,94 +1,105 @@
-//! TIFF (TIFF 6.0, and BigTIFF): what is checked before `image` decodes a file, and grey floats, which it
-//! does not read.
+//! TIFF (TIFF 6.0, and BigTIFF).
+//!
+//! The `tiff` crate decodes what a file's samples are: strips and tiles, planes, predictors, and the
+//! compressions that it knows. What they mean is found here: the page that is the picture, its orientation,
+//! white as 0, palettes, inks and the range of integers.
+//!
+//! Of several pages, the largest is the picture, and the first of those. Pages that call themselves reduced
+//! (thumbnails) or masks are not (tags 254 and 255).
 
-use std::io::{BufRead, Cursor, Read, Seek};
+mod directory;
+mod page;
+mod samples;
+mod single_page;
 
+use std::io::{BufRead, Cursor, Seek};
+
+use ::image::metadata::Orientation;
+use ::tiff::TiffError;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
-use ::tiff::tags::Tag;
-use ::tiff::{ColorType, TiffError};
 
+use self::page::Page;
+use self::single_page::SinglePage;
+use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
-use crate::file_part::{bytes_at, rewind};
+use crate::metadata::Metadata;
 use crate::raster::{self, Raster};
 use crate::{Format, limits};
 
-pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
-    check_directory(&mut Cursor::new(bytes), bytes.len())?;
-    match raster::read(bytes, Format::Tiff) {
-        Err(error) if error.kind() == ErrorKind::Unsupported => grey_floats(bytes)?.decode(Format::Tiff),
-        read => read,
-    }
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    let page = Page::find(&mut Cursor::new(bytes), bytes.len())?;
+    let mut decoded = raster(bytes, &page)?.decode(Format::Tiff, wanted)?;
+    decoded.warnings.extend(page.warnings);
+    Ok(decoded)
 }
 
-/// The size of the first picture.
-pub(crate) fn header(file: &mut (impl BufRead + Seek), length: usize) -> Result<[usize; 2], Error> {
-    check_directory(file, length)?;
-    rewind(file)?;
-    let mut decoder = Decoder::new(file).map_err(describe)?;
-    let (width, height) = decoder.dimensions().map_err(describe)?;
-    limits::pixels(width as usize, height as usize)?;
-    Ok([width as usize, height as usize])
+/// The size of the picture as it is stored, and what the file says beside it.
+pub(crate) fn header(
+    file: &mut (impl BufRead + Seek),
+    length: usize,
+) -> Result<([usize; 2], Metadata), Error> {
+    let page = Page::find(file, length)?;
+    let metadata = metadata(file, &page);
+    Ok(([page.width, page.height], metadata))
 }
 
-/// Checks that the values of the first directory are in the file: `tiff` makes room for as many as an entry
-/// declares, and `image` ignores an ICC profile that it cannot read.
-fn check_directory(file: &mut (impl Read + Seek), length: usize) -> Result<(), Error> {
-    has_whole_directory(file, length)
-        .ok_or_else(|| Error::truncated("the file ends before its directory or a value in it"))
+fn metadata(file: &mut (impl BufRead + Seek), page: &Page) -> Metadata {
+    let orientation = page.directory.number(file, directory::ORIENTATION);
+    let orientation = orientation.and_then(|tag| Orientation::from_exif(u8::try_from(tag).ok()?));
+    let mut metadata = Metadata::default();
+    metadata.orientation = orientation.unwrap_or(metadata.orientation);
+    metadata.take_xmp(page.directory.bytes(file, directory::XMP).as_deref());
+    metadata
 }
 
-fn has_whole_directory(file: &mut (impl Read + Seek), length: usize) -> Option<()> {
-    let little = bytes_at(file, 0, 1)?[0] == b'I';
-    let mut number = |at: usize, size: usize| -> Option<usize> {
-        let bytes = bytes_at(file, at, size)?;
-        let bytes = bytes[..size].iter();
-        let digits = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
-        let number = if little { bytes.rev().fold(0, digits) } else { bytes.fold(0, digits) };
-        usize::try_from(number).ok()
-    };
-    // Sizes of an offset or count, and of the number of entries.
-    let (word, entries) = if number(2, 2)? == 43 { (8, 8) } else { (4, 2) };
-    let directory = number(word, word)?;
-    let first = directory.checked_add(entries)?;
-    for entry in 0..number(directory, entries)? {
-        let entry = first.checked_add(entry.checked_mul(4 + 2 * word)?)?;
-        let size = match number(entry + 2, 2)? {
-            3 | 8 => 2,
-            4 | 9 | 11 | 13 => 4,
-            5 | 10 | 12 | 16 | 17 | 18 => 8,
-            _ => 1,
-        };
-        let size = number(entry + 4, word)?.checked_mul(size)?;
-        let at = if size <= word { entry + 4 + word } else { number(entry + 4 + word, word)? };
-        if at.checked_add(size)? > length {
-            return None;
+/// The samples of a page.
+fn raster(bytes: &[u8], page: &Page) -> Result<Raster, Error> {
+    let (mut depth, mut samples) = (0, Vec::new());
+    for plane in 0..if page.planar { page.samples } else { 1 } {
+        let (bytes_of_sample, mut decoded) =
+            page.native(decode(SinglePage::new(bytes, page, plane)?, page)?)?;
+        depth = bytes_of_sample;
+        if samples.is_empty() {
+            samples = decoded;
+        } else {
+            samples.append(&mut decoded);
         }
     }
-    Some(())
+    let mut file = Cursor::new(bytes);
+    let palette = page.palette(&mut file);
+    let (channels, depth, samples) = page.arrange(depth, samples, palette)?;
+    Ok(Raster {
+        width: page.width,
+        height: page.height,
+        channels,
+        depth,
+        floats: page.is_float(),
+        samples,
+        profile: page.directory.bytes(&mut file, directory::ICC_PROFILE),
+        code_points: None,
+        metadata: metadata(&mut file, page),
+    })
 }
 
-fn grey_floats(bytes: &[u8]) -> Result<Raster, Error> {
-    let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(describe)?;
-    let (width, height) = decoder.dimensions().map_err(describe)?;
-    let (width, height) = (width as usize, height as usize);
-    let size = 4 * limits::pixels(width, height)?;
-    limits::plausible(size, bytes.len(), raster::DEFLATE_RATIO)?;
-    let colour = decoder.colortype().map_err(describe)?;
-    let profile = decoder.get_tag_u8_vec(Tag::IccProfile).ok();
+/// What the `tiff` crate makes of a page or a plane.
+fn decode(mut file: SinglePage<'_>, page: &Page) -> Result<DecodingResult, Error> {
+    let size = page.decoded_size();
+    limits::plausible(size, file.len(), raster::DEFLATE_RATIO)?;
+    let [columns, rows] = page.chunk;
+    let chunk = page.row_bytes(columns).saturating_mul(rows);
+    limits::plausible(chunk, file.len(), raster::DEFLATE_RATIO)?;
     let mut allowed = Limits::default();
     allowed.decoding_buffer_size = size;
-    allowed.intermediate_buffer_size = size + bytes.len() + raster::WORKSPACE;
-    let mut decoder = decoder.with_limits(allowed);
-    let values =
-        if colour == ColorType::Gray(32) { Some(decoder.read_image().map_err(describe)?) } else { None };
-    let Some(DecodingResult::F32(values)) = values else {
-        return Err(Error::unsupported(format!(
-            "{colour:?} is not read; expected grey or RGB in 8 or 16-bit integers or 32-bit floats"
-        )));
-    };
-    let samples = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
-    Ok(Raster { width, height, channels: 1, depth: 4, samples, profile })
+    allowed.intermediate_buffer_size = size.saturating_add(file.len() + raster::WORKSPACE);
+    allowed.ifd_value_size = file.len();
+    let mut decoder = Decoder::new(&mut file).map_err(describe)?.with_limits(allowed);
+    let mut samples = DecodingResult::U8(Vec::new());
+    decoder.read_image_to_buffer(&mut samples).map_err(describe)?;
+    match samples.as_buffer(0).byte_len() == size {
+        true => Ok(samples),
+        false => Err(Error::damaged("the pixels do not fill the declared size")),
+    }
 }
 
 fn describe(error: TiffError) -> Error {
@@ -97,6 +108,9 @@ fn describe(error: TiffError) -> Error {
             Error::new(ErrorKind::TooLarge, "the decoder's limit of memory is exceeded")
         }
         TiffError::UnsupportedError(error) => Error::unsupported(format!("not read: {error}")),
+        TiffError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Error::truncated("the file ends before its data does")
+        }
         other => Error::damaged(other.to_string()),
     }
 }

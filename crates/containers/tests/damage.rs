@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use containers::lighting_json::{self, Preset};
 use containers::{
-    BabylonEnv, ImageBasedLight, Precision, ReadOptions, TexelFormat, Texture, read_babylon_env,
+    BabylonEnv, ImageBasedLight, MAX_PIXELS, Precision, ReadOptions, TexelFormat, Texture, read_babylon_env,
     read_exr_layers, read_gltf_image_based_light, read_image, read_recipe, read_texture, tensors,
     write_babylon_env, write_dds, write_exr, write_exr_layers, write_gltf_image_based_light, write_ktx1,
     write_ktx2, write_ktx2_zstd, write_png, write_rgbe,
@@ -79,7 +79,13 @@ fn within_limits(what: &str, decode: impl FnOnce()) {
     BIGGEST.store(0, Relaxed);
     decode();
     let (peak, biggest) = (PEAK.load(Relaxed).saturating_sub(before), BIGGEST.load(Relaxed));
-    assert!(biggest <= LARGEST && peak <= TOTAL, "{what}: one request of {biggest} bytes, {peak} in all");
+    // A lossless WebP of any length can hold the largest picture; its decoder fills memory only as codes
+    // come.
+    let (largest, total) = match what.starts_with("webp") {
+        true => (4 * MAX_PIXELS, 8 * MAX_PIXELS + TOTAL),
+        false => (LARGEST, TOTAL),
+    };
+    assert!(biggest <= largest && peak <= total, "{what}: one request of {biggest} bytes, {peak} in all");
 }
 
 fn picture() -> Image {
@@ -187,6 +193,10 @@ fn pictures() -> Vec<(String, Vec<u8>)> {
         ("tiff float".into(), include_bytes!("data/tifffile-float.tif").to_vec()),
         ("tiff grey".into(), include_bytes!("data/tifffile-float-grey.tif").to_vec()),
         ("tiff tiles".into(), include_bytes!("data/tifffile-float-tiled.tif").to_vec()),
+        ("tiff zstd".into(), include_bytes!("data/tifffile-zstd.tif").to_vec()),
+        ("tiff lzma".into(), include_bytes!("data/tifffile-lzma.tif").to_vec()),
+        ("tiff planes".into(), include_bytes!("data/tifffile-planes-of-tiles.tif").to_vec()),
+        ("tiff palette".into(), include_bytes!("data/pillow-palette.tif").to_vec()),
         ("tiff linear".into(), include_bytes!("data/tifffile-linear-rec2020.tif").to_vec()),
         ("tga".into(), include_bytes!("data/pillow.tga").to_vec()),
         ("tga rle".into(), include_bytes!("data/pillow-rle.tga").to_vec()),

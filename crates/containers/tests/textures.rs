@@ -60,7 +60,6 @@ fn the_ktx2_crate_reads_every_type() {
         for precision in BOTH {
             let metadata = [("specula.view", "local"), ("a", ""), ("größe", "ja")];
             let file = write_ktx2(&texture, precision, Some(r#"{"kind":"x"}"#), &metadata).unwrap();
-            assert_eq!(file.clamped, 0);
             let reader = ktx2::Reader::new(&file.bytes[..]).unwrap();
             let header = reader.header();
             let (format, size) = match precision {
@@ -326,14 +325,13 @@ fn what_zstandard_gives_must_be_what_the_sizes_say() {
 }
 
 #[test]
-fn values_past_the_largest_half_are_counted() {
+fn values_past_the_largest_half_are_clamped() {
     let mut bright = texture(2, 1, 1, 0, 1);
     bright.pixels = vec![[7e4, -1e9, f32::INFINITY], [65504.0, 1e-9, f32::NAN]];
     for (file, read) in [
         (write_ktx2(&bright, Precision::Half, None, &[]).unwrap(), read_ktx2 as fn(&[u8]) -> _),
         (write_dds(&bright, Precision::Half).unwrap(), read_dds),
     ] {
-        assert_eq!(file.clamped, 3);
         let found = read(&file.bytes).unwrap().pixels;
         assert_eq!(found[0], [65504.0, -65504.0, 65504.0]);
         assert!(found[1][0] == 65504.0 && found[1][1] == 0.0 && found[1][2].is_nan());
@@ -428,7 +426,9 @@ fn every_layer_is_read_again() {
         // A reader without layers sees the first; one that asks for a name sees that layer.
         let plain = read_image(&bytes, &ReadOptions::default()).unwrap();
         assert!(plain.image.pixels() == layers()[0].1.as_slice());
-        let named = read_image(&bytes, &ReadOptions { layer: Some("p1qm1".into()) }).unwrap();
+        let named =
+            read_image(&bytes, &ReadOptions { layer: Some("p1qm1".into()), ..ReadOptions::default() })
+                .unwrap();
         assert!(named.image.pixels() == layers()[1].1.as_slice());
     }
 }

@@ -254,13 +254,15 @@ pub struct NamedPath {
     pub is_read_whole: bool,
 }
 
-/// The sizes of the maps that an export writes, as far as its parameters say.
+/// The sizes of the maps that an export writes, as far as its parameters say, and what they hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MapSizes {
     /// Texels along the edge of a cube's face with the same angular resolution as the map.
     pub edge: Option<usize>,
     /// The slices of a 3D texture.
     pub slices: Option<usize>,
+    /// Whether the map itself holds the lamps that are beside a reflection, with the error of doing so.
+    pub holds_lamps: Option<bool>,
 }
 
 /// A [`Kind`] as the engine sees it.

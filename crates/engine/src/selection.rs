@@ -126,6 +126,7 @@ fn unknown(plan: &Plan, name: &str) -> Error {
     error.with_help(match (first_item(plan, name), nearest(name, names.clone())) {
         (Some(first), _) => first,
         (None, Some(near)) => format!("did you mean {near:?}?"),
+        (None, None) if plan.stages.is_empty() => "it has no stages".to_owned(),
         (None, None) => format!("its stages are: {}", names.collect::<Vec<_>>().join(", ")),
     })
 }

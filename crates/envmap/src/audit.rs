@@ -8,8 +8,11 @@ use crate::pixel_audit::{Finding, PixelAudit, Place};
 /// What to do with NaN, infinite and negative values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum BadPixels {
-    /// Refuse the image.
+    /// Refuse an image with NaN or infinite values. Negative values become 0: lossy compression and the
+    /// filters of renderers leave some beside lamps.
     #[default]
+    ZeroNegative,
+    /// Refuse the image.
     Error,
     /// Set each bad value to 0.
     Zero,
@@ -20,11 +23,12 @@ pub enum BadPixels {
 
 impl BadPixels {
     /// All policies.
-    pub const ALL: [Self; 3] = [Self::Error, Self::Zero, Self::Clamp];
+    pub const ALL: [Self; 4] = [Self::ZeroNegative, Self::Error, Self::Zero, Self::Clamp];
 
     /// The name in a manifest.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::ZeroNegative => "zero-negative",
             Self::Error => "error",
             Self::Zero => "zero",
             Self::Clamp => "clamp",
@@ -34,6 +38,15 @@ impl BadPixels {
     /// The policy with a name in a manifest.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|policy| policy.name() == name)
+    }
+
+    /// Whether an image with these values is refused.
+    fn refuses(self, found: &PixelAudit) -> bool {
+        match self {
+            Self::ZeroNegative => found.nan.is_some() || found.infinite.is_some(),
+            Self::Error => !found.is_clean(),
+            Self::Zero | Self::Clamp => false,
+        }
     }
 }
 
@@ -67,7 +80,30 @@ pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
             finding.get_or_insert(Finding { count: 0, first }).count += 1;
         }
     }
+    if audit.negative.is_some() {
+        audit.negative_share = negative_share(image, layout);
+    }
     Ok(audit)
+}
+
+/// The integral of the negative values over that of the absolute values, over the sphere and the channels;
+/// values that are not finite count as 0.
+fn negative_share(image: &Image, layout: Layout) -> f64 {
+    let (width, height) = (image.width(), image.height());
+    let (mut negative, mut all) = (0.0, 0.0);
+    let mut angle = 0.0;
+    for (index, pixel) in image.pixels().iter().enumerate() {
+        let (row, column) = (index / width, index % width);
+        if layout != Layout::LatLong || column == 0 {
+            angle = layout.solid_angle(width, height, row, column);
+        }
+        for value in pixel.iter().filter(|value| value.is_finite()) {
+            let value = f64::from(*value);
+            negative += angle * (-value).max(0.0);
+            all += angle * value.abs();
+        }
+    }
+    if all > 0.0 { negative / all } else { 0.0 }
 }
 
 /// Audits an image, and applies the policy to its bad values.
@@ -77,10 +113,10 @@ pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
 ///
 /// # Errors
 /// [`Error::Shape`] if the image does not have the shape of the layout; [`Error::BadPixels`] if a value is
-/// bad and the policy is [`BadPixels::Error`].
+/// bad and the policy refuses it.
 pub fn repair(mut image: Image, layout: Layout, policy: BadPixels) -> Result<(Image, PixelAudit), Error> {
     let found = audit(&image, layout)?;
-    if policy == BadPixels::Error && !found.is_clean() {
+    if policy.refuses(&found) {
         return Err(Error::BadPixels(Box::new(found)));
     }
     let bright = if policy == BadPixels::Clamp && found.infinite.is_some() {
@@ -164,6 +200,21 @@ mod tests {
         let clean = Image::new(2, 1, vec![[0.0, 1.0, f32::MAX]; 2]).unwrap();
         let (same, found) = repair(clean.clone(), Layout::LatLong, BadPixels::Error).unwrap();
         assert!(found.is_clean() && same == clean);
+    }
+
+    #[test]
+    fn negative_values_alone_become_zero_by_default() {
+        let policy = BadPixels::default();
+        assert!(repair(damaged(), Layout::LatLong, policy).is_err());
+        let mut image = Image::new(8, 4, vec![[1.0; 3]; 32]).unwrap();
+        image.pixels_mut()[9] = [-0.5, 2.0, 1.0];
+        let (repaired, found) = repair(image, Layout::LatLong, policy).unwrap();
+        assert_eq!(repaired.pixels()[9], [0.0, 2.0, 1.0]);
+        assert_eq!(found.negative.map(|finding| finding.count), Some(1));
+        // A pixel of the second row: 2 pi / 8 (cos 45 - cos 90), of three channels of 1 over 4 pi.
+        let angle = std::f64::consts::FRAC_PI_4 * 0.5_f64.sqrt();
+        let expected = 0.5 * angle / (12.0 * std::f64::consts::PI + 0.5 * angle);
+        assert!((found.negative_share - expected).abs() < 1e-9, "{} {expected}", found.negative_share);
     }
 
     #[test]

@@ -24,8 +24,7 @@ pub const REVISION: u32 = 2;
 const BRIGHTER: f64 = 10.0;
 
 /// The angle within which pixels belong to one light, in radians: 1.75 degrees. A light is reflected as a
-/// point; on the flank of a highlight of 5 degrees a disk of this radius is a quarter of a stop brighter than
-/// that.
+/// round disk, which a lamp is only in small pieces.
 const REACH: f64 = 1.75 * std::f64::consts::PI / 180.0;
 
 /// How often the groups' centres are moved to the mean of their pixels.

@@ -165,6 +165,27 @@ impl Layout {
         }
     }
 
+    /// The solid angle of a pixel of a picture of this shape, in steradians; 0 if the layout does not use the
+    /// pixel, the pixel is not in the picture, or the shape is wrong.
+    pub fn solid_angle(self, width: usize, height: usize, row: usize, column: usize) -> f64 {
+        if !self.fits(width, height) || row >= height || column >= width {
+            return 0.0;
+        }
+        match self {
+            Self::LatLong => LatLong { width, height }.solid_angle(row),
+            Self::OpenExrLatLong => OpenExrLatLong { width, height }.solid_angle(row, column),
+            Self::Probe => AngularProbe { edge: width }.solid_angle(row, column),
+            Self::MirrorBall => MirrorBall { edge: width }.solid_angle(row, column),
+            Self::OpenExrCube => OpenExrCube { edge: width }.solid_angle(row, column),
+            Self::Cube | Self::CubeCross | Self::CubeStrip => {
+                let Some(arrangement) = self.faces(width, height) else { return 0.0 };
+                arrangement.texel(row, column).map_or(0.0, |(_, row, column)| {
+                    Cube { edge: arrangement.edge() }.solid_angle(row, column)
+                })
+            }
+        }
+    }
+
     /// The places of the faces; `None` if the layout has no faces or the shape is wrong.
     pub(crate) fn faces(self, width: usize, height: usize) -> Option<Arrangement> {
         let arrangements = match self {
@@ -237,6 +258,26 @@ mod tests {
         }
         assert!(Layout::OpenExrLatLong.check(1022, 512).is_err());
         assert!(Layout::OpenExrLatLong.check(2, 1).is_err());
+    }
+
+    #[test]
+    fn the_pixels_of_every_layout_cover_the_sphere() {
+        for (layout, width, height) in [
+            (Layout::LatLong, 16, 8),
+            (Layout::OpenExrLatLong, 17, 9),
+            (Layout::Probe, 16, 16),
+            (Layout::MirrorBall, 16, 16),
+            (Layout::OpenExrCube, 8, 48),
+            (Layout::Cube, 8, 48),
+            (Layout::CubeCross, 32, 24),
+            (Layout::CubeStrip, 48, 8),
+        ] {
+            let pixels = (0..width * height).map(|index| (index / width, index % width));
+            let angles = pixels.map(|(row, column)| layout.solid_angle(width, height, row, column));
+            let sphere = angles.sum::<f64>() / (4.0 * std::f64::consts::PI);
+            // The rim of a probe is integrated with the midpoints of a grid.
+            assert!((sphere - 1.0).abs() < 1e-3, "{layout:?}: {sphere}");
+        }
     }
 
     #[test]

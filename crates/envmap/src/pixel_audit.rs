@@ -38,6 +38,8 @@ pub struct PixelAudit {
     pub infinite: Option<Finding>,
     /// Finite values below 0.
     pub negative: Option<Finding>,
+    /// The share that the negative values have in the integral of the absolute value over the sphere.
+    pub negative_share: f64,
 }
 
 impl PixelAudit {

@@ -29,10 +29,12 @@ pub(crate) struct MeasureRequest {
 /// The error of a mode against brute force.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ModeError {
-    /// [`preview::Picture::relative_rms`].
-    Rms {
-        /// The RMS.
-        relative: f64,
+    /// How far its picture is from that of brute force.
+    Measured {
+        /// [`preview::Picture::stops`]: 95 and 99 of 100 samples are within these.
+        stops: [f64; 2],
+        /// [`preview::Picture::relative_rms`].
+        rms: f64,
         /// The light samples of a pixel by brute force.
         light_samples: u32,
     },
@@ -204,10 +206,10 @@ impl Shared {
             };
             let falls = matches!(
                 mode_error,
-                ModeError::Rms { relative, .. } if relative < (1.0 - LEAST_FALL) * before
+                ModeError::Measured { rms, .. } if rms < (1.0 - LEAST_FALL) * before
             );
-            if let ModeError::Rms { relative, .. } = mode_error {
-                before = relative;
+            if let ModeError::Measured { rms, .. } = mode_error {
+                before = rms;
             }
             self.store(request, mode, mode_error);
             (self.wake)();
@@ -252,20 +254,27 @@ fn measure(
     light_samples: u32,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<ModeError, RenderError> {
-    let shot = Shot {
+    let mut shot = Shot {
         size: request.small(),
         samples: 1,
         camera: request.camera,
         turn: request.turn,
-        show: Show::Difference { of: mode, from: mode.reference(), amplify: 1.0 },
+        show: Show::One(mode),
         background: Background::Flat([0.0; 3]),
         exposure: 0.0,
         tone: ToneMap::Plain,
         light_samples,
     };
-    let picture = renderer.render(&request.scene, &shot, stop)?;
-    let nothing = || ModeError::None("no surface is visible".into());
-    Ok(picture.relative_rms.map_or_else(nothing, |relative| ModeError::Rms { relative, light_samples }))
+    let of = renderer.render(&request.scene, &shot, stop)?;
+    shot.show = Show::One(mode.reference());
+    let from = renderer.render(&request.scene, &shot, stop)?;
+    Ok(match of.stops(&from, request.scene.light.dark()) {
+        Some(stops) => {
+            let rms = of.difference(&from, 1.0, &shot).relative_rms.unwrap_or(0.0);
+            ModeError::Measured { stops, rms, light_samples }
+        }
+        None => ModeError::None("no surface is visible".into()),
+    })
 }
 
 /// Why a mode is not compared with brute force.
@@ -289,7 +298,8 @@ mod tests {
     /// Longer than any test takes on a busy machine.
     const TIMEOUT: Duration = Duration::from_secs(60);
 
-    /// Records shots; the error is the length of the mode's name, plus noise below 256 light samples.
+    /// Records shots of modes. Brute force is 1; a mode is as many stops brighter as its name has letters,
+    /// plus noise below 256 light samples.
     struct FakeRenderer(Arc<Mutex<Vec<Shot>>>);
 
     impl Renderer for FakeRenderer {
@@ -303,17 +313,33 @@ mod tests {
             shot: &Shot,
             _stop: &(dyn Fn() -> bool + Sync),
         ) -> Result<Picture, RenderError> {
-            self.0.lock().unwrap().push(shot.clone());
-            let Show::Difference { of, from: Mode::BruteForce, .. } = shot.show else {
-                return Err(RenderError::Maps("not a difference from brute force".into()));
+            let Show::One(of) = shot.show else {
+                return Err(RenderError::Maps("more than one mode".into()));
             };
+            if of == Mode::BruteForce {
+                return Ok(flat(shot, 0.0));
+            }
+            self.0.lock().unwrap().push(shot.clone());
             if of == Mode::Cabral {
                 return Err(RenderError::Missing { what: "brute force", missing: "the material" });
             }
             let noise = if shot.light_samples < 256 { 1.0 } else { 0.0 };
-            let relative_rms = Some(of.name().len() as f64 + noise);
-            Ok(Picture { size: shot.size, codes: Vec::new(), radiance: Vec::new(), relative_rms })
+            Ok(flat(shot, of.name().len() as f32 + noise))
         }
+    }
+
+    /// A surface all over the picture, so many stops brighter than a million.
+    fn flat(shot: &Shot, stops: f32) -> Picture {
+        let value = 1e6 * stops.exp2();
+        let pixels = shot.size[0] as usize * shot.size[1] as usize;
+        let radiance = vec![[value, value, value, 1.0]; pixels];
+        Picture { size: shot.size, codes: Vec::new(), radiance, relative_rms: None }
+    }
+
+    /// Whether an error is one of so many stops.
+    fn is_stops(mode_error: &ModeError, expected: f64) -> bool {
+        matches!(mode_error, ModeError::Measured { stops: [p95, p99], light_samples: 1024, .. }
+            if (p95 - expected).abs() < 1e-3 && (p99 - expected).abs() < 1e-3)
     }
 
     fn request(scene_id: u64, modes: &[Mode]) -> MeasureRequest {
@@ -348,8 +374,10 @@ mod tests {
         let known = error_meter.mode_error(Mode::BruteForce);
         assert_eq!(known, Some(ModeError::None("it is the reference".into())), "nothing is drawn for that");
         assert_eq!(wait(|| error_meter.statistics(1)).f, Some(7));
-        let local = ModeError::Rms { relative: 10.0, light_samples: 1024 };
-        wait(|| error_meter.mode_error(Mode::LocalShrm).filter(|mode_error| *mode_error == local));
+        let local = |error_meter: &ErrorMeter| {
+            error_meter.mode_error(Mode::LocalShrm).filter(|mode_error| is_stops(mode_error, 10.0))
+        };
+        wait(|| local(&error_meter));
         let ModeError::None(why) = wait(|| error_meter.mode_error(Mode::Cabral)) else {
             panic!("Cabral has no material")
         };
@@ -360,9 +388,8 @@ mod tests {
             MeasureRequest { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() },
             true,
         );
-        assert_eq!(error_meter.mode_error(Mode::LocalShrm), Some(local.clone()), "it is known already");
-        let plain = ModeError::Rms { relative: 11.0, light_samples: 1024 };
-        wait(|| error_meter.mode_error(Mode::Prefiltered).filter(|mode_error| *mode_error == plain));
+        assert!(local(&error_meter).is_some(), "it is known already");
+        wait(|| error_meter.mode_error(Mode::Prefiltered).filter(|mode_error| is_stops(mode_error, 11.0)));
         assert_eq!(drawn.lock().unwrap().len(), 7, "a known error is not measured again");
 
         let mut turned = first.clone();
@@ -370,7 +397,7 @@ mod tests {
         error_meter.request(turned, true);
         assert_eq!(error_meter.mode_error(Mode::LocalShrm), None, "it is another view");
         assert!(error_meter.statistics(1).is_some() && error_meter.statistics(2).is_none());
-        wait(|| error_meter.mode_error(Mode::LocalShrm).filter(|mode_error| *mode_error == local));
+        wait(|| local(&error_meter));
         error_meter.request(request(2, &[Mode::LocalShrm]), true);
         assert_eq!(error_meter.mode_error(Mode::LocalShrm), None, "it is another scene");
         wait(|| error_meter.statistics(2));
@@ -421,7 +448,7 @@ mod tests {
             _stop: &(dyn Fn() -> bool + Sync),
         ) -> Result<Picture, RenderError> {
             assert!(!shot.show.modes().any(|mode| mode == Mode::Cabral), "no Cabral");
-            Ok(Picture { size: shot.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: Some(0.5) })
+            Ok(flat(shot, 0.5))
         }
     }
 
@@ -434,7 +461,7 @@ mod tests {
         wait(|| {
             error_meter
                 .mode_error(Mode::LocalShrm)
-                .filter(|mode_error| matches!(mode_error, ModeError::Rms { .. }))
+                .filter(|mode_error| matches!(mode_error, ModeError::Measured { .. }))
         });
     }
 }

@@ -127,16 +127,16 @@ fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMet
                     _ => NO_MAPS.to_owned(),
                 },
                 None => UNKNOWN.to_owned(),
-                Some(ModeError::Rms { relative, light_samples }) => {
+                Some(ModeError::Measured { stops, rms, light_samples }) => {
                     samples = samples.max(light_samples);
-                    numbers::error(relative)
+                    numbers::apart(stops, rms)
                 }
                 Some(ModeError::None(why)) => why,
             };
             (mode.label(), mode_error)
         })
         .collect();
-    section(ui, "RMS against brute force", &rows);
+    section(ui, "Against brute force", &rows);
     if samples > 0 {
         explain(ui, &format!("in this view at a small size, {samples} light samples per pixel"));
     }

@@ -35,6 +35,12 @@ pub(crate) fn error(relative: f64) -> String {
     format!("{} %", three_digits(100.0 * relative))
 }
 
+/// How far a picture is from the right one: the stops that 95 and 99 of 100 samples stay below, and the
+/// relative RMS.
+pub(crate) fn apart([p95, p99]: [f64; 2], rms: f64) -> String {
+    format!("95 % within {p95:.2} stops, 99 % within {p99:.2}; RMS {}", error(rms))
+}
+
 /// An angle in degrees.
 pub(crate) fn degrees(radians: f64) -> String {
     // Adding 0 removes the sign of -0.

@@ -37,7 +37,8 @@ impl PanelLayout<'_> {
     pub(crate) fn draw(&self, ui: &mut Ui, pointer: &mut Pointer, actions: &mut Vec<Action>) -> [u32; 2] {
         let area = self.panels(ui, actions);
         let (picture, size) = pixels(area, ui.pixels_per_point());
-        view(ui, picture, self.state, self.frame, self.render_error.is_some(), pointer, actions);
+        let measured = (self.error_meter, self.render_error.is_some());
+        view(ui, picture, self.state, self.frame, measured, pointer, actions);
         self.over(ui, picture, actions);
         actions.extend(dropped_files::dropped(ui));
         size

@@ -7,6 +7,7 @@ use eframe::egui::{
     pos2, vec2,
 };
 
+use crate::error_meter::{ErrorMeter, ModeError};
 use crate::numbers;
 use crate::pointer::{DragTarget, PictureArea, Pointer};
 use crate::render_thread::RenderedFrame;
@@ -25,13 +26,13 @@ const ROW: f32 = 26.0;
 const PAD: Vec2 = vec2(6.0, 3.0);
 
 /// Draws the picture into `rect`, and collects the actions of the pointer there. `failed` says whether the
-/// requested picture cannot be drawn.
+/// requested picture cannot be drawn; `error_meter` knows how far modes are from brute force.
 pub(crate) fn view(
     ui: &mut Ui,
     rect: Rect,
     state: &State,
     frame: Option<(TextureId, &RenderedFrame)>,
-    failed: bool,
+    (error_meter, failed): (&ErrorMeter, bool),
     pointer: &mut Pointer,
     actions: &mut Vec<Action>,
 ) {
@@ -43,7 +44,7 @@ pub(crate) fn view(
     }
     let frame = frame.map(|(_, frame)| frame);
     let split = divider(state, frame, pointer);
-    captions(&painter, rect, state, frame, split.unwrap_or_default());
+    captions(&painter, rect, state, frame, (error_meter, split.unwrap_or_default()));
     if let Some(text) = pending(state, frame, failed) {
         line(&painter, rect.shrink(MARGIN), rect.center(), Align2::CENTER_CENTER, &text);
     }
@@ -156,7 +157,13 @@ fn pending(state: &State, frame: Option<&RenderedFrame>, failed: bool) -> Option
 }
 
 /// Captions of the picture on the screen, which may be older than the settings, divided at `split`.
-fn captions(painter: &Painter, rect: Rect, state: &State, frame: Option<&RenderedFrame>, split: f32) {
+fn captions(
+    painter: &Painter,
+    rect: Rect,
+    state: &State,
+    frame: Option<&RenderedFrame>,
+    (error_meter, split): (&ErrorMeter, f32),
+) {
     let Some(frame) = frame else { return };
     let inside = rect.shrink(MARGIN);
     let is_shown = state.shown.as_ref().is_some_and(|shown| shown.scene_id == frame.scene_id);
@@ -177,12 +184,17 @@ fn captions(painter: &Painter, rect: Rect, state: &State, frame: Option<&Rendere
         Show::Difference { of, from, amplify } => {
             let text = format!("{} minus {}, x {amplify:.0}", of.label(), from.label());
             caption(painter, inside, inside.left_top(), Align2::LEFT_TOP, &text);
-            if let Some(relative) = frame.relative_rms {
-                let by = match frame.light_samples {
-                    0 => String::new(),
-                    count => format!(" with {count} light samples"),
-                };
-                let text = format!("RMS {}{by}", numbers::error(relative));
+            // Stops say what an eye sees; of a picture in the making there is only the RMS.
+            let measured = error_meter.mode_error(of).filter(|_| from == of.reference());
+            let text = match (measured, frame.relative_rms, frame.light_samples) {
+                (Some(ModeError::Measured { stops, rms, .. }), ..) => Some(numbers::apart(stops, rms)),
+                (_, Some(relative), 0) => Some(format!("RMS {}", numbers::error(relative))),
+                (_, Some(relative), count) => {
+                    Some(format!("RMS {} with {count} light samples", numbers::error(relative)))
+                }
+                (_, None, _) => None,
+            };
+            if let Some(text) = text {
                 caption(painter, inside, inside.left_bottom(), Align2::LEFT_BOTTOM, &text);
             }
         }

@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use envmap::{Environment, Exposure};
 use sh::{Degree, Expansion, Lighting, Transform, synthesise_cube};
+use shrm::stops::DARK;
 use sphere::{Cube, Direction};
 
 use crate::light_image::image;
@@ -64,6 +65,11 @@ impl Light {
     /// The environment.
     pub fn environment(&self) -> &Environment {
         &self.environment
+    }
+
+    /// The radiance below which black is black, for errors in stops.
+    pub fn dark(&self) -> f64 {
+        DARK * self.environment.integral().iter().sum::<f64>().max(0.0) / (12.0 * std::f64::consts::PI)
     }
 
     /// The exposure that shows it; see [`Environment::exposure`].

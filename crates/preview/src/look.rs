@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BrdfTable, Centre, Material};
-use shrm::{Cabral, KautzMcCool, Lamps, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
+use shrm::{Cabral, KautzMcCool, Lamps, MOST_P, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
 use crate::{Light, RenderError};
@@ -42,6 +42,9 @@ pub struct Look {
     material: Option<Material>,
     table: Option<Arc<BrdfTable>>,
     sizes: MapSizes,
+    /// Whether the SHRMs hold the lamps.
+    holds_lamps: bool,
+    soft: OnceLock<Result<Shrm, RenderError>>,
     local: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
     cabral: OnceLock<Result<Cabral, RenderError>>,
@@ -84,6 +87,8 @@ impl Look {
             material,
             table: None,
             sizes,
+            holds_lamps: false,
+            soft: OnceLock::new(),
             local: OnceLock::new(),
             global: OnceLock::new(),
             cabral: OnceLock::new(),
@@ -96,6 +101,13 @@ impl Look {
     #[must_use]
     pub fn with_table(self, table: Option<Arc<BrdfTable>>) -> Self {
         Self { table, ..self }
+    }
+
+    /// The same look with the lamps of its reflection in the SHRMs, as `export-shrm` bakes them, or beside
+    /// them.
+    #[must_use]
+    pub fn with_lamps_in_maps(self, holds_lamps: bool) -> Self {
+        Self { holds_lamps, ..self }
     }
 
     /// The light.
@@ -126,7 +138,18 @@ impl Look {
         }
     }
 
-    /// The lamps that the SHRMs do not hold.
+    /// The reflection whose lamps modes that look up an SHRM add to it; `None` if the map holds them, or the
+    /// look was made from a map.
+    pub fn beside(&self) -> Option<&Reflection> {
+        self.reflection().filter(|_| !self.bakes())
+    }
+
+    /// Whether the SHRMs have lamps baked into them.
+    fn bakes(&self) -> bool {
+        self.holds_lamps && self.lamps().is_some()
+    }
+
+    /// The lamps that the reflection has beside it.
     fn lamps(&self) -> Option<&Lamps> {
         self.reflection().and_then(Reflection::lamps)
     }
@@ -158,15 +181,30 @@ impl Look {
     }
 
     /// The local SHRM on [`Look::cube`], without the lamps that the reflection has beside it: modes that look
-    /// it up add them ([`crate::shading::lamps`]).
+    /// it up add them ([`crate::shading::lamps`]). With the lamps in maps it is what `export-shrm` writes.
     ///
     /// # Errors
     /// If the map would be too large, and [`RenderError::Missing`] if the look has no maps.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
-        self.local.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
+        if !self.bakes() {
+            return self.soft();
+        }
+        let made = self.local.get_or_init(|| {
+            let Some(reflection) = self.reflection() else { return self.map(View::Local) };
+            let p = reflection.brdf().p().get().max(MOST_P);
+            within("the local SHRM with lamps", self.texels(), (p + 1) * (p + 1), COEFFICIENTS)?;
+            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, &|| false);
+            made.map_err(|error| RenderError::maps(error.to_string()))
+        });
+        made.as_ref().map_err(Clone::clone)
     }
 
-    /// The global SHRM on [`Look::cube`], without lamps as [`Look::local`].
+    /// The local SHRM without lamps.
+    fn soft(&self) -> Result<&Shrm, RenderError> {
+        self.soft.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
+    }
+
+    /// The global SHRM on [`Look::cube`], with or without lamps as [`Look::local`].
     ///
     /// # Errors
     /// As [`Look::local`].
@@ -188,7 +226,7 @@ impl Look {
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            let maps = Cabral::from_shrm(self.local()?);
+            let maps = Cabral::from_shrm(self.soft()?);
             Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps) } else { maps })
         });
         made.as_ref().map_err(Clone::clone)
@@ -202,7 +240,7 @@ impl Look {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
-            let texture = KautzMcCool::from_shrm(self.local()?, angles).ok_or_else(|| {
+            let texture = KautzMcCool::from_shrm(self.soft()?, angles).ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
             })?;
             Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps) } else { texture })

@@ -47,6 +47,22 @@ impl Picture {
         }
     }
 
+    /// The errors in stops that 95 and 99 of 100 samples stay below, if a picture of the same scene and shot
+    /// is right: [`shrm::stops`]. The samples are the channels of the pixels whose samples all hit a surface;
+    /// `None` without any. `dark` is that of the light ([`crate::Light::dark`]).
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn stops(&self, from: &Self, dark: f64) -> Option<[f64; 2]> {
+        assert_eq!(self.size, from.size, "pictures of one shot");
+        let pixels = self.radiance.iter().zip(&from.radiance).filter(|(of, _)| of[3] == 1.0);
+        let stops = pixels.flat_map(|(of, from)| {
+            [0, 1, 2].map(|k| shrm::stops::error(f64::from(of[k]), f64::from(from[k]), dark))
+        });
+        let mut stops: Vec<f64> = stops.collect();
+        (!stops.is_empty()).then(|| shrm::stops::quantiles(&mut stops))
+    }
+
     /// The absolute difference from a picture of the same scene and shot in another mode. One reference then
     /// serves several differences.
     ///
@@ -121,6 +137,23 @@ mod tests {
 
     use super::*;
     use crate::{Background, Camera, Framing};
+
+    /// A pixel in the background, and one on the outline, do not count.
+    #[test]
+    fn stops_count_what_an_eye_sees() {
+        let picture = |radiance: Vec<[f32; 4]>| Picture {
+            size: [4, 1],
+            codes: Vec::new(),
+            radiance,
+            relative_rms: None,
+        };
+        let of = picture(vec![[2.0, 1.0, -1.0, 1.0], [9.0, 9.0, 9.0, 0.5], [9.0, 9.0, 9.0, 0.0], [1.0; 4]]);
+        let from = picture(vec![[1.0, 1.0, 0.0, 1.0], [1.0; 4], [1.0; 4], [1.0; 4]]);
+        let [p95, p99] = of.stops(&from, 0.0).unwrap();
+        assert!((p95 - 1.0).abs() < 1e-9 && p95 == p99, "{p95}");
+        let nothing = picture(vec![[0.0; 4]; 4]);
+        assert_eq!(nothing.stops(&nothing, 0.01), None);
+    }
 
     /// Three pixels: on the surface, on its outline, and in the background.
     fn picture(surface: f32) -> Picture {

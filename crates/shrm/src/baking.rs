@@ -26,7 +26,7 @@ use sh::Degree;
 use sh::f64x4::SimdLevel;
 
 use crate::degrees::DARK;
-use crate::lamps::Lamps;
+use crate::lamps::{Lamps, in_frame};
 use crate::{MOST_P, MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
 use light_table::{AddLights, LightTable};
 use solver::{F32x8, Solve};
@@ -103,6 +103,7 @@ impl Reflection {
         }
         let views = ViewGrid::new(p.get(), terms, soft.centre());
         let (pairs, table) = (views.rows_of_pairs(), LightTable::new(lamps, &views));
+        let points = lamps.points();
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
         let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
         let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
@@ -119,7 +120,7 @@ impl Reflection {
                         (0..3).for_each(|channel| field[channel][pair][part].0[lane] = value[channel]);
                     }
                 }
-                let (lights, lit) = (&lamps.about(grid.direction(texel))[..], &mut lit);
+                let (lights, lit) = (&in_frame(&points, grid.direction(texel))[..], &mut lit);
                 level.run(AddLights { table: &table, lights, dark, views: &views, lane, lit });
             }
             for (channel, (coefficients, lit)) in field.iter_mut().zip(&mut lit).enumerate() {

@@ -259,7 +259,7 @@ impl Reflection {
         material: &brdf::Material,
     ) -> (Self, Cut) {
         let lamps = lamps_of(lighting, material);
-        let cut = choose(&lighting.series, brdf, lamps.as_ref(), DARK * lighting.mean());
+        let cut = choose(&lighting.series, brdf, Some(&lamps), DARK * lighting.mean());
         (Self::cut_at(&cut, &lighting.series, brdf, lamps), cut)
     }
 
@@ -293,21 +293,21 @@ impl Reflection {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Option<(Self, Cut)> {
         let (series, lamps) = (&lighting.series, lamps_of(lighting, material));
-        let beside = Beside { lamps: lamps.as_ref(), diffuse };
+        let beside = Beside { lamps: Some(&lamps), diffuse };
         let cut = choose_unless((series, brdf), beside, DARK * lighting.mean(), stop)?;
         Some((Self::cut_at(&cut, series, brdf, lamps), cut))
     }
 
-    fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Option<Lamps>) -> Self {
-        let field = Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p)).marked_for_light();
-        if let Some(lamps) = lamps { field.with_lamps(lamps) } else { field }
+    fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Lamps) -> Self {
+        Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p))
+            .marked_for_light()
+            .with_lamps(lamps)
     }
 }
 
 /// The lights beside a series, which a material reflects.
-fn lamps_of(lighting: &sh::Lighting, material: &brdf::Material) -> Option<Lamps> {
-    let lamps = || Lamps { lights: lighting.lights.clone(), material: material.clone() };
-    (!lighting.lights.is_empty()).then(lamps)
+fn lamps_of(lighting: &sh::Lighting, material: &brdf::Material) -> Lamps {
+    Lamps { lights: lighting.lights.clone(), material: material.clone() }
 }
 
 #[cfg(test)]

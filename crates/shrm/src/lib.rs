@@ -24,6 +24,7 @@ mod resample;
 mod resolution;
 pub mod ringing;
 mod sphere_map;
+pub mod stops;
 mod synthesis;
 mod view_maps;
 

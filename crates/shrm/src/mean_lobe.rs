@@ -5,7 +5,7 @@
 //!
 //! > B_lm = L_lm times 2 pi times the integral of g(theta) P_l(cos theta) sin(theta) dtheta,
 //!
-//! with g the mean of rho_hat over the views.
+//! with g the mean of rho_hat over the views. A disk of light is reflected by the mean of g over the disk.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,10 +16,16 @@ use sphere::Direction;
 
 use crate::plain::Plain;
 
-/// The mean of rho_hat over some views, by the angle between light and central direction: linear between
-/// nodes in the sine of half that angle, which is half the distance of both.
+/// The mean of rho_hat over some views, by the angle between light and central direction.
 #[derive(Debug)]
 pub struct MeanLobe {
+    of_point: Zonal,
+}
+
+/// A function of the angle to an axis: linear between nodes in the sine of half that angle, which is half the
+/// distance of both.
+#[derive(Debug)]
+struct Zonal {
     angles: Vec<f64>,
     sines: Vec<f64>,
     values: Vec<[f64; 3]>,
@@ -28,10 +34,9 @@ pub struct MeanLobe {
 }
 
 /// Lights that a [`MeanLobe`] reflects.
-pub struct MeanLight<'a> {
-    lobe: &'a MeanLobe,
-    /// The direction and the flux of each.
-    lights: Vec<(Direction, [f64; 3])>,
+pub struct MeanLight {
+    /// The direction, the flux and the lobe of each.
+    lights: Vec<(Direction, [f64; 3], Zonal)>,
 }
 
 impl MeanLobe {
@@ -50,29 +55,30 @@ impl MeanLobe {
 
     /// For views of half a turn of azimuths: the other half is its mirror image.
     fn new(material: &Material, views: &[(Direction, f64)]) -> Self {
-        let angles = angles(1e-4, 0.04, 0.02);
-        let centre = material.centre();
+        let mut angles = angles(1e-4, 0.04, 0.02);
+        // The horizon of a surface that is seen by its normal.
+        angles.insert(angles.partition_point(|angle| *angle < PI / 2.0), PI / 2.0);
+        let (centre, turns) = (material.centre(), material.turns());
         let views: Vec<(SurfaceView, f64)> =
             views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).collect();
         let value = |angle: &f64| {
             let incident = Direction::from_angles(*angle, 0.0);
             let mut sum = [0.0; 3];
             for (view, weight) in &views {
-                let rho = material.rho_hat(view.incident(incident), view.outgoing());
+                let rho = material.mean_over_turns(turns, view.incident(incident), view.outgoing());
                 (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
             }
             sum
         };
         let values = angles.par_iter().map(value).collect();
-        let sines: Vec<f64> = angles.iter().map(|angle| math::sin(angle / 2.0)).collect();
-        let bucket = |k: usize| math::powi(k as f64 / BUCKETS as f64, 2);
-        let before = (0..=BUCKETS).map(|k| sines.partition_point(|sine| *sine <= bucket(k)) - 1).collect();
-        Self { angles, sines, values, before }
+        Self { of_point: Zonal::new(angles, values) }
     }
 
-    /// The lobe of these lights.
-    pub fn of(&self, lights: &[Light]) -> MeanLight<'_> {
-        MeanLight { lobe: self, lights: lights.iter().map(|light| (light.direction, light.flux())).collect() }
+    /// The lobe of these lights: the mean over the disk of each, which is a function of one angle too.
+    pub fn of(&self, lights: &[Light]) -> MeanLight {
+        let of_light =
+            |light: &Light| (light.direction, light.flux(), self.of_point.mean_over_disk(light.radius));
+        MeanLight { lights: lights.par_iter().map(of_light).collect() }
     }
 
     /// The reflection of a lighting's series, to this degree or its own.
@@ -94,7 +100,7 @@ impl MeanLobe {
     fn factors(&self, degree: usize) -> Vec<[f64; 3]> {
         let mut factors = vec![[0.0; 3]; degree + 1];
         // Two nodes of Gauss on each step, between whose ends g is linear.
-        for (ends, values) in self.angles.windows(2).zip(self.values.windows(2)) {
+        for (ends, values) in self.of_point.angles.windows(2).zip(self.of_point.values.windows(2)) {
             let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
             for side in [-1.0, 1.0] {
                 let share = 0.5 + 0.5 * side / 3.0_f64.sqrt();
@@ -112,6 +118,15 @@ impl MeanLobe {
         }
         factors
     }
+}
+
+impl Zonal {
+    fn new(angles: Vec<f64>, values: Vec<[f64; 3]>) -> Self {
+        let sines: Vec<f64> = angles.iter().map(|angle| math::sin(angle / 2.0)).collect();
+        let bucket = |k: usize| math::powi(k as f64 / BUCKETS as f64, 2);
+        let before = (0..=BUCKETS).map(|k| sines.partition_point(|sine| *sine <= bucket(k)) - 1).collect();
+        Self { angles, sines, values, before }
+    }
 
     fn at(&self, sine: f64) -> [f64; 3] {
         let mut k = self.before[((sine.sqrt() * BUCKETS as f64) as usize).min(BUCKETS)];
@@ -123,14 +138,82 @@ impl MeanLobe {
         let [a, b] = [self.values[k], self.values[k + 1]];
         std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
     }
+
+    /// The mean over a disk of this radius, by the angle of its centre: the integral over circles about the
+    /// axis, of which the disk holds an arc in closed form. It has nodes where this function has them, and
+    /// others that are dense about the edge.
+    fn mean_over_disk(&self, radius: f64) -> Self {
+        let mut angles = self.angles.clone();
+        if radius > 0.0 {
+            let edge =
+                self.angles.iter().flat_map(|angle| [radius - angle, radius + angle, PI - radius + angle]);
+            angles.extend(edge.filter(|angle| *angle > 0.0 && *angle < PI));
+            angles.sort_by(f64::total_cmp);
+            angles.dedup_by(|a, b| *a - *b < 1e-5);
+        }
+        let values = angles.iter().map(|angle| self.over_disk(radius, *angle)).collect();
+        Self::new(angles, values)
+    }
+
+    /// The mean over the disk of this radius whose centre is at an angle from the axis.
+    fn over_disk(&self, radius: f64, away: f64) -> [f64; 3] {
+        let at = |angle: f64| self.at(math::sin(angle / 2.0));
+        if radius < 1e-6 {
+            return at(away);
+        }
+        let (lowest, highest) = ((away - radius).max(0.0), (away + radius).min(PI));
+        // Within these circles the disk is whole, or begins or ends.
+        let edge = (away - radius).abs();
+        let first = self.angles.partition_point(|angle| *angle <= lowest);
+        let nodes = self.angles[first..].iter().copied().take_while(|angle| *angle < highest);
+        let mut ends: Vec<f64> = [lowest].into_iter().chain(nodes).chain([edge, highest]).collect();
+        ends.sort_by(f64::total_cmp);
+        let (mut sum, mut whole) = ([0.0; 3], 0.0);
+        for ends in ends.windows(2) {
+            let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
+            if half <= 0.0 || ends[1] > highest {
+                continue;
+            }
+            // In the cosine of u, so that arcs that begin as a square root are smooth.
+            for (node, weight) in GAUSS {
+                let (sine, cosine) = math::sin_cos(0.5 * PI * (1.0 + node));
+                let angle = middle - half * cosine;
+                let weight = weight * half * sine * math::sin(angle) * arc(angle, away, radius);
+                let value = at(angle);
+                (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
+                whole += weight;
+            }
+        }
+        if whole > 0.0 { sum.map(|sum| sum / whole) } else { at(away) }
+    }
 }
 
-impl MeanLight<'_> {
+/// Gauss's nodes and weights for four points on [-1, 1].
+const GAUSS: [(f64, f64); 4] = [
+    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+    (-0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+    (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+];
+
+/// Half the arc, in radians, of the circle at `angle` from the axis that a disk holds whose centre is `away`
+/// from it: by haversines, hav(radius) = hav(angle - away) + sin(angle) sin(away) hav(arc).
+fn arc(angle: f64, away: f64, radius: f64) -> f64 {
+    let hav = |x: f64| math::powi(math::sin(x / 2.0), 2);
+    let rest = hav(radius) - hav(angle - away);
+    let whole = math::sin(angle) * math::sin(away);
+    if rest >= whole {
+        return PI;
+    }
+    2.0 * math::asin((rest / whole).max(0.0).sqrt())
+}
+
+impl MeanLight {
     /// Their radiance from a surface with this central direction.
     pub fn radiance(&self, central: Direction) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for (direction, flux) in &self.lights {
-            let rho = self.lobe.at(0.5 * central.vector().distance(direction.vector()));
+        for (direction, flux, lobe) in &self.lights {
+            let rho = lobe.at(0.5 * central.vector().distance(direction.vector()));
             (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
         }
         sum

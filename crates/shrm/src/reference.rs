@@ -2,14 +2,16 @@
 //!
 //! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega (paper 1,
 //! equation 2), with C the central direction, R its frame and dOmega the exact solid angle of the texel. The
-//! sum over the texels of the image *is* the definition here. Spherical harmonics of the same image are made
-//! with the weights of Fejér's rule instead, which differ from the solid angles by O(h^2), h the height of a
-//! row.
+//! sum takes rho_hat at the centre of each texel, the midpoint rule: it errs by h^2 / 24 times the curvature
+//! of rho_hat, h being the height of a row. If a lobe is less than [`NARROW`] rows wide, that shows, and
+//! [`Reference::new`] integrates over the areas of texels instead, each of one radiance, to an error of about
+//! [`SHARE`] ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's
+//! rule, which differ from the solid angles by O(h^2).
 //!
-//! [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet
-//! come from vectorised sums (`lobes.rs`), which the tests compare with it; maps of other materials come from
-//! the same sum as `radiance`. Work common to the texels of a row, to a row of a map and to one view is done
-//! once; black texels are not read.
+//! Summed over centres, [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert,
+//! phong and microfacet come from vectorised sums (`lobes.rs`), which the tests compare with it; maps of
+//! other materials come from the same sum as `radiance`. Work common to the texels of a row, to a row of a
+//! map and to one view is done once; black texels are not read.
 //!
 //! A [`Cull`] leaves out directions in which a lobe is small (paper 1, Appendix D): for max(0, cos)^s it
 //! keeps the cap about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A
@@ -19,8 +21,9 @@
 //! covers is [`Reference::width`].
 //!
 //! [`Sampled`] estimates the same integral from a few directions at each texel, and how far it may be off:
-//! for images of many texels and for sharp lobes.
+//! for images of many texels.
 
+mod light_blocks;
 mod lit_texels;
 mod lobes;
 mod sampled;
@@ -45,7 +48,7 @@ use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Which texels are summed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,14 +56,25 @@ pub enum Cull {
     /// All that hold light.
     None,
     /// For lambert, phong and microfacet, those that hold all but this share of the lobe's energy in angle;
-    /// for other models, all.
+    /// for other models, and for lobes that are integrated over the areas of texels, all.
     Energy(Tolerance),
 }
+
+/// The width, in rows of the environment, below which a lobe is integrated over the areas of texels.
+const NARROW: f64 = 20.0;
+
+/// The error of such an integral, as a share of the radiance: 7e-4 stops.
+const SHARE: f64 = 5e-4;
+
+/// The radiance below which that error is not relative, as a share of the environment's mean.
+const DARKEST: f64 = 1e-3;
 
 /// The brute-force integral of one environment and one material.
 #[derive(Debug)]
 pub struct Reference {
     texels: LitTexels,
+    /// For a narrow lobe: the areas of the texels, and the radiance below which nothing is seen.
+    areas: Option<(LightTree<'static>, f64)>,
     material: Material,
     lobe: Option<(Lobe, [f64; 3])>,
     /// The cosine of the radius of the cap that is summed over.
@@ -76,7 +90,8 @@ struct Central {
 }
 
 impl Reference {
-    /// Prepares the sum.
+    /// Prepares the integral: the sum over the centres of texels, or over their areas if a lobe of the
+    /// material is less than [`NARROW`] rows wide.
     ///
     /// # Example: a white surface reflects a constant sky unchanged
     /// ```
@@ -90,12 +105,23 @@ impl Reference {
     /// # Ok::<(), brdf::ParameterError>(())
     /// ```
     pub fn new(environment: &Environment, material: &Material, cull: Cull) -> Self {
+        let row = PI / environment.grid().height as f64;
+        if tree::narrowest(material) >= NARROW * row {
+            return Self::at_centres(environment, material, cull);
+        }
+        let mean = environment.integral().iter().map(|value| value.abs()).sum::<f64>() / (12.0 * PI);
+        let areas = Some((LightTree::of(environment.clone()), DARKEST * mean));
+        Self { areas, ..Self::at_centres(environment, material, Cull::None) }
+    }
+
+    /// Prepares the sum over the centres of texels, however narrow the lobe: as the papers have it.
+    pub fn at_centres(environment: &Environment, material: &Material, cull: Cull) -> Self {
         let lobe = Lobe::of(material);
         let cap = match cull {
             Cull::None => None,
             Cull::Energy(tolerance) => cap(material, tolerance.get()),
         };
-        Self { texels: LitTexels::new(environment), material: material.clone(), lobe, cap }
+        Self { texels: LitTexels::new(environment), areas: None, material: material.clone(), lobe, cap }
     }
 
     /// The number of texels that hold light.
@@ -108,11 +134,14 @@ impl Reference {
         self.cap.map_or(1.0, |cosine| (1.0 - cosine) / 2.0)
     }
 
-    /// B(C, V), RGB: the sum in f64 with the material's own [`Material::rho_hat`].
+    /// B(C, V), RGB, in f64 with the material's own [`Material::rho_hat`].
     ///
     /// `central` is the material's central direction (R, N or T), `view` points toward the viewer; both in
     /// the world.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
+        if let Some((tree, dark)) = &self.areas {
+            return tree.radiance(&self.material, central, view, SHARE, *dark);
+        }
         let at =
             Central { direction: central, theta: central.theta(), column: self.texels.column(central.phi()) };
         self.integral(&at, frame(central).inverse().apply(view), &self.spans(at.theta))
@@ -188,6 +217,13 @@ impl Reference {
         toward: Direction,
         spans: &[Span],
     ) -> [f64; 3] {
+        if self.areas.is_some() {
+            let view = match view {
+                View::Global => toward,
+                View::Local => frame(at.direction).apply(toward),
+            };
+            return self.radiance(at.direction, view);
+        }
         let axis = at.direction.vector();
         let (sum, scale) = match self.lobe {
             Some((Lobe::WholePower(exponent), scale)) => {
@@ -277,6 +313,14 @@ mod tests {
     use brdf::{KajiyaKay, Lambert, Microfacet, Phong};
     use sphere::{Cube, DVec3, LatLong};
 
+    /// The same light in texels of a `factor`-th of the size: sums at their centres approach the integral.
+    pub(super) fn subdivided(environment: &Environment, factor: usize) -> Environment {
+        let coarse = environment.grid();
+        let grid = LatLong { width: factor * coarse.width, height: factor * coarse.height };
+        let texel = |i: usize| (i / grid.width / factor) * coarse.width + i % grid.width / factor;
+        Environment::new(grid, (0..grid.len()).map(|i| environment.pixels()[texel(i)]).collect()).unwrap()
+    }
+
     fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
         let grid = LatLong::with_rows(rows);
         let looks = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
@@ -337,7 +381,7 @@ mod tests {
     fn maps_are_the_sums_of_the_material_itself() {
         let sky = environment(32, lamps);
         for material in materials() {
-            let reference = Reference::new(&sky, &material, Cull::None);
+            let reference = Reference::at_centres(&sky, &material, Cull::None);
             for (grid, view) in grids().into_iter().flat_map(|grid| views().map(move |view| (grid, view))) {
                 let error = error(&reference, grid, view);
                 let sharpness = match &material {
@@ -356,7 +400,7 @@ mod tests {
         let sky = environment(16, lamps);
         let grid = sky.grid();
         for material in materials() {
-            let reference = Reference::new(&sky, &material, Cull::None);
+            let reference = Reference::at_centres(&sky, &material, Cull::None);
             for central in views() {
                 for view in views() {
                     let to_local = frame(central).inverse();
@@ -386,7 +430,7 @@ mod tests {
     fn a_constant_sky_is_reflected_as_the_share() {
         let sky = environment(128, |_| [1.0, 2.0, 4.0]);
         for exponent in [2.0, 7.5, 64.0, 256.0] {
-            let reference = Reference::new(&sky, &phong(exponent), Cull::None);
+            let reference = Reference::at_centres(&sky, &phong(exponent), Cull::None);
             let allowed = exponent * (PI / 128.0).powi(2);
             for view in views() {
                 for texel in reference.map(grids()[1], view) {
@@ -407,10 +451,10 @@ mod tests {
             for exponent in [1.0, 8.0, 32.0, 128.0] {
                 let cull = Cull::Energy(Tolerance::new(eps).unwrap());
                 let material = phong(exponent);
-                let culled = Reference::new(&sky, &material, cull);
+                let culled = Reference::at_centres(&sky, &material, cull);
                 let width = (1.0 - eps.powf(1.0 / (exponent + 1.0))) / 2.0;
                 assert!((culled.width() - width).abs() < 1e-14);
-                let whole = Reference::new(&sky, &material, Cull::None);
+                let whole = Reference::at_centres(&sky, &material, Cull::None);
                 for view in views() {
                     let kept = culled.radiance(view, view)[0] / whole.radiance(view, view)[0];
                     assert!((kept - (1.0 - eps)).abs() < 0.01, "{eps} {exponent}: {kept}");
@@ -424,6 +468,26 @@ mod tests {
         }
     }
 
+    /// A map of a narrow lobe: the sum over centres of a sixteenth of the size, which has 37 rows in a lobe
+    /// of exponent 400, and the one of whole texels.
+    #[test]
+    fn a_narrow_lobe_is_integrated_over_the_areas_of_texels() {
+        let sky = environment(24, lamps);
+        let (material, grid) = (phong(400.0), grids()[1]);
+        let fine = Reference::at_centres(&subdivided(&sky, 16), &material, Cull::None);
+        let cull = Cull::Energy(Tolerance::new(0.1).unwrap());
+        let found = Reference::new(&sky, &material, cull);
+        assert!(found.width() == 1.0, "nothing is left out");
+        let coarse = Reference::at_centres(&sky, &material, Cull::None);
+        let [found, fine, coarse] =
+            [&found, &fine, &coarse].map(|reference| reference.map(grid, Direction::X));
+        let stops = |map: &[[f32; 3]]| {
+            let stops = map.as_flattened().iter().zip(fine.as_flattened());
+            stops.map(|(a, b)| ((a + 0.01) / (b + 0.01)).log2().abs()).fold(0.0, f32::max)
+        };
+        assert!(stops(&found) < 0.01 && stops(&coarse) > 1.0, "{} {}", stops(&found), stops(&coarse));
+    }
+
     /// The Gaussian's caps, toward every view from the normal to grazing: a constant sky loses the share or
     /// less.
     #[test]
@@ -432,8 +496,8 @@ mod tests {
         for eps in [0.05, 0.2] {
             for sigma in [0.1, 0.2, 0.35, 0.5] {
                 let cull = Cull::Energy(Tolerance::new(eps).unwrap());
-                let culled = Reference::new(&sky, &microfacet(sigma), cull);
-                let whole = Reference::new(&sky, &microfacet(sigma), Cull::None);
+                let culled = Reference::at_centres(&sky, &microfacet(sigma), cull);
+                let whole = Reference::at_centres(&sky, &microfacet(sigma), Cull::None);
                 let mut most = 0.0_f64;
                 for degrees in [0.0, 20.0, 60.0, 100.0, 140.0, 165.0, 178.0] {
                     let central = Direction::from_angles(1.1, 0.3);
@@ -451,7 +515,7 @@ mod tests {
         let sky = environment(16, lamps);
         let outgoing = Direction::from_angles(0.8, 2.0);
         for material in materials() {
-            let reference = Reference::new(&sky, &material, Cull::None);
+            let reference = Reference::at_centres(&sky, &material, Cull::None);
             for grid in grids() {
                 for (texel, found) in reference.local_map(grid, outgoing).into_iter().enumerate() {
                     let central = grid.direction(texel);
@@ -473,7 +537,7 @@ mod tests {
         let sky = environment(32, lamps);
         let cull = Cull::Energy(Tolerance::new(0.05).unwrap());
         for material in materials() {
-            let reference = Reference::new(&sky, &material, cull);
+            let reference = Reference::at_centres(&sky, &material, cull);
             for grid in grids() {
                 let view = Direction::X;
                 let whole = reference.map(grid, view);
@@ -489,7 +553,7 @@ mod tests {
     #[test]
     fn a_black_sky_is_not_read_and_reflects_nothing() {
         let sky = environment(8, |w| if w.z > 0.99 { [1.0; 3] } else { [0.0; 3] });
-        let reference = Reference::new(&sky, &phong(3.0), Cull::None);
+        let reference = Reference::at_centres(&sky, &phong(3.0), Cull::None);
         assert_eq!(reference.lit(), 0, "row 0 lies at 11 degrees");
         assert_eq!(reference.radiance(Direction::Z, Direction::Z), [0.0; 3]);
         assert_eq!(reference.map(grids()[0], Direction::Z)[0], [0.0; 3]);

@@ -9,10 +9,11 @@
 
 use std::f64::consts::PI;
 
-use brdf::{BrdfCoefficients, Centre};
+use brdf::{BrdfCoefficients, Centre, Material};
 use sh::{Expansion, Window, lambda, zonal_into};
 
 use crate::lamps::Lamps;
+use crate::mean_lobe::MeanLobe;
 use crate::plain::{Plain, mean_views};
 
 /// The highest P of a map whose degrees were chosen for its light: (16 + 1)^2 coefficients.
@@ -54,7 +55,8 @@ impl Reflection {
         }
     }
 
-    /// The same with lights beside the lighting, which the series does not hold.
+    /// The same with lights beside the lighting, which the series does not hold, and with the material; there
+    /// may be no lights.
     #[must_use]
     pub fn with_lamps(self, lamps: Lamps) -> Self {
         Self { lamps: Some(lamps), ..self }
@@ -111,7 +113,12 @@ impl Reflection {
     /// The lights beside the lighting's series, and the material that reflects them; `None` if the series
     /// holds all light.
     pub fn lamps(&self) -> Option<&Lamps> {
-        self.lamps.as_ref()
+        self.lamps.as_ref().filter(|lamps| !lamps.lights.is_empty())
+    }
+
+    /// The material that it is the reflection of, if it is known: it is with [`Reflection::with_lamps`].
+    pub fn material(&self) -> Option<&Material> {
+        self.lamps.as_ref().map(|lamps| &lamps.material)
     }
 
     /// The mean radiance of the light, lamps included, over the sphere and the three channels.
@@ -165,7 +172,13 @@ impl Reflection {
     ///
     /// Terms with q > 0 have no part in it: they are zero at w_o = +Z, and in the mean around the central
     /// direction.
+    ///
+    /// Head on is the pole of w_o, where a cut at degree P adds up all that it rings: by several percent,
+    /// although it is right in the mean. So if the material is known, its own value there is taken.
     pub fn plain(&self, view: Plain) -> Expansion {
+        if let (Plain::HeadOn, Some(material)) = (view, self.material()) {
+            return MeanLobe::plain(material, view).reflect(&self.lighting, self.brdf.f());
+        }
         let mut y_p0 = vec![0.0; self.brdf.p().get() + 1];
         match (view, self.brdf.centre()) {
             // Seen from all sides, the views about R are spread evenly: only p = 0 has a mean.

@@ -6,7 +6,7 @@ use sphere::spiral;
 
 use crate::degrees::{SAMPLES, add, seen};
 use crate::mean_lobe::MeanLobe;
-use crate::{Plain, Reflection, frame};
+use crate::{Plain, Reflection, frame, stops};
 
 /// How far a reflection is from another, at views as a ball shows them to a distant camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,13 +27,10 @@ impl Samples {
     /// The error of these samples if `reference` is right. Radiance below zero is black, and `dark` is what
     /// counts as black: see [`crate::degrees`].
     pub fn error(&self, reference: &Self, dark: f64) -> CutError {
-        let shown = |value: f64| value.max(0.0) + dark.max(f64::MIN_POSITIVE);
         let pairs = self.0.as_flattened().iter().zip(reference.0.as_flattened());
-        let mut stops: Vec<f64> =
-            pairs.map(|(cut, right)| math::log2(shown(*cut) / shown(*right)).abs()).collect();
-        stops.sort_by(f64::total_cmp);
-        let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
-        CutError { p95: at(0.95), p99: at(0.99), negative: self.negative(dark) }
+        let mut stops: Vec<f64> = pairs.map(|(cut, right)| stops::error(*cut, *right, dark)).collect();
+        let [p95, p99] = stops::quantiles(&mut stops);
+        CutError { p95, p99, negative: self.negative(dark) }
     }
 
     /// The share of samples below zero by more than a tenth of `dark`.

@@ -2,7 +2,7 @@
 
 use std::ops::{Bound, RangeInclusive};
 
-use containers::{MaterialChoice, Precision};
+use containers::MaterialChoice;
 use engine::{Diagnostic, OrAuto, Parameter, Value, ValueKind, choice, unexpected};
 use envmap::ToneMap;
 use shrm::{MapLayout, View};
@@ -81,7 +81,9 @@ choice! {
 
 choice! {
     /// The numbers of a file.
-    pub(crate) enum PrecisionName: Precision {
+    pub(crate) enum PrecisionName {
+        /// 16 bits, or 32 if a value exceeds the largest half.
+        Auto = "auto",
         /// 16 bits.
         Half = "half",
         /// 32 bits.
@@ -90,9 +92,9 @@ choice! {
 }
 
 choice! {
-    /// What happens to values past the largest half.
+    /// What happens to values past the largest number of a file.
     pub(crate) enum Overflow {
-        /// Each becomes the largest half.
+        /// Each becomes the largest number, unless the file can have 32-bit floats and no precision is named.
         Clamp = "clamp",
         /// The item fails.
         Error = "error",

@@ -31,8 +31,8 @@
 //! lighting go into its series.
 //!
 //! If such a cut shows, a warning says by how much: if 5 % of the views are off by more than 0.1 stop, or
-//! more than 0.5 % of them are below zero by a tenth of e. It names the remedy that was found to help most
-//! here: no degree, or a window.
+//! more than 0.5 % of them are below zero by a tenth of e, black in a picture. It names the remedy that was
+//! found to help most here, no degree or a window, if it takes off at least half of what shows.
 //!
 //! ## Parts
 //!
@@ -63,6 +63,7 @@ use shrm::ringing::{CutError, Samples};
 use shrm::{Lamps, Reflection};
 
 use crate::artifacts;
+use crate::share::about;
 
 choice! {
     /// The window of the reflected series; see Windows.
@@ -94,6 +95,9 @@ const RING: f64 = 0.1;
 
 /// The share of samples that may be below zero.
 const NEGATIVE: f64 = 0.005;
+
+/// A remedy is named if it takes what shows to this share.
+const HELPS: f64 = 0.5;
 
 /// The kind `convolve`.
 pub(crate) struct Convolve;
@@ -143,7 +147,16 @@ impl Kind for Convolve {
                 let (reflection, cut) = found.ok_or_else(Failure::cancelled)?;
                 context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
                 let reflection = if given.is_none() && cut.shows() {
-                    least_window(reflection, &whole(lighting, &brdf.coefficients, material), dark, context)?
+                    let whole = whole(lighting, &brdf.coefficients, material);
+                    let (reflection, error) = least_window(reflection, &whole, dark, context)?;
+                    if error.negative > NEGATIVE || error.p95 > RING {
+                        context.warn(format!(
+                            "the highest degrees are too low for a highlight this sharp: {}; a larger roughness, or the \
+                             levels of prefilter and export-engine, which have no degree, show no rings",
+                            told(&error)
+                        ));
+                    }
+                    reflection
                 } else {
                     windowed(&reflection)
                 };
@@ -188,13 +201,13 @@ fn whole(lighting: &Lighting, brdf: &BrdfCoefficients, material: &Material) -> R
         .with_lamps(Lamps { lights: lighting.lights.clone(), material: material.clone() })
 }
 
-/// The reflection with the weakest window that takes it nearer to the one that is not cut.
+/// The reflection with the weakest window that takes it nearer to the one that is not cut, and its error.
 fn least_window(
     reflection: Reflection,
     whole: &Reflection,
     dark: f64,
     context: &Context<'_>,
-) -> Result<Reflection, Failure> {
+) -> Result<(Reflection, CutError), Failure> {
     let right = samples(whole, context)?;
     let (mut best, mut least) = (reflection.clone(), samples(&reflection, context)?.error(&right, dark));
     for (name, window) in WINDOWS {
@@ -205,7 +218,7 @@ fn least_window(
             (best, least) = (windowed, error);
         }
     }
-    Ok(best)
+    Ok((best, least))
 }
 
 /// The samples of a reflection, unless the item is stopped.
@@ -241,19 +254,24 @@ fn warn_of_rings(
     let by_light = Reflection::for_light_unless(lighting, &full, material, &stop);
     let (by_light, _) = by_light.ok_or_else(Failure::cancelled)?;
     let by_light_error = samples(&by_light, context)?.error(&right, dark);
-    let (f, p) = (by_light.brdf().f().get(), by_light.brdf().p().get());
-    let mut best = (format!("with no `degree` in project-brdf (F = {f}, P = {p})"), by_light_error);
+    let mut best = ("leave out `degree` and `tolerance` in project-brdf".to_owned(), by_light_error);
     for (name, window) in WINDOWS {
         let error = samples(&reflection.windowed(window), context)?.error(&right, dark);
         if score(&error) < score(&best.1) {
-            best = (format!("with window = \"{name}\""), error);
+            best = (format!("set window = \"{name}\""), error);
         }
     }
     let [f, p] = [reflection.brdf().f().get(), reflection.brdf().p().get()];
-    let mut text = format!("the cut at [{f}, {p}] shows: {}; {}: {}", told(&error), best.0, told(&best.1));
+    let mut text = format!("degree [{f}, {p}] is too low here: {}", told(&error));
+    if score(&best.1) < HELPS * score(&error) {
+        text.push_str(&format!("; {}", best.0));
+        if score(&best.1) > 1.0 {
+            text.push_str(&format!(", after which {}", told(&best.1)));
+        }
+    }
     if right.negative(dark) > NEGATIVE {
         text.push_str(
-            "; the lighting's own series is below zero around its suns, which no degree in project-sh avoids",
+            "; around its suns the lighting's own series is black: leave out `degree` and `tolerance` in project-sh",
         );
     }
     context.warn(text);
@@ -265,13 +283,17 @@ fn score(error: &CutError) -> f64 {
     (error.p95 / RING).max(error.negative / NEGATIVE)
 }
 
-/// `5 % of the views are off by more than 0.45 stops, 3.1 % are below zero`
+/// `28 % of the views turn black, and 5 % are off by more than 0.45 stops`: what shows of an error.
 fn told(error: &CutError) -> String {
-    format!(
-        "5 % of the views are off by more than {:.2} stops, {:.1} % are below zero",
-        error.p95,
-        100.0 * error.negative
-    )
+    let black =
+        (error.negative > NEGATIVE).then(|| format!("{} of the views turn black", about(error.negative)));
+    match black {
+        Some(black) if error.p95 > RING => {
+            format!("{black}, and 5 % are off by more than {:.2} stops", error.p95)
+        }
+        Some(black) => black,
+        None => format!("5 % of the views are off by more than {:.2} stops", error.p95),
+    }
 }
 
 /// What a cut at the chosen degrees loses, and what is not cut.

@@ -9,10 +9,11 @@ use containers::{
 use engine::Failure;
 use envmap::{CubeMap, Environment, Image};
 use sh::Expansion;
-use shrm::{Distribution, PrefilterKernel, prefilter_series};
-use sphere::{Cube, Direction, Face, from_file, to_cube};
+use shrm::{Distribution, MapGrid, PrefilterKernel, prefilter_series};
+use sphere::Cube;
 
 use crate::engine_preset::{EngineFormat, EnginePreset};
+use crate::overflow::{Content, Excess, LARGEST_HALF};
 
 /// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
 const LOD_GENERATION_SCALE: f64 = 0.8;
@@ -23,10 +24,14 @@ const DIFFUSE_EDGE: usize = 32;
 /// What is written for an engine, in the order of [`names`].
 pub(crate) struct EngineFiles {
     pub(crate) files: Vec<Vec<u8>>,
-    /// The largest value that was given.
-    pub(crate) largest: f32,
-    /// Values past the format's largest.
-    pub(crate) clamped: usize,
+    /// The precision, if the format leaves it open: half unless a value exceeds the largest half.
+    pub(crate) precision: Option<Precision>,
+    /// The largest number that the file holds.
+    pub(crate) limit: f32,
+    /// What was given, past the limit or, if the precision was open, past the largest half.
+    pub(crate) excess: Excess,
+    /// The texels that were weighed for it.
+    pub(crate) content: Content,
     /// Values below 0 in a format without a sign.
     pub(crate) negative: usize,
     /// Of each level, the RMS difference between what is read back and what was given, as a share of the
@@ -58,8 +63,7 @@ pub(crate) fn largest(format: EngineFormat) -> f32 {
     match texels(format) {
         Some(format) => format.largest(),
         None if format == EngineFormat::Rgbd => 255.0,
-        None if format == EngineFormat::Exr => 65504.0,
-        // The last exponent of RGBE, 2^127.
+        // The last exponent of RGBE is 2^127, and OpenEXR has 32-bit floats.
         None => f32::MAX,
     }
 }
@@ -77,18 +81,15 @@ fn texels(format: EngineFormat) -> Option<TexelFormat> {
 
 /// The texels of a cube in the order of the engine's file.
 fn turned(map: &CubeMap, preset: EnginePreset) -> Vec<[f32; 3]> {
-    let cube = map.cube();
-    let edge = cube.edge;
-    let texel = |index: usize| {
-        let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
-        let c = to_cube(cube.direction(Face::ALL[face], row, column).vector());
-        let direction = Direction::normalised(from_file(preset.direction_at(c)));
-        // The centre of a texel again, for the map permutes axes and flips their signs.
-        let (face, s, t) = cube.position(direction);
-        let at = |share: f64| ((share * edge as f64) as usize).min(edge - 1);
-        map.pixels()[(face as usize * edge + at(t)) * edge + at(s)]
-    };
-    (0..cube.len()).map(texel).collect()
+    preset.texels(map.cube()).map(|texel| map.pixels()[texel]).collect()
+}
+
+/// The faces of an engine's file, below each other, in the order of KTX2's table in the frame of files.
+pub(crate) fn turned_back(image: &Image, preset: EnginePreset) -> Vec<[f32; 3]> {
+    let mut pixels = vec![[0.0; 3]; image.pixels().len()];
+    let texels = preset.texels(Cube { edge: image.width() });
+    texels.zip(image.pixels()).for_each(|(texel, pixel)| pixels[texel] = *pixel);
+    pixels
 }
 
 /// The levels as a texture of the engine's.
@@ -172,9 +173,15 @@ pub(crate) fn of_levels(
     };
     let errors =
         texture.levels().zip(found.levels()).map(|(given, found)| difference(given, found)).collect();
+    let limit = largest(format);
+    let grids = levels.iter().map(|level| MapGrid::Cube(level.cube()));
+    let excesses =
+        texture.levels().zip(grids).map(|(texels, grid)| Excess::of(texels, Content::Light(grid), limit));
     Ok(EngineFiles {
-        largest: largest_of(&texture.pixels),
-        clamped: encoded.clamped,
+        precision: None,
+        limit,
+        excess: excesses.fold(Excess::default(), Excess::and),
+        content: Content::Light(MapGrid::Cube(Cube { edge: texture.width })),
         negative: encoded.negative,
         errors,
         files: std::iter::once(encoded.bytes).chain(beside).collect(),
@@ -203,9 +210,18 @@ pub(crate) fn of_lat_long(
     let grid = environment.grid();
     let image = Image::new(grid.width, grid.height, environment.pixels().to_vec())
         .ok_or_else(|| Failure::new("an environment without pixels"))?;
-    let encoded = match format {
-        EngineFormat::Exr => write_exr(&image, Precision::Half, recipe)?,
-        _ => write_rgbe(&image, recipe)?,
+    let content = Content::Light(MapGrid::LatLong(grid));
+    let past = |limit: f32| Excess::of(environment.pixels(), content, limit);
+    let (encoded, precision, limit, excess) = match format {
+        EngineFormat::Exr => {
+            let excess = past(LARGEST_HALF);
+            let (precision, limit) = match excess.count {
+                0 => (Precision::Half, LARGEST_HALF),
+                _ => (Precision::Float, f32::MAX),
+            };
+            (write_exr(&image, precision, recipe)?, Some(precision), limit, excess)
+        }
+        _ => (write_rgbe(&image, recipe)?, None, largest(format), past(largest(format))),
     };
     let beside = match preset {
         EnginePreset::Unity => Some(Preset::Unity),
@@ -215,8 +231,10 @@ pub(crate) fn of_lat_long(
     let beside = beside.map(|preset| lighting_json::encode(&irradiance.clone().into(), preset, recipe));
     let found = read_image(&encoded.bytes, &ReadOptions::default())?.image;
     Ok(EngineFiles {
-        largest: largest_of(environment.pixels()),
-        clamped: encoded.clamped,
+        precision,
+        limit,
+        excess,
+        content,
         negative: encoded.negative,
         errors: vec![difference(environment.pixels(), found.pixels())],
         files: std::iter::once(encoded.bytes).chain(beside.transpose()?).collect(),

@@ -4,7 +4,7 @@
 //! Each fact was read in the engine's source, and seen in the engine where it runs in a browser.
 
 use engine::{Choice, choice};
-use sphere::DVec3;
+use sphere::{Cube, DVec3, Direction, Face, from_file, to_cube};
 
 choice! {
     /// An engine that loads light.
@@ -45,7 +45,7 @@ choice! {
         Bc6h = "bc6h",
         /// PNG with a divisor in its alpha, up to 255.
         Rgbd = "rgbd",
-        /// An OpenEXR image in halves.
+        /// An OpenEXR image in halves, or in 32-bit floats if halves cannot hold a value.
         Exr = "exr",
         /// A Radiance image.
         Hdr = "hdr",
@@ -117,6 +117,28 @@ impl EnginePreset {
             Self::Bevy => DVec3::new(c.z, c.y, c.x),
             _ => DVec3::new(-c.x, c.y, c.z),
         }
+    }
+
+    /// For each texel of the engine's cube, in the order of its file, the texel of a cube by KTX2's table in
+    /// the frame of files that holds the same light.
+    pub(crate) fn texels(self, cube: Cube) -> impl Iterator<Item = usize> {
+        let edge = cube.edge;
+        (0..cube.len()).map(move |index| {
+            let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
+            let c = to_cube(cube.direction(Face::ALL[face], row, column).vector());
+            let direction = Direction::normalised(from_file(self.direction_at(c)));
+            // The centre of a texel again, for the map permutes axes and flips their signs.
+            let (face, s, t) = cube.position(direction);
+            let at = |share: f64| ((share * edge as f64) as usize).min(edge - 1);
+            (face as usize * edge + at(t)) * edge + at(s)
+        })
+    }
+
+    /// The preset of the kind that wrote a file with this recipe.
+    pub(crate) fn of_recipe(recipe: &str) -> Option<Self> {
+        let recipe: serde_json::Value = serde_json::from_str(recipe).ok()?;
+        let name = recipe.pointer("/parameters/preset")?.as_str()?;
+        Self::words().into_iter().find(|(word, ..)| *word == name).map(|(.., preset)| preset)
     }
 
     /// Whether the engine loads a cube with prefiltered levels.

@@ -44,7 +44,7 @@ use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 
 use crate::artifacts;
 use crate::choices::{Overflow, PrecisionName};
-use crate::export_reflection_map::report_overflow;
+use crate::overflow::{self, Content};
 
 choice! {
     /// The container.
@@ -63,9 +63,11 @@ parameters! {
     pub(crate) struct Parameters {
         /// The container; see the table.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
+        /// is half unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
+        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -77,7 +79,7 @@ impl Kind for ExportBrdfTable {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-brdf-table";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[];
     const TEXT: &'static str = include_str!("export_brdf_table.rs");
 
@@ -94,14 +96,10 @@ impl Kind for ExportBrdfTable {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let PrecisionName(precision) = parameters.precision;
         let textures = parameters.format != Format::Safetensors;
         let mut errors = Vec::new();
-        if parameters.overflow != Overflow::Clamp && !(textures && precision == Precision::Half) {
-            let only = "only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it";
-            errors.push(("overflow", only.into()));
-        }
-        if precision != Precision::Half && !textures {
+        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
+        if parameters.precision != PrecisionName::Auto && !textures {
             errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
         }
         errors
@@ -110,7 +108,13 @@ impl Kind for ExportBrdfTable {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let table = &context.get::<artifacts::BrdfTable>("table")?.0;
         let recipe = Some(context.recipe());
-        let PrecisionName(precision) = parameters.precision;
+        let precision = match parameters.format {
+            Format::Safetensors => Precision::Float,
+            Format::Ktx2 | Format::Exr => {
+                let choice = (parameters.precision, parameters.overflow);
+                overflow::precision(&texels(table), Content::Values, choice, context)?
+            }
+        };
         let file = match parameters.format {
             Format::Safetensors => {
                 Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
@@ -118,7 +122,6 @@ impl Kind for ExportBrdfTable {
             Format::Ktx2 => texture(table, precision, recipe)?,
             Format::Exr => layers(table, precision, recipe)?,
         };
-        report_overflow(file.clamped, parameters.overflow, context)?;
         context.note(format!("{} bytes", file.bytes.len()));
         Ok(Output::Files(vec![file.bytes]))
     }
@@ -132,6 +135,15 @@ fn entries(table: &BrdfTable, names: &[String]) -> Vec<(String, String)> {
 
 fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {
     entries.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
+}
+
+/// The coefficients as colours; those of a table without colours are grey.
+fn texels(table: &BrdfTable) -> Vec<[f32; 3]> {
+    let colour = |values: &[f32]| match *values {
+        [r, g, b] => [r, g, b],
+        _ => [values[0]; 3],
+    };
+    table.values().chunks_exact(table.channels()).map(colour).collect()
 }
 
 /// The texels of one material's map.

@@ -50,9 +50,10 @@
 //!
 //! ## Numbers
 //!
-//! `precision = "half"` holds 3 digits up to 65504. Larger values, of either sign, become +-65504 with a
-//! warning that counts them, or fail the item with `overflow = "error"`. RGBE cannot hold negative values,
-//! which a truncated series can have: they become 0, with a warning.
+//! Half floats hold 3 digits up to 65504. If a value exceeds that, all twelve maps have 32-bit floats, and a
+//! note says so. With `precision = "half"` larger values, of either sign, become +-65504 with a warning that
+//! says which share of the light is lost; with `overflow = "error"` the item fails instead. RGBE cannot hold
+//! negative values, which a truncated series can have: they become 0, with a warning.
 //!
 //! ## Example
 //!
@@ -78,12 +79,13 @@ use sphere::LatLong;
 
 use crate::artifacts;
 use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
-use crate::export_reflection_map::{image, report_overflow};
+use crate::export_reflection_map::image;
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
+use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 choice! {
     /// How the sphere of central directions lies on a file.
@@ -120,11 +122,12 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: Format = Format::Exr,
-        /// With format "exr" or "dds": 16-bit or 32-bit numbers.
-        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With format "exr" or "dds": 16-bit or 32-bit numbers; "auto" is 16 unless a value exceeds the
+        /// largest half.
+        precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// With precision "half": what happens to values past 65504; see Numbers.
+        /// What happens to values past 65504 if the file is to be of halves; see Numbers.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -136,7 +139,7 @@ impl Kind for ExportCabral {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-cabral";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_cabral.rs");
 
@@ -155,14 +158,15 @@ impl Kind for ExportCabral {
             Layout::Cube => MapLayout::Cube,
             Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
         };
-        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+        MapSizes { edge: edge_of(parameters.resolution, layout), ..MapSizes::default() }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let PrecisionName(precision) = parameters.precision;
-        let used = (parameters.format != Format::Rgbe).then_some(precision);
-        let mut errors: Vec<_> = map_source::check_overflow(parameters.overflow, used).into_iter().collect();
-        if precision != Precision::Half && parameters.format == Format::Rgbe {
+        let precision = parameters.precision;
+        let holds_halves = parameters.format != Format::Rgbe;
+        let mut errors: Vec<_> =
+            overflow::check(parameters.overflow, precision, holds_halves).into_iter().collect();
+        if precision != PrecisionName::Auto && !holds_halves {
             errors.push(("precision", "format = \"rgbe\" has a precision of its own".into()));
         }
         errors
@@ -212,19 +216,27 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let map = &map.0;
     context.check_cancelled()?;
     note_lost(map, context);
+    let content = match layout {
+        FileLayout::Sphere => Content::Values,
+        _ => Content::Light(map.grid()),
+    };
+    let choice = (parameters.precision, parameters.overflow);
+    let precision = match parameters.format {
+        Format::Rgbe => Precision::Float,
+        Format::Exr | Format::Dds => overflow::precision(&pixels, content, choice, context)?,
+    };
     let files = pixels.chunks_exact(size[0] * size[1]);
     let steps = work.part(1, vertices.len());
     let encoded = files.map(|pixels| {
         steps.step()?;
-        encode(parameters, size, pixels, context)
+        encode(parameters, precision, size, pixels, context)
     });
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
-    let clamped = encoded.iter().map(|file| file.clamped).sum();
-    match parameters.format {
-        Format::Rgbe if clamped > 0 => {
-            context.warn(format!("{clamped} values are negative; RGBE stores them as 0"));
-        }
-        _ => report_overflow(clamped, parameters.overflow, context)?,
+    let negative: usize = encoded.iter().map(|file| file.negative).sum();
+    if negative > 0 {
+        context.warn(format!(
+            "{negative} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
+        ));
     }
     let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
     let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
@@ -305,22 +317,23 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
         }
     }
     if lost > 0.0 {
-        context.note(format!(
-            "{} of the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold",
-            share(lost / all),
+        let what = format!(
+            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
             map.p().get()
-        ));
+        );
+        report_loss(context, lost / all, &what, "export-shrm keeps it");
     }
 }
 
 /// The file of one map.
 fn encode(
     parameters: &Parameters,
+    precision: Precision,
     size: [usize; 2],
     pixels: &[[f32; 3]],
     context: &Context<'_>,
 ) -> Result<Encoded, Failure> {
-    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
+    let recipe = Some(context.recipe());
     let picture = || image(size[0], size[1], pixels.to_vec());
     match parameters.format {
         Format::Exr => Ok(write_exr(&picture()?, precision, recipe)?),

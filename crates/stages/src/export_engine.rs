@@ -1,7 +1,8 @@
 //! Writes an environment as the files that an engine loads as light: prefiltered, turned, and in its format.
 //!
 //! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
-//! prefiltered as `prefilter` does by default.
+//! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
+//! `export-environment`.
 //!
 //! | `preset` | files | level l of 0 to n holds | formats |
 //! | --- | --- | --- | --- |
@@ -35,9 +36,15 @@
 //!
 //! ## What does not fit
 //!
-//! Halves end at 65504, `rgb9e5` at 65408, `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped,
-//! counted and warned of, or fails with `overflow = "error"`. `bounds.json` has the largest value, the
-//! counts, and the error of each level: what the prefilter leaves out as it was estimated, and what the
+//! `hdr` and `rgba32f` hold every value, and so does `exr`: its numbers are halves, or 32-bit floats if a
+//! value exceeds 65504, which the build notes. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408,
+//! `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped, and a warning says which share of the
+//! red, green and blue light is lost; with `overflow = "error"` the item fails instead. Another format of the
+//! engine may hold it. In every engine the sun can be a light beside the map: `project-sh` finds it,
+//! `subtract-lights` takes it out of the environment that is exported here, and `export-light-rig` writes it.
+//!
+//! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
+//! green, blue), and the error of each level: what the prefilter leaves out as it was estimated, and what the
 //! format rounds as it is read back, both as RMS in relation to the level's largest value.
 //!
 //! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
@@ -58,6 +65,7 @@
 //! path = "{environment}/babylon"
 //! ```
 
+use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use envmap::Environment;
 use serde_json::{Value, json};
@@ -71,6 +79,7 @@ use crate::engine_files::{self, EngineFiles, names};
 use crate::engine_preset::{EngineFormat, EnginePreset};
 use crate::engine_readme::readme;
 use crate::irradiance::windowed;
+use crate::overflow::note_floats;
 
 /// What files are called before their endings.
 const STEM: &str = "environment";
@@ -92,7 +101,8 @@ parameters! {
         /// image, by default those of the environment.
         #[range(1..=MOST)]
         resolution: Option<usize> = None,
-        /// What happens to values past the format's largest: they become it, or the item fails.
+        /// What happens to values past the largest that the format holds: they become it, with a warning that
+        /// says how much light is lost, or the item fails.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -123,7 +133,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
@@ -177,6 +187,8 @@ impl Kind for ExportEngine {
                 let cube = prefiltered(preset, environment, edge, context)?;
                 cube_files((preset, format), &cube, context)?
             } else {
+                // The irradiance is that of the whole picture, whatever the size of the written one is.
+                let irradiance = nine(&light_of(environment)?, context);
                 let resized = match parameters.resolution {
                     Some(rows) if rows != environment.grid().height => {
                         Some(environment.resized(LatLong::with_rows(rows))?)
@@ -184,13 +196,12 @@ impl Kind for ExportEngine {
                     _ => None,
                 };
                 let environment = resized.as_ref().unwrap_or(environment);
-                let irradiance = nine(&light_of(environment)?, context);
                 let made = engine_files::of_lat_long((preset, format), environment, &irradiance, recipe)?;
                 (made, vec![json!({ "rows": environment.grid().height })])
             }
         };
         context.check_cancelled()?;
-        report((&made, format), parameters.overflow, context)?;
+        report(&made, (preset, format), parameters.overflow, context)?;
         let bounds = bounds((preset, format), &made, levels, context)?;
         let text = readme(preset, format, &names(preset, format, STEM));
         Ok(Output::Files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
@@ -237,7 +248,7 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
         return Err(Failure::new(
             "the cube is not prefiltered with GGX, the lobe of the engines' reflections",
         )
-        .help("give distribution = \"ggx\" to the stage of kind prefilter"));
+        .help("give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for a renderer of your own: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\""));
     }
     Ok(())
 }
@@ -278,18 +289,23 @@ fn cube_files(
 
 /// Warns of what the format could not hold, or fails.
 pub(crate) fn report(
-    (made, format): (&EngineFiles, EngineFormat),
+    made: &EngineFiles,
+    (preset, format): (EnginePreset, EngineFormat),
     overflow: Overflow,
     context: &Context<'_>,
 ) -> Result<(), Failure> {
-    let (most, name) = (engine_files::largest(format), format.name());
-    if made.clamped > 0 {
-        let text = format!("{} values exceed {most}, the largest of {name}", made.clamped);
+    let (excess, most, name) = (&made.excess, made.limit, format.name());
+    if excess.count > 0 && made.precision == Some(Precision::Float) {
+        note_floats(excess, context);
+    } else if excess.count > 0 {
+        let remedy = remedy(preset, excess.largest);
         match overflow {
-            Overflow::Clamp => context.warn(format!("{text}, and were clamped to it")),
+            Overflow::Clamp => {
+                context.warn(format!("{}; {name} ends at {most}; {remedy}", excess.text(made.content)));
+            }
             Overflow::Error => {
-                return Err(Failure::new(text)
-                    .help("lower the exposure of import-environment, choose another format, or overflow = \"clamp\""));
+                let text = format!("{} values exceed {most}, the largest of {name}", excess.count);
+                return Err(Failure::new(text).help(remedy));
             }
         }
     }
@@ -297,6 +313,16 @@ pub(crate) fn report(
         context.warn(format!("{} negative values became 0, for {name} has no sign", made.negative));
     }
     Ok(())
+}
+
+/// What keeps a light of this radiance in an engine.
+fn remedy(preset: EnginePreset, largest: f32) -> String {
+    let beside =
+        "a light beside the map keeps it (`subtract-lights` takes it out, `export-light-rig` writes it)";
+    match preset.formats().iter().find(|format| engine_files::largest(**format) >= largest) {
+        Some(format) => format!("format = {:?} keeps it, or {beside}", format.name()),
+        None => beside.into(),
+    }
 }
 
 /// The JSON with the largest value, what was clamped, and the error of each level.
@@ -313,9 +339,14 @@ fn bounds(
     let bounds = json!({
         "preset": preset.name(),
         "format": format.name(),
-        "largest": made.largest,
-        "format_largest": engine_files::largest(format),
-        "clamped": made.clamped,
+        "precision": made.precision.map(|precision| match precision {
+            Precision::Half => "half",
+            Precision::Float => "float",
+        }),
+        "largest": made.excess.largest,
+        "format_largest": made.limit,
+        "clamped": if made.precision.is_some() { 0 } else { made.excess.count },
+        "lost_light": if made.precision.is_some() { [0.0; 3] } else { made.excess.lost },
         "negative": made.negative,
         "levels": levels,
         "specula": recipe,

@@ -21,8 +21,30 @@
 //! level of detail: a `cube` is one file with six faces in it, and there are no strips and crosses.
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`.
 //!
+//! Half floats end at 65504. If a value exceeds that, the file has 32-bit floats, and a note says so, unless
+//! `precision` is named: then a warning says which share of the light is lost.
+//!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
 //! `contact-sheet`, and is for looking only.
+//!
+//! ## Prefiltered cubes
+//!
+//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, of any
+//! lobe and any list of roughnesses, for a renderer of your own:
+//!
+//! ```toml
+//! [stage.sheen]
+//! kind = "export-environment"
+//! input = "prefiltered"
+//! layout = "cube"
+//! format = "ktx2"
+//! path = "{environment}/sheen"
+//! ```
+//!
+//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
+//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe
+//! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
+//! build notes them. `export-engine` writes cubes for the engines that it knows.
 //!
 //! ## Example
 //!
@@ -38,16 +60,18 @@
 
 use std::borrow::Cow;
 
-use containers::{Precision, Texture};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use containers::{Texture, write_dds, write_ktx2};
+use engine::{Artifact, Choice, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
-use shrm::Plain;
+use shrm::{MapGrid, Plain, Prefiltered};
 use sphere::{Cube, Face, LatLong};
 
 use crate::choices::{LampsName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, Layout, PlainName};
+use crate::overflow::Content;
 use crate::parts::PartsName;
-use crate::{artifacts, map_source};
+use crate::prefilter::DistributionName;
+use crate::{artifacts, map_source, overflow};
 
 choice! {
     /// The container of the written images.
@@ -99,9 +123,11 @@ parameters! {
         resolution: Option<usize> = None,
         /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
         format: Format = Format::Exr,
-        /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what happens to values past 65504: they become 65504, or the item fails.
+        /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504;
+        /// "auto" is half unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
+        /// become 65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]
@@ -145,6 +171,9 @@ impl Parameters {
     }
 }
 
+/// The port of the light.
+const ENVIRONMENT: &str = "environment";
+
 /// The kind `export-environment`.
 pub(crate) struct ExportEnvironment;
 
@@ -152,12 +181,12 @@ impl Kind for ExportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-environment";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("export_environment.rs");
 
     fn ports() -> Vec<Port> {
-        vec![Port::one::<artifacts::Environment>("environment")]
+        vec![Port::one::<artifacts::Environment>(ENVIRONMENT).or::<artifacts::Prefiltered>()]
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -169,23 +198,41 @@ impl Kind for ExportEnvironment {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let Parameters { format, layout, precision, overflow, .. } = *parameters;
+        let Parameters { format, layout, precision, .. } = *parameters;
         let mut errors = Vec::new();
         if format.picture().is_err() && matches!(layout, Layout::CubeStrip | Layout::CubeCross) {
             errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
         }
         let holds_floats = !matches!(format, Format::Rgbe | Format::Png);
-        if precision.0 != Precision::Half && !holds_floats {
+        if precision != PrecisionName::Auto && !holds_floats {
             errors.push(("precision", "only formats \"exr\", \"ktx2\" and \"dds\" use it".into()));
         }
-        if overflow != Overflow::Clamp && (precision.0 != Precision::Half || !holds_floats) {
-            errors.push(("overflow", "only precision = \"half\" uses it".into()));
+        errors.extend(overflow::check(parameters.overflow, precision, holds_floats));
+        errors
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let mut errors = Vec::new();
+        if types.contains(&(ENVIRONMENT, artifacts::Prefiltered::TYPE)) {
+            if parameters.layout != Layout::Cube {
+                errors.push(("layout", "a prefiltered cube is written as layout = \"cube\"".into()));
+            }
+            if parameters.format.picture().is_ok() {
+                let text = "the levels of a prefiltered cube need a texture: format = \"ktx2\" or \"dds\"";
+                errors.push(("format", text.into()));
+            }
+            if parameters.resolution.is_some() {
+                errors.push(("resolution", "a prefiltered cube has its size already".into()));
+            }
         }
         errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = &context.get::<artifacts::Environment>("environment")?.0;
+        if context.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
+            return with_levels(&context.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0, parameters, context);
+        }
+        let environment = &context.get::<artifacts::Environment>(ENVIRONMENT)?.0;
         let exposed = match parameters.exposure {
             0.0 => Cow::Borrowed(environment),
             stops => Cow::Owned(environment.exposed(stops).ok_or_else(|| {
@@ -198,14 +245,61 @@ impl Kind for ExportEnvironment {
         let format = match parameters.format.picture() {
             Ok(format) => {
                 let picture = parameters.picture(format, resolution);
-                return picture::write(&picture, &picture::arrange(&picture, pixels)?, context);
+                return picture::write(&picture, pixels, context);
             }
             Err(format) => format,
         };
         let (width, faces) =
             if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
-        let format = (format, parameters.precision.0, parameters.overflow);
+        let format = (format, parameters.precision, parameters.overflow);
         Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
     }
+}
+
+/// A prefiltered cube as one texture.
+fn with_levels(
+    cube: &Prefiltered,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<Output, Failure> {
+    let factor = math::exp2(parameters.exposure) as f32;
+    let mut levels = cube.levels.iter().map(|level| -> Vec<[f32; 3]> {
+        level.map.pixels().iter().map(|texel| texel.map(|value| value * factor)).collect()
+    });
+    let edge = cube.levels.first().map_or(1, |level| level.map.cube().edge);
+    let texture = Texture {
+        width: edge,
+        height: edge,
+        faces: 6,
+        pixels: levels.next().unwrap_or_default(),
+        smaller_levels: levels.collect(),
+        ..Texture::default()
+    };
+    if let Some(place) = texture.first_not_finite() {
+        return Err(Failure::new(format!("{place}: the value is not finite")).help(
+            "choose a lower exposure, or repair the environment with bad-pixels of import-environment",
+        ));
+    }
+    let words = DistributionName::words();
+    let lobe = words.into_iter().find(|(.., lobe)| lobe.0 == cube.distribution).map_or("", |(word, ..)| word);
+    let roughness: Vec<String> = cube.levels.iter().map(|level| level.roughness.to_string()).collect();
+    let roughness = roughness.join(" ");
+    context.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
+    let content = Content::Light(MapGrid::Cube(Cube { edge }));
+    // The first level has the brightest texels: the others are means of it.
+    let precision =
+        overflow::precision(&texture.pixels, content, (parameters.precision, parameters.overflow), context)?;
+    let encoded = match parameters.format {
+        Format::Dds => write_dds(&texture, precision)?,
+        _ => {
+            let entries = [
+                ("specula.kind", ExportEnvironment::NAME),
+                ("specula.distribution", lobe),
+                ("specula.roughness", roughness.as_str()),
+            ];
+            write_ktx2(&texture, precision, Some(context.recipe()), &entries)?
+        }
+    };
+    Ok(Output::Files(vec![encoded.bytes]))
 }

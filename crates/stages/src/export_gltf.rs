@@ -77,6 +77,7 @@ use crate::choices::STOPS;
 use crate::contact_sheet::described;
 use crate::preview::light;
 use crate::quantity::size;
+use crate::share::report_loss;
 
 parameters! {
     /// Parameters of `export-gltf`.
@@ -212,7 +213,11 @@ fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexA
     let (below, above) = (count(|value| value < 0.0), count(|value| value > 1.0));
     if below + above > 0 {
         let of = exposed.len();
-        context.note(format!("COLOR_0 clamps {below} of {of} numbers from below 0, {above} from above 1"));
+        let what = format!(
+            "the numbers of COLOR_0 are clamped: {below} of {of} from below 0, which turn black, {above} from above 1"
+        );
+        let help = "lower `exposure`, or read _RADIANCE, which keeps them all";
+        report_loss(context, (below + above) as f64 / of as f64, &what, help);
     }
     let clamped = exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect();
     [("COLOR_0", clamped), ("_RADIANCE", values)].map(|(name, values)| VertexAttribute {

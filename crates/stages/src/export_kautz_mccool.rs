@@ -49,7 +49,7 @@
 //! path = "{environment}/{material}/kautz-mccool"
 //! ```
 
-use containers::{Precision, Texture};
+use containers::Texture;
 use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, parameters};
 use shrm::{KautzMcCool, MapLayout, View, azimuthal_share_unless};
 
@@ -57,8 +57,9 @@ use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
+use crate::overflow;
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 parameters! {
     /// Parameters of `export-kautz-mccool`.
@@ -72,11 +73,13 @@ parameters! {
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
         format: MapsFormat = MapsFormat::Dds,
-        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
+        /// exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
+        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
+        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -88,7 +91,7 @@ impl Kind for ExportKautzMcCool {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-kautz-mccool";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_kautz_mccool.rs");
 
@@ -109,11 +112,11 @@ impl Kind for ExportKautzMcCool {
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
         let edge = edge_of(parameters.resolution, MapLayout::LatLong);
-        MapSizes { edge, slices: Some(parameters.slices) }
+        MapSizes { edge, slices: Some(parameters.slices), ..MapSizes::default() }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let error = map_source::check_overflow(parameters.overflow, Some(parameters.precision.0));
+        let error = overflow::check(parameters.overflow, parameters.precision, true);
         error.into_iter().collect()
     }
 
@@ -131,11 +134,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let lost = azimuthal_share_unless(&map.0, source.lamps(), &stop).ok_or_else(Failure::cancelled)?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
-        context.warn(format!(
-                "{} of the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture; \
-                 export-shrm keeps it",
-                share(lost)
-            ));
+        let what =
+            "the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture";
+        report_loss(context, lost, what, "export-shrm keeps it");
     }
     if parameters.slices <= source.p() {
         context.note(format!(
@@ -161,7 +162,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let [width, height] = map_source::picture_size(texture.grid());
     let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
     let volume = Texture { width, height, depth, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.precision.0, parameters.overflow);
+    let format = (parameters.format, parameters.precision, parameters.overflow);
     let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
     let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
         let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);

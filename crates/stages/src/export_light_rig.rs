@@ -18,7 +18,8 @@
 //! environment times steradians: renderers that show radiances of 1 as white show it right. glTF calls this
 //! lux. USD lights have `inputs:angle`, the diameter in degrees, and `inputs:normalize`: without it the
 //! intensity would be the radiance of the disk (OpenUSD, "Normalizing Distant Lights - In Depth"). A glTF
-//! light has no size; its angular radius in degrees is in `extras`.
+//! light has no size: renderers shade it as a point, whose highlight is too bright and too small if the light
+//! is larger than the highlight is wide. Its angular radius in degrees is in `extras`.
 //!
 //! ## Samples
 //!

@@ -24,9 +24,9 @@
 //! ## Lamps
 //!
 //! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the
-//! material reflects of it. A game whose sun is a light of its own, with shadows, would then have it twice.
-//! With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"` writes the
-//! lights themselves, in the engine's own frame.
+//! material reflects of its disk. A game whose sun is a light of its own, with shadows, would then have it
+//! twice. With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"`
+//! writes the lights themselves, in the engine's own frame.
 //!
 //! ## Texels
 //!
@@ -57,8 +57,9 @@
 //!
 //! ## Values past the largest half
 //!
-//! A half holds numbers up to 65504. Larger values, of either sign, become +-65504, and a warning counts
-//! them; with `overflow = "error"` the item fails instead. `precision = "float"` keeps every value.
+//! A half holds numbers up to 65504. If a value exceeds that, all files of the map have 32-bit floats, and a
+//! note says so. With `precision = "half"` larger values, of either sign, become +-65504, and a warning says
+//! which share of the red, green and blue light is lost. With `overflow = "error"` the item fails instead.
 //!
 //! ## Example
 //!
@@ -81,8 +82,9 @@ use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
 use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
+use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
-use crate::share::share;
+use crate::share::report_loss;
 
 choice! {
     /// Which map represents a material that changes with the view.
@@ -130,9 +132,11 @@ parameters! {
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what happens to values past 65504; see Values past the largest half.
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
+        /// unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
+        /// half.
         overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
         /// as it is, so that the maps of several environments can be compared.
@@ -155,7 +159,7 @@ impl Kind for ExportReflectionMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-reflection-map";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
@@ -177,17 +181,13 @@ impl Kind for ExportReflectionMap {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let PrecisionName(precision) = parameters.precision;
+        let is_exr = parameters.format == Format::Exr;
         let mut errors = Vec::new();
         if parameters.exposure != 0.0 && parameters.format != Format::Png {
             errors.push(("exposure", "only format = \"png\" uses it".into()));
         }
-        if parameters.overflow != Overflow::Clamp
-            && (parameters.format, precision) != (Format::Exr, Precision::Half)
-        {
-            errors.push(("overflow", "only format = \"exr\" with precision = \"half\" uses it".into()));
-        }
-        if precision != Precision::Half && parameters.format != Format::Exr {
+        errors.extend(overflow::check(parameters.overflow, parameters.precision, is_exr));
+        if parameters.precision != PrecisionName::Auto && !is_exr {
             errors.push(("precision", "only format = \"exr\" uses it".into()));
         }
         errors
@@ -219,52 +219,66 @@ fn files(
     };
     let lost = view_dependent_share(reflection);
     if lost > 0.0 {
-        context.note(format!(
-            "P = {}: the map holds {shown}; {} of the reflected energy changes with the view, \
-             which export-shrm keeps",
-            reflection.brdf().p().get(),
-            share(lost)
-        ));
+        let what = format!(
+            "the reflected energy changes with the view (P = 1 to {}) and is lost: the map holds {shown}",
+            reflection.brdf().p().get()
+        );
+        report_loss(context, lost, &what, "export-shrm keeps it");
     }
-    let images = images(parameters, reflection)?;
+    let pixels = match parameters.lamps {
+        LampsName::Baked => texels(reflection, plain, grid(parameters))?,
+        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid(parameters))?,
+    };
     context.check_cancelled()?;
-    report_negatives(parameters.format, &images, context);
-    encoded(parameters, &images, context)
+    report_negatives(parameters.format, &pixels, context);
+    encoded(parameters, pixels, context)
 }
 
-/// What one map of both parts loses.
+/// Stops at 5 % of the views from which a loss is a warning.
+const SHOWS: f64 = 0.1;
+
+/// Says what one map of both parts loses.
 fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) {
     let dark = DARK * reflection.light_mean();
     let lost = reflection.plain_samples(plain).error(&reflection.samples(), dark);
-    context.note(format!(
-        "at views as a ball shows them, 5 % are off by more than {:.2} stops, 1 % by more than {:.2}",
+    let found = format!(
+        "95 % of the views of a ball are within {:.2} stops of both parts, 99 % within {:.2}",
         lost.p95, lost.p99
-    ));
+    );
+    if lost.p95 > SHOWS {
+        context.warn(format!(
+            "{found}: the matte base shows the light of the wrong direction; leave out `parts`"
+        ));
+    } else {
+        context.note(found);
+    }
 }
 
-/// The files of the images, of a kind that writes no others.
+/// The files of a map's texels, of a kind that writes no others.
 pub(crate) fn write(
     parameters: &Parameters,
-    images: &[Image],
+    pixels: Vec<[f32; 3]>,
     context: &Context<'_>,
 ) -> Result<Output, Failure> {
-    Ok(Output::Files(encoded(parameters, images, context)?))
+    Ok(Output::Files(encoded(parameters, pixels, context)?))
 }
 
-/// The files of the images.
+/// The files of a map's texels.
 fn encoded(
     parameters: &Parameters,
-    images: &[Image],
+    pixels: Vec<[f32; 3]>,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
-    let recipe = Some(context.recipe());
-    let encoded = images.iter().map(|image| encode(parameters, image, recipe));
-    let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
-    let clamped = encoded.iter().map(|file| file.clamped).sum();
-    if parameters.format == Format::Exr {
-        report_overflow(clamped, parameters.overflow, context)?;
-    }
-    Ok(encoded.into_iter().map(|file| file.bytes).collect())
+    let precision = match parameters.format {
+        Format::Exr => {
+            let choice = (parameters.precision, parameters.overflow);
+            overflow::precision(&pixels, Content::Light(grid(parameters)), choice, context)?
+        }
+        Format::Rgbe | Format::Png => Precision::Float,
+    };
+    let images = arrange(parameters, pixels)?;
+    let files = images.iter().map(|image| encode(parameters, precision, image, context.recipe()));
+    files.map(|file| Ok(file?.bytes)).collect()
 }
 
 /// The share of the energy of the reflected field that has p > 0; 0 for a black one.
@@ -287,18 +301,6 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
         }
     }
     if total > 0.0 { dependent / total } else { 0.0 }
-}
-
-/// The field on the images of a layout.
-fn images(parameters: &Parameters, reflection: &Reflection) -> Result<Vec<Image>, Failure> {
-    let PlainName(plain) = parameters.view;
-    arrange(
-        parameters,
-        match parameters.lamps {
-            LampsName::Baked => texels(reflection, plain, grid(parameters))?,
-            LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid(parameters))?,
-        },
-    )
 }
 
 /// One map of a reflection, with the lamps beside it, at the texels of a grid.
@@ -330,7 +332,7 @@ pub(crate) fn grid(parameters: &Parameters) -> MapGrid {
 }
 
 /// The images of the texels' values.
-pub(crate) fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
+fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
     let resolution = parameters.resolution;
     match parameters.layout {
         Layout::LatLong => Ok(vec![image(2 * resolution, resolution, pixels)?]),
@@ -367,45 +369,33 @@ pub(crate) fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Resul
 }
 
 /// Reports how many values are negative because of ringing.
-fn report_negatives(format: Format, images: &[Image], context: &Context<'_>) {
-    let values = || images.iter().flat_map(|image| image.pixels().as_flattened()).copied();
+fn report_negatives(format: Format, pixels: &[[f32; 3]], context: &Context<'_>) {
+    let values = || pixels.as_flattened().iter().copied();
     let negative = values().filter(|value| *value < 0.0).count();
     if negative == 0 {
         return;
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
-    let found = format!(
-        "{negative} of {total} values are negative, the least is {least:.3e}, because the series is truncated"
-    );
-    match format {
-        Format::Exr => context.note(found),
-        Format::Rgbe | Format::Png => context.warn(format!("{found}; they are written as 0")),
-    }
+    let written = match format {
+        Format::Exr => "black where a renderer clamps them",
+        Format::Rgbe | Format::Png => "written as 0",
+    };
+    let what =
+        format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
+    let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
+    report_loss(context, negative as f64 / total as f64, &what, help);
 }
 
-/// Warns of values that a half cannot hold, or fails because of them.
-pub(crate) fn report_overflow(
-    clamped: usize,
-    overflow: Overflow,
-    context: &Context<'_>,
-) -> Result<(), Failure> {
-    match overflow {
-        _ if clamped == 0 => Ok(()),
-        Overflow::Clamp => {
-            context.warn(format!(
-                "{clamped} values exceed 65504, the largest half, and were clamped to it; precision = \"float\" keeps them"
-            ));
-            Ok(())
-        }
-        Overflow::Error => Err(Failure::new(format!("{clamped} values exceed 65504, the largest half"))
-            .help("precision = \"float\" keeps them, overflow = \"clamp\" clamps them to 65504")),
-    }
-}
-
-/// The file of an image, and the number of values that the format could not hold.
-fn encode(parameters: &Parameters, image: &Image, recipe: Option<&str>) -> Result<Encoded, Failure> {
+/// The file of an image.
+fn encode(
+    parameters: &Parameters,
+    precision: Precision,
+    image: &Image,
+    recipe: &str,
+) -> Result<Encoded, Failure> {
+    let recipe = Some(recipe);
     match parameters.format {
-        Format::Exr => Ok(write_exr(image, parameters.precision.0, recipe)?),
+        Format::Exr => Ok(write_exr(image, precision, recipe)?),
         Format::Rgbe => Ok(write_rgbe(image, recipe)?),
         Format::Png => {
             let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);

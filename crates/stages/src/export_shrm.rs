@@ -50,8 +50,9 @@
 //! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
 //! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
 //! array of arrays. A light is its direction x, y, z, its angular radius in radians, and the irradiance r, g,
-//! b of a surface that faces it. A renderer adds, for each light, irradiance times BRDF times the cosine
-//! between light and normal, by the material's own formula, to what the map gives.
+//! b of a surface that faces it. A renderer adds, for each light, the mean over its disk of BRDF times the
+//! cosine between light and normal, by the material's own formula, to what the map gives: a sun is as good as
+//! a point, a lamp that is larger than the highlight is wide needs more (see below).
 //!
 //! ## Two maps
 //!
@@ -136,9 +137,11 @@
 //!
 //! ## In a shader: the lamps
 //!
-//! With `lamps = "separate"` add each light to what the map gives, as the engine adds its own punctual
-//! lights: irradiance times BRDF times the cosine between light and normal. Neither needs a shadow or a
-//! falloff. For the metal of model `standard`:
+//! With `lamps = "separate"` add each light to what the map gives: its flux times the mean over its disk of
+//! BRDF times the cosine between light and normal. Neither needs a shadow or a falloff. The mean is that of
+//! n points, each with an equal share of the disk: 1 for a sun, about (3 radius / alpha)^2 for a lamp that is
+//! larger than alpha / 10, alpha being the square of the roughness; each costs what a punctual light costs.
+//! For the metal of model `standard`:
 //!
 //! ```wgsl
 //! struct Light { direction: vec3f, radius: f32, irradiance: vec3f, unused: f32 }
@@ -157,10 +160,25 @@
 //!     return fresnel * (d * 0.5 * n_l / max(shadowed, 1e-6));
 //! }
 //!
+//! fn disk_point(light: Light, k: u32, count: u32) -> vec3f { // a spiral of equal areas
+//!     if count == 1u { return light.direction; }
+//!     let d = light.direction;
+//!     let u = normalize(cross(d, select(vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), abs(d.z) > 0.9)));
+//!     let share = (f32(k) + 0.5) / f32(count);
+//!     let theta = 2.0 * asin(sin(0.5 * light.radius) * sqrt(share));
+//!     let phi = 2.3999632 * f32(k);
+//!     return d * cos(theta) + (u * cos(phi) + cross(d, u) * sin(phi)) * sin(theta);
+//! }
+//!
 //! fn shaded(n: vec3f, v: vec3f, roughness: f32, base_color: vec3f) -> vec3f {
 //!     var sum = max(reflected(2.0 * dot(n, v) * n - v, v), vec3f(0.0)); // the map, see above
 //!     for (var i = 0u; i < arrayLength(&lights); i++) {
-//!         sum += lights[i].irradiance * highlight(n, v, lights[i].direction, roughness, base_color);
+//!         let across = lights[i].radius / (roughness * roughness);
+//!         let count = select(1u, clamp(u32(9.0 * across * across), 8u, 1024u), across > 0.1);
+//!         let flux = lights[i].irradiance * 2.0 / (1.0 + cos(lights[i].radius));
+//!         for (var k = 0u; k < count; k++) {
+//!             sum += flux / f32(count) * highlight(n, v, disk_point(lights[i], k, count), roughness, base_color);
+//!         }
 //!     }
 //!     return sum;
 //! }
@@ -169,14 +187,14 @@
 //! `standard` keeps the light that facets reflect more than once, which this highlight leaves out: at
 //! roughness 0.5 that is a tenth of a white metal's light, at roughness 1 more than half. An engine whose own
 //! metals keep it has a better `highlight` already. For `phong`, with the reflection vector r, the sum has
-//! `specular * (exponent + 1.0) / 6.2832 * pow(max(dot(r, lights[i].direction), 0.0), exponent)`, without a
-//! cosine.
+//! `specular * (exponent + 1.0) / 6.2832 * pow(max(dot(r, point), 0.0), exponent)`, without a cosine, and
+//! 1 / sqrt(exponent + 1) in place of alpha.
 //!
 //! ## Values past the largest half
 //!
-//! With precision "half" (KTX2 and OpenEXR) a value past 65504, of either sign, becomes +-65504, and a
-//! warning counts such values; with `overflow = "error"` the item fails instead. `precision = "float"` keeps
-//! every value.
+//! If a value exceeds 65504, the largest half, KTX2 and OpenEXR files have 32-bit floats, and a note says so.
+//! With `precision = "half"` such a value, of either sign, becomes +-65504, and a warning says which share of
+//! the sum of all values is lost; with `overflow = "error"` the item fails instead.
 //!
 //! ## Example
 //!
@@ -204,9 +222,9 @@ use shrm::{MapLayout, Reflection, Shrm, Terms};
 use crate::choices::{
     LampsName, MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of,
 };
-use crate::export_reflection_map::report_overflow;
 use crate::map_input::{self, MapInput};
 use crate::map_source::MapSource;
+use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
 
 choice! {
@@ -242,10 +260,12 @@ parameters! {
         parts: PartsName = PartsName::Separate,
         /// The container; see Files.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
+        /// is half unless a value exceeds that.
         /// Safetensors hold 32-bit numbers.
-        precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what happens to values past 65504; see Values past the largest half.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
+        /// half.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -264,7 +284,7 @@ impl Kind for ExportShrm {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-shrm";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
@@ -283,20 +303,18 @@ impl Kind for ExportShrm {
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
         let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
-        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+        MapSizes {
+            edge: edge_of(parameters.resolution, layout),
+            slices: None,
+            holds_lamps: Some(parameters.lamps == LampsName::Baked),
+        }
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let PrecisionName(precision) = parameters.precision;
         let mut errors = parameters.input().check();
         let textures = parameters.format != Format::Safetensors;
-        if parameters.overflow != Overflow::Clamp && !(textures && precision == Precision::Half) {
-            errors.push((
-                "overflow",
-                "only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
-            ));
-        }
-        if precision != Precision::Half && !textures {
+        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
+        if parameters.precision != PrecisionName::Auto && !textures {
             errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
         }
         errors
@@ -325,7 +343,13 @@ fn file(
     context: &Context<'_>,
 ) -> Result<Vec<u8>, Failure> {
     let recipe = Some(context.recipe());
-    let PrecisionName(precision) = parameters.precision;
+    let precision = match parameters.format {
+        Format::Safetensors => Precision::Float,
+        Format::Exr | Format::Ktx2 => {
+            let choice = (parameters.precision, parameters.overflow);
+            overflow::precision(map.values(), Content::Values, choice, context)?
+        }
+    };
     let file = match parameters.format {
         Format::Safetensors => {
             Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
@@ -333,7 +357,6 @@ fn file(
         Format::Exr => layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?,
         Format::Ktx2 => texture(map, beside, precision, recipe)?,
     };
-    report_overflow(file.clamped, parameters.overflow, context)?;
     context.note(format!("{} bytes", file.bytes.len()));
     Ok(file.bytes)
 }

@@ -48,7 +48,7 @@
 //! path = "{environment}/{material}/view-maps"
 //! ```
 
-use containers::{Precision, Texture};
+use containers::Texture;
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
 use shrm::{MapLayout, View, ViewMaps};
 
@@ -56,6 +56,7 @@ use crate::choices::{MOST, MapLayoutName, MapsFormat, Overflow, PrecisionName, R
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
+use crate::overflow;
 use crate::parts::{self, PartsName};
 
 parameters! {
@@ -73,11 +74,13 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: MapsFormat = MapsFormat::Ktx2,
-        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
+        /// exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
+        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
+        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -89,7 +92,7 @@ impl Kind for ExportViewMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-view-maps";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 
@@ -108,7 +111,7 @@ impl Kind for ExportViewMaps {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let error = map_source::check_overflow(parameters.overflow, Some(parameters.precision.0));
+        let error = overflow::check(parameters.overflow, parameters.precision, true);
         error.into_iter().collect()
     }
 
@@ -148,7 +151,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let [faces, height, width] = table.grid().shape();
     let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
     let array = Texture { width, height, layers, faces, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.precision.0, parameters.overflow);
+    let format = (parameters.format, parameters.precision, parameters.overflow);
     let mut files = map_source::encode(&array, format, "view-maps", context)?;
     let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
         let layer = (parameters.format != MapsFormat::Exr).then_some(k);

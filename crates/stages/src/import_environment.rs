@@ -1,25 +1,64 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
-//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or WebP
-//! files, or folders of six cube faces. A glob gives one item per file. The content of a file decides its
-//! format, not its name.
+//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PFM, TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or
+//! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
+//! gives one item per file. The content of a file decides its format, not its name.
 //!
-//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with
-//!   colour is read, an unnamed one before all others, with a warning that lists them; `layer` names another.
-//!   The `chromaticities` are converted to Rec. 709.
+//! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half,
+//!   float or uint; every compression but ZSTD and HTJ2K; no subsampled channels. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
-//! - TIFF: 8 or 16-bit integers, or 32-bit floats, grey or RGB; of several pages, the first. Floats hold high
-//!   dynamic range.
-//! - PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their
-//!   white.
+//! - PFM: RGB or grey, in either order of bytes.
+//! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
+//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the
+//!   picture.
+//! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
+//!   read as light of the scene, the reference white, a signal of 75 %.
+//! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than
+//!   their white.
 //!
-//! The colours of TIFF, PNG, JPEG and WebP are converted to linear Rec. 709 by the file's ICC profile (sRGB,
-//! Display P3, Adobe RGB, Rec. 2020, linear ones and others). Without a profile, integers are taken for sRGB
-//! and floats for linear Rec. 709. Integer colours that are more saturated than Rec. 709 are clipped, with a
-//! warning.
+//! Alpha is ignored, with a warning if it is below 1. A picture that a camera holds sideways or upside down
+//! (the orientation of Exif in PNG, JPEG and WebP, or of TIFF and TGA) is turned upright.
 //!
-//! Alpha is ignored, with a warning if it is below 1.
+//! ## Layers
+//!
+//! Without `layer`, an OpenEXR file of several layers or parts gives the first of the first line that it has,
+//! with a warning that lists them:
+//!
+//! 1. the unnamed layer of R, G and B
+//! 2. one that is called `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
+//! 3. another of R, G and B
+//! 4. one of R, G and B whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`
+//! 5. luminance and chroma (Y RY BY)
+//! 6. grey (Y)
+//!
+//! X, Y and Z of one layer are a position or a direction, and never read as light.
+//!
+//! The picture is the display window. What the data window does not reach is black, with a warning; it is an
+//! error if it reaches nothing.
+//!
+//! ## Colours
+//!
+//! Everything becomes linear Rec. 709. The primaries are those of the file:
+//!
+//! - OpenEXR: the attribute `colorInteropID` (`lin_ap1_scene`), else `chromaticities`, else a name of a
+//!   linear space in `oiio:ColorSpace` or `colorspace`; without them Rec. 709.
+//! - Radiance: CIE XYZ of equal-energy white with FORMAT=32-bit_rle_xyze, else PRIMARIES, else Rec. 709.
+//! - TIFF, PNG, JPEG and WebP: the ICC profile (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones and
+//!   others), before which PNG's cICP counts. Without either, integers are taken for sRGB and floats for
+//!   linear Rec. 709.
+//!
+//! `colour-space` names them for a file that does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3`
+//! (white D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and
+//! `colorInteropID` are understood, too: `ACES - ACEScg`, `lin_rec2020_scene`. It counts before what the file
+//! says, with a warning if the two differ; the curve of a PNG or JPEG stays. A white other than D65 is
+//! adapted with the Bradford transform.
+//!
+//! Wider primaries hold colours that Rec. 709 cannot. Such a colour p moves toward its grey of the same
+//! luminance Y, by the least step that leaves no channel negative: p' = Y + t (p - Y) with t = Y / (Y - min
+//! p). A warning says how many pixels that were and how much light it changed; if that is below 0.01 %, as
+//! what 8 bits round, it is a note. Pixels with a negative channel in the file's own primaries are not moved:
+//! see Bad pixels.
 //!
 //! ## Layouts
 //!
@@ -53,14 +92,30 @@
 //! other five are in the same folder, so `source = "sets/*_px.hdr"` gives one item per set. The end of a
 //! file's name says which face it is, in upper or lower case, after any prefix that does not end in a letter:
 //!
-//! | face | ends in one of |
-//! | --- | --- |
-//! | +X | `px`, `posx`, `right` |
-//! | -X | `nx`, `negx`, `left` |
-//! | +Y | `py`, `posy`, `top`, `up` |
-//! | -Y | `ny`, `negy`, `bottom`, `down` |
-//! | +Z | `pz`, `posz`, `front` |
-//! | -Z | `nz`, `negz`, `back` |
+//! | face | by axes | by words | Quake, Source |
+//! | --- | --- | --- | --- |
+//! | +X | `px`, `posx`, `xpos`, `+X`, `c00` | `right` | `ft` |
+//! | -X | `nx`, `negx`, `xneg`, `-X`, `c01` | `left` | `bk` |
+//! | +Y | `py`, `posy`, `ypos`, `+Y`, `c02` | `top`, `up` | `up` |
+//! | -Y | `ny`, `negy`, `yneg`, `-Y`, `c03` | `bottom`, `down` | `dn` |
+//! | +Z | `pz`, `posz`, `zpos`, `+Z`, `c04` | `front` | `rt` |
+//! | -Z | `nz`, `negz`, `zneg`, `-Z`, `c05` | `back` | `lf` |
+//!
+//! Words mean different things in different programs. In Quake's and Source's frame, which is Specula's, `rt`
+//! is forward (+X, yaw 0), and what lies to the right of `ft` is `lf`. Unity's skybox of six sides
+//! (`_FrontTex`, `_LeftTex`) has its left at +X, to the right of the front, too. So the pictures decide: if
+//! their edges do not meet in the usual arrangement of the words, but do in another of these, they are
+//! arranged so, with a note. A letter before the word (`desertrt.tga`) is fine if all six are there.
+//!
+//! ## Textures
+//!
+//! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube,
+//! which in a prefiltered one is the mirror, or of one picture, which `layout` describes as that of any
+//! other. Texels are halves, floats, RGB9E5, R11G11B10F, BC6H or RGBD.
+//!
+//! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
+//! names the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that
+//! Specula wrote says so itself, in all containers but DDS.
 //!
 //! ## Bad pixels
 //!
@@ -69,9 +124,13 @@
 //!
 //! | `bad-pixels` | what happens |
 //! | --- | --- |
+//! | `zero-negative` | negative values become 0, with a warning that says which share of the light they are; NaN and infinite values are an error |
 //! | `error` | the item fails |
 //! | `zero` | each becomes 0, with a warning |
 //! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
+//!
+//! Lossy compression (DWA) and the filters of renderers leave a few negative values beside lamps, which is
+//! why they are no error by default.
 //!
 //! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist
 //! and a file that is not an image, but not bad pixels.
@@ -92,18 +151,24 @@
 //! bad-pixels = "clamp"
 //! ```
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use containers::{
-    Decoded, ImageHeader, OpenExrEnvmap, ReadOptions, decoder_level, read_image, read_image_header,
+    Decoded, ImageHeader, LightTexture, OpenExrEnvmap, ReadOptions, decoder_level, is_light_texture,
+    read_image, read_image_header, read_light_texture,
 };
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
-use envmap::{BadPixels, Environment, Image, Layout, check_faces, repair, stack_faces};
+use envmap::{BadPixels, Environment, Image, Layout, check_faces, stack_faces};
 use sphere::{Face, LatLong};
 
 use crate::artifacts;
+use crate::bad_pixels::{BadPixelsName, repaired};
 use crate::choices::STOPS;
-use crate::six_faces::{self, FaceName};
+use crate::colour_space_name::ColourSpaceName;
+use crate::engine_files::turned_back;
+use crate::engine_preset::EnginePreset;
+use crate::six_faces::{self, FaceFiles, FaceName};
 
 choice! {
     /// How the sphere lies on an image.
@@ -127,26 +192,14 @@ choice! {
     }
 }
 
-choice! {
-    /// What happens to NaN, infinite and negative values.
-    pub(crate) enum BadPixelsName: BadPixels {
-        /// The item fails.
-        Error,
-        /// The value becomes 0.
-        Zero,
-        /// The value becomes the nearest that is not bad.
-        Clamp,
-    }
-}
-
 parameters! {
     /// Parameters of `import-environment`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
         /// cube, an `envmap` attribute names its layout, everything else is lat-long.
         layout: OrAuto<LayoutName> = OrAuto::Auto,
-        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: the
-        /// first layer that holds colour.
+        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
+        /// Layers.
         layer: Option<String> = None,
         /// Stops by which the radiance is multiplied: 1 doubles it.
         #[range(STOPS)]
@@ -157,7 +210,14 @@ parameters! {
         #[range(1..=MOST_ROWS)]
         resolution: Option<usize> = None,
         /// What happens to NaN, infinite and negative values; see Bad pixels.
-        bad_pixels: BadPixelsName = BadPixelsName(BadPixels::Error),
+        bad_pixels: BadPixelsName = BadPixelsName(BadPixels::ZeroNegative),
+        /// The primaries of the values: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb or xyz,
+        /// or such a space's name in OCIO or `colorInteropID`; see Colours. Default: what the file says, or
+        /// else rec709.
+        colour_space: Option<ColourSpaceName> = None,
+        /// The engine for which a cube in a texture was made; see Textures. Default: what the file says, or
+        /// else the frame of KTX2's table.
+        preset: Option<EnginePreset> = None,
     }
 }
 
@@ -171,7 +231,7 @@ impl Kind for ImportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-environment";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
@@ -190,7 +250,7 @@ impl Kind for ImportEnvironment {
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let source = context.source()?;
-        match Pictures::find(source, parameters, context)? {
+        match Pictures::find(source, false, parameters, context)? {
             Pictures::One => {
                 let header = read_header(source, parameters, context)?;
                 let layout = layout_of(parameters.layout, header.openexr_envmap, context);
@@ -198,7 +258,7 @@ impl Kind for ImportEnvironment {
                 checked
                     .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(source))))
             }
-            Pictures::Faces(paths) => {
+            Pictures::Faces(_, paths) => {
                 let mut sizes = [[0; 2]; Face::ALL.len()];
                 for (size, path) in sizes.iter_mut().zip(&paths) {
                     let header = read_header(path, parameters, context)?;
@@ -207,6 +267,12 @@ impl Kind for ImportEnvironment {
                 check_faces(sizes)?;
                 Ok(())
             }
+            Pictures::Texture => {
+                let (image, layout) = read_texture(source, parameters, context)?;
+                let checked = layout.check(image.width(), image.height());
+                checked
+                    .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(source))))
+            }
         }
     }
 
@@ -214,7 +280,7 @@ impl Kind for ImportEnvironment {
         let source = context.source()?;
         let (image, layout) = read_source(source, parameters, context)?;
         context.check_cancelled()?;
-        let (image, found) = repair(image, layout, parameters.bad_pixels.0).map_err(|error| {
+        let image = repaired(image, layout, parameters.bad_pixels.0, context).map_err(|error| {
             let bad = matches!(error, envmap::Error::BadPixels(_));
             let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
             match bad {
@@ -224,9 +290,6 @@ impl Kind for ImportEnvironment {
                 false => failure,
             }
         })?;
-        if !found.is_clean() {
-            context.warn(format!("bad pixels were replaced: {found}"));
-        }
         let grid = parameters.resolution.map(LatLong::with_rows);
         if layout != Layout::LatLong {
             let LatLong { width, height } =
@@ -251,12 +314,20 @@ impl Kind for ImportEnvironment {
 enum Pictures {
     /// The source itself.
     One,
-    /// The faces of a cube, in file order.
-    Faces(Vec<PathBuf>),
+    /// The faces of a cube, and their files.
+    Faces(FaceFiles, Vec<PathBuf>),
+    /// A texture that holds light.
+    Texture,
 }
 
 impl Pictures {
-    fn find(source: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Self, Failure> {
+    /// The pictures of a source; `reads_whole` as of [`is_texture`].
+    fn find(
+        source: &Path,
+        reads_whole: bool,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<Self, Failure> {
         if context.is_folder(source) {
             return match parameters.layout {
                 OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, context),
@@ -266,6 +337,9 @@ impl Pictures {
                 ))
                 .help("name a file as the source, or remove layout")),
             };
+        }
+        if is_texture(source, reads_whole, context)? {
+            return Ok(Self::Texture);
         }
         if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
             let face = FaceName::parse(&name(source)).ok_or_else(|| {
@@ -283,9 +357,24 @@ impl Pictures {
 
     /// The six images of one set in a folder.
     fn faces(folder: &Path, like: Option<&FaceName>, context: &Context<'_>) -> Result<Self, Failure> {
-        let names = six_faces::find(&context.list(folder)?, like, &name(folder))?;
-        Ok(Self::Faces(names.iter().map(|name| folder.join(name)).collect()))
+        let files = six_faces::find(&context.list(folder)?, like, &name(folder))?;
+        let paths = files.names.iter().map(|name| folder.join(name)).collect();
+        Ok(Self::Faces(files, paths))
     }
+}
+
+/// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
+/// the whole file, which is why a run reads all of it.
+fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<bool, Failure> {
+    /// Of the longest signature.
+    const SIGNATURE: u64 = 12;
+    if reads_whole {
+        return Ok(is_light_texture(&context.read(path)?));
+    }
+    let mut first = Vec::new();
+    context.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
+    // What glTF holds is known only by the whole document.
+    Ok(is_light_texture(&first) || first.first() == Some(&b'{') && is_light_texture(&context.read(path)?))
 }
 
 /// The image of the source, and its layout.
@@ -294,38 +383,90 @@ fn read_source(
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Layout), Failure> {
-    match Pictures::find(source, parameters, context)? {
+    match Pictures::find(source, true, parameters, context)? {
         Pictures::One => {
             let decoded = read_picture(source, parameters, context)?;
             let layout = layout_of(parameters.layout, decoded.openexr_envmap, context);
             Ok((decoded.image, layout))
         }
-        Pictures::Faces(paths) => {
+        Pictures::Faces(files, paths) => {
             let faces = paths.iter().map(|path| Ok(read_picture(path, parameters, context)?.image));
             let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
             let faces = <[Image; Face::ALL.len()]>::try_from(faces)
                 .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
+            check_faces(faces.each_ref().map(|face| [face.width(), face.height()]))?;
+            let (faces, arranged) = files.arrange(faces);
+            arranged.into_iter().for_each(|note| context.note(note));
             Ok((stack_faces(faces)?, Layout::Cube))
         }
+        Pictures::Texture => read_texture(source, parameters, context),
+    }
+}
+
+/// The light in a texture, and its layout.
+fn read_texture(
+    path: &Path,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<(Image, Layout), Failure> {
+    let within = |failure: Failure| failure.context(format!("cannot import {}", name(path)));
+    let read = read_light_texture(&context.read(path)?, &parameters.options());
+    let LightTexture { mut image, is_cube, format, levels, warnings, notes, recipe } =
+        read.map_err(|error| within(error.into()))?;
+    warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
+    notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
+    let levels = if levels > 1 { format!(", level 0 of {levels}") } else { String::new() };
+    if !is_cube {
+        context.note(format!("{}: {format}, one picture{levels}", name(path)));
+        return Ok((image, layout_of(parameters.layout, None, context)));
+    }
+    if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
+        && layout != Layout::Cube
+    {
+        let message = format!("the file holds a cube, and the manifest says layout = \"{}\"", layout.name());
+        return Err(within(Failure::new(message).help("remove `layout`")));
+    }
+    let declared = recipe.as_deref().and_then(EnginePreset::of_recipe);
+    if let (Some(declared), Some(wanted)) = (declared, parameters.preset)
+        && declared != wanted
+    {
+        let (declared, wanted) = (declared.name(), wanted.name());
+        context.warn(format!(
+            "{}: the file was written for {declared}, the manifest says preset = \"{wanted}\"",
+            name(path)
+        ));
+    }
+    let preset = parameters.preset.or(declared);
+    let frame =
+        preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name()));
+    context.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
+    if let Some(preset) = preset {
+        let pixels = turned_back(&image, preset);
+        image.pixels_mut().copy_from_slice(&pixels);
+    }
+    Ok((image, Layout::Cube))
+}
+
+impl Parameters {
+    /// What the decoders have to know.
+    fn options(&self) -> ReadOptions {
+        ReadOptions { layer: self.layer.clone(), colour_space: self.colour_space.map(|name| name.0) }
     }
 }
 
 /// The header of one file.
 fn read_header(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<ImageHeader, Failure> {
-    let options = ReadOptions { layer: parameters.layer.clone() };
-    read_image_header(&mut context.open(path)?, &options)
+    read_image_header(&mut context.open(path)?, &parameters.options())
         .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))
 }
 
-/// The image of one file; the messages of its decoder become warnings.
+/// The image of one file; the messages of its decoder become warnings and notes.
 fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
     context.check_cancelled()?;
-    let options = ReadOptions { layer: parameters.layer.clone() };
-    let decoded = read_image(&context.read(path)?, &options)
+    let decoded = read_image(&context.read(path)?, &parameters.options())
         .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))?;
-    for warning in &decoded.warnings {
-        context.warn(format!("{}: {warning}", name(path)));
-    }
+    decoded.warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
+    decoded.notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
     Ok(decoded)
 }
 

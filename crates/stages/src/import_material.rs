@@ -219,13 +219,18 @@
 //! | `file` | a path from this file's folder; required | the `.gltf` or `.glb` file |
 //! | `material` | a name, or a number from 0 on; required if there are several | the material of the file |
 //!
+//! Materials of one name are told apart by their numbers, which the error lists: `material = 1`.
+//!
 //! The material becomes one of the model `standard`: `pbrMetallicRoughness` and the extensions
 //! `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_clearcoat` and `KHR_materials_sheen` are
 //! read. A material here is the same everywhere, so a texture becomes the mean of all its texels (colours
 //! decoded from sRGB first, alpha ignored, whatever part of it the mesh shows), times its factor; notes name
-//! what was averaged. Textures are read as PNG, JPEG or WebP, also from files beside a `.gltf`: the item is
-//! rerun if one of them changes. Normal and occlusion textures are ignored, a roughness below the least of
-//! the model becomes the least, and a warning names other extensions, transparency and emitted light.
+//! what was averaged. Textures are read as PNG, JPEG or WebP, also from files beside a `.gltf` or in other
+//! folders (`../textures/a.png`): the item is rerun if one of them changes. Normal and occlusion textures are
+//! ignored, and a roughness below the least of the model becomes the least. Warnings name other extensions,
+//! transparency, emitted light, vertex colours, and a `KHR_texture_transform` that may show a part of a
+//! texture. If the file *requires* an extension that is not read, the material is an error, unless the
+//! extension belongs to other materials of the file, or to meshes, lights or animations.
 //!
 //! ## Layers
 //!
@@ -272,7 +277,7 @@ impl Kind for ImportMaterial {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-material";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
 

@@ -14,9 +14,15 @@
 //!
 //! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
 //! its own node. Animations, morph targets, cameras and lights are ignored, and so are materials and
-//! textures, because the look of a surface comes from `import-material`. `KHR_mesh_quantization` and
-//! `EXT_meshopt_compression` are supported. A file whose triangles need another extension, such as
-//! `KHR_draco_mesh_compression`, is an error that names the extension. At most 4,194,304 triangles are read.
+//! textures, because the look of a surface comes from `import-material`; notes name morph targets, vertex
+//! colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
+//! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places) are supported. A file that
+//! requires another extension is an error that names it (`KHR_draco_mesh_compression`), unless it concerns
+//! materials, textures, lights or animations only. At most 4,194,304 triangles are read, each instance
+//! counted.
+//!
+//! Buffers may lie in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires,
+//! or as they are on the disk.
 //!
 //! ## Example
 //!
@@ -45,7 +51,7 @@ impl Kind for ImportMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-mesh";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[mesh::revisions::TANGENTS];
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;

@@ -7,11 +7,13 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
 
 pub mod artifacts;
+mod bad_pixels;
 mod blended_frames;
 mod brush_mesh;
 mod choices;
 mod circular_lights;
 mod colour;
+mod colour_space_name;
 mod contact_sheet;
 mod convolve;
 mod degree_pair;
@@ -47,6 +49,7 @@ mod material_edit;
 mod material_file;
 mod material_picture;
 mod material_schema;
+mod overflow;
 mod parts;
 mod precompute_transfer;
 mod prefilter;
@@ -82,6 +85,7 @@ pub use material_picture::material_picture;
 pub use material_schema::material_schema;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
 pub use sheet::Picture;
+pub use six_faces::{face_sets, is_face, six_faces};
 pub use table_picture::table_picture;
 
 /// Every kind, in the order in which a pipeline uses them.

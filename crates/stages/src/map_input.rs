@@ -9,6 +9,7 @@ use sphere::{Cube, LatLong};
 
 use crate::artifacts;
 use crate::choices::{LampsName, MOST, Resolution};
+use crate::share::percent;
 
 /// The revisions of the kernels that make maps.
 pub(crate) const KERNELS: &[u32] = &[
@@ -79,7 +80,8 @@ impl MapInput {
         steps: &Steps<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let context = steps.context();
-        let (grid, error_note) = self.grid(reflection);
+        let (grid, error_note, missed) = self.grid(reflection);
+        missed.into_iter().for_each(|missed| context.warn(missed));
         let stop = || context.check_cancelled().is_err();
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
@@ -99,8 +101,8 @@ impl MapInput {
         Ok(Arc::new(artifacts::Shrm(map)))
     }
 
-    /// The texels to synthesise, and a note on the error of look-ups.
-    fn grid(&self, reflection: &Reflection) -> (MapGrid, String) {
+    /// The texels to synthesise, a note on the error of look-ups, and a warning if it misses the tolerance.
+    fn grid(&self, reflection: &Reflection) -> (MapGrid, String, Option<String>) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
         let error = self.error.unwrap_or(ERROR);
         let auto = match (self.lamps, reflection.lamps()) {
@@ -113,17 +115,37 @@ impl MapInput {
         };
         // The error falls with the square of the resolution.
         let estimate = auto.estimated_error * math::powi(auto.texels as f64 / resolution as f64, 2);
-        let mut error_note =
-            format!("; bilinear look-ups have an estimated error of {estimate:.1e} of the RMS radiance");
-        if self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto && estimate > error {
-            error_note
-                .push_str(&format!(", more than error = {error}, but \"auto\" chooses no higher resolution"));
-        }
+        let error_note = format!(
+            "; bilinear look-ups have an estimated error of {} of the RMS radiance",
+            percent(estimate)
+        );
+        let is_auto = self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto;
+        let missed = (estimate > error && (is_auto || self.error.is_some())).then(|| {
+            let way = if is_auto { "\"auto\" stops at" } else { "it has" };
+            format!(
+                "the map is too coarse for what it reflects: between its texels it is off by about {} of the RMS radiance, \
+                 and {} was allowed; {way} {resolution} texels along an edge, and {} would do; {}",
+                percent(estimate),
+                percent(error),
+                (auto.texels as f64 * (auto.estimated_error / error).max(1.0).sqrt()).ceil(),
+                self.remedy(reflection)
+            )
+        });
         let grid = match layout {
             MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
             MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
         };
-        (grid, error_note)
+        (grid, error_note, missed)
+    }
+
+    /// What makes a map smooth enough.
+    fn remedy(&self, reflection: &Reflection) -> &'static str {
+        match (self.lamps, reflection.lamps()) {
+            (LampsName::Baked, Some(_)) => {
+                "lamps = \"separate\" leaves the suns and lamps, which need it, to the renderer"
+            }
+            _ => "a larger roughness or a lower `degree` needs fewer, and `resolution` sets more",
+        }
     }
 
     /// The highest resolution at which a map has [`MOST_AUTO`] numbers, a multiple of 4.

@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use brdf::Part;
-use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
+use containers::{Texture, write_dds, write_exr, write_ktx2};
 use engine::{Artifact, Context, Failure, Output, Port, Steps};
 use shrm::{Lamps, MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::choices::{LampsName, MapsFormat, Overflow, Resolution};
-use crate::export_reflection_map::{image, report_overflow};
+use crate::choices::{LampsName, MapsFormat, Overflow, PrecisionName, Resolution};
+use crate::export_reflection_map::image;
 use crate::map_input::MapInput;
+use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
@@ -143,10 +144,16 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
 /// The files of a texture of maps: the texture itself, or a picture for each map.
 pub(crate) fn encode(
     texture: &Texture,
-    (format, precision, overflow): (MapsFormat, Precision, Overflow),
+    (format, precision, overflow): (MapsFormat, PrecisionName, Overflow),
     method: &str,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
+    let grid = match texture.faces {
+        6 => MapGrid::Cube(Cube { edge: texture.width }),
+        _ => MapGrid::LatLong(LatLong { width: texture.width, height: texture.height }),
+    };
+    let content = Content::Light(grid);
+    let precision = overflow::precision(&texture.pixels, content, (precision, overflow), context)?;
     let recipe = Some(context.recipe());
     let encoded = match format {
         MapsFormat::Dds => vec![write_dds(texture, precision)?],
@@ -160,7 +167,6 @@ pub(crate) fn encode(
             maps.collect::<Result<Vec<_>, Failure>>()?
         }
     };
-    report_overflow(encoded.iter().map(|file| file.clamped).sum(), overflow, context)?;
     Ok(encoded.into_iter().map(|file| file.bytes).collect())
 }
 
@@ -174,13 +180,4 @@ pub(crate) fn check_total(texels: usize, maps: usize, count: Option<&str>) -> Re
     let most = containers::MAX_PIXELS;
     Err(Failure::new(format!("{maps} maps of {texels} texels have more than {most} texels together"))
         .help(lower))
-}
-
-/// The error of an `overflow` that has no effect.
-pub(crate) fn check_overflow(
-    overflow: Overflow,
-    precision: Option<Precision>,
-) -> Option<(&'static str, String)> {
-    (overflow != Overflow::Clamp && precision != Some(Precision::Half))
-        .then(|| ("overflow", "only precision = \"half\" uses it".into()))
 }

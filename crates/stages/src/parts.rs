@@ -50,8 +50,15 @@ pub(crate) fn export<T>(
     Ok(Output::Files(diffuse.into_iter().chain(files).collect()))
 }
 
-/// A note on the maps of a reflection that has two parts.
+/// A note on the maps of a reflection that has two parts, and a warning of one that loses its direction.
 pub(crate) fn note(parts: PartsName, reflection: &Reflection, context: &Context<'_>) {
+    if reflection.material().is_some_and(|material| material.turns() > 1) {
+        context.warn(
+            "the material is anisotropic, and a map is looked up without the surface's tangent: it holds the mean \
+             over all turns of the surface, a round highlight, lamps included; for a highlight that follows the \
+             brushing use tabulate-brdf with shade-vertices, or shade lamps apart with lamps = \"separate\"",
+        );
+    }
     let Some([diffuse, specular]) = reflection.parts() else { return };
     let p = |field: &Reflection| field.brdf().p().get();
     context.note(match parts {

@@ -85,6 +85,7 @@ use transfer::{
 use crate::artifacts;
 use crate::blended_frames::blended_frames;
 use crate::quantity::size;
+use crate::share::percent;
 
 choice! {
     /// The form of a transfer.
@@ -150,13 +151,21 @@ impl Parameters {
                 let stop = || context.check_cancelled().is_err();
                 let found = ClusteredTransfer::of(&matrices, self.clusters, self.components, &stop);
                 let (clusters, error) = found.ok_or(TransferError::Stopped)?;
-                context.note(format!("the clusters are within {:.2} % RMS of the matrices", 100.0 * error));
+                let found = format!("the clusters are within {} RMS of the matrices", percent(error));
+                if error > CLUSTERS {
+                    context.warn(format!("{found}: shadows smear; set more `clusters` or `components`"));
+                } else {
+                    context.note(found);
+                }
                 Form::Clusters(clusters)
             }
             FormName::Matrices | FormName::Visibility => Form::Matrices(matrices),
         })
     }
 }
+
+/// The RMS error of clusters above which shadows are seen to smear.
+const CLUSTERS: f64 = 0.05;
 
 /// The kind `precompute-transfer`.
 pub(crate) struct PrecomputeTransfer;

@@ -27,7 +27,8 @@
 //! | `gltf` | r^2 = `resolution`^(l / n - 1); a mirror first | 16 |
 //!
 //! The other presets of `export-engine` are engines that filter a lat-long image themselves. For an engine of
-//! your own, give `roughness = [0.0, 0.25, 0.5, 1.0]`.
+//! your own, give `roughness = [0.0, 0.25, 0.5, 1.0]`, and write the cube with `export-environment` as a KTX2
+//! or DDS texture with these levels. So are cubes of `charlie` and `lambert`, which no preset loads, written.
 //!
 //! ## Methods
 //!
@@ -62,6 +63,7 @@ use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredL
 use crate::artifacts;
 use crate::choices::MOST;
 use crate::engine_preset::{EnginePreset, nearest_power_of_two};
+use crate::share::{LOSS, about, percent};
 
 choice! {
     /// The lobe.
@@ -202,6 +204,13 @@ impl Kind for Prefilter {
         let prefiltered = made.map_err(failure)?;
         for (l, level) in prefiltered.levels.iter().enumerate() {
             context.note(level_note(l, level));
+            let is_fast = matches!(level.method, LevelMethod::Fast { .. });
+            if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
+                context.warn(format!(
+                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and closer",
+                    about(error)
+                ));
+            }
         }
         let sharp = |level: &&PrefilteredLevel| level.method == LevelMethod::Quadrature;
         let by_quadrature = prefiltered.levels.iter().filter(sharp).count();
@@ -242,7 +251,7 @@ fn level_note(l: usize, level: &PrefilteredLevel) -> String {
     let edge = level.map.cube().edge;
     let mut text = format!("level {l}, {edge} x {edge}, roughness {:.3}: {method}", level.roughness);
     if let Some(error) = level.error {
-        text += &format!(", estimated error {error:.1e} of its largest value");
+        text += &format!(", estimated error {} of its largest value", percent(error));
     }
     if level.negative > 0 {
         text += &format!("; {} negative values became 0", level.negative);

@@ -64,6 +64,8 @@ pub struct CatalogEntry {
     pub turn: Rotation,
     /// The sizes of the maps that are exported of it.
     pub sizes: MapSizes,
+    /// Whether its spherical harmonic reflection maps are exported with the lamps in them, and none without.
+    pub holds_lamps: bool,
     /// The items that export it and nothing else, in the manifest's order.
     pub exports: Vec<ItemIndex>,
     /// The items that it was made of, and the item itself, each after those that it needs.
@@ -484,8 +486,11 @@ impl Connections {
             sources.follow(plan, source, Rotation::IDENTITY);
         }
         let maps = ancestry.iter().copied().filter(|item| !sources.ancestry.contains(item)).collect();
-        let sizes =
-            sizes(exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes()));
+        let exported =
+            exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes());
+        let holds_lamps: Vec<bool> = exported.clone().filter_map(|sizes| sizes.holds_lamps).collect();
+        let holds_lamps = !holds_lamps.is_empty() && holds_lamps.into_iter().all(|holds| holds);
+        let sizes = sizes(exported);
         Some(CatalogEntry {
             reflection,
             table,
@@ -495,6 +500,7 @@ impl Connections {
             material,
             turn,
             sizes,
+            holds_lamps,
             exports,
             ancestry,
             maps,

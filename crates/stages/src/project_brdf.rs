@@ -256,15 +256,17 @@ impl Kind for ProjectBrdf {
             && projection.captured < 1.0 - tolerance - 1e-9
         {
             context.warn(format!(
-                "these are the highest degrees that are tried, and they hold less than the {} that the tolerance \
-                 requires; most of the rest is at grazing views: name neither `degree` nor `tolerance`, and `convolve` \
-                 chooses degrees for each light",
+                "tolerance {tolerance} is missed: the highest degrees that are tried hold {} of the energy, not {}, and most \
+                 of the rest is at grazing views; name neither `degree` nor `tolerance`, and `convolve` chooses degrees \
+                 for each light",
+                share(projection.captured),
                 share(1.0 - tolerance)
             ));
         }
         if projection.uncertainty > UNCERTAIN {
             context.warn(format!(
-                "the material changes too fast to be sampled exactly: up to {:.1} % of the energy is uncertain",
+                "the material changes too fast to be sampled exactly: up to {:.1} % of what it reflects may be wrong; a \
+                 larger roughness avoids that",
                 100.0 * projection.uncertainty
             ));
         }

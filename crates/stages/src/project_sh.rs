@@ -373,7 +373,8 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, context: &Context<'_>) -> Re
     let held = energy_share(energy[..=degree.get()].iter().sum(), total);
     if enough.is_none() {
         context.warn(format!(
-            "no degree of this image meets tolerance {}: degree {}, the highest, holds {held} of the energy",
+            "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a larger image holds \
+             more, and without `tolerance` and `degree` the lamps, which need it, stay beside the series",
             tolerance.get(),
             degree.get()
         ));

@@ -56,7 +56,7 @@ use shrm::Plain;
 use crate::artifacts;
 use crate::choices::SHARE;
 use crate::export_reflection_map::PlainName;
-use crate::share::{percent, share};
+use crate::share::{percent, report_loss};
 
 choice! {
     /// How light is divided into regions.
@@ -127,8 +127,8 @@ impl Kind for SampleLight {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let masses = masses(parameters, context)?;
         if masses.negative_share() > 0.0 {
-            context
-                .note(format!("{} of the series is negative, and left out", share(masses.negative_share())));
+            let help = "set non-negative = \"nearest\" in project-sh, or connect the environment itself";
+            report_loss(context, masses.negative_share(), "the series is negative, and left out", help);
         }
         context.check_cancelled()?;
         let MethodName(method) = parameters.method;
@@ -153,7 +153,8 @@ impl Kind for SampleLight {
                 if error > tolerance {
                     let (most, error) = (MOST_TRIED, percent(error));
                     context.warn(format!(
-                        "{most} lights do not meet tolerance {tolerance}: irradiance to {error}"
+                        "{most} lights are too few for tolerance {tolerance}: surfaces are off by up to {error}; raise \
+                         `tolerance` to that, or set a larger `count`"
                     ));
                 }
                 lights

@@ -34,7 +34,8 @@
 //! ## View
 //!
 //! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
-//! light's unit, and signed: a series rings below zero near bright lamps; the build notes how much does.
+//! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
+//! warning above 1 % of the vertices.
 //!
 //! ## Example
 //!
@@ -58,7 +59,7 @@ use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, sha
 
 use crate::artifacts;
 use crate::blended_frames::blended_frames;
-use crate::share::share;
+use crate::share::report_loss;
 use crate::vector::{Place, Vector};
 
 parameters! {
@@ -158,7 +159,10 @@ impl Kind for ShadeVertices {
         let negative = value.iter().filter(|rgb| rgb.iter().any(|value| *value < 0.0)).count();
         if negative > 0 {
             let part = negative as f64 / value.len() as f64;
-            context.note(format!("{} of the vertices are below zero in a channel", share(part)));
+            let what = "the vertices are below zero in a channel, which a renderer shows as black";
+            let help = "connect `material`, which keeps lamps out of the series, or set non-negative = \"nearest\" in \
+                        the light's project-sh";
+            report_loss(context, part, what, help);
         }
         Output::artifact(artifacts::VertexRadiance(OfMesh { value, mesh: digest }))
     }

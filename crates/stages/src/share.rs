@@ -1,4 +1,28 @@
-//! Formats shares of energy and relative errors.
+//! Formats shares of energy and relative errors, and reports what is lost.
+
+use engine::Context;
+
+/// The share of the light above which a loss is a warning.
+pub(crate) const LOSS: f64 = 0.01;
+
+/// Notes what a result loses; above [`LOSS`] it is a warning, with what helps.
+pub(crate) fn report_loss(context: &Context<'_>, lost: f64, what: &str, help: &str) {
+    if lost > LOSS {
+        context.warn(format!("{} of {what}; {help}", about(lost)));
+    } else {
+        context.note(format!("{} of {what}", about(lost)));
+    }
+}
+
+/// `28 %`, `0.4 %`: a share as somebody says it.
+pub(crate) fn about(part: f64) -> String {
+    match 100.0 * part {
+        percent if percent >= 10.0 => format!("{percent:.0} %"),
+        percent if percent >= 0.1 => format!("{percent:.1} %"),
+        percent if percent > 0.0 => "less than 0.1 %".to_owned(),
+        _ => "0 %".to_owned(),
+    }
+}
 
 /// `98.765 %`: three decimals, rounded down so that only the whole is 100 %.
 pub(crate) fn share(part: f64) -> String {
@@ -16,7 +40,13 @@ pub(crate) fn percent(error: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{percent, share};
+    use super::{about, percent, share};
+
+    #[test]
+    fn a_share_is_said_in_two_digits() {
+        let said = [0.2812, 0.0549, 0.001, 2e-5, 0.0].map(about);
+        assert_eq!(said, ["28 %", "5.5 %", "0.1 %", "less than 0.1 %", "0 %"]);
+    }
 
     #[test]
     fn an_error_has_two_digits() {

@@ -162,7 +162,7 @@ impl Kind for TabulateBrdf {
         if error > UNCERTAIN * f64::from(greatest) {
             context.warn(format!(
                 "the material changes too fast to be integrated exactly: coefficients of up to {greatest:.3} are \
-                 uncertain by up to {error:.1e}"
+                 uncertain by up to {error:.1e}; a larger roughness avoids that"
             ));
         }
         let colour = if table.channels() == 1 { "grey" } else { "RGB" };
@@ -229,6 +229,10 @@ fn with(material: &Material, name: &str, value: f64) -> Result<Material, Failure
             let names = || known.iter().map(|(_, known)| *known);
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean {near:?}?"),
+                None if known.is_empty() => {
+                    "none of its parameters is a number: make a material file for each value, and connect them as `materials`"
+                        .to_owned()
+                }
                 None => format!("expected one of: {}", names().collect::<Vec<_>>().join(", ")),
             };
             let message = format!("{} has no number {name:?} that could vary", material.name());

@@ -88,7 +88,7 @@ impl Kind for TestPattern {
     type Parameters = Parameters;
 
     const NAME: &'static str = "test-pattern";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] =
         &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("test_pattern.rs");
@@ -120,7 +120,7 @@ impl Kind for TestPattern {
             } else {
                 lat_long(of, pattern, parameters.resolution, context)?
             };
-            report((&made, of.1), Overflow::Clamp, context)?;
+            report(&made, of, Overflow::Clamp, context)?;
             files.extend(made.files);
         }
         let text = format!(

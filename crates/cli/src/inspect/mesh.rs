@@ -23,6 +23,9 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         if let Some(facts) = lights(bytes) {
             return Ok(facts);
         }
+        if let Some(facts) = image_based_light(bytes)? {
+            return Ok(facts);
+        }
         let model = containers::read_gltf(bytes, &mut read)
             .map_err(|failure: Failure| failure.context(file.display().to_string()))?;
         let mut facts: Facts = vec![("what", "mesh".into()), ("format", "glTF 2.0".into())];
@@ -55,6 +58,35 @@ fn lights(bytes: &[u8]) -> Option<Facts> {
         vec![("what", "scene of lights".into()), ("format", "glTF 2.0".into()), ("lights", lights.into())];
     facts.extend(end(bytes));
     Some(facts)
+}
+
+/// A document that holds an image-based light and no mesh.
+fn image_based_light(bytes: &[u8]) -> Result<Option<Facts>, Failure> {
+    let Ok(document) = serde_json::from_slice::<Value>(bytes) else { return Ok(None) };
+    let lights = document.pointer("/extensions/EXT_lights_image_based/lights").and_then(Value::as_array);
+    let Some(lights) = lights.filter(|_| document.get("meshes").is_none()) else { return Ok(None) };
+    let mut facts: Facts = vec![
+        ("what", "image-based light (EXT_lights_image_based)".into()),
+        ("format", "glTF 2.0".into()),
+        ("lights", lights.len().into()),
+    ];
+    if let Some(first) = lights.first() {
+        for (label, member) in [("intensity", "intensity"), ("rotation", "rotation")] {
+            facts.extend(first.get(member).map(|value| (label, value.clone())));
+        }
+        let rows = first.get("irradianceCoefficients").and_then(Value::as_array).map_or(0, Vec::len);
+        facts.push(("irradiance", format!("{rows} coefficients").into()));
+    }
+    match containers::read_gltf_image_based_light(bytes) {
+        Ok(light) => {
+            facts.extend(super::texture::light(&light.cube));
+            let values = light.cube.levels().flatten().map(|pixel| pixel.map(f64::from));
+            facts.extend(super::facts::range("linear Rec. 709", values));
+        }
+        Err(error) => facts.push(("images", format!("not read: {error}").into())),
+    }
+    facts.extend(end(bytes));
+    Ok(Some(facts))
 }
 
 /// The size and the place of a mesh.

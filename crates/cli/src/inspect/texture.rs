@@ -1,6 +1,6 @@
 //! How `specula inspect` describes textures and reflection maps in spherical harmonics.
 
-use containers::{read_texture, tensors};
+use containers::{BabylonEnv, Texture, read_babylon_env, read_texture, tensors};
 use serde_json::{Value, json};
 
 use super::facts::{Facts, range};
@@ -44,6 +44,27 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
     Ok(facts)
 }
 
+/// Babylon.js' `.env`.
+pub(super) fn babylon_env(bytes: &[u8]) -> Result<Facts, containers::Error> {
+    let BabylonEnv { cube, irradiance, lod_generation_scale } = read_babylon_env(bytes)?;
+    let mut facts: Facts =
+        vec![("what", "environment for Babylon.js, a prefiltered cube".into()), ("format", ".env".into())];
+    facts.extend(light(&cube));
+    facts.push(("irradiance", if irradiance.is_some() { "a quadratic polynomial" } else { "none" }.into()));
+    facts.push(("lod scale", lod_generation_scale.into()));
+    facts.extend(range("linear Rec. 709", cube.levels().flatten().map(|pixel| pixel.map(f64::from))));
+    Ok(facts)
+}
+
+/// The size and the frame of a prefiltered cube in RGBD.
+pub(super) fn light(cube: &Texture) -> Facts {
+    let Texture { width, height, faces, .. } = cube;
+    vec![
+        ("shape", format!("{width} x {height}, {faces} faces, {} levels, RGBD", cube.levels().len()).into()),
+        ("frame", "right-handed, +Y up; faces +X -X +Y -Y +Z -Z as in KTX2's table".into()),
+    ]
+}
+
 /// The safetensors of a reflection map.
 pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let map = tensors::decode_shrm(bytes)?;
@@ -57,7 +78,7 @@ pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
 #[cfg(test)]
 mod tests {
     use brdf::Centre;
-    use containers::{Precision, Texture, write_dds, write_ktx2};
+    use containers::{Precision, write_dds, write_ktx2};
     use sh::Degree;
     use shrm::{MapGrid, Shrm, Terms, View};
     use sphere::Cube;
@@ -93,6 +114,28 @@ mod tests {
         assert_eq!(facts["shape"], "2 x 2, 3 slices, 2 levels, RGBA32F");
         assert!(facts["recipe"].as_str().unwrap().contains("beside"), "{}", facts["recipe"]);
         assert!(!facts.contains_key("metadata"));
+    }
+
+    #[test]
+    fn lights_of_engines_say_what_they_are() {
+        let cube =
+            Texture { width: 2, height: 2, faces: 6, pixels: vec![[0.5; 3]; 24], ..Texture::default() };
+        let cube = Texture { smaller_levels: vec![vec![[0.25; 3]; 6]], ..cube };
+        let env = BabylonEnv { cube: cube.clone(), irradiance: None, lod_generation_scale: 0.8 };
+        let bytes = containers::write_babylon_env(&env, Some("{}")).unwrap().bytes;
+        let facts = by_label(super::super::describe(&bytes).unwrap());
+        assert_eq!(
+            (&facts["format"], &facts["shape"]),
+            (&json!(".env"), &json!("2 x 2, 6 faces, 2 levels, RGBD"))
+        );
+        assert_eq!((&facts["irradiance"], &facts["recipe"]), (&json!("none"), &json!({})));
+        let light = containers::ImageBasedLight { cube, irradiance: [[0.5; 3]; 9] };
+        let bytes = containers::write_gltf_image_based_light(&light, Some("{}")).unwrap().bytes;
+        let facts = super::super::mesh::of_file(std::path::Path::new("a.gltf"), &bytes).unwrap().unwrap();
+        let facts = by_label(facts);
+        assert_eq!(facts["what"], "image-based light (EXT_lights_image_based)");
+        assert_eq!((&facts["irradiance"], &facts["intensity"]), (&json!("9 coefficients"), &json!(1.0)));
+        assert_eq!(facts["shape"], "2 x 2, 6 faces, 2 levels, RGBD");
     }
 
     #[test]

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use engine::Digest;
 
 use crate::arguments::MANIFEST;
-use crate::assets::Assets;
+use crate::assets::{Assets, Environments};
 use crate::exit::Exit;
 use crate::init::write_new;
 use crate::standard_pipeline::{self, ImportParameters};
-use crate::{print, sample};
+use crate::{print, recognise, sample};
 
 /// The folders of the sample whose files stand in for what is not named.
 const ENVIRONMENTS: &str = "assets/environments";
@@ -59,6 +59,7 @@ impl Project {
         cache: &Path,
     ) -> io::Result<Self> {
         let files = assets.files();
+        let parameters = &with_layout(&mut assets, parameters);
         let name = Digest::of(standard_pipeline::preview(&assets, parameters, Path::new("")).as_bytes());
         let folder = cache.join(&name.to_string()[..16]);
         for (list, of) in [(&mut assets.environments, ENVIRONMENTS), (&mut assets.materials, MATERIALS)] {
@@ -99,13 +100,29 @@ fn is_writable(folder: &Path) -> bool {
 /// If a file is of no use.
 pub(super) fn manifest_to_keep(files: &[PathBuf]) -> Result<String, Exit> {
     let mut assets = named(files)?;
+    let parameters = with_layout(&mut assets, &ImportParameters::default());
     if assets.environments.is_empty() {
         assets.environments = sample_files(ENVIRONMENTS, Path::new(""));
     }
     if assets.materials.is_empty() {
         assets.materials = sample_files(MATERIALS, Path::new(""));
     }
-    Ok(standard_pipeline::preview(&assets, &ImportParameters::default(), Path::new("")))
+    Ok(standard_pipeline::preview(&assets, &parameters, Path::new("")))
+}
+
+/// The parameters with the layout that the images' shapes and names show, if all of them show the same and no
+/// other is named. Six faces become the source that they are together.
+fn with_layout(assets: &mut Assets, parameters: &ImportParameters) -> ImportParameters {
+    let mut parameters = parameters.clone();
+    if parameters.environment.iter().any(|line| line.starts_with("layout")) {
+        return parameters;
+    }
+    if let Some(Environments { layout: Some(layout), sources }) = recognise::one_layout(&assets.environments)
+    {
+        assets.environments = sources;
+        parameters.environment.push(format!("layout = {}", toml::Value::from(layout)));
+    }
+    parameters
 }
 
 fn named(files: &[PathBuf]) -> Result<Assets, Exit> {

@@ -2,12 +2,12 @@
 //!
 //! `anisotropyRotation` is an angle from the tangent toward the bitangent; red and green of
 //! `anisotropyTexture`, from -1 to 1, are a direction in that frame, which is turned by that angle. Blue, the
-//! strength, belongs to the material. Offset and scale of `KHR_texture_transform` and the sampler's wrapping
-//! apply; a rotation there is named in a warning.
+//! strength, belongs to the material. `KHR_texture_transform` and the sampler's wrapping apply.
 
 use super::buffers::ReadBeside;
 use super::element::Element;
 use super::materials::{MaterialChoice, Reader, find, names, open};
+use super::texture_transform::TextureTransform;
 use crate::data_texture::{DataTexture, Wrap};
 use crate::error::Error;
 
@@ -27,8 +27,7 @@ pub struct Anisotropy {
 struct Texture {
     texels: DataTexture,
     wrap: [Wrap; 2],
-    offset: [f64; 2],
-    scale: [f64; 2],
+    transform: TextureTransform,
 }
 
 impl Anisotropy {
@@ -39,10 +38,10 @@ impl Anisotropy {
 
     /// The angle from the tangent toward the bitangent, in radians, at coordinates (u, v), v downward.
     pub fn angle(&self, [u, v]: [f32; 2]) -> f64 {
-        let Some(Texture { texels, wrap, offset, scale }) = &self.texture else {
+        let Some(Texture { texels, wrap, transform }) = &self.texture else {
             return self.rotation;
         };
-        let place = [f64::from(u) * scale[0] + offset[0], f64::from(v) * scale[1] + offset[1]];
+        let place = transform.apply([f64::from(u), f64::from(v)]);
         let direction = |[x, y, ..]: [f32; 4]| [2.0 * x - 1.0, 2.0 * y - 1.0];
         let [x, y] = texels.at(place.map(|x| x as f32), *wrap, direction);
         self.rotation + math::atan2(f64::from(y), f64::from(x))
@@ -71,27 +70,15 @@ pub fn read_gltf_anisotropy<E: From<Error>>(
     let texture = if info.is_present() {
         let (bytes, name) = Reader::new(json, chunks.binary, read).picture(&info)?;
         let texels = DataTexture::read(&bytes).map_err(|error| error.within(name).within(info.path()))?;
-        let transform = info.get("extensions").get("KHR_texture_transform");
-        let set = |texture: &Element<'_>| Ok::<usize, Error>(texture.get("texCoord").index()?.unwrap_or(0));
-        let wanted = transform.get("texCoord").index()?.map_or_else(|| set(&info), Ok)?;
-        let normals = material.get("normalTexture");
+        let wanted = TextureTransform::set(&info)?;
         // The coordinates of an imported mesh are those of its normal texture.
-        if wanted != set(&normals)? {
+        if wanted != TextureTransform::set(&material.get("normalTexture"))? {
             warnings.push(format!(
                 "{}: the texture is read with the mesh's coordinates, not set {wanted}",
                 info.path()
             ));
         }
-        if transform.get("rotation").number(0.0, ANY)? != 0.0 {
-            warnings.push(format!("{}: the rotation of KHR_texture_transform is not read", info.path()));
-        }
-        let pair = |name: &str, default: f64| transform.get(name).pair([default; 2], ANY);
-        Some(Texture {
-            texels,
-            wrap: wrap(json, &info)?,
-            offset: pair("offset", 0.0)?,
-            scale: pair("scale", 1.0)?,
-        })
+        Some(Texture { texels, wrap: wrap(json, &info)?, transform: TextureTransform::of(&info)? })
     } else {
         None
     };

@@ -84,7 +84,7 @@ impl<'a> Buffers<'a> {
             match &buffer.uri {
                 Some(uri) if uri.starts_with("data:") => {}
                 Some(uri) => {
-                    let found = find(&relative(uri).map_err(here)?)?;
+                    let (found, _) = find_beside(uri, &here, find)?;
                     let length = buffer.byte_length.0;
                     if found < length {
                         return Err(here(too_short(Some(uri), length, found)).into());
@@ -124,7 +124,7 @@ impl<'a> Buffers<'a> {
         let here = |error: Error| error.within(format!("buffers[{index}]"));
         let content = match (&buffer.uri, self.chunk) {
             (Some(uri), _) if uri.starts_with("data:") => Content::Here(embedded(uri).map_err(here)?.into()),
-            (Some(uri), _) => Content::Beside(read(&relative(uri).map_err(here)?)?),
+            (Some(uri), _) => Content::Beside(find_beside(uri, &here, read)?.0),
             (None, Some(chunk)) if index == 0 => Content::Here(chunk.into()),
             (None, _) => {
                 return Err(here(Error::damaged("there is neither a uri nor a binary chunk")).into());
@@ -230,27 +230,49 @@ pub(super) fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// The path that a URI names beside the file.
-pub(super) fn relative(uri: &str) -> Result<String, Error> {
-    let damaged = || Error::damaged(format!("the uri {uri:?} is not percent-encoded UTF-8"));
-    // The crate leaves a `%` as it is that no two digits follow.
-    let whole = |digits: &str| {
-        digits.as_bytes().first_chunk().is_some_and(|two: &[u8; 2]| two.iter().all(u8::is_ascii_hexdigit))
+/// What `find` gives of the file that a URI names, and its path from the document's folder. `here` says where
+/// in the document a mistake is.
+///
+/// Some exporters write names as they are, not percent-encoded: if there is no file of the decoded name, one
+/// of the name as it stands is meant.
+pub(super) fn find_beside<T, E: From<Error>>(
+    uri: &str,
+    here: &dyn Fn(Error) -> Error,
+    find: &mut dyn FnMut(&str) -> Result<T, E>,
+) -> Result<(T, String), E> {
+    let as_written = relative(uri).map_err(here)?;
+    let decoded = percent_decode_str(uri).decode_utf8().ok().and_then(|decoded| relative(&decoded).ok());
+    let (first, second) = match decoded {
+        Some(decoded) if decoded != as_written => (decoded, Some(as_written)),
+        _ => (as_written, None),
     };
-    if !uri.split('%').skip(1).all(whole) {
-        return Err(damaged());
+    find(&first).map(|found| (found, first)).or_else(|error| {
+        let found = second.and_then(|path| find(&path).ok().map(|found| (found, path)));
+        found.ok_or(error)
+    })
+}
+
+/// A path beside the file, without needless steps: it may lead up to other folders, but does not begin at the
+/// root. Backslashes separate folders, too.
+fn relative(path: &str) -> Result<String, Error> {
+    let slashed = path.replace('\\', "/");
+    let scheme = slashed.split('/').next().is_some_and(|first| first.contains(':'));
+    let mut parts: Vec<&str> = Vec::new();
+    for part in slashed.split('/') {
+        match part {
+            "" | "." => {}
+            ".." if parts.last().is_some_and(|last| *last != "..") => _ = parts.pop(),
+            part => parts.push(part),
+        }
     }
-    let path = percent_decode_str(uri).decode_utf8().map_err(|_| damaged())?.into_owned();
-    let scheme = path.split(['/', '\\']).next().is_some_and(|first| first.contains(':'));
-    if scheme || path.starts_with(['/', '\\']) || path.contains('\0') || path.is_empty() {
-        return Err(Error::unsupported(format!("the uri {uri:?} does not name a file beside this one")));
+    if scheme
+        || slashed.starts_with('/')
+        || path.contains('\0')
+        || parts.last().is_none_or(|last| *last == "..")
+    {
+        return Err(Error::unsupported(format!("the uri {path:?} does not name a file beside this one")));
     }
-    if path.split(['/', '\\']).any(|part| part == "..") {
-        return Err(Error::unsupported(format!(
-            "the uri {uri:?} goes up a folder; files are read from the folder of this one, and below, by paths without \"..\""
-        )));
-    }
-    Ok(path)
+    Ok(parts.join("/"))
 }
 
 #[cfg(test)]
@@ -275,25 +297,57 @@ mod tests {
         assert_eq!(message, "the embedded data are not base64: Invalid symbol 42, offset 3.");
     }
 
+    /// What is found if these files are there, and what was looked for.
+    fn found(uri: &str, there: &[&str]) -> (Result<String, String>, Vec<String>) {
+        let mut tried = Vec::new();
+        let found = find_beside::<(), Error>(uri, &|error| error, &mut |path| {
+            tried.push(path.to_owned());
+            match there.contains(&path) {
+                true => Ok(()),
+                false => Err(Error::damaged(format!("{path} is missing"))),
+            }
+        });
+        (found.map(|((), path)| path).map_err(|error| error.to_string()), tried)
+    }
+
     #[test]
-    fn paths_are_decoded_and_stay_in_the_folder() {
-        assert_eq!(relative("a%20b/%C3%A4.bin").unwrap(), "a b/ä.bin");
-        assert_eq!(relative("100%25.bin").unwrap(), "100%.bin");
-        for upward in ["../a.bin", "a/../b.bin", "a/%2e%2e/b.bin", "..\\a", "a/.."] {
-            let message = relative(upward).unwrap_err().to_string();
-            assert!(message.contains("goes up a folder"), "{message}");
+    fn a_uri_names_a_file_beside_this_one() {
+        for (uri, path) in [
+            ("a%20b/%C3%A4.bin", "a b/ä.bin"),
+            ("a b/ä.bin", "a b/ä.bin"),
+            ("100%25.bin", "100%.bin"),
+            ("../textures/a.png", "../textures/a.png"),
+            ("%2e%2e/textures/a.png", "../textures/a.png"),
+            ("./a/../b.bin", "b.bin"),
+            ("../a/../../b.bin", "../../b.bin"),
+            ("textures\\a.png", "textures/a.png"),
+            // Names as they are on the disk.
+            ("100%.png", "100%.png"),
+            ("50%_grey.png", "50%_grey.png"),
+            ("%ff.png", "%ff.png"),
+        ] {
+            assert_eq!(found(uri, &[path]), (Ok(path.to_owned()), vec![path.to_owned()]), "{uri}");
         }
-        for foreign in
-            ["/etc/passwd", "%2Fetc", "C:/a.bin", "http://a/b.bin", "\\\\host\\a", "file:a", "%00", ""]
-        {
-            let message = relative(foreign).unwrap_err().to_string();
-            assert!(message.ends_with("does not name a file beside this one"), "{message}");
+        let both = vec!["a b.png".to_owned(), "a%20b.png".to_owned()];
+        assert_eq!(found("a%20b.png", &["a%20b.png"]), (Ok("a%20b.png".into()), both.clone()));
+        assert_eq!(found("a%20b.png", &[]), (Err("a b.png is missing".into()), both));
+        for foreign in [
+            "/etc/passwd",
+            "C:/a.bin",
+            "http://a/b.bin",
+            "\\\\host\\a",
+            "file:a",
+            "a\0",
+            "",
+            "..",
+            "a/..",
+            "../..",
+        ] {
+            let (error, tried) = found(foreign, &[]);
+            assert!(error.unwrap_err().ends_with("does not name a file beside this one"), "{foreign}");
+            assert_eq!(tried, Vec::<String>::new(), "{foreign}");
         }
-        for broken in ["%", "%4", "%zz", "%+1", "%ff"] {
-            assert!(
-                relative(broken).unwrap_err().to_string().contains("not percent-encoded UTF-8"),
-                "{broken}"
-            );
-        }
+        // What would be foreign when decoded is a name.
+        assert_eq!(found("%2Fetc", &["%2Fetc"]).0, Ok("%2Fetc".into()));
     }
 }

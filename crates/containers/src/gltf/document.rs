@@ -8,22 +8,10 @@ use gltf::json::validation::{Checked, Error as Flaw, Validate};
 use gltf::json::{Accessor, Path, Root};
 use serde_json::{Map, Value, json};
 
+use super::extensions::check_for_meshes;
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{beginning, bytes_at, length};
 use crate::format::refuse_non_files;
-
-/// Extensions that are read, or do not concern meshes.
-const READ: [&str; 9] = [
-    "KHR_mesh_quantization",
-    "EXT_meshopt_compression",
-    "KHR_materials_",
-    "KHR_texture_",
-    "KHR_lights_",
-    "KHR_xmp",
-    "EXT_texture_",
-    "EXT_lights_",
-    "MSFT_texture_dds",
-];
 
 /// Parts of a document that meshes do not need. A mistake there does not matter.
 const UNUSED: [&str; 7] = ["animations", "cameras", "extensions", "extras", "images", "samplers", "textures"];
@@ -40,6 +28,8 @@ pub(super) struct Document {
     pub(super) root: Root,
     /// For each material, the set of texture coordinates of its normal texture, if it has one.
     pub(super) normal_sets: Vec<Option<u32>>,
+    /// For each material, whether its normal texture is turned or mirrored by KHR_texture_transform.
+    pub(super) turned_normals: Vec<bool>,
 }
 
 impl Document {
@@ -111,7 +101,14 @@ fn parse(json: &[u8]) -> Result<Map<String, Value>, Error> {
             "this is not a glTF file: it is not JSON, and does not begin with the letters glTF",
         ));
     }
-    serde_json::from_slice(text).map_err(not_gltf)
+    serde_json::from_slice(text).map_err(|error| {
+        let line = text.split(|byte| *byte == b'\n').nth(error.line().saturating_sub(1)).unwrap_or_default();
+        let rest = line.get(error.column().saturating_sub(2)..).unwrap_or_default();
+        let word = String::from_utf8_lossy(&rest[..rest.len().min(10)]);
+        let is_number = ["NaN", "Infinity"].iter().any(|known| word.contains(known));
+        let error = not_gltf(error);
+        if is_number { Error::damaged(format!("{error}; JSON has no NaN and no Infinity")) } else { error }
+    })
 }
 
 fn not_gltf(error: serde_json::Error) -> Error {
@@ -130,21 +127,13 @@ pub(super) fn open<'a>(
 
 /// The document of a file's JSON.
 pub(super) fn of_json(mut parts: Map<String, Value>, attribute: Option<&str>) -> Result<Document, Error> {
-    let normal_sets = keep_meshes(&mut parts, attribute);
+    let (normal_sets, turned_normals) = keep_meshes(&mut parts, attribute);
     let root: Root = serde_json::from_value(Value::Object(parts)).map_err(not_gltf)?;
     let (version, least) = (&root.asset.version, root.asset.min_version.as_ref());
     check_version(version, least.map(String::as_str))?;
-    let is_read = |name: &&String| READ.iter().any(|read| name.starts_with(read));
-    let missing: Vec<_> =
-        root.extensions_required.iter().filter(|name| !is_read(name)).map(String::as_str).collect();
-    if !missing.is_empty() {
-        return Err(Error::unsupported(format!(
-            "the file needs {}, which is not read here; export it without (compression of meshes switched off)",
-            missing.join(", ")
-        )));
-    }
+    check_for_meshes(&root.extensions_required)?;
     validate(&root)?;
-    Ok(Document { root, normal_sets })
+    Ok(Document { root, normal_sets, turned_normals })
 }
 
 /// Refuses a file of another version, or one that needs a later version.
@@ -157,14 +146,22 @@ pub(super) fn check_version(version: &str, least: Option<&str>) -> Result<(), Er
 }
 
 /// Removes what meshes do not need, and what the `gltf` crate refuses although the specification allows it.
-/// Gives the sets of coordinates of the materials' normal textures.
-fn keep_meshes(parts: &mut Map<String, Value>, attribute: Option<&str>) -> Vec<Option<u32>> {
+/// Gives the sets of coordinates of the materials' normal textures, and whether these are turned.
+fn keep_meshes(parts: &mut Map<String, Value>, attribute: Option<&str>) -> (Vec<Option<u32>>, Vec<bool>) {
     UNUSED.iter().for_each(|part| drop(parts.remove(*part)));
-    let mut normal_sets = Vec::new();
+    let (mut normal_sets, mut turned_normals) = (Vec::new(), Vec::new());
     for material in elements(parts, "materials") {
         let texture = material.get("normalTexture");
-        let set = |texture: &Value| texture.get("texCoord").and_then(Value::as_u64).unwrap_or(0) as u32;
+        let transform = texture.and_then(|texture| texture.pointer("/extensions/KHR_texture_transform"));
+        let set = |texture: &Value| texture.get("texCoord").and_then(Value::as_u64);
+        let set = |texture: &Value| transform.and_then(set).or_else(|| set(texture)).unwrap_or(0) as u32;
         normal_sets.push(texture.map(set));
+        let scale = transform.and_then(|transform| transform.get("scale")).and_then(Value::as_array);
+        let is_negative = |value: &Value| value.as_f64().is_some_and(|value| value < 0.0);
+        let rotation = transform.and_then(|transform| transform.get("rotation")).and_then(Value::as_f64);
+        let is_turned = rotation.is_some_and(|rotation| rotation != 0.0)
+            || scale.is_some_and(|scale| scale.iter().any(is_negative));
+        turned_normals.push(is_turned);
         *material = json!({});
     }
     for part in ["accessors", "buffers", "bufferViews", "meshes", "nodes", "scenes", "skins"] {
@@ -187,7 +184,7 @@ fn keep_meshes(parts: &mut Map<String, Value>, attribute: Option<&str>) -> Vec<O
             }
         }
     }
-    normal_sets
+    (normal_sets, turned_normals)
 }
 
 /// The elements of an array in an object; none if there is no such array.

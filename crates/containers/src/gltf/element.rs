@@ -50,6 +50,55 @@ impl<'a> Element<'a> {
         }
     }
 
+    /// An element of an array, whatever it is.
+    pub(super) fn element(&self, index: usize) -> Self {
+        let value = self.value.and_then(|value| value.get(index));
+        Self { value, path: format!("{}[{index}]", self.path) }
+    }
+
+    /// That nothing is here.
+    pub(super) fn missing(&self) -> Error {
+        Error::damaged(format!("{} is missing", self.path))
+    }
+
+    /// As many numbers as are expected; the default if there is no array.
+    pub(super) fn row<const N: usize>(&self, default: [f64; N]) -> Result<[f64; N], Error> {
+        if self.value.is_none() {
+            return Ok(default);
+        }
+        self.check_count(N, "numbers")?;
+        let mut row = [0.0; N];
+        for (index, slot) in row.iter_mut().enumerate() {
+            let element = self.element(index);
+            let number = element.value.and_then(Value::as_f64);
+            *slot = number.ok_or_else(|| element.is_not("a number"))?;
+        }
+        Ok(row)
+    }
+
+    /// As many rows of numbers as are expected.
+    pub(super) fn rows<const N: usize, const ROWS: usize>(&self) -> Result<[[f64; N]; ROWS], Error> {
+        if self.value.is_none() {
+            return Err(self.missing());
+        }
+        self.check_count(ROWS, &format!("rows of {N} numbers"))?;
+        let mut rows = [[0.0; N]; ROWS];
+        for (index, row) in rows.iter_mut().enumerate() {
+            *row = self.element(index).row([0.0; N])?;
+        }
+        Ok(rows)
+    }
+
+    fn check_count(&self, expected: usize, of: &str) -> Result<(), Error> {
+        match self.value {
+            Some(Value::Array(found)) if found.len() == expected => Ok(()),
+            Some(Value::Array(found)) => {
+                Err(Error::damaged(format!("{}: expected {expected} {of}, found {}", self.path, found.len())))
+            }
+            _ => Err(self.is_not(&format!("an array of {expected} {of}"))),
+        }
+    }
+
     /// A number in a range; the default if there is none.
     pub(super) fn number(&self, default: f64, range: brdf::Range) -> Result<f64, Error> {
         match self.value {

@@ -2,8 +2,8 @@
 //!
 //! `pbrMetallicRoughness` and the extensions `KHR_materials_ior`, `_specular`, `_clearcoat` and `_sheen`
 //! become a [`Standard`] material. A texture becomes its mean, times its factor: a reflection map holds one
-//! material. What makes no difference to that (transforms and samplers of textures) is ignored; what would is
-//! named in a warning.
+//! material. What makes no difference to that (sets of coordinates, samplers of textures) is ignored; what
+//! would, or might, is named in a warning.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
@@ -12,10 +12,12 @@ use std::sync::Arc;
 use brdf::{Range, Standard, StandardParameters, WEIGHT};
 use serde_json::{Map, Value};
 
-use super::buffers::{ReadBeside, embedded, relative};
+use super::buffers::{ReadBeside, embedded, find_beside};
 use super::document::{self, Chunks};
 use super::element::Element;
+use super::extensions::check_for_material;
 use super::texels::Mean;
+use super::texture_transform::TextureTransform;
 use crate::error::{Error, ErrorKind};
 
 /// The factors of glTF.
@@ -74,14 +76,15 @@ pub fn read_gltf_material<E: From<Error>>(
     let Chunks { json, binary } = open(bytes)?;
     let index = find(&names(&json)?, choice)?;
     let material = Element::of(&json, "materials").at(index)?;
+    check_for_material(&json, &material, &READ)?;
     let mut reader = Reader::new(&json, binary, read);
     let parameters = reader.parameters(&material)?;
-    let notes = reader.notes;
+    let (notes, of_textures) = (reader.notes, reader.warnings);
     let material_of = |error: brdf::ParameterError| Error::damaged(error.to_string()).within(material.path());
     Ok(GltfMaterial {
         material: Standard::new(parameters).map_err(material_of)?,
         notes,
-        warnings: warnings(&material)?,
+        warnings: [of_textures, warnings(&json, index, &material)?].concat(),
     })
 }
 
@@ -99,12 +102,13 @@ pub fn check_gltf_material<E: From<Error>>(
     check_asset(&json)?;
     let index = self::find(&names(&json)?, choice)?;
     let material = Element::of(&json, "materials").at(index)?;
+    check_for_material(&json, &material, &READ)?;
     let mut beside = |path: &str| find(path).map(|()| Arc::default());
     let mut reader = Reader { is_check: true, ..Reader::new(&json, None, &mut beside) };
     let parameters = reader.parameters(&material)?;
     let material_of = |error: brdf::ParameterError| Error::damaged(error.to_string()).within(material.path());
     Standard::new(parameters).map_err(material_of)?;
-    warnings(&material)?;
+    warnings(&json, index, &material)?;
     Ok(())
 }
 
@@ -139,7 +143,11 @@ pub(super) fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<
     }
     let listed = || {
         let more = names.len().saturating_sub(LISTED);
-        let first: Vec<_> = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect();
+        let number = |(index, name): (usize, &String)| match index.to_string() {
+            number if number == *name => format!("{index} (without a name)"),
+            number => format!("{number}: {name}"),
+        };
+        let first: Vec<_> = names.iter().enumerate().take(LISTED).map(number).collect();
         first.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
     };
     match choice {
@@ -150,17 +158,15 @@ pub(super) fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<
             listed()
         )),
         Some(MaterialChoice::Index(index)) if *index < names.len() => Ok(*index),
-        Some(MaterialChoice::Index(index)) => wrong(format!(
-            "there is no material {index}; expected 0 to {}, of: {}",
-            names.len() - 1,
-            listed()
-        )),
+        Some(MaterialChoice::Index(index)) => {
+            wrong(format!("there is no material {index}; expected 0 to {} of: {}", names.len() - 1, listed()))
+        }
         Some(MaterialChoice::Name(name)) => {
             let mut named = (0..names.len()).filter(|index| names[*index] == *name);
             match (named.next(), named.next()) {
                 (Some(index), None) => Ok(index),
                 (Some(one), Some(other)) => wrong(format!(
-                    "the materials {one} and {other} are both named {name:?}; expected the number of one"
+                    "the materials {one} and {other} are both named {name:?}; name one by its number: material = {one}"
                 )),
                 _ => wrong(format!("there is no material {name:?}; expected one of: {}", listed())),
             }
@@ -173,8 +179,10 @@ pub(super) struct Reader<'a, 'r, E> {
     document: &'a Map<String, Value>,
     chunk: Option<&'a [u8]>,
     read: &'a mut ReadBeside<'r, E>,
-    beside: BTreeMap<String, Arc<Vec<u8>>>,
+    /// By a URI, the content and the path of the file that it names.
+    beside: BTreeMap<String, (Arc<Vec<u8>>, String)>,
     notes: Vec<String>,
+    warnings: Vec<String>,
     /// Whether textures are only looked for, not averaged.
     is_check: bool,
 }
@@ -185,7 +193,8 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         chunk: Option<&'a [u8]>,
         read: &'a mut ReadBeside<'r, E>,
     ) -> Self {
-        Self { document, chunk, read, beside: BTreeMap::new(), notes: Vec::new(), is_check: false }
+        let (beside, notes, warnings) = (BTreeMap::new(), Vec::new(), Vec::new());
+        Self { document, chunk, read, beside, notes, warnings, is_check: false }
     }
 
     fn parameters(&mut self, material: &Element<'_>) -> Result<StandardParameters, E> {
@@ -262,6 +271,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         if !texture.is_present() {
             return Ok(None);
         }
+        let transform = TextureTransform::of(texture)?;
         if self.is_check {
             let image = self.image(texture)?;
             return match image.get("uri").text()? {
@@ -273,6 +283,16 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         let mean = Mean::read(&bytes).map_err(|error| error.within(name.clone()).within(texture.path()))?;
         let Mean { width, height, .. } = mean;
         self.notes.push(format!("{parameter}: averaged over {width} x {height} texels of {name}"));
+        // Quantised coordinates are brought back to their range by the same extension.
+        let used = Element::of(self.document, "extensionsUsed");
+        let is_quantised = (0..used.count())
+            .any(|index| matches!(used.element(index).text(), Ok(Some("KHR_mesh_quantization"))));
+        if transform.shows_part() && !is_quantised {
+            let [u, v] = transform.scale;
+            self.warnings.push(format!(
+                "{parameter}: KHR_texture_transform scales the coordinates by {u} and {v}, so that a mesh may show a part of {name} only; the mean is that of all its texels: cut the texture to that part if it differs"
+            ));
+        }
         Ok(Some(mean))
     }
 
@@ -282,8 +302,8 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         let name = image.get("name").text()?.unwrap_or(image.path()).to_owned();
         match (image.get("uri").text()?, image.get("bufferView").index()?) {
             (Some(uri), _) => {
-                let bytes = self.content(uri, &image)?;
-                Ok((bytes, if uri.starts_with("data:") { name } else { relative(uri)? }))
+                let (bytes, path) = self.content(uri, &image)?;
+                Ok((bytes, if path.is_empty() { name } else { path }))
             }
             (None, Some(view)) => Ok((self.view(view)?, name)),
             (None, None) => Err(Error::damaged("expected a uri or a bufferView").within(image.path()).into()),
@@ -322,7 +342,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         let content;
         let bytes = match (declared.get("uri").text()?, self.chunk) {
             (Some(uri), _) => {
-                content = self.content(uri, &declared)?;
+                content = self.content(uri, &declared)?.0;
                 content.as_slice()
             }
             (None, Some(chunk)) if buffer == 0 => chunk,
@@ -342,18 +362,18 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         Ok(Arc::new(part.to_vec()))
     }
 
-    /// What a URI holds or names.
-    fn content(&mut self, uri: &str, at: &Element<'_>) -> Result<Arc<Vec<u8>>, E> {
+    /// What a URI holds or names, and the path of the file that it names.
+    fn content(&mut self, uri: &str, at: &Element<'_>) -> Result<(Arc<Vec<u8>>, String), E> {
         if uri.starts_with("data:") {
-            return Ok(Arc::new(embedded(uri).map_err(|error| error.within(at.path()))?));
+            let bytes = embedded(uri).map_err(|error| error.within(at.path()))?;
+            return Ok((Arc::new(bytes), String::new()));
         }
-        let path = relative(uri).map_err(|error| error.within(at.path()))?;
-        if let Some(bytes) = self.beside.get(&path) {
-            return Ok(Arc::clone(bytes));
+        if let Some(found) = self.beside.get(uri) {
+            return Ok(found.clone());
         }
-        let bytes = (self.read)(&path)?;
-        self.beside.insert(path, Arc::clone(&bytes));
-        Ok(bytes)
+        let found = find_beside(uri, &|error| error.within(at.path()), &mut |path| (self.read)(path))?;
+        self.beside.insert(uri.to_owned(), found.clone());
+        Ok(found)
     }
 }
 
@@ -372,7 +392,11 @@ fn refraction(ior: f64) -> (f64, f64) {
 }
 
 /// What a material has and is not read.
-fn warnings(material: &Element<'_>) -> Result<Vec<String>, Error> {
+fn warnings(
+    document: &Map<String, Value>,
+    index: usize,
+    material: &Element<'_>,
+) -> Result<Vec<String>, Error> {
     let mut warnings = Vec::new();
     let others: Vec<_> = material.get("extensions").keys().filter(|name| !READ.contains(name)).collect();
     if !others.is_empty() {
@@ -385,5 +409,26 @@ fn warnings(material: &Element<'_>) -> Result<Vec<String>, Error> {
     if emissive.iter().any(|channel| *channel > 0.0) {
         warnings.push("the light that the material emits is not read".to_owned());
     }
+    let coloured = coloured_primitives(document, index);
+    if coloured > 0 {
+        let primitives = if coloured == 1 { "1 primitive" } else { &format!("{coloured} primitives") };
+        warnings.push(format!(
+            "the vertex colours (COLOR_0) of {primitives}, which glTF multiplies the base colour by, are not read"
+        ));
+    }
     Ok(warnings)
+}
+
+/// How many primitives of a material have colours at their vertices. What is not as it should be is an error
+/// of the mesh, not of the material.
+fn coloured_primitives(document: &Map<String, Value>, material: usize) -> usize {
+    let meshes = document.get("meshes").and_then(Value::as_array).into_iter().flatten();
+    let primitives =
+        meshes.flat_map(|mesh| mesh.get("primitives").and_then(Value::as_array).into_iter().flatten());
+    primitives
+        .filter(|primitive| {
+            primitive.get("material").and_then(Value::as_u64) == Some(material as u64)
+                && primitive.pointer("/attributes/COLOR_0").is_some()
+        })
+        .count()
 }

@@ -1,17 +1,15 @@
 //! Reading OpenEXR: scanlines and tiles (their largest level), half, float and uint, every compression.
 //!
-//! A *layer* is a part of a multi-part file, a channel prefix (`diffuse.R`), or both (`part.prefix`). Without
-//! a name the first layer with colour is read, an unnamed one before all others. A layer has colour with R, G
-//! and B, or with Y alone (grey). Luminance with chroma (Y RY BY) is refused, and so are subsampled channels:
-//! the decoder misplaces them.
+//! `layer.rs` finds the layers and chooses one. Subsampled channels are refused: the
+//! decoder does not read them.
 //!
 //! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
 //!
 //! The picture is the display window: pixels that the data window does not reach are black, those beyond the
-//! display window are cut off, and a warning reports either.
+//! display window are cut off, and a warning reports either. Windows that do not overlap are an error.
 
 use std::collections::{BTreeMap, HashSet};
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek};
 
 use envmap::Image;
 use exr::block::chunk::{Chunk, CompressedBlock};
@@ -25,9 +23,12 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::guard::{guarded, recipe_key};
+use super::layer::{Colour, Layer, without_colour};
 use crate::chromaticity::{self, Chromaticities};
-use crate::decoded::{Decoded, OpenExrEnvmap};
-use crate::error::{Error, ErrorKind};
+use crate::colour_space::ColourSpace;
+use crate::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
+use crate::error::Error;
+use crate::file_part::beginning;
 use crate::format::identify;
 use crate::{Format, limits};
 
@@ -37,7 +38,7 @@ const BATCH_PIXELS: usize = 1 << 23;
 
 /// The size of the picture, and its `envmap` attribute.
 pub(crate) fn header(
-    file: impl Read,
+    file: impl Read + Seek,
     length: usize,
     wanted: Option<&str>,
 ) -> Result<([usize; 2], Option<OpenExrEnvmap>), Error> {
@@ -49,24 +50,39 @@ pub(crate) fn header(
     Ok(([width, height], envmap_of(header)))
 }
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error> {
-    let meta = open(bytes)?;
+pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
+    let meta = open(Cursor::new(bytes))?;
     let mut warnings = Vec::new();
-    let layer = Layer::choose(&meta.headers, wanted, &mut warnings)?;
+    let layer = Layer::choose(&meta.headers, options.layer.as_deref(), &mut warnings)?;
     let header = &meta.headers[layer.part];
     check_size(&meta.headers, header, bytes.len())?;
 
     let mut pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
-    to_rec_709(header, &layer, &mut pixels, &mut warnings);
+    to_rgb(header, &layer, &mut pixels);
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let image = Image::new(width, height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
-    Ok(Decoded {
+    let mut decoded = Decoded {
         openexr_envmap: envmap_of(header),
         warnings,
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
-    })
+    };
+    if layer.colour != Colour::Grey {
+        let declared = declared(header, &mut decoded.warnings);
+        let declared = declared.as_ref().map(|(source, declared)| (source.as_str(), *declared));
+        match ColourSpace::chosen(options.colour_space, declared, &mut decoded.warnings)
+            .map(Chromaticities::to_rec_709)
+        {
+            None => {}
+            Some(Some(matrix)) => {
+                let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
+                outside.report(&mut decoded.warnings, &mut decoded.notes);
+            }
+            Some(None) => decoded.warnings.push(NO_SPACE.into()),
+        }
+    }
+    Ok(decoded)
 }
 
 fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
@@ -108,9 +124,9 @@ pub fn read_exr_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
 }
 
 fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
-    let meta = open(bytes)?;
+    let meta = open(Cursor::new(bytes))?;
     let (found, colourless) = Layer::all(&meta.headers);
-    let Some((_, first)) = found.first() else { return Err(without_colour(colourless)) };
+    let Some((_, first)) = found.first() else { return Err(without_colour(&colourless)) };
     let Vec2(width, height) = meta.headers[first.part].shared_attributes.display_window.size;
     limits::pixels(width.saturating_mul(found.len()), height).map_err(|error| error.within("all layers"))?;
     let mut warnings = Vec::new();
@@ -141,22 +157,120 @@ fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
 }
 
 /// The headers of a file that has nothing deep.
-fn open(file: impl Read) -> Result<MetaData, Error> {
-    let meta = guarded(|| MetaData::read_from_buffered(file, false))?;
+fn open(mut file: impl Read + Seek) -> Result<MetaData, Error> {
+    let meta = guarded(|| MetaData::read_from_buffered(&mut file, false)).map_err(|error| {
+        // The decoder knows no compression beyond HTJ2K, and says of others that there is none.
+        match compression_number(&mut file) {
+            Some(12) => unread_compression("LJ2K (JPEG 2000)"),
+            Some(13) => unread_compression("ZSTD"),
+            Some(number @ 14..) => unread_compression(&format!("number {number}")),
+            _ => error,
+        }
+    })?;
+    let htj2k = |header: &Header| matches!(header.compression, Compression::HTJ2K32 | Compression::HTJ2K256);
+    if meta.headers.iter().any(htj2k) {
+        return Err(unread_compression("HTJ2K (High-Throughput JPEG 2000)"));
+    }
     if meta.requirements.has_deep_data || meta.headers.iter().any(|header| header.deep) {
         return Err(Error::unsupported("deep data is not read; flatten the image first"));
     }
     Ok(meta)
 }
 
-/// Converts from the file's `chromaticities`, if it has them.
-fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
-    let Some(given) = header.shared_attributes.chromaticities else { return };
+fn unread_compression(name: &str) -> Error {
+    Error::unsupported(format!("the compression {name} is not read; save the image with ZIP or PIZ"))
+}
+
+/// The number of the first part's compression.
+fn compression_number(file: &mut (impl Read + Seek)) -> Option<u8> {
+    const ATTRIBUTE: &[u8] = b"compression\0compression\0\x01\0\0\0";
+    let start = beginning(file, 1 << 16).ok()?;
+    let at = start.windows(ATTRIBUTE.len()).position(|window| window == ATTRIBUTE)?;
+    start.get(at + ATTRIBUTE.len()).copied()
+}
+
+const NO_SPACE: &str = "the chromaticities span no colour space and were ignored";
+
+/// The primaries that a file declares, and where: `colorInteropID`, `chromaticities`, or a name that
+/// OpenImageIO or OCIO left, in this order.
+fn declared(header: &Header, warnings: &mut Vec<String>) -> Option<(String, Chromaticities)> {
+    const NAMES: [&str; 3] = ["colorInteropID", "oiio:ColorSpace", "colorspace"];
+    let numbers = chromaticities_of(header);
+    let named = NAMES.into_iter().find_map(|key| {
+        let name = text_of(header, key)?;
+        // These say on purpose that nothing is known, or that nothing is to be converted.
+        let says_nothing =
+            ["", "unknown", "raw", "data"].contains(&name.trim().to_ascii_lowercase().as_str());
+        (!says_nothing).then_some((key, name))
+    });
+    let Some((key, name)) = named else {
+        return numbers.map(|numbers| ("the file's chromaticities".to_owned(), numbers));
+    };
+    let space = ColourSpace::from_name(&name).map(ColourSpace::chromaticities);
+    let source = format!("the file's attribute {key} = {name:?}");
+    match (space, numbers) {
+        (Some(space), Some(numbers)) if key == NAMES[0] && !space.is_near(numbers) => {
+            warnings
+                .push(format!("{source} and its chromaticities name different primaries; {key} was taken"));
+            Some((source, space))
+        }
+        (_, Some(numbers)) => Some(("the file's chromaticities".to_owned(), numbers)),
+        (Some(space), None) => Some((source, space)),
+        (None, None) => {
+            let known = ColourSpace::ALL.map(ColourSpace::name).join(", ");
+            warnings.push(format!(
+                "{source} is not a linear colour space that is known here; the values were taken for linear \
+                 Rec. 709 (known are {known}, also by their names in OCIO)"
+            ));
+            None
+        }
+    }
+}
+
+/// A text among the attributes of a part.
+fn text_of(header: &Header, key: &str) -> Option<String> {
+    let attributes = header.own_attributes.other.iter().chain(&header.shared_attributes.other);
+    attributes.filter(|(name, _)| (*name).eq(key)).find_map(|(_, value)| match value {
+        AttributeValue::Text(text) => String::from_utf8(text.bytes().to_vec()).ok(),
+        _ => None,
+    })
+}
+
+/// The attribute `chromaticities`.
+fn chromaticities_of(header: &Header) -> Option<Chromaticities> {
     let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
-    match Chromaticities([given.red, given.green, given.blue, given.white].map(point)).to_rec_709() {
-        Some(matrix) if !layer.grey() => chromaticity::apply(matrix, pixels),
-        Some(_) => {}
-        None => warnings.push("the chromaticities span no colour space and were ignored".into()),
+    let given = header.shared_attributes.chromaticities?;
+    Some(Chromaticities([given.red, given.green, given.blue, given.white].map(point)))
+}
+
+/// Makes R, G and B of luminance and chroma. The weights of the luminance are those of the attribute
+/// `chromaticities`, or else of Rec. 709, whatever other primaries are named.
+fn to_rgb(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]]) {
+    if layer.colour != Colour::LuminanceChroma {
+        return;
+    }
+    let weights = chromaticities_of(header).and_then(Chromaticities::to_xyz);
+    let weights = weights.or_else(|| Chromaticities::REC_709.to_xyz());
+    let [r, g, b] = weights.map_or([0.0, 1.0, 0.0], |matrix| matrix.row(1).to_array());
+    // OpenEXR, "luminance/chroma images": RY = (R - Y) / Y, BY = (B - Y) / Y.
+    for pixel in pixels {
+        let [luminance, red, blue] = pixel.map(f64::from);
+        let (red, blue) = ((red + 1.0) * luminance, (blue + 1.0) * luminance);
+        *pixel = [red, (luminance - r * red - b * blue) / g, blue].map(|value| value as f32);
+    }
+}
+
+/// Converts the values of a layer to R, G and B, and from the primaries of the file. They may be
+/// coefficients, so that colours outside of Rec. 709 stay where they are.
+fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
+    to_rgb(header, layer, pixels);
+    if layer.colour == Colour::Grey {
+        return;
+    }
+    let Some((_, declared)) = declared(header, warnings) else { return };
+    match declared.to_rec_709() {
+        Some(matrix) => chromaticity::apply_linear(matrix, pixels),
+        None => warnings.push(NO_SPACE.into()),
     }
 }
 
@@ -173,101 +287,6 @@ fn recipe_of(header: &Header) -> Option<String> {
     }
 }
 
-/// A layer with colour: the part that it is in, and which of the part's channels are red, green and blue.
-struct Layer {
-    part: usize,
-    name: String,
-    channels: [usize; 3],
-}
-
-impl Layer {
-    /// Whether one channel, Y, serves all three.
-    fn grey(&self) -> bool {
-        self.channels[0] == self.channels[1]
-    }
-
-    /// The layers with colour, each with its channels' prefix, and the channels of those without.
-    fn all(headers: &[Header]) -> (Vec<(String, Self)>, Vec<String>) {
-        let mut layers = Vec::new();
-        let mut colourless = Vec::new();
-        for (part, header) in headers.iter().enumerate() {
-            let part_name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
-            let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
-            let mut prefixes: Vec<&str> =
-                names.iter().map(|name| name.rsplit_once('.').map_or("", |(prefix, _)| prefix)).collect();
-            prefixes.sort_unstable();
-            prefixes.dedup();
-            for prefix in prefixes {
-                let find = |channel: &str| {
-                    let full =
-                        if prefix.is_empty() { channel.to_owned() } else { format!("{prefix}.{channel}") };
-                    names.iter().position(|name| *name == full)
-                };
-                let channels = match [find("R"), find("G"), find("B"), find("Y")] {
-                    [Some(r), Some(g), Some(b), _] => Some([r, g, b]),
-                    [None, None, None, Some(y)] if find("RY").is_none() && find("BY").is_none() => {
-                        Some([y; 3])
-                    }
-                    _ => None,
-                };
-                let name = match part_name.as_deref().unwrap_or_default() {
-                    "" => prefix.to_owned(),
-                    part if prefix.is_empty() => part.to_owned(),
-                    part => format!("{part}.{prefix}"),
-                };
-                match channels {
-                    Some(channels) => layers.push((prefix.to_owned(), Self { part, name, channels })),
-                    None => colourless.extend(names.iter().cloned()),
-                }
-            }
-        }
-        (layers, colourless)
-    }
-
-    fn choose(headers: &[Header], wanted: Option<&str>, warnings: &mut Vec<String>) -> Result<Self, Error> {
-        let (mut layers, colourless) = Self::all(headers);
-        let list = |layers: &[(String, Self)]| {
-            let name = |(_, layer): &(String, Self)| match layer.name.as_str() {
-                "" => "the unnamed one".to_owned(),
-                name => format!("`{name}`"),
-            };
-            layers.iter().map(name).collect::<Vec<_>>().join(", ")
-        };
-        let position = match wanted {
-            Some(wanted) => layers
-                .iter()
-                .position(|(_, layer)| layer.name == wanted)
-                .or_else(|| layers.iter().position(|(prefix, _)| prefix == wanted && !prefix.is_empty())),
-            None => layers.iter().position(|(_, layer)| layer.name.is_empty()).or(Some(0)),
-        };
-        if let Some(position) = position.filter(|&position| position < layers.len()) {
-            if wanted.is_none() && layers.len() > 1 {
-                let chosen = list(&layers[position..=position]);
-                warnings.push(format!("the file has the layers {}; {chosen} was read", list(&layers)));
-            }
-            return Ok(layers.swap_remove(position).1);
-        }
-        if layers.is_empty() {
-            return Err(without_colour(colourless));
-        }
-        Err(Error::new(
-            ErrorKind::NoSuchLayer,
-            format!("there is no layer `{}`; the layers are {}", wanted.unwrap_or_default(), list(&layers)),
-        ))
-    }
-}
-
-/// Why a file with these channels holds no picture.
-fn without_colour(channels: Vec<String>) -> Error {
-    match channels.iter().any(|name| name.ends_with("RY") || name.ends_with("BY")) {
-        true => Error::unsupported("luminance and chroma (Y RY BY) are not read; convert the image to RGB"),
-        false => Error::unsupported(format!(
-            "no layer has R, G and B, or Y; the channels are {}",
-            channels.join(", ")
-        )),
-    }
-}
-
 /// Checks all that the decoder would otherwise believe: sizes of the windows, of a tile, of the offset
 /// tables.
 fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Error> {
@@ -279,12 +298,25 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
     }
     if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         return Err(Error::unsupported(format!(
-            "channel {} is subsampled, which is not read; convert the image to full resolution",
+            "channel {} is subsampled, as chroma often is, which is not read; convert the image to RGB",
             channel.name
         )));
     }
     let Vec2(width, height) = header.layer_size;
     let pixels = limits::pixels(width, height).map_err(|error| error.within("data window"))?;
+    let at = header.own_attributes.layer_position;
+    let shown = header.shared_attributes.display_window;
+    let apart = |at: i32, size: usize, from: i32, shown: usize| {
+        let (at, from) = (i64::from(at), i64::from(from));
+        at >= from + shown as i64 || from >= at + size as i64
+    };
+    if apart(at.0, width, shown.position.0, display.0) || apart(at.1, height, shown.position.1, display.1) {
+        return Err(Error::unsupported(format!(
+            "the data window, {width} x {height} pixels at ({}, {}), lies outside the display window, {} x {} at ({}, {}): \
+             nothing would be seen; set the display window to the data window",
+            at.0, at.1, display.0, display.1, shown.position.0, shown.position.1
+        )));
+    }
     let block = header.max_block_pixel_size();
     limits::pixels(block.0, block.1).map_err(|error| error.within("tile size"))?;
     // A window that is nearly empty is more likely damage than a crop, and its size is not paid for by any
@@ -330,7 +362,8 @@ fn check_chunk(header: &Header, chunk: &Chunk) -> Result<(), Error> {
         _ => (size.0 * size.1 * pixel_bytes(header), false),
     };
     limits::plausible(block_bytes, compressed.len(), ratio(header.compression))?;
-    if dwa {
+    // A chunk that packing would not have made smaller is stored as it is.
+    if dwa && compressed.len() != size.0 * size.1 * pixel_bytes(header) {
         // Eleven counters lead a DWA chunk; those of uncompressed bytes and values count what the block
         // holds.
         const UNCOMPRESSED: [usize; 5] = [1, 6, 7, 8, 9];

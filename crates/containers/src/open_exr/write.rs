@@ -28,7 +28,7 @@ use crate::{Format, limits, recipe};
 /// Writes OpenEXR; `recipe` goes into a `string` attribute.
 ///
 /// With [`Precision::Half`] each value becomes the nearest half, ties to even; values past +-65504, infinite
-/// ones among them, become +-65504 and are counted. NaN stays NaN.
+/// ones among them, become +-65504. NaN stays NaN.
 ///
 /// # Errors
 /// If the recipe holds control characters.
@@ -54,7 +54,7 @@ pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> R
 /// let layers = [(String::new(), vec![[1.0; 3]]), ("p1q0".to_owned(), vec![[0.5; 3]])];
 /// let bytes = write_exr_layers(1, 1, &layers, Precision::Half, None, &[])?.bytes;
 /// assert_eq!(read_image(&bytes, &ReadOptions::default())?.image.pixels(), [[1.0; 3]]);
-/// let option = ReadOptions { layer: Some("p1q0".into()) };
+/// let option = ReadOptions { layer: Some("p1q0".into()), ..ReadOptions::default() };
 /// assert_eq!(read_image(&bytes, &option)?.image.pixels(), [[0.5; 3]]);
 /// # Ok::<(), containers::Error>(())
 /// ```
@@ -165,27 +165,25 @@ fn write(
     let headers: Headers = [header].into_iter().collect();
 
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
-    let compress = |(position, index)| -> Result<(usize, Chunk, usize), Error> {
+    let compress = |(position, index)| -> Result<(usize, Chunk), Error> {
         if stop() {
             return Err(Error::new(ErrorKind::Unwritable, "the writing was stopped"));
         }
-        let (data, clamped) = samples(width, &channels, index, precision);
+        let data = samples(width, &channels, index, precision);
         let chunk = guarded(|| UncompressedBlock { index, data }.compress_to_chunk(&headers))?;
-        Ok((position, chunk, clamped))
+        Ok((position, chunk))
     };
-    let chunks: Vec<(usize, Chunk, usize)> =
-        blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
-    let clamped = chunks.iter().map(|(_, _, clamped)| clamped).sum();
+    let chunks: Vec<(usize, Chunk)> = blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
     let mut bytes = Vec::new();
     guarded(|| {
         exr::block::write(Cursor::new(&mut bytes), headers, false, |_, writer| {
-            chunks.into_iter().try_for_each(|(position, chunk, _)| writer.write_chunk(position, chunk))
+            chunks.into_iter().try_for_each(|(position, chunk)| writer.write_chunk(position, chunk))
         })
     })?;
     if several_texts {
         sort_attributes(&mut bytes);
     }
-    Ok(Encoded { bytes, clamped, negative: 0 })
+    Ok(Encoded { bytes, negative: 0 })
 }
 
 /// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a
@@ -210,16 +208,14 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// A block's samples in the order of this machine's bytes, each row channel after channel, and how many were
-/// clamped.
+/// A block's samples in the order of this machine's bytes, each row channel after channel.
 fn samples(
     width: usize,
     channels: &[(String, &[[f32; 3]], usize)],
     index: BlockIndex,
     precision: Precision,
-) -> (Vec<u8>, usize) {
+) -> Vec<u8> {
     let mut data = Vec::new();
-    let mut clamped = 0;
     let (x, y) = (index.pixel_position.0, index.pixel_position.1);
     for row in y..y + index.pixel_size.1 {
         for (_, pixels, channel) in channels {
@@ -227,14 +223,10 @@ fn samples(
                 let value = pixel[*channel];
                 match precision {
                     Precision::Float => data.extend_from_slice(&value.to_ne_bytes()),
-                    Precision::Half => {
-                        let (kept, past) = to_half(value);
-                        clamped += usize::from(past);
-                        data.extend_from_slice(&kept.to_ne_bytes());
-                    }
+                    Precision::Half => data.extend_from_slice(&to_half(value).to_ne_bytes()),
                 }
             }
         }
     }
-    (data, clamped)
+    data
 }

@@ -155,8 +155,11 @@ impl<'a> File<'a> {
 
     pub(super) fn tensor(&self, name: &str, dtype: Dtype, shape: &str) -> Result<TensorView<'a>, Error> {
         let tensor = self.tensors.tensor(name).map_err(|_| {
-            let names = self.tensors.names().join(", ");
-            Error::damaged(format!("expected a tensor `{name}` {shape} {dtype}, found the tensors: {names}"))
+            let found = match self.tensors.names().join(", ") {
+                names if names.is_empty() => "no tensors".to_owned(),
+                names => format!("the tensors: {names}"),
+            };
+            Error::damaged(format!("expected a tensor `{name}` {shape} {dtype}, found {found}"))
         })?;
         if tensor.dtype() != dtype {
             return Err(Error::damaged(format!(

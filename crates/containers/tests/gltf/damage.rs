@@ -142,8 +142,11 @@ fn what_is_not_read_is_named() {
     document["extensionsRequired"] = json!(["KHR_materials_unlit", "KHR_draco_mesh_compression"]);
     let error = read(&glb(&document, &binary)).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unsupported);
-    let message = "the file needs KHR_draco_mesh_compression, which is not read here; export it without (compression of meshes switched off)";
+    let message = "the file requires KHR_draco_mesh_compression, which is not read here; export it without (compression of meshes switched off)";
     assert_eq!(error.to_string(), message);
+    document["extensionsRequired"] = json!(["VENDOR_hair", "KHR_materials_unlit"]);
+    let message = "the file requires VENDOR_hair, which is not read here; export it without";
+    assert_eq!(error_of(&document, &binary), message);
     document["extensionsRequired"] = json!(["KHR_texture_transform"]);
     assert_eq!(read(&glb(&document, &binary)).unwrap().mesh, expected());
     document["asset"] = json!({ "version": "1.0" });

@@ -13,6 +13,8 @@ use serde_json::{Value, json};
 
 mod damage;
 mod files;
+mod image_based_light;
+mod instances;
 mod materials;
 mod skins;
 mod written;
@@ -334,7 +336,31 @@ fn tangents_follow_the_coordinates_of_the_normal_texture() {
     let primitive = &mut document["meshes"][0]["primitives"][0];
     primitive["material"] = 0.into();
     primitive["attributes"] = json!({ "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "TEXCOORD_1": 5 });
-    assert_eq!(read(&glb(&document, &binary)).unwrap().mesh.tangents()[0], [0.0, 0.0, 1.0, 1.0]);
+    let model = read(&glb(&document, &binary)).unwrap();
+    assert_eq!(model.mesh.tangents()[0], [0.0, 0.0, 1.0, 1.0]);
+    let sets = "1 of 1 primitives is with several sets of texture coordinates: that of the normal texture is read, or set 0";
+    assert_eq!(model.notes[1..], [sets]);
+    // KHR_texture_transform may name another set, and turn the picture.
+    document["materials"][0]["normalTexture"]["extensions"] =
+        json!({ "KHR_texture_transform": { "texCoord": 0, "rotation": 1.5 } });
+    let model = read(&glb(&document, &binary)).unwrap();
+    assert_eq!(model.mesh, expected());
+    assert_eq!(
+        model.notes[1..],
+        [
+            "1 of 1 primitives is with a normal texture that KHR_texture_transform turns; its tangents are not turned",
+            sets
+        ]
+    );
+}
+
+#[test]
+fn vertex_colours_are_reported() {
+    let (mut document, binary) = square();
+    document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 1.into();
+    let model = read(&glb(&document, &binary)).unwrap();
+    assert_eq!(model.mesh, expected());
+    assert_eq!(model.notes, ["1 of 1 primitives is with vertex colours (COLOR_0), which are left out"]);
 }
 
 #[test]

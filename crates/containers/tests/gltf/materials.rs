@@ -227,14 +227,14 @@ fn one_of_several_materials_is_chosen_by_name_or_number() {
     ] {
         assert_eq!(material(&several, Some(&choice)).unwrap().material.parameters().roughness, expected);
     }
-    let list = "\"matt\", \"1\", \"twice\", \"twice\"";
+    let list = "0: matt, 1 (without a name), 2: twice, 3: twice";
     for (choice, expected) in [
         (None, format!("the file has 4 materials; expected `material` to be one of: {list}")),
         (Some(named("mat")), format!("there is no material \"mat\"; expected one of: {list}")),
-        (Some(MaterialChoice::Index(4)), format!("there is no material 4; expected 0 to 3, of: {list}")),
+        (Some(MaterialChoice::Index(4)), format!("there is no material 4; expected 0 to 3 of: {list}")),
         (
             Some(named("twice")),
-            "the materials 2 and 3 are both named \"twice\"; expected the number of one".into(),
+            "the materials 2 and 3 are both named \"twice\"; name one by its number: material = 2".into(),
         ),
     ] {
         let error = material(&several, choice.as_ref()).unwrap_err();
@@ -247,7 +247,7 @@ fn one_of_several_materials_is_chosen_by_name_or_number() {
     );
     // A mesh without a name for its material, and many materials.
     let many = file((0..30).map(|k| json!({ "name": format!("m{k}") })).collect());
-    assert!(material(&many, None).unwrap_err().to_string().ends_with("\"m19\" and 10 more"));
+    assert!(material(&many, None).unwrap_err().to_string().ends_with("19: m19 and 10 more"));
 }
 
 #[test]
@@ -318,10 +318,78 @@ fn textures_that_cannot_be_read_are_errors_that_name_them() {
     );
     let found = with(&|document| document["bufferViews"][0]["byteOffset"] = json!(6));
     assert!(found.starts_with(&format!("{at}: first: ")), "{found}");
-    let found = with(&|document| document["images"][0] = json!({ "uri": "../up.png" }));
-    assert!(found.starts_with("images[0]: the uri \"../up.png\" goes up a folder"), "{found}");
+    let found = with(&|document| document["images"][0] = json!({ "uri": "/up.png" }));
+    assert!(found.starts_with("images[0]: the uri \"/up.png\" does not name a file beside"), "{found}");
     let found = with(&|document| document["images"][0] = json!({ "uri": "data:;base64,!" }));
     assert!(found.starts_with("images[0]: the embedded data are not base64"), "{found}");
+}
+
+/// An extension that the file requires concerns a material that has it, and any material if it is unknown.
+#[test]
+fn extensions_that_a_material_requires_are_read_or_refused() {
+    let gloss = "KHR_materials_pbrSpecularGlossiness";
+    let with = |required: &[&str], extensions: Value| {
+        json!({
+            "asset": { "version": "2.0" },
+            "extensionsRequired": required,
+            "materials": [{ "extensions": extensions }],
+        })
+    };
+    let read = |document: &Value| material(document.to_string().as_bytes(), None);
+    for (required, extensions, message) in [
+        (
+            &[gloss][..],
+            json!({ gloss: {} }),
+            "the file requires KHR_materials_pbrSpecularGlossiness, which is not read here; convert its materials to metallic and roughness, for example with `gltf-transform metalrough`",
+        ),
+        (
+            &["KHR_materials_ior", "VENDOR_glow", "VENDOR_hair"],
+            json!({}),
+            "the file requires VENDOR_glow, VENDOR_hair, which is not read here; export it without",
+        ),
+    ] {
+        let document = with(required, extensions);
+        let error = read(&document).unwrap_err();
+        assert_eq!((error.kind(), error.to_string().as_str()), (ErrorKind::Unsupported, message));
+        let find = &mut |_: &str| Ok(());
+        let mut text = std::io::Cursor::new(document.to_string());
+        assert_eq!(containers::check_gltf_material::<Error>(&mut text, None, find), Err(error));
+    }
+    for (required, extensions) in [
+        (&[gloss][..], json!({})),
+        (&["KHR_materials_ior"], json!({ "KHR_materials_ior": { "ior": 1.3 } })),
+        (&["KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"], json!({})),
+        (&["KHR_texture_transform", "KHR_texture_basisu", "EXT_lights_image_based"], json!({})),
+    ] {
+        assert!(read(&with(required, extensions)).is_ok(), "{required:?}");
+    }
+    // What is only used is warned of.
+    let mut used = with(&[], json!({ gloss: {} }));
+    used["extensionsUsed"] = json!([gloss]);
+    assert_eq!(read(&used).unwrap().warnings, [format!("{gloss} of the material is not read")]);
+}
+
+#[test]
+fn what_changes_a_texture_on_the_mesh_is_warned_of() {
+    let (mut document, binary) = painted();
+    document["images"][3] = document["images"][1].clone();
+    let texture = &mut document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    texture["extensions"]["KHR_texture_transform"] = json!({ "scale": [0.5, 1.0], "offset": [0.5, 0.0] });
+    document["meshes"] = json!([{ "primitives": [
+        { "material": 0, "attributes": { "COLOR_0": 0 } },
+        { "material": 1, "attributes": { "COLOR_0": 0 } },
+        { "material": 0, "attributes": { "POSITION": 0 } },
+    ] }]);
+    let found = material(&glb(&document, &binary), None).unwrap();
+    assert_eq!(
+        found.warnings,
+        [
+            "base_color: KHR_texture_transform scales the coordinates by 0.5 and 1, so that a mesh may show a part of first only; the mean is that of all its texels: cut the texture to that part if it differs",
+            "the vertex colours (COLOR_0) of 1 primitive, which glTF multiplies the base colour by, are not read"
+        ]
+    );
+    document["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+    assert_eq!(material(&glb(&document, &binary), None).unwrap().warnings.len(), 1);
 }
 
 /// Whatever is cut off or replaced, reading ends with a material or an error.

@@ -109,7 +109,7 @@ impl<'a> Shader<'a> {
     ) -> Result<Self, RenderError> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
-        let lamps = || once(&cache.lamps, || PackedLamps::new(look.reflection()));
+        let lamps = || once(&cache.lamps, || PackedLamps::new(look.beside()));
         let brute = || once(&cache.brute, || Prepared::new(look));
         let product = || match ProductSampling::is_worth(shot) {
             true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),

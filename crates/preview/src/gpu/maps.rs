@@ -179,7 +179,7 @@ impl LookMaps {
         look: &Look,
     ) -> Result<(), RenderError> {
         if self.lamps.is_none() {
-            let packed = PackedLamps::new(look.reflection())?;
+            let packed = PackedLamps::new(look.beside())?;
             let usage = BufferUsages::STORAGE;
             let material = device.filled("the material", usage, packed.material())?;
             let lamps = device.filled("the lamps", usage, packed.elements())?;

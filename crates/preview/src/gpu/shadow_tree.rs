@@ -16,7 +16,6 @@ use crate::{Object, RenderError, Shot};
 pub(super) struct ShadowTree {
     buffer: wgpu::Buffer,
     nodes: u32,
-    offset: f32,
 }
 
 /// `ShadowUniforms` of shadows.wgsl.
@@ -24,9 +23,8 @@ pub(super) struct ShadowTree {
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct ShadowUniforms {
     to_mesh: [[f32; 4]; 3],
-    offset: f32,
     nodes: u32,
-    unused: [u32; 2],
+    unused: [u32; 3],
 }
 
 impl ShadowTree {
@@ -43,7 +41,7 @@ impl ShadowTree {
         }
         words.extend(triangles.as_flattened().iter().map(|corner| word(*corner, 0)));
         let buffer = device.filled("the triangles that cast shadows", BufferUsages::STORAGE, &words)?;
-        Ok(Self { buffer, nodes: nodes.len() as u32, offset: occluders.offset() })
+        Ok(Self { buffer, nodes: nodes.len() as u32 })
     }
 
     /// What shadowed brute force reads of an object.
@@ -70,11 +68,6 @@ impl ShadowUniforms {
     /// The shadows of an object on itself in a shot.
     pub(super) fn new(tree: &ShadowTree, object: &Object, shot: &Shot) -> Self {
         let [x, y, z] = to_mesh(object, shot).as_mat3().to_cols_array_2d();
-        Self {
-            to_mesh: [x, y, z].map(|[a, b, c]| [a, b, c, 0.0]),
-            offset: tree.offset,
-            nodes: tree.nodes,
-            unused: [0; 2],
-        }
+        Self { to_mesh: [x, y, z].map(|[a, b, c]| [a, b, c, 0.0]), nodes: tree.nodes, unused: [0; 3] }
     }
 }

@@ -12,8 +12,7 @@
 //! ([`sampling::ProductSampler`]), in the same heuristic.
 //!
 //! Light is distant, and surfaces cast no shadows, unless those of [`super::shadows`] are wanted. The sum
-//! converges to `shrm::reference::Reference` up to the square of the size of the light's texels: see
-//! [`super::light_samples`].
+//! converges to `shrm::reference::Reference`, which integrates over the same texels.
 
 #[cfg(test)]
 mod tests;

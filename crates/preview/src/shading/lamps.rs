@@ -2,20 +2,24 @@
 //! each lamp adds its flux times rho_hat of the reflection's own material ([`super::material`]), in the
 //! surface's frame:
 //!
-//! > max(soft, 0) + sum over the lamps of flux rho_hat(direction of the lamp, V).
+//! > max(soft, 0) + sum over the points of the lamps of flux rho_hat(direction of the point, V).
 //!
-//! A lamp is as small as a point here, as in `shrm::Lamps::radiance`, which this is for an isotropic
-//! material. The highlight of an anisotropic one follows the surface's tangent, as in brute force.
+//! This is `shrm::Lamps::radiance`: a sun is one point, a lamp that is large beside the material's highlight
+//! has some hundred, at most about 3000 ([`sh::Light::points`]), each of which costs a look at the material.
+//! An anisotropic material is taken in the mean over some turns of the surface about its normal, because the
+//! map that the lamps are added to has no tangent; it costs that many times more.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
 //! | elements | what |
 //! | --- | --- |
-//! | 1 | the number of lamps; 1 if the soft light is cut at 0, otherwise 0 |
-//! | per lamp 2 | its direction; its flux, RGB |
+//! | 1 | the number of points; 1 if the soft light is cut at 0, otherwise 0; the number of turns |
+//! | per point 2 | its direction; its flux, RGB |
+
+use std::f32::consts::TAU;
 
 use glam::{Mat3, Vec3};
-use shrm::Reflection;
+use shrm::{Lamps, Reflection};
 
 use super::material::PackedMaterial;
 use super::surface::Surface;
@@ -36,12 +40,12 @@ impl PackedLamps {
     pub fn new(reflection: Option<&Reflection>) -> Result<Self, RenderError> {
         let lamps = reflection.and_then(Reflection::lamps).filter(|lamps| !lamps.lights.is_empty());
         let is_cut = lamps.is_some() || reflection.is_some_and(Reflection::is_for_light);
-        let lights = lamps.map(|lamps| lamps.lights.as_slice()).unwrap_or_default();
-        let mut elements = vec![[lights.len() as f32, f32::from(u8::from(is_cut)), 0.0, 0.0]];
-        for light in lights {
-            let direction = light.direction.vector().as_vec3();
-            elements
-                .extend([direction, glam::DVec3::from(light.flux()).as_vec3()].map(|v| [v.x, v.y, v.z, 0.0]));
+        let points = lamps.map(Lamps::points).unwrap_or_default();
+        let turns = lamps.map_or(1, |lamps| lamps.material.turns());
+        let mut elements = vec![[points.len() as f32, f32::from(u8::from(is_cut)), turns as f32, 0.0]];
+        for (direction, flux) in points {
+            let direction = direction.vector().as_vec3();
+            elements.extend([direction, glam::DVec3::from(flux).as_vec3()].map(|v| [v.x, v.y, v.z, 0.0]));
         }
         let material = lamps.map(|lamps| PackedMaterial::new(&lamps.material)).transpose()?;
         Ok(Self { elements, material })
@@ -60,7 +64,7 @@ impl PackedLamps {
 
 /// The radiance toward the viewer of a surface whose map shows `soft`.
 pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
-    let [_, is_cut, ..] = lamps.elements[0];
+    let [_, is_cut, turns, _] = lamps.elements[0];
     let soft = if is_cut == 1.0 { soft.max(Vec3::ZERO) } else { soft };
     let Some(material) = &lamps.material else { return soft };
     let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
@@ -69,26 +73,34 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
     let mut sum = soft;
     for [direction, flux] in lamps.elements[1..].as_chunks().0 {
         let [direction, flux] = [direction, flux].map(|[x, y, z, _]| Vec3::new(*x, *y, *z));
-        sum += flux * material.evaluate(to_surface * direction, view);
+        let incident = to_surface * direction;
+        for turn in 0..turns as u32 {
+            let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
+            let turned =
+                Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
+            sum += flux * material.evaluate(turned * incident, turned * view) / turns;
+        }
     }
     sum
 }
 
 #[cfg(test)]
 mod tests {
-    use brdf::Material;
-    use shrm::Lamps;
-
     use super::*;
     use crate::shading::material::tests::{allowed, materials};
     #[cfg(feature = "gpu")]
     use crate::shading::on_device;
     use crate::shading::testkit::{apart, lights, reflection, surfaces};
+    use brdf::Material;
 
-    /// Isotropic materials of every model, with their sharpness, and their lamps.
+    /// Materials of every model, with their sharpness, and their lamps: anisotropic ones have fewer, which
+    /// cost more.
     fn cases() -> Vec<(Lamps, f64)> {
-        let isotropic = materials().into_iter().filter(|(material, _)| material.is_isotropic());
-        isotropic.map(|(material, s)| (Lamps { lights: lights(), material }, s)).collect()
+        let of_material = |(material, s): (Material, f64)| {
+            let count = if material.turns() == 1 { 8 } else { 2 };
+            (Lamps { lights: lights().into_iter().take(count).collect(), material }, s)
+        };
+        materials().into_iter().map(of_material).collect()
     }
 
     fn packed(lamps: &Lamps) -> PackedLamps {
@@ -99,15 +111,18 @@ mod tests {
     /// the light and the view into the surface's frame moves them by three more roundings.
     fn error(lamps: &Lamps, s: f64, surface: &Surface, radiance: [f64; 3]) -> f64 {
         let largest = radiance.into_iter().fold(0.0, f64::max);
-        let of_lamp =
-            |light: &sh::Light| allowed(largest, s, [light.direction.vector().as_vec3(), surface.view]);
-        4.0 * lamps.lights.iter().map(of_lamp).fold(0.0, f64::max) + 1e-5
+        let of_point = |(direction, _): &(sphere::Direction, [f64; 3])| {
+            allowed(largest, s, [direction.vector().as_vec3(), surface.view])
+        };
+        4.0 * lamps.points().iter().map(of_point).fold(0.0, f64::max) + 1e-5
     }
 
-    /// Lamps on the horizon may be on either side of it.
+    /// Points on the horizon may be on either side of it.
     fn is_clear(lamps: &Lamps, surface: &Surface) -> bool {
-        let height = |light: &sh::Light| surface.normal.dot(light.direction.vector().as_vec3()).abs();
-        lamps.lights.iter().all(|light| height(light) > 1e-5)
+        let points = lamps.points();
+        let mut heights =
+            points.iter().map(|(direction, _)| surface.normal.dot(direction.vector().as_vec3()).abs());
+        heights.all(|height| height > 1e-5)
     }
 
     #[test]

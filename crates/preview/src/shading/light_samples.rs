@@ -1,9 +1,7 @@
 //! Samples of an environment in proportion to its radiance, and their density in a direction.
 //!
-//! Each texel of the lat-long grid is a patch of constant radiance over its exact solid angle.
-//! `shrm::reference::Reference` sums the same patches with rho_hat at their centres, the midpoint rule. The
-//! two differ by the square of a texel's size times the curvature of rho_hat: h^2 s / 24 for a lobe of
-//! exponent s.
+//! Each texel of the lat-long grid is a patch of constant radiance over its exact solid angle, as in
+//! `shrm::reference::Reference`.
 //!
 //! The probability of a texel is proportional to the sum of its channels times its solid angle. The inverse
 //! of the rows' distribution chooses the row, that of the row's distribution chooses the column, and the

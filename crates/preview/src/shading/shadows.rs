@@ -23,8 +23,8 @@ pub struct Shadows {
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowedPoint<'a> {
     shadows: &'a Shadows,
-    position: [f32; 3],
-    normal: [f32; 3],
+    /// Where rays start.
+    origin: Vec3,
     up: Vec3,
 }
 
@@ -44,8 +44,7 @@ impl Shadows {
         let normal = (self.to_mesh * surface.normal.as_dvec3()).normalize_or_zero();
         ShadowedPoint {
             shadows: self,
-            position: position.to_array(),
-            normal: normal.as_vec3().to_array(),
+            origin: self.occluders.above(position.to_array(), normal.as_vec3().to_array()),
             up: surface.normal,
         }
     }
@@ -59,6 +58,6 @@ impl ShadowedPoint<'_> {
             return true;
         }
         Direction::new(*to_mesh * direction.as_dvec3())
-            .is_none_or(|direction| !occluders.block(self.position, self.normal, direction))
+            .is_none_or(|direction| !occluders.block_from(self.origin, direction))
     }
 }

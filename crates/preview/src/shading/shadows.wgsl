@@ -6,8 +6,6 @@
 struct ShadowUniforms {
     // From the light's frame to the mesh's coordinates.
     to_mesh: mat3x3f,
-    // How far rays start above the surface.
-    offset: f32,
     nodes: u32,
 }
 
@@ -19,6 +17,11 @@ struct ShadowUniforms {
 // How far beyond a triangle's edges a ray still hits it, as a share of the triangle.
 const SHADOWS_WIDER = 1e-5;
 
+// How far rays start above a point, in roundings of the numbers there, and how much farther a point may be
+// from the plane of a triangle that it lies on: see occluders.rs.
+const SHADOWS_ROUNDINGS = 8.0;
+const SHADOWS_ON = 4.0;
+
 // Where rays start, in the mesh's coordinates, and the normal there, in the light's frame.
 var<private> shadows_origin: vec3f;
 var<private> shadows_up: vec3f;
@@ -26,9 +29,45 @@ var<private> shadows_up: vec3f;
 // The sum of `brute_force` over the light that arrives at a position in the mesh's coordinates.
 fn shadowed_brute_force(surface: Surface, position: vec3f, sample_index: u32, first: u32, count: u32) -> vec3f {
     let normal = surface_unit_or(shadows.to_mesh * surface.normal, vec3f(0.0));
-    shadows_origin = position + normal * shadows.offset;
+    shadows_origin = position + normal * shadows_above(position);
     shadows_up = surface.normal;
     return brute_force(surface, sample_index, first, count);
+}
+
+// How far above a point rays start: of the size of its coordinates, and of the triangles that it lies on.
+fn shadows_above(position: vec3f) -> f32 {
+    let place = abs(position);
+    let number = max(place.x, max(place.y, place.z));
+    let slack = SHADOWS_ON * shadows_clearance(number, 0.0);
+    var size = 0.0;
+    var node = 0u;
+    while node < shadows.nodes {
+        let low = shadow_tree[2u * node];
+        let high = shadow_tree[2u * node + 1u];
+        let outside = max(bitcast<vec3f>(low.xyz) - position, position - bitcast<vec3f>(high.xyz));
+        if max(outside.x, max(outside.y, outside.z)) > slack {
+            node = low.w;
+            continue;
+        }
+        for (var k = 0u; k < (high.w & 255u); k++) {
+            let triangle = 2u * shadows.nodes + 3u * ((high.w >> 8u) + k);
+            let corner = bitcast<vec3f>(shadow_tree[triangle].xyz);
+            let along = bitcast<vec3f>(shadow_tree[triangle + 1u].xyz) - corner;
+            let across = bitcast<vec3f>(shadow_tree[triangle + 2u].xyz) - corner;
+            let own = max(length(along), max(length(across), length(across - along)));
+            let upward = cross(along, across);
+            let height = abs(dot(position - corner, upward)) / length(upward);
+            if height <= SHADOWS_ON * shadows_clearance(number, own) {
+                size = max(size, own);
+            }
+        }
+        node += 1u;
+    }
+    return shadows_clearance(number, size);
+}
+
+fn shadows_clearance(number: f32, size: f32) -> f32 {
+    return SHADOWS_ROUNDINGS * 5.9604645e-8 * (number + size);
 }
 
 // Light from below the point's own horizon is not shadowed.

@@ -35,7 +35,7 @@ impl LightTable {
     pub(super) fn new(lamps: &Lamps, views: &ViewGrid) -> Self {
         let angles = angles(2e-4, 0.08, 0.03);
         let azimuths = if views.orders() == 0 { 1 } else { AZIMUTHS + 1 };
-        let centre = lamps.material.centre();
+        let (centre, turns) = (lamps.material.centre(), lamps.material.turns());
         let of_azimuth = |azimuth: usize| {
             let phi = PI * azimuth as f64 / AZIMUTHS as f64;
             views.rows.iter().map(move |row| centre.toward(Direction::from_angles(row.0, phi)))
@@ -45,8 +45,9 @@ impl LightTable {
             let incident = Direction::from_angles(*angle, 0.0);
             let mut slice = Vec::with_capacity(azimuths * 3 * views.rows.len());
             for seen in seen.chunks_exact(views.rows.len()) {
-                let value =
-                    |view: &SurfaceView| lamps.material.rho_hat(view.incident(incident), view.outgoing());
+                let value = |view: &SurfaceView| {
+                    lamps.material.mean_over_turns(turns, view.incident(incident), view.outgoing())
+                };
                 let values: Vec<[f64; 3]> = seen.iter().map(value).collect();
                 for channel in 0..3 {
                     slice.extend(values.iter().map(|value| value[channel] as f32));

@@ -323,6 +323,7 @@ mod tests {
 
     use super::*;
     use crate::degrees::seen;
+    use crate::reference::tests::subdivided;
     use crate::reference::{Cull, Reference};
 
     fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
@@ -343,14 +344,6 @@ mod tests {
     fn partly_negative(w: DVec3) -> [f64; 3] {
         let stripes = (7.0 * w.x + 3.0 * w.y).sin() * (5.0 * w.z).cos();
         [stripes, 0.3 + stripes, 2.0 * stripes - 0.5]
-    }
-
-    /// The same light in texels of a `factor`-th of the size: sums at their centres approach the integral.
-    fn subdivided(environment: &Environment, factor: usize) -> Environment {
-        let (coarse, grid) = (environment.grid(), environment.grid());
-        let grid = LatLong { width: factor * grid.width, height: factor * grid.height };
-        let texel = |i: usize| (i / grid.width / factor) * coarse.width + i % grid.width / factor;
-        Environment::new(grid, (0..grid.len()).map(|i| environment.pixels()[texel(i)]).collect()).unwrap()
     }
 
     fn materials() -> Vec<Material> {
@@ -407,7 +400,7 @@ mod tests {
             let fine = subdivided(&environment, 6);
             let mut all = Vec::new();
             for material in materials() {
-                let truth = Reference::new(&fine, &material, Cull::None);
+                let truth = Reference::at_centres(&fine, &material, Cull::None);
                 let coefficients = coefficients(&material);
                 let sampled = Sampled::new(&environment, &material, &coefficients, 1024, 1);
                 let ratios = ratios(&sampled, &truth, 40);
@@ -429,7 +422,7 @@ mod tests {
             (environment(24, sunny), coefficients(&materials()[1])),
             (environment(24, partly_negative), zero),
         ] {
-            let truth = Reference::new(&subdivided(&light, 6), rough, Cull::None);
+            let truth = Reference::at_centres(&subdivided(&light, 6), rough, Cull::None);
             let sampled = Sampled::new(&light, rough, &coefficients, 2048, 1);
             let rms = rms(&ratios(&sampled, &truth, 60));
             assert!((0.75..1.3).contains(&rms), "{rms}");

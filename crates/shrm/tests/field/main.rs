@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
+mod disks;
 mod evaluation;
+mod head_on;
 mod maps;
 mod materials;
 mod resolution;

@@ -10,11 +10,12 @@ use engine::{
     Artifact, Context, Diagnostic, Failure, Output, Parameter, Product, Table, Value, ValueKind, choice,
     nearest, unexpected, unknown_keys,
 };
-use envmap::{BadPixels, Image, Layout, repair};
+use envmap::{BadPixels, Image, Layout};
 use serde_json::{Map, json};
 
 use super::command::is_word;
 use crate::artifacts::{Brdf, Environment, Lighting, Material, Mesh, Reflection, Shrm};
+use crate::bad_pixels::repaired;
 
 choice! {
     /// The container of an artifact.
@@ -129,8 +130,11 @@ pub(super) fn write_input(
         }
         (Environment::TYPE, Format::Hdr) => {
             let encoded = write_rgbe(&image(&*context.get::<Environment>(port)?)?, None)?;
-            if encoded.clamped > 0 {
-                context.warn(format!("{port}: {} values do not fit RGBE and were clamped", encoded.clamped));
+            if encoded.negative > 0 {
+                context.warn(format!(
+                    "{port}: {} negative values became 0, which RGBE ends at",
+                    encoded.negative
+                ));
             }
             encoded.bytes
         }
@@ -392,8 +396,7 @@ fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Res
         Some(OpenExrEnvmap::LatLong) => Layout::OpenExrLatLong,
         Some(OpenExrEnvmap::Cube) => Layout::OpenExrCube,
     };
-    let (image, _) = repair(decoded.image, layout, BadPixels::Error).map_err(|error| {
-        Failure::from(error).help("the program must write values that are finite and not negative")
-    })?;
+    let image = repaired(decoded.image, layout, BadPixels::default(), context)
+        .map_err(|error| Failure::from(error).help("the program must write finite values"))?;
     Output::artifact(Environment(envmap::Environment::from_image(image, layout, None)?))
 }

@@ -44,8 +44,8 @@ enum MeshKey {
 
 /// What a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
-/// What a look is made from: light, reflection, material, table, sizes.
-type LookKey = (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, MapSizes);
+/// What a look is made from: light, reflection, material, table, sizes, and whether its maps hold the lamps.
+type LookKey = (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, (MapSizes, bool));
 
 impl SceneCache {
     /// An entry on a mesh.
@@ -144,8 +144,9 @@ impl SceneCache {
         let is_made = entry.reflection.is_some_and(|item| is_current(plan, results, entry, item));
         let reflection = entry.reflection.and_then(|item| results.get(item));
         let reflection_digest = reflection.as_ref().map(|reflection| reflection.digest());
+        let kept = (entry.sizes, entry.holds_lamps);
         let is_same =
-            |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == entry.sizes;
+            |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == kept;
         if !is_made
             && entry.material.is_none()
             && let Some(look) = self.looks.find(is_same)
@@ -162,13 +163,13 @@ impl SceneCache {
         let table_digest = table.as_ref().map(|(digest, _)| *digest);
         let table = table.map(|(_, table)| table);
         if let (false, Some(material)) = (is_made, &material) {
-            let key = (light_key, None, material_digest, table_digest, entry.sizes);
+            let key = (light_key, None, material_digest, table_digest, kept);
             let make = || Ok(Look::without_maps(light, read(material)?, entry.sizes).with_table(table));
             return self.looks.get(LOOKS, key, make);
         }
         let item = entry.reflection.ok_or_else(|| Failure::new("nothing reflects this material"))?;
         let reflection = handle(plan, results, item)?;
-        let key = (light_key, Some(reflection.digest()), material_digest, table_digest, entry.sizes);
+        let key = (light_key, Some(reflection.digest()), material_digest, table_digest, kept);
         self.looks.get(LOOKS, key, || {
             let material = material.as_deref().map(read).transpose()?;
             let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
@@ -176,7 +177,7 @@ impl SceneCache {
                 Look::from_map(light, map, material, entry.sizes)
             } else {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
-                Look::new(light, reflection, material, entry.sizes)
+                Look::new(light, reflection, material, entry.sizes).with_lamps_in_maps(entry.holds_lamps)
             };
             Ok(look.with_table(table))
         })

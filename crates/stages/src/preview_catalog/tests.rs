@@ -202,9 +202,15 @@ fn the_sizes_of_maps_are_those_that_exports_fix() {
         let MapSizes { edge, slices } = catalog.entry("east", "gold").unwrap().unwrap().sizes;
         (edge, slices)
     };
+    let holds_lamps = |stages: &str| {
+        let catalog = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
+        catalog.entry("east", "gold").unwrap().unwrap().holds_lamps
+    };
     let stage = |name: &str, more: &str| {
         format!("[stage.{name}]\nkind = \"export-{name}\"\ninput = \"reflection\"\n{more}\n")
     };
+    let beside = stage("shrm", "lamps = \"separate\"");
+    assert!(!holds_lamps("") && holds_lamps(&stage("shrm", "lamps = \"baked\"")) && !holds_lamps(&beside));
     assert_eq!(sizes(""), (64, 16));
     assert_eq!(sizes(&stage("shrm", "resolution = 24")), (24, 16));
     assert_eq!(sizes(&stage("shrm", "resolution = 25\nlayout = \"lat-long\"")), (13, 16));

@@ -66,7 +66,7 @@ impl Reader<'_> {
         for (angle, row) in angles.iter().zip(harmonics.chunks_exact_mut(rows)) {
             zonal_into(math::cos(*angle), row);
         }
-        let rings: Option<Vec<MeanLight<'_>>> =
+        let rings: Option<Vec<MeanLight>> =
             lights.map(|(lobes, lights)| lobes.iter().map(|lobe| lobe.of(lights)).collect());
         let value = |slice: usize, texel: usize| {
             let mut sum = [0.0; 3];

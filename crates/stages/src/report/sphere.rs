@@ -6,6 +6,7 @@
 //! a map.
 
 use brdf::Centre;
+use shrm::stops::{self, quantiles};
 use sphere::{DMat3, DVec3, Direction};
 
 use crate::report::figures::Errors;
@@ -181,28 +182,26 @@ impl Sphere {
         dark: f64,
         lattice: Lattice,
     ) -> Errors {
-        let e = dark.max(f64::MIN_POSITIVE);
         let (mut quarters, mut negative): ([Vec<f64>; 4], _) = (Default::default(), 0_usize);
         for (((pixel, is_inside), value), truth) in
             self.pixels.iter().zip(self.inside(lattice)).zip(values).zip(truth)
         {
             if is_inside {
-                let stops = &mut quarters[lattice.quarter(self.place(pixel))];
+                let quarter = &mut quarters[lattice.quarter(self.place(pixel))];
                 for (&value, &truth) in value.iter().zip(truth) {
                     negative += usize::from(f64::from(value) < -0.1 * dark);
-                    let seen = |value: f32| f64::from(value.max(0.0)) + e;
-                    stops.push(math::log2(seen(value) / seen(truth)).abs());
+                    quarter.push(stops::error(f64::from(value), f64::from(truth), dark));
                 }
             }
         }
-        let mut stops = quarters.concat();
-        let [p95, p99] = quantiles(&mut stops);
+        let mut all = quarters.concat();
+        let [p95, p99] = quantiles(&mut all);
         let of_quarters = quarters.map(|mut stops| quantiles(&mut stops));
         Errors {
             rms: self.relative_rms(values, truth, lattice),
             p95,
             p99,
-            negative: negative as f64 / stops.len().max(1) as f64,
+            negative: negative as f64 / all.len().max(1) as f64,
             p95_uncertainty: uncertainty(of_quarters.map(|[p95, _]| p95)),
             p99_uncertainty: uncertainty(of_quarters.map(|[_, p99]| p99)),
         }
@@ -250,13 +249,6 @@ impl Sphere {
         }
         picture
     }
-}
-
-/// The values that 95 and 99 of 100 numbers stay below; sorts them.
-fn quantiles(numbers: &mut [f64]) -> [f64; 2] {
-    numbers.sort_by(f64::total_cmp);
-    let at = |share: f64| numbers.get((share * numbers.len() as f64) as usize).copied().unwrap_or(0.0);
-    [at(0.95), at(0.99)]
 }
 
 /// The standard error of a figure, from that of four lattices that make up the whole. The error of a share of

@@ -37,8 +37,8 @@ const FITTED: usize = 1 << 18;
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
 
-/// The error of the ground truth: about 0.01 stops.
-const TRUTH: f64 = 0.005;
+/// The error of the ground truth: 0.003 stops.
+const TRUTH: f64 = 0.002;
 
 /// An environment, and what is made from it once.
 pub(crate) struct Lit<'a> {
@@ -46,7 +46,7 @@ pub(crate) struct Lit<'a> {
     pub(crate) environment: &'a Environment,
     /// Stops.
     pub(crate) exposure: f64,
-    pub(crate) tree: LightTree,
+    pub(crate) tree: LightTree<'a>,
     /// The radiance below which black is black.
     pub(crate) dark: f64,
     full: OnceCell<Lighting>,

@@ -45,7 +45,9 @@ fn the_view_matters_for_a_microfacet_surface_and_not_for_phong() {
         let case = case("reference", view).input("environment", environment(16, sky));
         pixels(&case.input("material", Material(phong(9.0))).files()[0]).2
     };
-    assert!(of_phong("resolution = 4") == of_phong("resolution = 4\nview = [10, 80]"));
+    // Each is integrated to 5e-4 of itself.
+    let [one, other] = ["resolution = 4", "resolution = 4\nview = [10, 80]"].map(of_phong);
+    assert!(difference(&one, &other) < 2e-3);
 }
 
 /// The sky is of degree 2, so nothing is cut off; the midpoint rule at 64 rows is good to h^2 / 2 = 1.2e-3.
@@ -92,9 +94,15 @@ fn a_tangent_is_seen_from_its_side() {
 
 #[test]
 fn a_culled_map_says_so_and_is_darker_by_its_share() {
-    let ran = truth("cull = 0.05\nview = \"head-on\"").run().unwrap();
+    let soft = || Material(brdf::Material::Microfacet(brdf::Microfacet::new(0.8, [1.0; 3]).unwrap()));
+    let of_soft = |parameters: &str| {
+        case("reference", &format!("precision = \"float\"\nresolution = 4\n{parameters}"))
+            .input("environment", environment(128, sky))
+            .input("material", soft())
+    };
+    let ran = of_soft("cull = 0.05\nview = \"head-on\"").run().unwrap();
     assert!(ran.notes[0].ends_with("% of the sphere"), "{:?}", ran.notes);
-    let [culled, whole] = ["cull = 0.1", ""].map(|cull| pixels(&truth(cull).files()[0]).2);
+    let [culled, whole] = ["cull = 0.1", ""].map(|cull| pixels(&of_soft(cull).files()[0]).2);
     for (culled, whole) in culled.iter().zip(&whole) {
         let kept = culled[1] / whole[1];
         assert!(kept > 0.85 && kept < 1.0, "{kept}");

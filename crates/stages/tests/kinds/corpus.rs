@@ -44,6 +44,15 @@ fn largest(table: &[[f64; 3]]) -> f64 {
 
 const PROBES: [&str; 2] = ["grace_probe.hdr", "rnl_probe.hdr"];
 
+/// What the tables' program adds to each channel of a pixel: half a step of the mantissa.
+fn half_a_mantissa(colour: [f32; 3]) -> f32 {
+    let largest = colour.iter().fold(0.0_f32, |a, b| a.max(*b));
+    if largest > 0.0 { (largest.log2().floor() - 8.0).exp2() } else { 0.0 }
+}
+
+/// By how much that makes pictures brighter: half of 1/128 to 1/256 of a pixel's largest channel.
+const BRIGHTER: f64 = 1.003;
+
 /// The tables' own rule (`prefilter.c`): pixels looked up at their corners, x to the image's right.
 #[test]
 fn probes_integrated_at_pixel_corners_give_the_published_tables() {
@@ -71,7 +80,8 @@ fn probes_integrated_at_pixel_corners_give_the_published_tables() {
             let solid_angle = (2.0 * PI / width as f64) * (2.0 * PI / height as f64) * sinc;
             for (sum, y) in sums.iter_mut().zip(harmonics(direction)) {
                 for channel in 0..3 {
-                    sum[channel] += f64::from(colour[channel]) * y * solid_angle;
+                    let value = colour[channel] + half_a_mantissa(*colour);
+                    sum[channel] += f64::from(value) * y * solid_angle;
                 }
             }
         }
@@ -136,7 +146,9 @@ fn probes_imported_at_pixel_centres_give_the_published_tables() {
     for file in PROBES {
         let Some((table, _, tolerance)) = published(file) else { return };
         let lighting = pipeline.lighting(&file.replace(".hdr", ".safetensors"));
-        let error = difference(&in_the_frame_of_the_tables(&lighting), &table) / largest(&table);
+        let mut found = in_the_frame_of_the_tables(&lighting);
+        found.as_flattened_mut().iter_mut().for_each(|value| *value *= BRIGHTER);
+        let error = difference(&found, &table) / largest(&table);
         eprintln!("{file}: centres within {error:.1e} of the largest");
         assert!(error < tolerance, "{file}: {error}");
     }

@@ -5,7 +5,7 @@ use serde_json::Value;
 use sphere::{Cube, DVec3, Face, LatLong, to_cube, to_file};
 use stages::artifacts::{Environment, Prefiltered};
 
-use crate::fixture::{Case, case, environment, sky};
+use crate::fixture::{Case, case, difference, environment, sky};
 
 /// Preset, format, the largest error of a value of about 2, and d at c.
 type Engine = (&'static str, &'static str, f64, fn(DVec3) -> DVec3);
@@ -42,7 +42,7 @@ fn bevy(c: DVec3) -> DVec3 {
 }
 
 /// The cube in an engine's file, by the reader of its container.
-fn cube_of(file: &[u8]) -> Texture {
+pub(crate) fn cube_of(file: &[u8]) -> Texture {
     if file.starts_with(b"{") {
         return read_gltf_image_based_light(file).unwrap().cube;
     }
@@ -59,7 +59,7 @@ fn coordinate(edge: usize, index: usize) -> DVec3 {
 }
 
 /// The named file of a case.
-fn file(case: &Case, name: &str) -> Vec<u8> {
+pub(crate) fn file(case: &Case, name: &str) -> Vec<u8> {
     let engine::Product::Files(names) = case.product() else { panic!("no files") };
     let index = names.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name} of {names:?}"));
     case.files()[index].clone()
@@ -238,8 +238,34 @@ fn tables_of_albedos_are_those_of_the_reference() {
     }
 }
 
-fn export(parameters: &str, light: Environment) -> Case {
+pub(crate) fn export(parameters: &str, light: Environment) -> Case {
     case("export-engine", parameters).input("light", light)
+}
+
+/// What an engine loads is the light that it was made of, in our frame again.
+#[test]
+fn a_cube_for_an_engine_is_an_environment_again() {
+    let light = environment(64, sky);
+    for (preset, format, most, _) in CUBES {
+        let parameters = format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = 32");
+        let bytes = export(&parameters, light.clone()).files()[0].clone();
+        let import = |parameters: &str, bytes: &[u8]| {
+            case("import-environment", parameters).file("a.x", bytes).source("a.x").run().unwrap()
+        };
+        let named = import(&format!("preset = \"{preset}\""), &bytes);
+        let found = named.artifact::<Environment>();
+        let truth = environment(64, sky);
+        let off = difference(found.0.pixels(), truth.0.pixels());
+        // A block of BC6H holds a line of colours.
+        assert!(off < if most == 0.0 { 0.3 } else { most + 0.03 }, "{preset} {format}: {off}");
+        assert!(named.notes[0].contains(&format!("in the frame of {preset}")), "{:?}", named.notes);
+    }
+    // The recipe names the preset.
+    let cube = Texture { width: 1, height: 1, faces: 6, pixels: vec![[1.0; 3]; 6], ..Texture::default() };
+    let recipe = "{\"kind\":\"export-engine\",\"parameters\":{\"preset\":\"three\"}}";
+    let bytes = containers::write_ktx2(&cube, containers::Precision::Half, Some(recipe), &[]).unwrap().bytes;
+    let ran = case("import-environment", "").file("a.ktx2", bytes).source("a.ktx2").run().unwrap();
+    assert!(ran.notes[0].contains("in the frame of three"), "{:?}", ran.notes);
 }
 
 #[test]
@@ -253,14 +279,17 @@ fn bounds_name_the_largest_value_and_the_error_of_each_level() {
         [("three", 65504.0), ("filament", 64512.0), ("bevy", 65408.0), ("babylon", 255.0)]
     {
         let ran = of(preset, "clamp").run().unwrap();
-        assert!(
-            ran.warnings[0].contains(&format!("values exceed {largest}, the largest of ")),
-            "{:?}",
-            ran.warnings
-        );
+        let said = ran.warnings[0].starts_with("the brightest light is clamped: ")
+            && ran.warnings[0].contains(" % of the red light is lost")
+            && ran.warnings[0].contains(&format!(" ends at {largest}; "))
+            && ran.warnings[0].contains("`subtract-lights`");
+        assert!(said, "{:?}", ran.warnings);
+        assert_eq!(preset == "babylon", ran.warnings[0].contains("format = \"rgba32f\" keeps it"));
         let bounds: Value = serde_json::from_slice(&file(&of(preset, "clamp"), "/bounds.json")).unwrap();
         assert_eq!(bounds["format_largest"], largest);
         assert!(bounds["clamped"].as_u64().unwrap() > 0 && bounds["largest"].as_f64().unwrap() > 8e5);
+        let lost: [f64; 3] = serde_json::from_value(bounds["lost_light"].clone()).unwrap();
+        assert!(lost[0] > 0.5 && lost[2] == 0.0, "{lost:?}");
         let levels = bounds["levels"].as_array().unwrap();
         assert!(levels.iter().all(|level| level["stored_error"].as_f64().is_some()), "{bounds}");
         assert_eq!((&levels[0]["size"], &levels[0]["method"]), (&32.into(), &"resampled".into()));
@@ -314,5 +343,25 @@ fn what_an_engine_does_not_load_is_refused() {
         {
             assert!(errors.len() == 1 && errors[0].contains(expected), "{errors:?}");
         }
+    }
+}
+
+/// A picture of few rows is a mean over few texels, whose irradiance is another: a lamp of one texel becomes
+/// as large as eight.
+#[test]
+fn irradiance_is_that_of_the_whole_picture() {
+    let lamp = |direction: sphere::DVec3| [if direction.z > 0.98 { 50.0 } else { 0.2 }; 3];
+    for preset in ["unity", "unreal"] {
+        let of = |parameters: &str| {
+            let parameters = format!("preset = \"{preset}\"\n{parameters}");
+            let files = export(&parameters, environment(64, lamp)).files();
+            let json: serde_json::Value = serde_json::from_slice(&files[1]).unwrap();
+            let (width, height, _) = crate::fixture::pixels(&files[0]);
+            (width, height, ["SHAr", "SHBr", "coefficients"].map(|table| json[table].clone()))
+        };
+        let (whole, reduced) = (of(""), of("resolution = 16"));
+        assert_eq!((whole.0, whole.1, reduced.0, reduced.1), (128, 64, 32, 16));
+        assert_eq!(whole.2, reduced.2);
+        assert!(whole.2[0].is_array() || whole.2[2].is_array());
     }
 }

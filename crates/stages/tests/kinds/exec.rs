@@ -282,18 +282,16 @@ fn a_failing_program_fails_only_its_item_and_its_output_is_shown() {
 fn an_invalid_output_is_reported() {
     let nan = exr(4, 2, vec![[f32::NAN; 3]; 8]);
     let wide = exr(4, 4, vec![[1.0; 3]; 16]);
-    let negative = exr(4, 2, vec![[-1.0; 3]; 8]);
     let whole = exr(4, 2, vec![[1.0; 3]; 8]);
     let image = Image::new(4, 2, vec![[1.0; 3]; 8]).unwrap();
     let radiance = containers::write_rgbe(&image, None).unwrap().bytes;
-    let cases: [(&str, &[u8], &[&str]); 9] = [
+    let cases: [(&str, &[u8], &[&str]); 8] = [
         ("true", b"", &["succeeded", "did not write output.exr"]),
         ("echo whole > $1; kill -9 $$", b"", &["ended with signal: 9"]),
         (": > $1", b"", &["output.exr", "empty"]),
         ("mkdir $1", b"", &["not a regular file"]),
         ("cp $0 $1", &whole[..whole.len() / 2], &["did not write a valid environment"]),
         ("cp $0 $1", &nan, &["NaN", "finite"]),
-        ("cp $0 $1", &negative, &["negative", "not negative"]),
         ("cp $0 $1", &wide, &["4 x 4"]),
         ("cp $0 $1", &radiance, &["Radiance, not OpenEXR"]),
     ];

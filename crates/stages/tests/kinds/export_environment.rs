@@ -1,6 +1,6 @@
 use containers::{read_dds, read_ktx2};
 use sphere::{Cube, Face};
-use stages::artifacts::Environment;
+use stages::artifacts::{Environment, Prefiltered};
 
 use crate::fixture::{Case, case, difference, environment, pixels, sky};
 
@@ -67,9 +67,56 @@ fn impossible_parameters_are_errors() {
     for (parameters, words) in [
         ("layout = \"cube-cross\"\nformat = \"ktx2\"", "a texture is \"lat-long\" or \"cube\""),
         ("format = \"png\"\nprecision = \"float\"", "precision: only formats"),
-        ("precision = \"float\"\noverflow = \"error\"", "overflow: only precision = \"half\" uses it"),
+        ("precision = \"float\"\noverflow = \"error\"", "overflow: only files of half floats use it"),
     ] {
         let errors = export(parameters).errors();
         assert!(errors.iter().any(|error| error.contains(words)), "{parameters}: {errors:?}");
     }
+}
+
+/// Cubes of `prefilter` of any lobe and any roughnesses come back level by level, the texels as they are.
+#[test]
+fn a_prefiltered_cube_is_written_with_its_levels() {
+    for (distribution, roughness) in [("ggx", "0 0.25 0.5 1"), ("charlie", "0.2 0.6 1"), ("lambert", "1")] {
+        let list = roughness.replace(' ', ", ");
+        let parameters = format!("distribution = \"{distribution}\"\nresolution = 16\nroughness = [{list}]");
+        let cube = case("prefilter", &parameters).input("environment", environment(32, sky));
+        let cube = (*cube.artifact::<Prefiltered>()).clone();
+        let levels: Vec<_> = cube.0.levels.iter().map(|level| level.map.pixels().to_vec()).collect();
+        for (format, read) in [("ktx2", read_ktx2 as fn(&[u8]) -> _), ("dds", read_dds)] {
+            let parameters =
+                format!("layout = \"cube\"\nformat = \"{format}\"\nprecision = \"float\"\nexposure = 1");
+            let ran =
+                case("export-environment", &parameters).input("environment", cube.clone()).run().unwrap();
+            assert_eq!(
+                ran.notes,
+                [format!("{} levels of the lobe {distribution}, roughness {roughness}", levels.len())]
+            );
+            let engine::Output::Files(files) = &ran.output else { panic!("no files") };
+            let file = &files[0];
+            let texture = read(file).unwrap();
+            assert_eq!((texture.width, texture.height, texture.faces, texture.layers), (16, 16, 6, 0));
+            assert_eq!(texture.levels().len(), levels.len());
+            for (found, expected) in texture.levels().zip(&levels) {
+                let brighter: Vec<_> = expected.iter().map(|texel| texel.map(|value| 2.0 * value)).collect();
+                assert_eq!(found, brighter);
+            }
+            let says = |words: &str| file.windows(words.len()).any(|bytes| bytes == words.as_bytes());
+            let is_ktx2 = format == "ktx2";
+            assert_eq!(says(&format!("specula.distribution\0{distribution}")), is_ktx2);
+            assert_eq!(says(&format!("specula.roughness\0{roughness}")), is_ktx2);
+        }
+    }
+    let cube = case("prefilter", "resolution = 16").input("environment", environment(32, sky));
+    let export = |parameters: &str| {
+        let cube = (*cube.artifact::<Prefiltered>()).clone();
+        case("export-environment", parameters).input("environment", cube)
+    };
+    let errors = export("resolution = 8").input_errors();
+    for (error, words) in
+        errors.iter().zip(["layout = \"cube\"", "format = \"ktx2\" or \"dds\"", "its size already"])
+    {
+        assert!(error.ends_with(words), "{errors:?}");
+    }
+    assert_eq!(errors.len(), 3);
 }

@@ -130,8 +130,8 @@ fn one_face_names_its_set() {
 
 #[test]
 fn faces_that_are_missing_or_wrong_are_reported() {
-    let failure = faces(["px.exr", "nx.exr", "py.exr", "top.exr", "pz.exr", "nz.exr"], 2).failure();
-    assert_eq!(failure, "sky: py.exr and top.exr are the same face");
+    let failure = faces(["px.exr", "nx.exr", "py.exr", "posy.exr", "pz.exr", "nz.exr"], 2).failure();
+    assert_eq!(failure, "sky: posy.exr and py.exr are the same face");
     let failure = faces(["px.exr", "nx.exr", "py.exr", "down.txt", "pz.exr", "nz.exr"], 2).failure();
     assert!(failure.contains("found nx.exr, nz.exr, px.exr, py.exr, pz.exr; missing: ny or"), "{failure}");
     let failure = import("layout = \"cube\"", "sky.exr", lat_long(4)).failure();
@@ -178,6 +178,122 @@ fn bad_pixels_are_counted_placed_and_treated_as_asked() {
         let ran = import(&format!("bad-pixels = \"{policy}\""), "a.exr", file.clone()).run().unwrap();
         assert_eq!(ran.artifact::<Environment>().0.pixels()[5], expected);
         assert!(ran.warnings[0].starts_with("bad pixels were replaced: 1 NaN"), "{:?}", ran.warnings);
+    }
+}
+
+#[test]
+fn negative_values_become_zero_with_their_share_of_the_light() {
+    let mut pixels = vec![[1.0; 3]; 8];
+    pixels[5] = [2.0, -0.5, 1.0];
+    let ran = import("", "a.exr", exr(4, 2, pixels.clone())).run().unwrap();
+    assert_eq!(ran.artifact::<Environment>().0.pixels()[5], [2.0, 0.0, 1.0]);
+    // 0.5 of 24.5 channels, all of the same solid angle.
+    assert_eq!(
+        ran.warnings,
+        [
+            "1 negative value became 0: 2.0 % of the light; the first was at row 1, column 1, green (theta 135.0, \
+          phi 45.0 degrees)"
+        ]
+    );
+    let strict = import("bad-pixels = \"error\"", "a.exr", exr(4, 2, pixels.clone())).failure();
+    assert!(strict.contains("1 negative"), "{strict}");
+    pixels[5][1] = -20.0;
+    let ran = import("", "a.exr", exr(4, 2, pixels)).run().unwrap();
+    assert!(ran.warnings[0].contains("Light is never negative"), "{:?}", ran.warnings);
+}
+
+/// Luminances by Rec. 709's weights.
+fn luminance([r, g, b]: [f32; 3]) -> f64 {
+    0.212_639 * f64::from(r) + 0.715_169 * f64::from(g) + 0.072_192 * f64::from(b)
+}
+
+#[test]
+fn colours_outside_of_rec_709_keep_their_luminance() {
+    let mut pixels = vec![[0.8, 0.4, 0.2]; 8];
+    pixels[5] = [0.02, 2.0, 0.02];
+    for name in ["acescg", "ACES - ACEScg", "lin_ap1_scene"] {
+        let parameters = format!("colour-space = {name:?}");
+        let ran = import(&parameters, "a.exr", exr(4, 2, pixels.clone())).run().unwrap();
+        let found = ran.artifact::<Environment>();
+        let found = found.0.pixels();
+        // As colour-science converts it: 1.098672, 0.350007, 0.159804.
+        assert!((f64::from(found[0][0]) - 1.098_672).abs() < 3e-4, "{:?}", found[0]);
+        assert!(found[5].iter().all(|value| *value >= 0.0) && found[5][1] > found[5][0], "{:?}", found[5]);
+        // Y of AP1's green, adapted: 0.6674 of XYZ of D60; 1.3588 = 2 Y_green + 0.02 (Y_red + Y_blue) of D65.
+        let linear =
+            import(&format!("{parameters}\nbad-pixels = \"error\""), "a.exr", exr(4, 2, pixels.clone()));
+        assert!(linear.run().is_ok(), "what the conversion makes negative is not a bad pixel");
+        assert!(ran.warnings[0].contains("1 pixel (12 % of the image, "), "{:?}", ran.warnings);
+    }
+    let errors = import("colour-space = \"rec601\"", "a.exr", exr(4, 2, pixels)).errors();
+    assert!(errors[0].contains("\"rec709\", \"rec2020\", \"acescg\""), "{errors:?}");
+    // Luminance is that of the matrix alone: white keeps it at 1.
+    let white = import("colour-space = \"xyz\"", "a.exr", exr(2, 1, vec![[0.950_456, 1.0, 1.089_058]; 2]));
+    let white = white.artifact::<Environment>().0.pixels()[0];
+    assert!((luminance(white) - 1.0).abs() < 1e-5 && (white[0] - 1.0).abs() < 1e-4, "{white:?}");
+}
+
+#[test]
+fn quake_and_unity_are_arranged_by_their_edges() {
+    let edge = 16;
+    let cube = Cube { edge };
+    let seen = |face: usize| {
+        let texel = |index: usize| {
+            let direction = cube.direction(Face::ALL[face], index / edge, index % edge);
+            sky(direction.vector()).map(|value| value as f32)
+        };
+        exr(edge, edge, (0..edge * edge).map(texel).collect())
+    };
+    let truth = environment(2 * edge, sky);
+    // Which face each name holds: Quake's axes are Specula's, where +X is the face +Z.
+    for (names, faces, notes) in [
+        (
+            ["sky_rt.exr", "sky_bk.exr", "sky_lf.exr", "sky_ft.exr", "sky_up.exr", "sky_dn.exr"],
+            [4, 1, 5, 0, 2, 3],
+            1,
+        ),
+        (
+            ["aRight.exr", "aLeft.exr", "aUp.exr", "aDown.exr", "aFront.exr", "aBack.exr"],
+            [0, 1, 2, 3, 4, 5],
+            1,
+        ),
+        (
+            ["aRight.exr", "aLeft.exr", "aUp.exr", "aDown.exr", "aFront.exr", "aBack.exr"],
+            [1, 0, 2, 3, 4, 5],
+            2,
+        ),
+        (["c00.exr", "c01.exr", "c02.exr", "c03.exr", "c04.exr", "c05.exr"], [0, 1, 2, 3, 4, 5], 1),
+        (["a+X.exr", "a-X.exr", "a+Y.exr", "a-Y.exr", "a+Z.exr", "a-Z.exr"], [0, 1, 2, 3, 4, 5], 1),
+    ] {
+        let case = case("import-environment", "").source("sky");
+        let case = names
+            .iter()
+            .zip(faces)
+            .fold(case, |case, (name, face)| case.file(&format!("sky/{name}"), seen(face)));
+        let ran = case.run().unwrap();
+        assert_eq!(ran.notes.len(), notes, "{names:?}: {:?}", ran.notes);
+        let found = ran.artifact::<Environment>();
+        assert!(difference(found.0.pixels(), truth.0.pixels()) < 0.05, "{names:?}");
+    }
+}
+
+#[test]
+fn a_cube_that_was_exported_comes_back() {
+    let truth = environment(64, sky);
+    for (format, precision) in [("ktx2", "half"), ("ktx2", "float"), ("dds", "half"), ("dds", "float")] {
+        for layout in ["cube", "lat-long"] {
+            let parameters = format!("layout = {layout:?}\nformat = {format:?}\nprecision = {precision:?}");
+            let written = case("export-environment", &parameters).input("environment", truth.clone());
+            let back = import("resolution = 64", &format!("a.{format}"), written.files()[0].clone());
+            let found = back.artifact::<Environment>();
+            assert!(difference(found.0.pixels(), truth.0.pixels()) < 0.01, "{format} {precision} {layout}");
+            assert!(back.check().is_none());
+        }
+        let back = import("layout = \"probe\"", "a.ktx2", {
+            let parameters = "layout = \"cube\"\nformat = \"ktx2\"";
+            case("export-environment", parameters).input("input", truth.clone()).files()[0].clone()
+        });
+        assert!(back.failure().contains("the file holds a cube, and the manifest says layout = \"probe\""));
     }
 }
 

@@ -227,7 +227,7 @@ fn a_material_file_may_name_a_material_of_a_gltf_file() {
     for (text, expected) in [
         (
             "model = \"gltf\"\nfile = \"helmet/painted.gltf\"",
-            "gold.toml:2:8: file: the file has 2 materials; expected `material` to be one of: \"red\", \"steel\"",
+            "gold.toml:2:8: file: the file has 2 materials; expected `material` to be one of: 0: red, 1: steel",
         ),
         (
             "model = \"gltf\"\nfile = \"helmet/painted.gltf\"\nmaterial = 0.5",
@@ -253,10 +253,10 @@ fn errors_of_gltf_materials_name_the_file() {
     let failure = painted("").failure();
     assert_eq!(
         failure,
-        "painted.gltf: the file has 2 materials; expected `material` to be one of: \"red\", \"steel\""
+        "painted.gltf: the file has 2 materials; expected `material` to be one of: 0: red, 1: steel"
     );
     let failure = painted("material = \"blue\"").failure();
-    assert_eq!(failure, "painted.gltf: there is no material \"blue\"; expected one of: \"red\", \"steel\"");
+    assert_eq!(failure, "painted.gltf: there is no material \"blue\"; expected one of: 0: red, 1: steel");
     let without = painted("material = \"red\"").file("models/textures/red.png", "PNG").failure();
     let place = "painted.gltf: materials[0].pbrMetallicRoughness.baseColorTexture: textures/red.png: ";
     assert!(without.starts_with(place), "{without}");

@@ -23,6 +23,7 @@ mod import_material;
 mod import_mesh;
 mod lamps_at_vertices;
 mod light_field;
+mod light_kept;
 mod light_rig;
 mod list;
 mod parts;

@@ -147,12 +147,13 @@ fn comparisons_are_below_with_their_numbers() {
     assert!(size[0] > 3 * 64 && size[0] < 4 * 64 && size[1] > 2 * 64 && size[1] < 4 * 64, "{size:?}");
     let figure = |mode: &str| {
         let note = ran.notes.iter().find(|note| note.starts_with(mode)).unwrap();
-        let rms = note.strip_prefix(&format!("{mode}: relative RMS ")).unwrap();
-        rms.strip_suffix(" %").unwrap().parse::<f64>().unwrap()
+        let error = note.strip_prefix(&format!("{mode}: 95 % within ")).unwrap();
+        assert!(error.contains(" stops, 99 % within ") && error.contains("; RMS "), "{note}");
+        error.split(' ').next().unwrap().parse::<f64>().unwrap()
     };
     eprintln!("{:?}", ran.notes);
     // P = 2 holds more of the view than its mean does.
-    assert!(figure("local SHRM") < figure("prefiltered") && figure("prefiltered") < 60.0);
+    assert!(figure("local SHRM") < figure("prefiltered") && figure("prefiltered") < 2.0);
     assert_eq!(ran.notes.len(), 3);
 }
 
@@ -267,8 +268,8 @@ fn tables_and_transfer_are_drawn_with_their_inputs() {
     let whole = |parameters: &str| with(parameters).input("mesh", knot()).input("transfer", transfer.clone());
     let ran = whole("modes = [\"table\", \"transfer\"]\ncompare = \"shadowed-brute-force\"").run().unwrap();
     let rms = |mode: &str| {
-        let note = ran.notes.iter().find_map(|note| note.strip_prefix(&format!("{mode}: relative RMS ")));
-        note.unwrap().trim_end_matches(" %").parse::<f64>().unwrap()
+        let note = ran.notes.iter().find_map(|note| note.strip_prefix(&format!("{mode}: 95 % within ")));
+        note.unwrap().split_once("; RMS ").unwrap().1.trim_end_matches(" %").parse::<f64>().unwrap()
     };
     assert!(rms("transfer") < 0.5 * rms("BRDF table"), "{:?}", ran.notes);
     let missing = |case: Case, message: &str| assert_eq!(case.failure(), message);

@@ -99,7 +99,8 @@ fn a_light_too_small_for_any_degree_takes_the_highest_and_says_so() {
     let ran = case("project-sh", "tolerance = 0.001").input("environment", lamp).run().unwrap();
     assert_eq!(ran.artifact::<Lighting>().0.series.degree().get(), 15);
     assert!(
-        ran.warnings[0].starts_with("no degree of this image meets tolerance 0.001: degree 15"),
+        ran.warnings[0]
+            .starts_with("tolerance 0.001 is missed: degree 15, the highest of this image, holds "),
         "{:?}",
         ran.warnings
     );

@@ -217,6 +217,12 @@ fn one_parameter_of_a_material_varies() {
     ] {
         assert_eq!(vary(text, material).failure(), expected);
     }
+    let Err(failure) = vary("vary = \"albedo\"\nfrom = 0\nto = 1", Material(lambert(0.5))).run() else {
+        panic!("it varied")
+    };
+    assert_eq!(failure.chain, ["lambert has no number \"albedo\" that could vary"]);
+    let help = "none of its parameters is a number: make a material file for each value, and connect them as `materials`";
+    assert_eq!(failure.help.as_deref(), Some(help));
     assert_eq!(vary("vary = \"roughness\"", metal()).errors().len(), 2);
     assert_eq!(
         vary("from = 1", metal()).errors(),
@@ -341,8 +347,10 @@ fn every_form_shades_as_matrices_do() {
         assert!(error < limit, "{form}: {error}");
         assert!(notes.last().unwrap().starts_with(note), "{notes:?}");
     }
-    let (_, notes) = shaded_with("form = \"clusters\"\nclusters = 1\ncomponents = 1", lambert(0.8));
-    assert!(notes[0].starts_with("the clusters are within ") && notes[0].ends_with(" % RMS of the matrices"));
+    let few = baked("form = \"clusters\"\nclusters = 1\ncomponents = 1").run().unwrap();
+    let said =
+        few.notes.iter().chain(&few.warnings).find(|text| text.starts_with("the clusters are within "));
+    assert!(said.unwrap().contains(" % RMS of the matrices"), "{said:?}");
     let bake = baked("form = \"matte\"").artifact::<Transfer>();
     let shiny = case("shade-vertices", "")
         .input("mesh", pit())

@@ -2,7 +2,7 @@
 
 use brdf::{Fresnel, Ggx, KajiyaKay, Phong};
 use sh::{Lighting, Transform};
-use shrm::{Cabral, KautzMcCool, MapGrid, Plain};
+use shrm::{Cabral, KautzMcCool, MapGrid, Plain, View};
 use sphere::Direction;
 
 use super::*;
@@ -149,6 +149,26 @@ fn p95(picture: &Picture, reference: &Picture, light: &Light) -> f32 {
         .collect();
     stops.sort_by(f32::total_cmp);
     stops[stops.len() * 95 / 100]
+}
+
+/// As the file of `export-shrm` shows it: nothing is added to a map that holds the lamps.
+#[test]
+fn with_lamps_in_maps_a_picture_is_that_of_the_baked_map() {
+    let (light, lighting) = sunny();
+    let look = small(&sunny_look(&light, &lighting, &gold()));
+    let reflection = look.reflection().unwrap().clone();
+    let sizes = look.sizes();
+    let map = reflection.bake(MapGrid::Cube(look.cube()), View::Local, &|| false).unwrap();
+    let file = Look::from_map(Arc::clone(&light), map, None, sizes);
+    let baked = Look::new(Arc::clone(&light), reflection, None, sizes).with_lamps_in_maps(true);
+    let of = |look: Look| {
+        let shot = shot([24, 24], Show::One(Mode::LocalShrm));
+        render(&Scene::of(sphere(), Arc::new(look)), &shot).radiance
+    };
+    let beside = of(Look::new(Arc::clone(&light), look.reflection().unwrap().clone(), None, sizes));
+    let (file, baked) = (of(file), of(baked));
+    assert!(file == baked, "the picture of the file");
+    assert!(beside != baked, "baking loses something");
 }
 
 /// `for_light` leaves 0.075 stops, and brute force has a noise of some hundredths: 0.05 in all, and 0.02 for

@@ -1,0 +1,33 @@
+//! Errors as an eye sees them, in stops: what reports, previews and warnings say.
+
+/// The radiance below which black is black, as a share of the light's mean: e of [`error`].
+pub use crate::degrees::DARK;
+
+/// |log2((value + e) / (truth + e))|, e being `dark`. A value below 0 is black.
+pub fn error(value: f64, truth: f64, dark: f64) -> f64 {
+    let e = dark.max(f64::MIN_POSITIVE);
+    let seen = |value: f64| value.max(0.0) + e;
+    math::log2(seen(value) / seen(truth)).abs()
+}
+
+/// The values that 95 and 99 of 100 numbers stay below; sorts them.
+pub fn quantiles(numbers: &mut [f64]) -> [f64; 2] {
+    numbers.sort_by(f64::total_cmp);
+    let at = |share: f64| numbers.get((share * numbers.len() as f64) as usize).copied().unwrap_or(0.0);
+    [at(0.95), at(0.99)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twice_as_bright_is_a_stop_and_black_is_black() {
+        assert!((error(2.0, 1.0, 0.0) - 1.0).abs() < 1e-12 && (error(0.5, 1.0, 0.0) - 1.0).abs() < 1e-12);
+        assert_eq!(error(-3.0, 0.0, 0.01), 0.0);
+        assert!(error(1e-6, 2e-6, 0.01) < 1e-3);
+        let mut numbers: Vec<f64> = (0..1000).rev().map(f64::from).collect();
+        assert_eq!(quantiles(&mut numbers), [950.0, 990.0]);
+        assert_eq!(quantiles(&mut []), [0.0, 0.0]);
+    }
+}

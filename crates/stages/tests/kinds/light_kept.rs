@@ -1,0 +1,126 @@
+//! The light of the corpus' photographs in every file that is written of them.
+
+use containers::{read_image, read_texture};
+use serde_json::Value;
+use shrm::MapGrid;
+use sphere::Cube;
+use stages::artifacts::Environment;
+
+use crate::engines::{cube_of, export, file};
+use crate::fixture::case;
+
+/// The light of a map's texels, by channel.
+fn flux(pixels: &[[f32; 3]], grid: MapGrid) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (texel, pixel) in pixels.iter().enumerate() {
+        let solid_angle = grid.solid_angle(texel);
+        (0..3).for_each(|channel| sum[channel] += solid_angle * f64::from(pixel[channel]));
+    }
+    sum
+}
+
+/// The corpus' photographs; one holds the sun's disc, at 2.2e5.
+fn photographs(test: &str) -> Option<Vec<(&'static str, Environment)>> {
+    let corpus = test_data::folder(test, "SPECULA_CORPUS")?;
+    let read = |name: &'static str| {
+        let bytes = std::fs::read(corpus.join(format!("env/cc0/{name}.hdr"))).unwrap();
+        let image = read_image(&bytes, &Default::default()).unwrap().image;
+        (name, Environment(envmap::Environment::from_image(image, envmap::Layout::LatLong, None).unwrap()))
+    };
+    Some(["studio", "apartment", "forest", "night", "sunrise"].map(read).into())
+}
+
+/// Every format of every engine has the light of the photograph, or a warning says which share it lacks.
+#[test]
+fn no_engines_file_loses_light_silently() {
+    const FORMATS: [(&str, &[&str]); 9] = [
+        ("three", &["rgba16f", "bc6h"]),
+        ("filament", &["r11g11b10f", "rgba16f"]),
+        ("babylon", &["rgbd", "rgba16f", "rgba32f"]),
+        ("bevy", &["rgb9e5", "rgba16f", "bc6h"]),
+        ("gltf", &["rgbd"]),
+        ("godot", &["exr", "hdr"]),
+        ("blender", &["exr", "hdr"]),
+        ("unity", &["exr", "hdr"]),
+        ("unreal", &["hdr"]),
+    ];
+    for (name, environment) in photographs("no_engines_file_loses_light_silently").unwrap_or_default() {
+        let given = flux(environment.0.pixels(), MapGrid::LatLong(environment.0.grid()));
+        for (preset, formats) in FORMATS {
+            let is_cube = !matches!(preset, "godot" | "blender" | "unity" | "unreal");
+            // Of a small cube, which is made fast; texels are means over their areas.
+            let size = if is_cube { "resolution = 32" } else { "" };
+            for format in formats {
+                let case = export(
+                    &format!("preset = \"{preset}\"\nformat = \"{format}\"\n{size}"),
+                    environment.clone(),
+                );
+                let (ran, files) = (case.run().unwrap(), case.files());
+                let found = if is_cube {
+                    flux(&cube_of(&files[0]).pixels, MapGrid::Cube(Cube { edge: 32 }))
+                } else {
+                    let image = read_image(&files[0], &Default::default()).unwrap().image;
+                    flux(image.pixels(), MapGrid::LatLong(environment.0.grid()))
+                };
+                let bounds: Value = serde_json::from_slice(&file(&case, "/bounds.json")).unwrap();
+                let lost: [f64; 3] = serde_json::from_value(bounds["lost_light"].clone()).unwrap();
+                let warned = ran.warnings.iter().any(|warning| warning.contains("light is lost"));
+                // Blocks of BC6H hold a line of colours, and R11G11B10F has 5 bits of blue.
+                let most = match *format {
+                    "bc6h" => 2e-2,
+                    "r11g11b10f" => 5e-3,
+                    _ => 1e-3,
+                };
+                for channel in 0..3 {
+                    let ratio = found[channel] / given[channel];
+                    eprintln!(
+                        "{name} {preset} {format} {channel}: {ratio:.5}, said {:.5}",
+                        1.0 - lost[channel]
+                    );
+                    assert!(
+                        (ratio + lost[channel] - 1.0).abs() < most,
+                        "{name} {preset} {format}: {ratio} {lost:?}"
+                    );
+                }
+                assert_eq!(warned, lost.iter().any(|lost| *lost > 0.0), "{name} {preset} {format}");
+                assert!(!warned || is_cube, "{name} {preset} {format}: its container holds all light");
+            }
+        }
+    }
+}
+
+/// What `convert` writes has the light of the photograph, whatever the container.
+#[test]
+fn no_converted_photograph_loses_light() {
+    for (name, environment) in photographs("no_converted_photograph_loses_light").unwrap_or_default() {
+        let given = flux(environment.0.pixels(), MapGrid::LatLong(environment.0.grid()));
+        for (format, layout) in [
+            ("exr", "lat-long"),
+            ("rgbe", "lat-long"),
+            ("ktx2", "lat-long"),
+            ("exr", "cube"),
+            ("dds", "cube"),
+        ] {
+            let parameters = format!("format = \"{format}\"\nlayout = \"{layout}\"");
+            let case = case("export-environment", &parameters).input("environment", environment.clone());
+            let texels: Vec<[f32; 3]> = case
+                .files()
+                .iter()
+                .flat_map(|file| match format {
+                    "exr" | "rgbe" => read_image(file, &Default::default()).unwrap().image.into_pixels(),
+                    _ => read_texture(file).unwrap().texture.pixels,
+                })
+                .collect();
+            let grid = match layout {
+                "cube" => MapGrid::Cube(Cube { edge: 256 }),
+                _ => MapGrid::LatLong(environment.0.grid()),
+            };
+            assert_eq!(texels.len(), grid.len(), "{name} {format} {layout}");
+            let found = flux(&texels, grid);
+            for channel in 0..3 {
+                let ratio = found[channel] / given[channel];
+                assert!((ratio - 1.0).abs() < 1e-3, "{name} {format} {layout}: {ratio}");
+            }
+        }
+    }
+}
