@@ -25,6 +25,9 @@ const POINT: f64 = 0.063;
 /// (3 pi) of its radius of the cosine of a surface that faces it, and a point nothing.
 const SUN: f64 = 0.005;
 
+/// The share of its width that a highlight has across at oblique views: the cosine of some 55 degrees.
+const OBLIQUE: f64 = 0.6;
+
 /// The distance of the rings of a large disk, in radians, that a horizon may cut.
 const HORIZON_STEP: f64 = 0.08;
 
@@ -88,11 +91,12 @@ impl Light {
 
     /// Points in place of the disk, each with its share of the light; the shares sum to 1. The mean over them
     /// is that over the disk for functions whose features are not narrower than `width`, in radians (the
-    /// standard deviation of a highlight): one point for a sun, otherwise rings at the nodes of Gauss in the
-    /// solid angle, as many as the radius has widths, but at most [`MOST_RINGS`].
+    /// standard deviation of a highlight seen head on): one point for a sun, otherwise rings at the nodes of
+    /// Gauss in the solid angle, two for each width, but at most [`MOST_RINGS`].
     ///
-    /// Tests: a highlight within 1e-3 of its peak up to a radius of [`MOST_RINGS`] widths, the irradiance of
-    /// a surface whose horizon cuts the disk within 1e-3 of that of one that faces it.
+    /// Tests: up to a radius of 14 widths, radiance is within 1.2e-3 of the highlight's largest at views up
+    /// to 60 degrees from the normal, also where the horizon cuts the disk. Toward the horizon highlights are
+    /// narrower across: within 0.05 at 84 degrees. Each point costs a look at the material.
     ///
     /// # Example: a sun is one point, a softbox is many
     /// ```
@@ -104,6 +108,7 @@ impl Light {
         if self.radius <= (POINT * width).min(SUN) {
             return vec![(self.direction, 1.0)];
         }
+        let width = OBLIQUE * width;
         let across = self.radius / width.max(1e-6);
         // A horizon cuts disks of any size, but a small one holds too little of its sky to tell.
         let rings =

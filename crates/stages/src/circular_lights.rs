@@ -22,10 +22,10 @@
 //! and about a direction d L_lm = sqrt(4 pi / (2 l + 1)) L_l0 Y_lm(d). Small disks ring when they are cut at
 //! a low degree. So the disks stay lights beside an empty series, as suns and lamps do in `project-sh`, and
 //! what can add them exactly does; what cannot takes their series to `degree`. Maps have the whole disk, with
-//! what a horizon leaves of it, to 1e-3 of the highlight's peak: a sun costs one look at the material, a disk
-//! as wide as the highlight some ten, one of ten times that width some hundred to a thousand. `lights =
-//! "series"` puts them into the series here. A `window` needs that: it is for a series, and is to be applied
-//! once. Disks of more than 90 degrees are always in the series.
+//! what a horizon leaves of it, to 1.2e-3 of the highlight's peak at views up to 60 degrees from the normal:
+//! a sun costs one look at the material, a disk as wide as the highlight some thirty, one of ten times that
+//! width some thousands. `lights = "series"` puts them into the series here. A `window` needs that: it is for
+//! a series, and is to be applied once. Disks of more than 90 degrees are always in the series.
 //!
 //! ## Example
 //!

@@ -38,8 +38,8 @@
 //!
 //! A material with a matte base under a highlight has two centres. Beside the field of both about the
 //! reflection vector, from which a preview or a report looks, this stage keeps a field for each part about
-//! its own centre, with its own F and P, for exports that write a map of each. The degrees of the highlight
-//! are those at which a cut does not show beside the base.
+//! its own centre, with its own F and P, for exports that write a map of each. Their degrees are those at
+//! which the cut of their sum does not show, in the measure of above; the note has its errors.
 //!
 //! ## Windows
 //!
@@ -163,13 +163,16 @@ impl Kind for Convolve {
                 match material.split().zip(brdf.parts.as_ref()) {
                     Some(([diffuse, specular], parts)) => {
                         let parts = [(&parts[0], &diffuse), (&parts[1], &specular)];
-                        let parts = Reflection::parts_for_light_unless(lighting, parts, &stop)
-                            .ok_or_else(Failure::cancelled)?
-                            .map(|part| windowed(&part));
+                        let found = Reflection::parts_for_light_unless(lighting, parts, &stop);
+                        let (parts, cut) = found.ok_or_else(Failure::cancelled)?;
+                        let parts = parts.map(|part| windowed(&part));
                         let [diffuse, specular] =
                             parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
-                        context
-                            .note(format!("[F, P] of its parts: diffuse {diffuse:?}, specular {specular:?}"));
+                        context.note(format!(
+                            "[F, P] of its parts: diffuse {diffuse:?}, specular {specular:?}; in their sum 95 % of views are \
+                             within {:.3} stops, 99 % within {:.3}",
+                            cut.p95, cut.p99
+                        ));
                         reflection.with_parts(parts)
                     }
                     None => reflection,

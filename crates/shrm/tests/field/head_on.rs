@@ -29,14 +29,16 @@ fn the_maps_of_both_parts_head_on_add_up_to_the_whole() {
         let parts = plastic.split().unwrap();
         let brdfs = parts.each_ref().map(projected);
         let [diffuse, specular] = [0, 1].map(|k| (&brdfs[k], &parts[k]));
-        let fields = Reflection::parts_for_light_unless(&sky(), [diffuse, specular], &|| false).unwrap();
+        let found = Reflection::parts_for_light_unless(&sky(), [diffuse, specular], &|| false);
+        let (fields, cut) = found.unwrap();
         let (whole, _) = Reflection::for_light(&sky(), &projected(&plastic), &plastic);
         let sum: f64 = fields.iter().map(|field| constant(&field.plain(Plain::HeadOn))).sum();
         let whole = constant(&whole.plain(Plain::HeadOn));
         assert!((sum - whole).abs() < 2e-3 && (whole - 1.0).abs() < 5e-3, "{roughness}: {sum} {whole}");
-        // At all views as a ball shows them, the coefficients of both add up within the stops of a cut.
-        let stops = (0..40).map(|k| {
-            let view = Direction::from_angles(((f64::from(k) + 0.5) / 40.0).sqrt().asin(), 0.0);
+        // At all views as a ball shows them, both together are within the stops that are stated of their sum,
+        // and these are what a cut may show.
+        let stops = (0..400).map(|k| {
+            let view = Direction::from_angles(((f64::from(k) + 0.5) / 400.0).sqrt().asin(), 0.0);
             let seen = |field: &Reflection| {
                 let central = field.brdf().centre().central(Direction::Z, Direction::X, view);
                 field.evaluate(central, view)[0]
@@ -45,6 +47,10 @@ fn the_maps_of_both_parts_head_on_add_up_to_the_whole() {
         });
         let mut stops: Vec<f64> = stops.collect();
         stops.sort_by(f64::total_cmp);
-        assert!(stops[37] < 0.12, "{roughness}: {stops:?}");
+        assert!(!cut.shows(), "{roughness}: {cut:?}");
+        // Both are quantiles of samples, of which the last are at grazing views, where errors rise steeply; the
+        // material itself keeps the light to 0.007 stops.
+        let limits = [1.1 * cut.p95 + 0.01, 1.5 * cut.p99 + 0.01];
+        assert!(stops[380] < limits[0] && stops[396] < limits[1], "{roughness}: {cut:?} {stops:?}");
     }
 }

@@ -274,8 +274,8 @@ impl PreviewCatalog {
         Some(material.0.clone())
     }
 
-    /// What the inspector shows about an entry: the sizes of its exported files, and the warnings and notes
-    /// of its stages.
+    /// What the inspector shows about an entry: the sizes of its exported files, the warnings and notes of its
+    /// stages, and the warnings of its exports.
     pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
         let plan = self.plan();
         let exports = entry.exports.iter().filter_map(|&item| {
@@ -287,12 +287,15 @@ impl PreviewCatalog {
             let name = format!("{}{format}", stage.kind.name());
             (!sizes.is_empty()).then(|| Export { name, bytes: sizes.iter().sum() })
         });
+        let warnings = |item| {
+            let stage = super::stage_name(plan, item);
+            results.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"))
+        };
         let messages = entry.ancestry.iter().flat_map(|&item| {
             let stage = super::stage_name(plan, item);
-            let warnings =
-                results.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"));
-            warnings.chain(results.notes(item).iter().map(move |note| format!("{stage}: {note}")))
+            warnings(item).chain(results.notes(item).iter().map(move |note| format!("{stage}: {note}")))
         });
+        let messages = messages.chain(entry.exports.iter().flat_map(|&item| warnings(item)));
         let outdated = outdated(plan, results, entry).map(|item| {
             let stage = super::stage_name(plan, item);
             format!("{stage}: this is older than its inputs")

@@ -94,7 +94,7 @@ fn a_tangent_is_seen_from_its_side() {
 
 #[test]
 fn a_culled_map_says_so_and_is_darker_by_its_share() {
-    let soft = || Material(brdf::Material::Microfacet(brdf::Microfacet::new(0.8, [1.0; 3]).unwrap()));
+    let soft = || Material(phong(2.0));
     let of_soft = |parameters: &str| {
         case("reference", &format!("precision = \"float\"\nresolution = 4\n{parameters}"))
             .input("environment", environment(128, sky))
