@@ -420,4 +420,8 @@ fn convert_names_its_own_options() {
     let run = project.specula(&["convert", "faces/px.exr", "-o", "out.exr"]);
     assert!(run.stderr.contains("is it --from probe?"), "{}", run.stderr);
     assert!(!run.stderr.contains("layout ="), "{}", run.stderr);
+    // A shape that shows its layout needs no option.
+    project.ok(&["convert", STUDIO, "-o", "ball.exr", "--layout", "probe", "-r", "32"]);
+    let run = project.specula(&["convert", "ball.exr", "-o", "from_ball.exr"]);
+    assert!(run.code == Some(0) && run.stderr.contains("ball.exr is taken for probe"), "{}", run.stderr);
 }

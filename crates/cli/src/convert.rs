@@ -13,8 +13,8 @@ use crate::assets::{self, Assets};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::one_build::{self, StageOption};
-use crate::print;
 use crate::standard_pipeline::Conversion;
+use crate::{print, recognise};
 
 /// The endings of what is written, with the formats of `export-environment`.
 const ENDINGS: [(&str, &str); 6] =
@@ -87,12 +87,23 @@ impl Request {
                 ));
             }
         };
+        let shown = match arguments.from {
+            Some(_) => None,
+            None => recognise::one_layout(&files).and_then(|environments| environments.layout),
+        };
+        if let Some(layout) = shown {
+            print::message(&format!(
+                "{} is taken for {layout} by its shape; --from names another layout",
+                input.display()
+            ));
+        }
+        let from = arguments.from.clone().or(shown.map(Into::into));
         let text = |key: &str, value: &Option<String>| {
             value.as_ref().map(|value| format!("{key} = {}", toml::Value::from(value.as_str())))
         };
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
         let import = [
-            text("layout", &arguments.from),
+            text("layout", &from),
             text("layer", &arguments.layer),
             text("bad-pixels", &arguments.bad_pixels),
             text("colour-space", &arguments.colour_space),

@@ -94,8 +94,9 @@ fn in_words_of_options(event: Event, options: &[StageOption]) -> Event {
 }
 
 /// A text with an option in place of a parameter: `layout = "probe" or "cube"` becomes
-/// `--from probe or cube`.
+/// `--from probe or cube`, and what names it alone names the option.
 fn named(text: &str, parameter: &str, option: &str) -> String {
+    let text = &text.replace(&format!("`{parameter}`"), &format!("`{option}`"));
     let pattern = format!("{parameter} = ");
     let (mut done, mut rest) = (String::new(), text);
     while let Some(at) = rest.find(&pattern) {
@@ -144,6 +145,7 @@ mod tests {
             ),
             ("tone-layout = \"cube\"", "tone-layout = \"cube\""),
             ("the layout cube-cross", "the layout cube-cross"),
+            ("leave out `layout`", "leave out `--from`"),
             ("layout = \"cut", "--from \"cut"),
         ] {
             assert_eq!(named(text, "layout", "--from"), expected);

@@ -108,8 +108,9 @@ pub(crate) fn apply_linear(matrix: DMat3, pixels: &mut [[f32; 3]]) {
     }
 }
 
-/// Converts every pixel of light to Rec. 709 by a matrix, and brings colours in that lie outside of it. A
-/// pixel that is not finite stays as it is.
+/// Converts every pixel of light to Rec. 709 by a matrix, and brings colours in that lie outside of it. What
+/// the file has below zero is converted apart, so that it stays below zero. A pixel that is not finite stays
+/// as it is.
 pub(crate) fn apply(matrix: DMat3, pixels: &mut [[f32; 3]]) -> OutsideGamut {
     let mut outside = OutsideGamut::default();
     outside.of = pixels.len();
@@ -122,9 +123,9 @@ pub(crate) fn apply(matrix: DMat3, pixels: &mut [[f32; 3]]) -> OutsideGamut {
         if !given.is_finite() {
             continue;
         }
-        let converted = matrix * given;
+        let converted = matrix * given.max(DVec3::ZERO);
         let (grey, least) = (luminance.dot(converted), converted.min_element());
-        let is_outside = given.min_element() >= 0.0 && least < 0.0 && grey > 0.0;
+        let is_outside = least < 0.0 && grey > 0.0;
         let kept = if is_outside {
             // The least channel becomes 0 up to rounding.
             (grey + grey / (grey - least) * (converted - grey)).max(DVec3::ZERO)
@@ -133,7 +134,8 @@ pub(crate) fn apply(matrix: DMat3, pixels: &mut [[f32; 3]]) -> OutsideGamut {
         };
         let moved = (kept - converted).abs().element_sum();
         outside.add(is_outside, grey.max(0.0), moved, kept.abs().element_sum());
-        *pixel = kept.to_array().map(|value| value as f32);
+        let negative = matrix * given.min(DVec3::ZERO);
+        *pixel = (kept + negative).to_array().map(|value| value as f32);
     }
     outside
 }
@@ -181,7 +183,7 @@ mod tests {
         let given = [[0.02, 2.0, 0.02], [0.8, 0.4, 0.2], [-0.1, 2.0, 0.02], [f32::INFINITY, 1.0, 1.0]];
         let mut pixels = given;
         let outside = apply(matrix, &mut pixels);
-        assert_eq!((outside.pixels, outside.of), (1, 4));
+        assert_eq!((outside.pixels, outside.of), (2, 4));
         let linear = matrix * DVec3::new(0.02, 2.0, 0.02);
         assert!(linear.min_element() < 0.0);
         let moved = DVec3::from_array(pixels[0].map(f64::from));
@@ -191,8 +193,15 @@ mod tests {
         let grey = luminance.dot(linear);
         let t = (moved - grey) / (linear - grey);
         assert!((t - t.x).abs().max_element() < 1e-6 && (0.0..1.0).contains(&t.x), "{t}");
-        // What is inside, what was negative in the file and what is not finite are as the matrix makes them.
+        // What is inside and what is not finite are as the matrix makes them. What was negative in the file stays
+        // so beside the colour that is moved: the speck takes nothing else from it.
         assert!(pixels[1].iter().all(|value| *value > 0.0));
+        let mut without = [[0.0, 2.0, 0.02]];
+        apply(matrix, &mut without);
+        let speck = matrix * DVec3::new(-0.1, 0.0, 0.0);
+        for channel in 0..3 {
+            assert!((f64::from(pixels[2][channel] - without[0][channel]) - speck[channel]).abs() < 1e-6);
+        }
         assert!(pixels[2].iter().any(|value| *value < 0.0));
         assert_eq!(pixels[3], given[3]);
     }

@@ -1,4 +1,5 @@
-//! Coding-independent code points (ITU-T H.273), which PNG's chunk cICP holds: primaries and transfer.
+//! Coding-independent code points (ITU-T H.273), which PNG's chunk cICP and a tag of ICC profiles hold:
+//! primaries and transfer.
 //!
 //! PQ (SMPTE ST 2084) says absolute luminances: 203 cd/m2, the reference white of ITU-R BT.2408, is 1. HLG
 //! (ITU-R BT.2100) is light of the scene: its inverse OETF without a display's OOTF, scaled so that the

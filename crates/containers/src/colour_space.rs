@@ -64,6 +64,7 @@ impl ColourSpace {
     ///     assert_eq!(ColourSpace::from_name(name), Some(ColourSpace::AcesCg));
     /// }
     /// assert_eq!(ColourSpace::from_name("sRGB - Display"), None);
+    /// assert_eq!(ColourSpace::from_name("sRGB"), None);
     /// ```
     pub fn from_name(name: &str) -> Option<Self> {
         let name: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
@@ -71,10 +72,12 @@ impl ColourSpace {
         // What these words add to a name says nothing of the primaries.
         let name = ["scene", "scenereferred"].iter().find_map(|end| name.strip_suffix(end)).unwrap_or(&name);
         let name = name.strip_prefix("utility").unwrap_or(name);
-        let name = ["scenelinear", "linear", "lin"]
-            .iter()
-            .find_map(|start| name.strip_prefix(start))
-            .unwrap_or(name);
+        let linear = ["scenelinear", "linear", "lin"].iter().find_map(|start| name.strip_prefix(start));
+        // Without a word of linear light, sRGB is the encoding of a display.
+        if linear.is_none() && name == "srgb" {
+            return None;
+        }
+        let name = linear.unwrap_or(name);
         Some(match name {
             "rec709" | "bt709" | "srgb" | "rec709srgb" | "srgbrec709" | "rec709d65" | "bt709d65" | "" => {
                 Self::Rec709

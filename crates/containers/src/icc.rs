@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use moxcms::{
-    ColorProfile, DataColorSpace, Layout, ParametricCurve, ProfileText, ToneReprCurve, TransformF32Executor,
-    TransformOptions,
+    CicpProfile, ColorProfile, DataColorSpace, Layout, ParametricCurve, ProfileText, ToneReprCurve,
+    TransformF32Executor, TransformOptions,
 };
 use sphere::DMat3;
 
@@ -37,6 +37,18 @@ pub(crate) struct Encoding {
 enum Primaries {
     Matrix(DMat3),
     Tables(Arc<TransformF32Executor>),
+}
+
+/// The code points in a profile's tag `cicp` (ICC.1:2022, 9.2.17): primaries, transfer, matrix and full range.
+pub(crate) fn code_points(profile: &[u8]) -> Option<[u8; 4]> {
+    let CicpProfile { color_primaries, transfer_characteristics, matrix_coefficients, full_range } =
+        ColorProfile::new_from_slice(profile).ok()?.cicp?;
+    Some([
+        color_primaries as u8,
+        transfer_characteristics as u8,
+        matrix_coefficients as u8,
+        full_range.into(),
+    ])
 }
 
 impl Encoding {

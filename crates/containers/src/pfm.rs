@@ -46,8 +46,16 @@ impl Header {
         };
         limits::pixels(width, height)?;
         let channels = if magic == "PF" { 3 } else { 1 };
-        // One white space ends the header.
-        Ok(Self { width, height, channels, scale, length: at + 1 })
+        // One white space ends the header, or the end of a line of Windows; a row of floats that begins with a
+        // line feed is one byte longer than the file.
+        let end = if bytes.get(at..at + 2) == Some(b"\r\n")
+            && bytes.len() >= at + 2 + 4 * channels * width * height
+        {
+            2
+        } else {
+            1
+        };
+        Ok(Self { width, height, channels, scale, length: at + end })
     }
 }
 
@@ -138,6 +146,19 @@ mod tests {
             let decoded = read_image(&grey, &ReadOptions::default()).unwrap();
             let expected = [3.0, 4.0, 5.0, 0.0, 1.0, 2.0].map(|value| [value; 3]);
             assert_eq!(decoded.image.pixels(), expected);
+        }
+    }
+
+    /// The second file's floats begin with a line feed: 0x...0a.
+    #[test]
+    fn a_header_may_have_the_line_ends_of_windows() {
+        for first in [1.0, f32::from_le_bytes([10, 0, 0, 63])] {
+            for end in ["\n", "\r\n", "\r"] {
+                let bytes = file(&format!("PF{end}1 1{end}-1{end}"), &[first, 2.0, 3.0], f32::to_le_bytes);
+                let decoded = read(&bytes, None).unwrap();
+                assert_eq!(decoded.image.pixels(), [[first, 2.0, 3.0]], "{end:?}");
+                assert!(decoded.warnings.is_empty(), "{:?}", decoded.warnings);
+            }
         }
     }
 

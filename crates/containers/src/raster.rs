@@ -19,7 +19,7 @@ use crate::file_part::{bytes_at, rewind};
 use crate::icc::Encoding;
 use crate::metadata::Metadata;
 use crate::orientation::{upright, upright_size};
-use crate::{Format, cicp, limits, png};
+use crate::{Format, cicp, icc, limits, png};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
@@ -39,7 +39,7 @@ pub(crate) struct Raster {
     pub(crate) samples: Vec<u8>,
     /// The ICC profile.
     pub(crate) profile: Option<Vec<u8>>,
-    /// PNG's cICP, which replaces a profile.
+    /// PNG's cICP, which replaces a profile, as one in the profile itself does.
     pub(crate) code_points: Option<[u8; 4]>,
     /// What else the file says about its pixels.
     pub(crate) metadata: Metadata,
@@ -143,11 +143,13 @@ pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
 
 impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
-    /// sRGB. PNG's cICP goes before its profile. The primaries are the wanted ones, if there are any.
+    /// sRGB. PNG's cICP goes before its profile, and
+    /// that of a profile before its curves. The primaries are the wanted ones, if there are any.
     pub(crate) fn decode(self, format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
         let Self { width, height, channels, depth, floats, samples, profile, code_points, metadata } = self;
         let mut warnings = Vec::new();
         let grey = channels < 3;
+        let code_points = code_points.or_else(|| profile.as_deref().and_then(icc::code_points));
         let by_profile = profile.map(|profile| Encoding::of_profile(&profile, grey, floats)).transpose();
         let (encoding, ignored) = match by_profile {
             Ok(encoding) => (encoding, None),
@@ -158,7 +160,7 @@ impl Raster {
             warnings.push(format!("the ICC profile was ignored: {why}; the image was taken for {taken_for}"));
         }
         let declared = code_points.map(cicp::encoding).transpose().unwrap_or_else(|why| {
-            warnings.push(format!("the chunk cICP was ignored: {why}"));
+            warnings.push(format!("its cICP was ignored: {why}"));
             None
         });
         let bright = declared.as_ref().is_some_and(|(_, bright)| *bright);

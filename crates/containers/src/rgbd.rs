@@ -41,28 +41,31 @@ pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Err
 /// The texels of a face with this edge.
 ///
 /// # Errors
-/// If the bytes are no PNG or WebP with 8 bits for each of four channels, or have another size.
+/// If the bytes are no PNG or WebP with 8 bits for each of four channels, or three, whose D is 1 because an
+/// encoder left an opaque alpha out; or if they have another size.
 pub(crate) fn read_face(edge: usize, bytes: &[u8]) -> Result<Vec<[f32; 3]>, Error> {
     let format = Format::sniff(bytes).filter(|format| matches!(format, Format::Png | Format::WebP));
     let Some(format) = format else {
         return Err(Error::unsupported("expected a PNG or a WebP, found other first bytes"));
     };
     let raster = raster::raster(bytes, format)?;
-    if (raster.channels, raster.depth) != (4, 1) {
+    if !matches!((raster.channels, raster.depth), (3 | 4, 1)) {
         return Err(Error::unsupported("expected an image of four channels of 8 bits, which RGBD is"));
     }
     if (raster.width, raster.height) != (edge, edge) {
         let (width, height) = (raster.width, raster.height);
         return Err(Error::damaged(format!("expected {edge} x {edge} pixels, found {width} x {height}")));
     }
-    let rows = raster.samples.chunks_exact(4 * edge).rev();
-    Ok(rows
-        .flat_map(|row| row.chunks_exact(4).map(|rgbd| unpack([rgbd[0], rgbd[1], rgbd[2], rgbd[3]])))
-        .collect())
+    let rows = raster.samples.chunks_exact(raster.channels * edge).rev();
+    let texel = |rgbd: &[u8]| unpack([rgbd[0], rgbd[1], rgbd[2], rgbd.get(3).copied().unwrap_or(u8::MAX)]);
+    Ok(rows.flat_map(|row| row.chunks_exact(raster.channels).map(texel)).collect())
 }
 
 #[cfg(test)]
 mod tests {
+    use ::image::codecs::png::PngEncoder;
+    use ::image::{ExtendedColorType, ImageEncoder};
+
     use super::*;
 
     #[test]
@@ -84,5 +87,10 @@ mod tests {
         assert_eq!(raster.samples[..4], [255, 255, 255, 255]);
         assert_eq!(read_face(2, &bytes).unwrap(), texels);
         assert!(read_face(4, &bytes).unwrap_err().to_string().contains("expected 4 x 4 pixels"));
+        // Where D is 1 everywhere, an encoder may leave the alpha out.
+        let mut opaque = Vec::new();
+        let rgb = [255_u8, 255, 255, 255, 255, 255, 0, 0, 0, 0, 0, 0];
+        PngEncoder::new(&mut opaque).write_image(&rgb, 2, 2, ExtendedColorType::Rgb8).unwrap();
+        assert_eq!(read_face(2, &opaque).unwrap(), texels);
     }
 }

@@ -27,6 +27,9 @@ use crate::metadata::Metadata;
 use crate::raster::{self, Raster};
 use crate::{Format, limits};
 
+/// The most bytes of a page: RGBA in 32-bit floats of the largest picture.
+const MOST_BYTES: usize = 16 * limits::MAX_PIXELS;
+
 pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let page = Page::find(&mut Cursor::new(bytes), bytes.len())?;
     let mut decoded = raster(bytes, &page)?.decode(Format::Tiff, wanted)?;
@@ -55,8 +58,16 @@ fn metadata(file: &mut (impl BufRead + Seek), page: &Page) -> Metadata {
 
 /// The samples of a page.
 fn raster(bytes: &[u8], page: &Page) -> Result<Raster, Error> {
+    let planes = if page.planar { page.channels() } else { 1 };
+    let size = page.decoded_size().saturating_mul(planes);
+    if size > MOST_BYTES {
+        return Err(Error::new(
+            ErrorKind::TooLarge,
+            format!("the page holds {size} bytes of samples; at most {MOST_BYTES} are read"),
+        ));
+    }
     let (mut depth, mut samples) = (0, Vec::new());
-    for plane in 0..if page.planar { page.samples } else { 1 } {
+    for plane in 0..planes {
         let (bytes_of_sample, mut decoded) =
             page.native(decode(SinglePage::new(bytes, page, plane)?, page)?)?;
         depth = bytes_of_sample;

@@ -197,7 +197,9 @@ fn layers_are_chosen_by_part_or_prefix() {
     assert_eq!(decoded.image.pixels()[1], [0, 1, 2].map(|c| value(1, 0, c)));
     assert_eq!(
         decoded.warnings,
-        ["the file has the layers the unnamed one, `diffuse`; the unnamed one was read"]
+        [
+            "the file has the layers the unnamed one, `diffuse`; the unnamed one was read; `layer` names another"
+        ]
     );
     let decoded = read_image(&prefixed, &layer("diffuse")).unwrap();
     assert_eq!((decoded.image.pixels()[1], decoded.warnings.len()), ([7.0; 3], 0));
@@ -358,6 +360,13 @@ fn colour_wins_over_grey_and_data_and_beauty_over_other_layers() {
         }
     }
     assert_eq!(first([vec![level("AO.Y", 9.0)], layer("sky.", rgb, 2.0)].concat()), [2.0; 3]);
+    // Light in grey or in luminance and chroma is light still.
+    for data in [layer("N.", rgb, 9.0), layer("CryptoAsset00.", ["r", "g", "b"], 9.0)] {
+        assert_eq!(first([data.clone(), layer("sky.", rgb, 2.0)].concat()), [2.0; 3]);
+        assert_eq!(first([data.clone(), vec![level("Y", 2.0)]].concat()), [2.0; 3]);
+        let chroma = vec![level("Y", 2.0), level("RY", 0.0), level("BY", 0.0)];
+        assert!(first([data, chroma].concat()).iter().all(|value| (value - 2.0).abs() < 1e-5));
+    }
     for names in [["r", "g", "b"], ["red", "green", "blue"]] {
         assert_eq!(first(layer("", names, 2.0)), [2.0; 3]);
         assert_eq!(first(layer("env.", names, 2.0)), [2.0; 3]);

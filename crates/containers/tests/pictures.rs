@@ -252,6 +252,27 @@ fn cicp_gives_primaries_and_transfer() {
     );
 }
 
+/// ICC.1:2022, 9.2.17: a profile says PQ by its tag cicp, as ISO 22028-5 asks of pictures.
+#[test]
+fn code_points_in_a_profile_are_read() {
+    use image::ImageEncoder;
+    let mut profile = moxcms::ColorProfile::new_bt2020();
+    profile.cicp = Some(moxcms::CicpProfile {
+        color_primaries: moxcms::CicpColorPrimaries::Bt2020,
+        transfer_characteristics: moxcms::TransferCharacteristics::Smpte2084,
+        matrix_coefficients: moxcms::MatrixCoefficients::Identity,
+        full_range: true,
+    });
+    let mut bytes = Vec::new();
+    let mut encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+    encoder.set_icc_profile(profile.encode().unwrap()).unwrap();
+    let codes: Vec<u8> = [38057_u16; 3].iter().flat_map(|code| code.to_ne_bytes()).collect();
+    encoder.write_image(&codes, 1, 1, image::ExtendedColorType::Rgb16).unwrap();
+    let white = read(&bytes);
+    assert!(white.image.pixels()[0].iter().all(|value| (value - 1.0).abs() < 2e-3), "{white:?}");
+    assert!(white.high_dynamic_range && white.warnings.is_empty(), "{white:?}");
+}
+
 /// 4096 x 2048 pixels of one colour in some hundred bytes.
 #[test]
 fn a_smooth_lossless_webp_is_read() {

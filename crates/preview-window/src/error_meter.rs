@@ -67,10 +67,10 @@ pub(crate) struct ErrorMeter {
 const SIDE: f64 = 80.0;
 const AREA: f64 = 20_000.0;
 
-/// The light samples of a pixel in each round. Noise adds to the RMS, so rounds follow while it falls.
+/// The light samples of a pixel in each round. Noise adds to every error, so rounds follow while one falls.
 const ROUNDS: [u32; 4] = [64, 256, 1024, 4096];
 
-/// The share by which the RMS must fall for another round.
+/// The share by which an error must fall for another round.
 const LEAST_FALL: f64 = 0.02;
 
 /// Measuring starts when the view has been at rest for this long.
@@ -194,7 +194,7 @@ impl Shared {
         mode: Mode,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), RenderError> {
-        let mut before = f64::INFINITY;
+        let mut before = [f64::INFINITY; 3];
         for light_samples in ROUNDS {
             let mode_error = match guarded(|| measure(renderer, request, mode, light_samples, stop)) {
                 Err(RenderError::Cancelled) => {
@@ -204,12 +204,11 @@ impl Shared {
                 Err(error) => ModeError::None(error.to_string()),
                 Ok(mode_error) => mode_error,
             };
-            let falls = matches!(
-                mode_error,
-                ModeError::Measured { rms, .. } if rms < (1.0 - LEAST_FALL) * before
-            );
-            if let ModeError::Measured { rms, .. } = mode_error {
-                before = rms;
+            let mut falls = false;
+            if let ModeError::Measured { stops: [p95, p99], rms, .. } = mode_error {
+                let errors = [p95, p99, rms];
+                falls = errors.iter().zip(before).any(|(error, before)| *error < (1.0 - LEAST_FALL) * before);
+                before = errors;
             }
             self.store(request, mode, mode_error);
             (self.wake)();

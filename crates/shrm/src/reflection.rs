@@ -62,11 +62,12 @@ impl Reflection {
         Self { lamps: Some(lamps), ..self }
     }
 
-    /// The same without the lights beside the lighting.
+    /// The same without the lights beside the lighting; it still knows its material.
     #[must_use]
     pub fn without_lamps(self) -> Self {
         let parts = self.parts.map(|parts| Box::new(parts.map(Self::without_lamps)));
-        Self { lamps: None, parts, ..self }
+        let lamps = self.lamps.map(|lamps| Lamps { lights: Vec::new(), ..lamps });
+        Self { lamps, parts, ..self }
     }
 
     /// The same with the fields of its material's diffuse and specular part, whose sum it is: each is about

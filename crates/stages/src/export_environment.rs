@@ -286,10 +286,13 @@ fn with_levels(
     let roughness: Vec<String> = cube.levels.iter().map(|level| level.roughness.to_string()).collect();
     let roughness = roughness.join(" ");
     context.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
-    let content = Content::Light(MapGrid::Cube(Cube { edge }));
-    // The first level has the brightest texels: the others are means of it.
+    // One precision for all levels: that of the brightest, which is the sharpest, wherever it is in the list.
+    let peak =
+        |pixels: &[[f32; 3]]| pixels.as_flattened().iter().fold(0.0_f32, |most, value| most.max(*value));
+    let brightest = texture.levels().max_by(|a, b| peak(a).total_cmp(&peak(b))).unwrap_or_default();
+    let content = Content::Light(MapGrid::Cube(Cube { edge: (brightest.len() / 6).isqrt() }));
     let precision =
-        overflow::precision(&texture.pixels, content, (parameters.precision, parameters.overflow), context)?;
+        overflow::precision(brightest, content, (parameters.precision, parameters.overflow), context)?;
     let encoded = match parameters.format {
         Format::Dds => write_dds(&texture, precision)?,
         _ => {

@@ -423,7 +423,7 @@ fn read_texture(
     if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
         && layout != Layout::Cube
     {
-        let message = format!("the file holds a cube, and the manifest says layout = \"{}\"", layout.name());
+        let message = format!("the file holds a cube, which layout = \"{}\" is not", layout.name());
         return Err(within(Failure::new(message).help("remove `layout`")));
     }
     let declared = recipe.as_deref().and_then(EnginePreset::of_recipe);
@@ -432,7 +432,7 @@ fn read_texture(
     {
         let (declared, wanted) = (declared.name(), wanted.name());
         context.warn(format!(
-            "{}: the file was written for {declared}, the manifest says preset = \"{wanted}\"",
+            "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
             name(path)
         ));
     }
@@ -482,7 +482,7 @@ fn layout_of(wanted: OrAuto<LayoutName>, declared: Option<OpenExrEnvmap>, contex
     };
     if let Some(declared) = declared.filter(|declared| *declared != layout) {
         context.warn(format!(
-            "the file's envmap attribute says {}, the manifest says {}",
+            "the file's envmap attribute says {}; it is read with layout = \"{}\"",
             declared.name(),
             layout.name()
         ));

@@ -10,9 +10,9 @@
 //! 2. one whose name, or its last part, is `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`,
 //!    `main` or `default`
 //! 3. another of R, G and B
-//! 4. one of R, G and B whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`
-//! 5. luminance and chroma
-//! 6. grey
+//! 4. luminance and chroma
+//! 5. grey
+//! 6. one whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`, `crypto00`
 
 use exr::meta::header::Header;
 
@@ -122,10 +122,10 @@ impl Layer {
         match self.colour {
             Colour::Rgb if self.name.is_empty() || (prefix.is_empty() && parts == 1) => 1,
             Colour::Rgb if BEAUTY.contains(&last.as_str()) => 2,
-            Colour::Rgb if DATA.contains(&last.as_str()) => 4,
+            _ if DATA.contains(&last.as_str()) || last.starts_with("crypto") => 6,
             Colour::Rgb => 3,
-            Colour::LuminanceChroma => 5,
-            Colour::Grey => 6,
+            Colour::LuminanceChroma => 4,
+            Colour::Grey => 5,
         }
     }
 
@@ -155,7 +155,10 @@ impl Layer {
         if let Some(position) = position {
             if wanted.is_none() && layers.len() > 1 {
                 let chosen = list(&layers[position..=position]);
-                warnings.push(format!("the file has the layers {}; {chosen} was read", list(&layers)));
+                warnings.push(format!(
+                    "the file has the layers {}; {chosen} was read; `layer` names another",
+                    list(&layers)
+                ));
             }
             return Ok(layers.swap_remove(position).1);
         }

@@ -28,6 +28,9 @@ pub(super) const SAMPLE_FORMAT: u16 = 339;
 pub(super) const XMP: u16 = 700;
 pub(super) const ICC_PROFILE: u16 = 34675;
 
+/// The most lines of a directory, where files have some tens: a damaged file has no end of them.
+const MOST_ENTRIES: usize = 1024;
+
 /// How a file writes its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Numbers {
@@ -110,7 +113,8 @@ impl Directory {
     ) -> Option<Self> {
         let word = numbers.word;
         let head = if word == 8 { 8 } else { 2 };
-        let count = usize::try_from(numbers.read(file, at, head)?).ok()?;
+        let count =
+            usize::try_from(numbers.read(file, at, head)?).ok().filter(|count| *count <= MOST_ENTRIES)?;
         let size = 4 + 2 * word;
         let first = at.checked_add(head)?;
         let end = first.checked_add(count.checked_mul(size)?).filter(|&end| end <= length)?;

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::limits;
 
 /// Pages that are looked at: more than any picture has, and few enough for a damaged file.
-const MOST_PAGES: usize = 4096;
+const MOST_PAGES: usize = 1024;
 
 /// How samples become colour (tag 262).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,8 +176,9 @@ fn choose(file: &mut (impl Read + Seek), length: usize) -> Result<(Directory, Ve
             continue;
         };
         ahead.push(page.next);
-        let below = page.numbers(file, directory::SUB_DIRECTORIES).into_iter().rev();
-        ahead.extend(below.filter_map(|at| usize::try_from(at).ok()));
+        let mut below = page.numbers(file, directory::SUB_DIRECTORIES);
+        below.truncate(MOST_PAGES.saturating_sub(ahead.len()));
+        ahead.extend(below.into_iter().rev().filter_map(|at| usize::try_from(at).ok()));
         let [width, height] = [directory::WIDTH, directory::HEIGHT].map(|tag| page.number(file, tag));
         let pixels = width.unwrap_or(0).saturating_mul(height.unwrap_or(0));
         let kind = page.number(file, directory::SUBFILE_TYPE).unwrap_or(0);

@@ -26,19 +26,25 @@ impl Page {
         })
     }
 
-    /// The samples of a raster out of those that are stored, plane after plane.
+    /// How many of the first samples of a pixel are its colour and its alpha; others are left out.
+    pub(super) fn channels(&self) -> usize {
+        let colours = match self.photometric {
+            // Files of three or more samples that call themselves grey are RGB without the word.
+            Photometric::BlackIsZero if self.samples >= 3 => 3,
+            _ => self.colours(),
+        };
+        colours + usize::from(self.alpha && self.samples > colours)
+    }
+
+    /// The samples of a raster out of those that are stored: of all samples, or of the planes of
+    /// [`Page::channels`], one after the other.
     pub(super) fn arrange(
         &self,
         depth: usize,
         samples: Vec<u8>,
         palette: Option<Vec<u16>>,
     ) -> Result<Samples, Error> {
-        let colours = match self.photometric {
-            // Files of three or more samples that call themselves grey are RGB without the word.
-            Photometric::BlackIsZero if self.samples >= 3 => 3,
-            _ => self.colours(),
-        };
-        let channels = colours + usize::from(self.alpha && self.samples > colours);
+        let channels = self.channels();
         let samples = self.interleave(samples, depth, channels);
         Ok(match self.photometric {
             Photometric::BlackIsZero | Photometric::Rgb => (channels, depth, samples),
