@@ -61,6 +61,7 @@ mod read_recipe;
 mod read_texture;
 mod recipe;
 mod rgbd;
+mod rounding;
 mod shrm_metadata;
 pub mod tensors;
 mod texel;

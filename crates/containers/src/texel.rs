@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::bc6h;
 use crate::precision::{Precision, to_half};
+use crate::rounding;
 
 /// The stored numbers of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -109,8 +110,10 @@ impl TexelFormat {
             true => 0,
             false => texels.par_iter().flatten().filter(|value| **value < 0.0).count(),
         };
-        let words = |word: fn(&[f32; 3]) -> u32| -> Vec<u8> {
-            texels.par_iter().flat_map_iter(|texel| word(texel).to_le_bytes()).collect()
+        let words = |around: fn(&[f32; 3]) -> Enclosing| -> Vec<u8> {
+            let upper = rounding::upper(width, height, texels, |texel| around(texel).values());
+            let word = |(texel, upper): (&[f32; 3], [bool; 3])| around(texel).word(upper).to_le_bytes();
+            texels.par_iter().zip(upper).flat_map_iter(word).collect()
         };
         let half = |value: f32| u32::from(to_half(value).to_bits());
         let bytes = match self {
@@ -169,8 +172,30 @@ pub(crate) struct Packed {
     pub(crate) negative: usize,
 }
 
+/// The codes that enclose a texel's numbers in a format of 4 bytes, and the number of a code.
+struct Enclosing {
+    codes: [[u32; 2]; 3],
+    /// Where the code of each channel begins.
+    shifts: [u32; 3],
+    /// The bits that all channels share.
+    rest: u32,
+    value: fn(&Self, usize, u32) -> f64,
+}
+
+impl Enclosing {
+    fn values(&self) -> [[f64; 2]; 3] {
+        [0, 1, 2].map(|channel| self.codes[channel].map(|code| (self.value)(self, channel, code)))
+    }
+
+    fn word(&self, upper: [bool; 3]) -> u32 {
+        (0..3).fold(self.rest, |word, channel| {
+            word | self.codes[channel][usize::from(upper[channel])] << self.shifts[channel]
+        })
+    }
+}
+
 /// RGB9E5 (EXT_texture_shared_exponent): red in the lowest 9 bits, the exponent in the highest 5.
-fn shared_exponent(texel: &[f32; 3]) -> u32 {
+fn shared_exponent(texel: &[f32; 3]) -> Enclosing {
     const BIAS: i32 = 15;
     const MANTISSA: i32 = 9;
     // NaN is 0 by `max`.
@@ -179,10 +204,15 @@ fn shared_exponent(texel: &[f32; 3]) -> u32 {
     // The exponent of 2^-(BIAS + 1) is stored as 0.
     let floor = if largest > 0.0 { exponent(largest) } else { i32::MIN };
     let shared = floor.max(-BIAS - 1) + 1 + BIAS;
-    let quantised = |shared: i32| rgb.map(|value| (value * power(BIAS + MANTISSA - shared) + 0.5).floor());
-    let shared = if quantised(shared).contains(&512.0) { shared + 1 } else { shared };
-    let [r, g, b] = quantised(shared).map(|value| value as u32);
-    r | g << 9 | b << 18 | (shared as u32) << 27
+    let scaled = |shared: i32| rgb.map(|value| value * power(BIAS + MANTISSA - shared));
+    // What rounds up to 1 takes the next exponent.
+    let shared = if scaled(shared).iter().any(|value| *value >= 511.5) { shared + 1 } else { shared };
+    Enclosing {
+        codes: scaled(shared).map(|value| [value as u32, (value as u32 + 1).min(511)]),
+        shifts: [0, 9, 18],
+        rest: (shared as u32) << 27,
+        value: |of, _, code| f64::from(code) * power((of.rest >> 27) as i32 - 24),
+    }
 }
 
 fn of_shared_exponent(word: u32) -> [f32; 3] {
@@ -191,9 +221,19 @@ fn of_shared_exponent(word: u32) -> [f32; 3] {
 }
 
 /// R11G11B10F: red in the lowest 11 bits.
-fn packed_floats(texel: &[f32; 3]) -> u32 {
-    let [r, g, b] = texel.map(|value| f64::from(value.max(0.0).min(TexelFormat::R11G11B10F.largest())));
-    unsigned_float(r, 6) | unsigned_float(g, 6) << 11 | unsigned_float(b, 5) << 22
+fn packed_floats(texel: &[f32; 3]) -> Enclosing {
+    const MANTISSAS: [i32; 3] = [6, 6, 5];
+    let rgb = texel.map(|value| f64::from(value.max(0.0).min(TexelFormat::R11G11B10F.largest())));
+    let codes = |channel: usize| {
+        let code = unsigned_float(rgb[channel], MANTISSAS[channel]);
+        [code, (code + 1).min((31 << MANTISSAS[channel]) - 1)]
+    };
+    Enclosing {
+        codes: [0, 1, 2].map(codes),
+        shifts: [0, 11, 22],
+        rest: 0,
+        value: |_, channel, code| f64::from(of_unsigned_float(code, MANTISSAS[channel])),
+    }
 }
 
 fn of_packed_floats(word: u32) -> [f32; 3] {
@@ -204,15 +244,13 @@ fn of_packed_floats(word: u32) -> [f32; 3] {
     ]
 }
 
-/// The nearest float with 5 bits of exponent and `mantissa` bits, ties to even.
+/// The float with 5 bits of exponent and `mantissa` bits that is next below a value.
 fn unsigned_float(value: f64, mantissa: i32) -> u32 {
     if value < power(-14) {
-        // What rounds up to 2^-14 has the code of that.
-        return (value * power(14 + mantissa)).round_ties_even() as u32;
+        return (value * power(14 + mantissa)) as u32;
     }
     let exponent = exponent(value);
-    let fraction = (value * power(mantissa - exponent)).round_ties_even() as i32 - (1 << mantissa);
-    // A fraction that rounds up to 1 carries into the exponent.
+    let fraction = (value * power(mantissa - exponent)) as i32 - (1 << mantissa);
     (((exponent + 15) << mantissa) + fraction) as u32
 }
 
@@ -240,17 +278,26 @@ fn power(exponent: i32) -> f64 {
 mod tests {
     use super::*;
 
+    /// One texel, packed and unpacked.
+    fn through(format: TexelFormat, texel: [f32; 3]) -> [f32; 3] {
+        format.unpack(1, 1, &format.pack(1, 1, &[texel]).bytes)[0]
+    }
+
     /// Every code comes back, and a number goes to the nearest code.
     #[test]
     fn every_unsigned_float_comes_back() {
-        for mantissa in [5, 6] {
+        for (channel, mantissa) in [(2, 5), (0, 6)] {
             for code in 0..31 << mantissa {
-                let value = f64::from(of_unsigned_float(code, mantissa));
-                assert_eq!(unsigned_float(value, mantissa), code);
-                let next = f64::from(of_unsigned_float(code + 1, mantissa));
-                if next.is_finite() {
-                    assert_eq!(unsigned_float(0.51 * value + 0.49 * next, mantissa), code);
-                    assert_eq!(unsigned_float(0.49 * value + 0.51 * next, mantissa), code + 1);
+                let value = of_unsigned_float(code, mantissa);
+                assert_eq!(unsigned_float(f64::from(value), mantissa as i32), code);
+                let next = of_unsigned_float(code + 1, mantissa);
+                // Past 64512 blue has no number, and red and green are not to have one either.
+                if value < 64512.0 && next.is_finite() {
+                    let found = |share: f32| {
+                        let value = (1.0 - share) * value + share * next;
+                        through(TexelFormat::R11G11B10F, [value; 3])[channel]
+                    };
+                    assert_eq!((found(0.49), found(0.51)), (value, next));
                 }
             }
         }
@@ -258,22 +305,23 @@ mod tests {
 
     #[test]
     fn a_shared_exponent_is_within_half_a_step() {
-        for step in 0..200_000_u32 {
+        let through = |texel| through(TexelFormat::Rgb9E5, texel);
+        for step in 0..50_000_u32 {
             let value = |k: u32| (f64::from(step.wrapping_mul(k) % 65_537) / 2048.0 - 16.0).exp2() as f32;
             let texel = [value(7), value(31), value(127)];
             let largest = texel.iter().fold(0.0_f32, |a, b| a.max(*b));
-            let found = of_shared_exponent(shared_exponent(&texel));
+            let found = through(texel);
             let step = f64::from(largest) / 256.0 + power(-24);
             for (found, given) in found.iter().zip(texel) {
                 let clamped = given.min(65408.0);
                 assert!(f64::from((found - clamped).abs()) <= 0.5001 * step, "{texel:?} became {found:?}");
             }
         }
-        assert_eq!(of_shared_exponent(shared_exponent(&[1.0, 0.5, 2.0])), [1.0, 0.5, 2.0]);
-        assert_eq!(of_shared_exponent(shared_exponent(&[-1.0, 1e9, f32::NAN])), [0.0, 65408.0, 0.0]);
-        assert_eq!(of_shared_exponent(shared_exponent(&[0.0; 3])), [0.0; 3]);
+        assert_eq!(through([1.0, 0.5, 2.0]), [1.0, 0.5, 2.0]);
+        assert_eq!(through([-1.0, 1e9, f32::NAN]), [0.0, 65408.0, 0.0]);
+        assert_eq!(through([0.0; 3]), [0.0; 3]);
         // 511.75 / 512 rounds up to 1, which takes the next exponent.
-        assert_eq!(of_shared_exponent(shared_exponent(&[511.75 / 512.0; 3])), [1.0; 3]);
+        assert_eq!(through([511.75 / 512.0; 3]), [1.0; 3]);
     }
 
     #[test]
