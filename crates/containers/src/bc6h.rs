@@ -74,8 +74,8 @@ pub(crate) fn encode(width: usize, height: usize, texels: &[[f32; 3]]) -> Vec<u8
     strips.into_par_iter().flat_map_iter(strip).collect()
 }
 
-/// The colours of images of `width` x `height` texels.
-pub(crate) fn decode(width: usize, height: usize, bytes: &[u8]) -> Vec<[f32; 3]> {
+/// The colours of images of `width` x `height` texels, unsigned or signed.
+pub(crate) fn decode(width: usize, height: usize, bytes: &[u8], is_signed: bool) -> Vec<[f32; 3]> {
     let (columns, rows) = (width.div_ceil(EDGE), height.div_ceil(EDGE));
     let images = bytes.len() / (columns * rows * BYTES).max(1);
     let mut texels = vec![[0.0; 3]; images * width * height];
@@ -84,7 +84,7 @@ pub(crate) fn decode(width: usize, height: usize, bytes: &[u8]) -> Vec<[f32; 3]>
     strips.for_each(|(texels, blocks)| {
         for (index, block) in blocks.chunks_exact(BYTES).enumerate() {
             let mut colours = [0_u16; 3 * TEXELS];
-            bcdec_rs::bc6h_half(block, &mut colours, 3 * EDGE, false);
+            bcdec_rs::bc6h_half(block, &mut colours, 3 * EDGE, is_signed);
             let (top, left) = (index / columns * EDGE, index % columns * EDGE);
             for y in 0..EDGE.min(height - top) {
                 for x in 0..EDGE.min(width - left) {
@@ -397,7 +397,7 @@ mod tests {
         for (factor, most) in [(1.0, 2e-3), (1.001, 6e-3), (1.1, 0.06)] {
             let texels: Vec<[f32; 3]> =
                 (0..16).map(|i| [3.0, 1.0, 0.2].map(|value: f32| value * f32::powi(factor, i))).collect();
-            for (found, given) in decode(4, 4, &encode(4, 4, &texels)).iter().zip(&texels) {
+            for (found, given) in decode(4, 4, &encode(4, 4, &texels), false).iter().zip(&texels) {
                 for channel in 0..3 {
                     let error = (found[channel] / given[channel] - 1.0).abs();
                     assert!(error < most, "{factor}: {found:?} instead of {given:?}");
@@ -418,7 +418,7 @@ mod tests {
                 [3, 5, 7].map(|prime| (level * (1.0 + 0.1 * noise(prime * texel + prime))) as f32)
             })
             .collect();
-        let found = decode(width, height, &encode(width, height, &texels));
+        let found = decode(width, height, &encode(width, height, &texels), false);
         for channel in 0..3 {
             let sum = |texels: &[[f32; 3]]| texels.iter().map(|texel| f64::from(texel[channel])).sum::<f64>();
             let error = sum(&found) / sum(&texels) - 1.0;
@@ -432,10 +432,10 @@ mod tests {
             let texels = vec![[1.0, 2.0, 4.0]; 2 * width * height];
             let bytes = encode(width, height, &texels);
             assert_eq!(bytes.len(), 2 * width.div_ceil(4) * height.div_ceil(4) * BYTES);
-            assert_eq!(decode(width, height, &bytes), texels);
+            assert_eq!(decode(width, height, &bytes, false), texels);
         }
         // Negative numbers, NaN and infinity have the nearest that the format has.
         let odd = vec![[-1.0, f32::NAN, f32::INFINITY]; 16];
-        assert!(decode(4, 4, &encode(4, 4, &odd)).iter().all(|found| *found == [0.0, 0.0, 65504.0]));
+        assert!(decode(4, 4, &encode(4, 4, &odd), false).iter().all(|found| *found == [0.0, 0.0, 65504.0]));
     }
 }

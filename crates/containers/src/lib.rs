@@ -102,6 +102,6 @@ pub use read_recipe::read_recipe;
 pub use read_texture::{declares_cube, is_texture, read_texture};
 pub use recipe::texture_sidecar;
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
-pub use texel::TexelFormat;
+pub use texel::{ByteFormat, TexelFormat};
 pub use texture::{Texture, TextureFile};
 pub use web_page::{escape_html, is_web_page, recipe_element};

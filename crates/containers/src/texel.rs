@@ -4,10 +4,11 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::bc6h;
+use crate::icc::srgb_to_linear;
 use crate::precision::{Precision, to_half};
 use crate::rounding;
 
-/// The stored numbers of a texture.
+/// The stored numbers of a texture. Those that are not in [`TexelFormat::ALL`] are read and not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
     /// Four halves, the last 1.
@@ -22,10 +23,29 @@ pub enum TexelFormat {
     R11G11B10F,
     /// Blocks of 4 x 4 texels in 16 bytes (BC6H, unsigned): nothing negative.
     Bc6h,
+    /// The same with signs.
+    Bc6hSigned,
+    /// Three halves.
+    Rgb16F,
+    /// Three floats.
+    Rgb32F,
+    /// Bytes, of 255.
+    Bytes(ByteFormat),
+}
+
+/// How colours are stored in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ByteFormat {
+    /// Of a texel: three, or four with an alpha.
+    pub channels: usize,
+    /// Whether blue is the first.
+    pub is_bgr: bool,
+    /// Whether they are sRGB's codes, or else linear.
+    pub is_srgb: bool,
 }
 
 impl TexelFormat {
-    /// Every format.
+    /// Every format that is written.
     pub const ALL: [Self; 6] =
         [Self::Rgba16F, Self::Rgba32F, Self::Rg16F, Self::Rgb9E5, Self::R11G11B10F, Self::Bc6h];
 
@@ -38,15 +58,41 @@ impl TexelFormat {
             Self::Rgb9E5 => "RGB9E5",
             Self::R11G11B10F => "R11G11B10F",
             Self::Bc6h => "BC6H",
+            Self::Bc6hSigned => "signed BC6H",
+            Self::Rgb16F => "RGB16F",
+            Self::Rgb32F => "RGB32F",
+            Self::Bytes(ByteFormat { is_srgb: true, .. }) => "8 bits, sRGB",
+            Self::Bytes(_) => "8 bits, linear",
         }
+    }
+
+    /// The formats that are read and not written.
+    fn only_read() -> impl Iterator<Item = Self> {
+        let bytes = [3, 4].into_iter().flat_map(|channels| {
+            [false, true].into_iter().flat_map(move |is_bgr| {
+                [false, true].map(|is_srgb| Self::Bytes(ByteFormat { channels, is_bgr, is_srgb }))
+            })
+        });
+        [Self::Bc6hSigned, Self::Rgb16F, Self::Rgb32F].into_iter().chain(bytes)
+    }
+
+    /// Every format that is read.
+    pub(crate) fn read() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().chain(Self::only_read())
+    }
+
+    /// Whether it holds light brighter than its white.
+    pub fn is_high_dynamic_range(self) -> bool {
+        !matches!(self, Self::Bytes(_))
     }
 
     /// The largest number that it holds.
     pub fn largest(self) -> f32 {
         match self {
-            Self::Rgba32F => f32::MAX,
+            Self::Rgba32F | Self::Rgb32F => f32::MAX,
+            Self::Bytes(_) => 1.0,
             // The exponent 31 is of infinity; BC6H interpolates halves.
-            Self::Rgba16F | Self::Rg16F | Self::Bc6h => 65504.0,
+            Self::Rgba16F | Self::Rg16F | Self::Rgb16F | Self::Bc6h | Self::Bc6hSigned => 65504.0,
             Self::Rgb9E5 => 65408.0,
             // Of the channel with 5 bits of mantissa, so that all three end together.
             Self::R11G11B10F => 64512.0,
@@ -55,7 +101,7 @@ impl TexelFormat {
 
     /// Whether it holds negative numbers.
     pub fn is_signed(self) -> bool {
-        matches!(self, Self::Rgba16F | Self::Rgba32F | Self::Rg16F)
+        !matches!(self, Self::Rgb9E5 | Self::R11G11B10F | Self::Bc6h | Self::Bytes(_))
     }
 
     /// VkFormat.
@@ -67,10 +113,22 @@ impl TexelFormat {
             Self::Rgb9E5 => 123,
             Self::R11G11B10F => 122,
             Self::Bc6h => 143,
+            Self::Bc6hSigned => 144,
+            Self::Rgb16F => 90,
+            Self::Rgb32F => 106,
+            Self::Bytes(ByteFormat { channels, is_bgr, is_srgb }) => {
+                let first = match (channels, is_bgr) {
+                    (3, false) => 23,
+                    (3, true) => 30,
+                    (_, false) => 37,
+                    (_, true) => 44,
+                };
+                if is_srgb { first + 6 } else { first }
+            }
         }
     }
 
-    /// DXGI_FORMAT.
+    /// DXGI_FORMAT; 0 if there is none.
     pub(crate) fn dxgi(self) -> u32 {
         match self {
             Self::Rgba16F => 10,
@@ -79,12 +137,23 @@ impl TexelFormat {
             Self::Rgb9E5 => 67,
             Self::R11G11B10F => 26,
             Self::Bc6h => 95,
+            Self::Bc6hSigned => 96,
+            Self::Rgb32F => 6,
+            Self::Bytes(ByteFormat { channels: 4, is_bgr, is_srgb: true }) => {
+                if is_bgr {
+                    91
+                } else {
+                    29
+                }
+            }
+            Self::Rgb16F | Self::Bytes(_) => 0,
         }
     }
 
     /// The formats with their numbers, for messages.
     pub(crate) fn listed(number: fn(Self) -> u32) -> String {
-        let names = Self::ALL.map(|format| format!("{} ({})", number(format), format.name()));
+        let formats = Self::read().filter(|format| number(*format) != 0);
+        let names: Vec<_> = formats.map(|format| format!("{} ({})", number(format), format.name())).collect();
         names.join(", ")
     }
 
@@ -94,7 +163,10 @@ impl TexelFormat {
             Self::Rgba16F => (8, 1),
             Self::Rgba32F => (16, 1),
             Self::Rg16F | Self::Rgb9E5 | Self::R11G11B10F => (4, 1),
-            Self::Bc6h => (16, bc6h::EDGE),
+            Self::Bc6h | Self::Bc6hSigned => (16, bc6h::EDGE),
+            Self::Rgb16F => (6, 1),
+            Self::Rgb32F => (12, 1),
+            Self::Bytes(ByteFormat { channels, .. }) => (channels, 1),
         }
     }
 
@@ -104,7 +176,7 @@ impl TexelFormat {
         width.div_ceil(edge).checked_mul(height.div_ceil(edge))?.checked_mul(bytes)
     }
 
-    /// Images of `width` x `height` texels, one after the other, as they are stored.
+    /// Images of `width` x `height` texels, one after the other, as they are stored in a format that is written.
     pub(crate) fn pack(self, width: usize, height: usize, texels: &[[f32; 3]]) -> Packed {
         let negative = match self.is_signed() {
             true => 0,
@@ -133,6 +205,7 @@ impl TexelFormat {
             Self::Rgb9E5 => words(shared_exponent),
             Self::R11G11B10F => words(packed_floats),
             Self::Bc6h => bc6h::encode(width, height, texels),
+            Self::Bc6hSigned | Self::Rgb16F | Self::Rgb32F | Self::Bytes(_) => Vec::new(),
         };
         Packed { bytes, negative }
     }
@@ -150,9 +223,41 @@ impl TexelFormat {
             Self::Rg16F => texels.map(|b| [half(b), half(&b[2..]), 0.0]).collect(),
             Self::Rgb9E5 => texels.map(|b| of_shared_exponent(word(b))).collect(),
             Self::R11G11B10F => texels.map(|b| of_packed_floats(word(b))).collect(),
-            Self::Bc6h => bc6h::decode(width, height, bytes),
+            Self::Bc6h | Self::Bc6hSigned => bc6h::decode(width, height, bytes, self == Self::Bc6hSigned),
+            Self::Rgb16F => texels.map(|b| [half(b), half(&b[2..]), half(&b[4..])]).collect(),
+            Self::Rgb32F => texels.map(|b| [float(b), float(&b[4..]), float(&b[8..])]).collect(),
+            Self::Bytes(ByteFormat { is_bgr, is_srgb, .. }) => {
+                let value = |code: u8| {
+                    let value = f64::from(code) / 255.0;
+                    (if is_srgb { srgb_to_linear(value) } else { value }) as f32
+                };
+                let values: Vec<f32> = (0..=u8::MAX).map(value).collect();
+                let [r, b] = if is_bgr { [2, 0] } else { [0, 2] };
+                texels.map(|texel| [r, 1, b].map(|channel| values[usize::from(texel[channel])])).collect()
+            }
         }
     }
+}
+
+/// What a VkFormat that is not read is called, if it is one that others often write.
+pub(crate) fn foreign_vulkan(number: u32) -> Option<&'static str> {
+    Some(match number {
+        0 => "Basis Universal (UASTC or ETC1S)",
+        131..=142 => "BC1 to BC5",
+        145 | 146 => "BC7",
+        147..=156 => "ETC2 or EAC",
+        157..=184 | 1_000_066_000..=1_000_066_013 => "ASTC",
+        _ => return None,
+    })
+}
+
+/// The same of a DXGI_FORMAT.
+pub(crate) fn foreign_dxgi(number: u32) -> Option<&'static str> {
+    Some(match number {
+        70..=84 => "BC1 to BC5",
+        97..=99 => "BC7",
+        _ => return None,
+    })
 }
 
 impl From<Precision> for TexelFormat {
