@@ -175,7 +175,9 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         None if code == DX10 => {
             let (format, dimension, misc, elements) = (at(31)?, at(32)?, at(33)?, at(34)?);
             at(35)?;
-            let Some(format) = TexelFormat::read().find(|known| known.dxgi() == encoded(format)) else {
+            let Some(format) =
+                TexelFormat::read().find(|known| known.dxgi() == encoded(format) && format != 0)
+            else {
                 let name = foreign_dxgi(format).map_or(String::new(), |name| format!(" ({name})"));
                 return Err(Error::unsupported(format!(
                     "DXGI format {format}{name} is not read; expected {}",

@@ -5,7 +5,8 @@
 //! gives one item per file. The content of a file decides its format, not its name.
 //!
 //! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half,
-//!   float or uint; every compression but ZSTD and HTJ2K; no subsampled channels. See Layers.
+//!   float or uint; every compression but ZSTD and HTJ2K. Chroma may have half the resolution, unless the
+//!   compression is PXR24, B44 or B44A. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
 //! - PFM: RGB or grey, in either order of bytes.

@@ -233,7 +233,9 @@ pub(super) fn fix_saturation(
     let luminance =
         |pixel: [f32; 3]| -> f32 { pixel.iter().zip(weights).map(|(value, weight)| value * weight).sum() };
     for (y, row) in rows.iter().enumerate() {
-        let around = [&rows[y.saturating_sub(1)], &rows[(y + 1).min(rows.len() - 1)]];
+        // OpenEXR repeats the last row that has chroma below the last.
+        let below = if y + 1 < rows.len() { y + 1 } else { y.saturating_sub(1) };
+        let around = [&rows[y.saturating_sub(1)], &rows[below]];
         for (x, &found) in row.iter().enumerate() {
             let columns = [x.saturating_sub(1), (x + 1).min(row.len() - 1)];
             let sum: f32 = around.iter().flat_map(|row| columns.map(|x| row[x])).sum();
