@@ -394,7 +394,7 @@ mod tests {
         for (channel, mantissa) in [(2, 5), (0, 6)] {
             for code in 0..31 << mantissa {
                 let value = of_unsigned_float(code, mantissa);
-                assert_eq!(unsigned_float(f64::from(value), mantissa as i32), code);
+                assert_eq!(unsigned_float(f64::from(value), mantissa), code);
                 let next = of_unsigned_float(code + 1, mantissa);
                 // Past 64512 blue has no number, and red and green are not to have one either.
                 if value < 64512.0 && next.is_finite() {
