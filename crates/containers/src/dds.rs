@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::texel::TexelFormat;
+use crate::texel::{ByteFormat, TexelFormat, foreign_dxgi};
 use crate::texture::{Texture, TextureFile, size, word};
 
 /// The first bytes of every DDS file.
@@ -35,6 +35,11 @@ const ALPHA_OPAQUE: u32 = 3;
 /// D3DFMT_A32B32G32R32F, in which AMD's CubeMapGen, Lys and others write light.
 const OLD_LENGTH: usize = 128;
 const OLD_FORMATS: [(u32, TexelFormat); 2] = [(113, TexelFormat::Rgba16F), (116, TexelFormat::Rgba32F)];
+
+/// The flag of colours without a code, and masks of red with four bytes for a texel: D3DFMT_A8B8G8R8 and
+/// D3DFMT_A8R8G8B8.
+const RGB: u32 = 0x40;
+const OLD_MASKS: [(u32, bool); 2] = [(0xff, false), (0xff_0000, true)];
 
 /// The flags of a cube, of its six faces and of a volume there.
 const OLD_CUBE: u32 = 0x200;
@@ -104,8 +109,9 @@ pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<En
     Ok(Encoded { bytes, negative })
 }
 
-/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header, or, of
-/// RGBA in halves or floats, without one.
+/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it, and the other formats that
+/// [`TexelFormat`] has: with a DX10 header, or, of RGBA in halves, floats or bytes, without one. Bytes are
+/// sRGB's codes, as pictures are, also if their format does not say so.
 /// Alpha is ignored, and blue is 0 if there are two channels.
 ///
 /// # Errors
@@ -117,6 +123,15 @@ pub fn read_dds(bytes: &[u8]) -> Result<Texture, Error> {
 /// Whether the bytes begin as a DDS file.
 pub(crate) fn is_dds(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
+}
+
+/// The format of the codes of sRGB with the same bytes: of R8G8B8A8, B8G8R8A8 and B8G8R8X8.
+fn encoded(format: u32) -> u32 {
+    match format {
+        28 => 29,
+        87 | 88 | 93 => 91,
+        other => other,
+    }
 }
 
 pub(crate) fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
@@ -140,22 +155,32 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         return Err(Error::damaged("the header's sizes: expected 124 and 32"));
     }
     let code = if at(19)? & FOURCC == 0 { 0 } else { at(20)? };
-    let (format, dimension, misc, elements, begin) = match OLD_FORMATS.iter().find(|(old, _)| *old == code) {
-        Some((_, format)) => {
+    let old = OLD_FORMATS.iter().find(|(old, _)| *old == code).map(|(_, format)| *format);
+    let is_rgb = code == 0 && at(19)? & RGB != 0 && (at(21)?, at(23)?) == (32, 0xff00);
+    let masks = OLD_MASKS.iter().find(|(red, _)| is_rgb && at(22).ok() == Some(*red));
+    let old = old.or_else(|| {
+        let (_, is_bgr) = *masks?;
+        Some(TexelFormat::Bytes(ByteFormat { channels: 4, is_bgr, is_srgb: true }))
+    });
+    let (format, dimension, misc, elements, begin) = match old {
+        Some(format) => {
             let caps = at(27)?;
             let cube = if caps & OLD_CUBE != 0 { CUBE } else { 0 };
             if cube != 0 && caps & OLD_FACES != OLD_FACES {
                 return Err(Error::unsupported("a cube without all six faces is not read"));
             }
             let dimension = if caps & OLD_VOLUME != 0 { TEXTURE_3D } else { TEXTURE_2D };
-            (*format, dimension, cube, 1, OLD_LENGTH)
+            (format, dimension, cube, 1, OLD_LENGTH)
         }
         None if code == DX10 => {
             let (format, dimension, misc, elements) = (at(31)?, at(32)?, at(33)?, at(34)?);
             at(35)?;
-            let Some(format) = TexelFormat::ALL.into_iter().find(|known| known.dxgi() == format) else {
+            let Some(format) =
+                TexelFormat::read().find(|known| known.dxgi() == encoded(format) && format != 0)
+            else {
+                let name = foreign_dxgi(format).map_or(String::new(), |name| format!(" ({name})"));
                 return Err(Error::unsupported(format!(
-                    "DXGI format {format} is not read; expected {}",
+                    "DXGI format {format}{name} is not read; expected {}",
                     TexelFormat::listed(TexelFormat::dxgi)
                 )));
             };
@@ -163,7 +188,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         }
         None => {
             return Err(Error::unsupported(
-                "without a DX10 header only RGBA in halves or floats is read; convert the texture with texconv",
+                "without a DX10 header only RGBA in halves, floats or bytes is read; convert the texture with texconv",
             ));
         }
     };

@@ -451,26 +451,30 @@ struct Notes {
 
 impl Notes {
     fn sentences(&self) -> Vec<String> {
+        const HAVE: [&str; 2] = ["has", "have"];
         let all = self.primitives;
         [
-            (self.without_triangles, "points or lines, which are left out"),
-            (self.without_normals, "without normals: every triangle is flat"),
-            (self.without_tangents, "without tangents: they are made"),
+            (self.without_triangles, ["is", "are"], "points or lines, which are left out"),
+            (self.without_normals, HAVE, "no normals: every triangle is flat"),
+            (self.without_tangents, HAVE, "no tangents: they are made"),
             (
                 self.with_turned_normals,
-                "with a normal texture that KHR_texture_transform turns; its tangents are not turned",
+                HAVE,
+                "a normal texture that KHR_texture_transform turns; its tangents are not turned",
             ),
-            (self.with_targets, "with morph targets, which are left out"),
-            (self.with_colours, "with vertex colours (COLOR_0), which are left out"),
+            (self.with_targets, HAVE, "morph targets, which are left out"),
+            (self.with_colours, HAVE, "vertex colours (COLOR_0), which are left out"),
             (
                 self.with_sets,
-                "with several sets of texture coordinates: that of the normal texture is read, or set 0",
+                HAVE,
+                "several sets of texture coordinates: that of the normal texture is read, or set 0",
             ),
         ]
         .into_iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| {
-            format!("{count} of {all} primitives {} {what}", if count == 1 { "is" } else { "are" })
+        .filter(|(count, ..)| *count > 0)
+        .map(|(count, verb, what)| match (count, all) {
+            (1, 1) => format!("the primitive {} {what}", verb[0]),
+            (_, _) => format!("{count} of {all} primitives {} {what}", verb[usize::from(count > 1)]),
         })
         .chain((self.instanced_skins > 0).then(|| {
             "the instances of skinned meshes are left out: the joints say where such a mesh is".to_owned()

@@ -132,7 +132,7 @@ impl Encoding {
             ));
         }
         match self.primaries {
-            Primaries::Matrix(_) => Self { curves: self.curves, ..wanted },
+            Primaries::Matrix(_) => Self { curves: self.curves, profile: self.profile, ..wanted },
             Primaries::Tables(_) => wanted,
         }
     }

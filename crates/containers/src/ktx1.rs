@@ -12,7 +12,7 @@ use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::recipe::{self, KEY};
-use crate::texel::TexelFormat;
+use crate::texel::{ByteFormat, TexelFormat};
 use crate::texture::{Texture, TextureFile, size, word};
 
 /// The first bytes of every KTX 1 file.
@@ -37,6 +37,18 @@ fn names(format: TexelFormat) -> Option<[u32; 4]> {
         TexelFormat::Rgba16F => Some([0x140b, 2, RGBA, 0x881a]),
         TexelFormat::Rgba32F => Some([0x1406, 4, RGBA, 0x8814]),
         TexelFormat::R11G11B10F => Some([PACKED_FLOATS, 4, RGB, PACKED_FLOATS]),
+        // Those that are only read: GL_RGB16F, GL_RGB32F; GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT and _SIGNED_FLOAT;
+        // GL_UNSIGNED_BYTE with GL_RGB8, GL_SRGB8, GL_RGBA8 and GL_SRGB8_ALPHA8.
+        TexelFormat::Rgb16F => Some([0x140b, 2, RGB, 0x881b]),
+        TexelFormat::Rgb32F => Some([0x1406, 4, RGB, 0x8815]),
+        TexelFormat::Bc6h => Some([0, 1, RGB, 0x8e8f]),
+        TexelFormat::Bc6hSigned => Some([0, 1, RGB, 0x8e8e]),
+        TexelFormat::Bytes(ByteFormat { channels: 3, is_bgr: false, is_srgb }) => {
+            Some([0x1401, 1, RGB, if is_srgb { 0x8c41 } else { 0x8051 }])
+        }
+        TexelFormat::Bytes(ByteFormat { channels: 4, is_bgr: false, is_srgb }) => {
+            Some([0x1401, 1, RGBA, if is_srgb { 0x8c43 } else { 0x8058 }])
+        }
         _ => None,
     }
 }
@@ -76,7 +88,8 @@ fn write(
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
     let unwritable = |message: String| Error::new(ErrorKind::Unwritable, message);
-    let Some([kind, number, base, internal]) = names(format) else {
+    let written = [TexelFormat::Rgba16F, TexelFormat::Rgba32F, TexelFormat::R11G11B10F];
+    let Some([kind, number, base, internal]) = names(format).filter(|_| written.contains(&format)) else {
         return Err(unwritable(format!(
             "{} is not written; expected RGBA16F, RGBA32F or R11G11B10F",
             format.name()
@@ -147,10 +160,16 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     let kind = if kind == PACKED_FLOATS_TYPE { PACKED_FLOATS } else { kind };
     let known =
         |format: &TexelFormat| names(*format).is_some_and(|names| (names[0], names[3]) == (kind, internal));
-    let Some(format) = TexelFormat::ALL.into_iter().find(known) else {
+    let Some(format) = TexelFormat::read().find(known) else {
         return Err(Error::unsupported(format!(
-            "type {kind:#x} with internal format {internal:#x} is not read; expected RGBA16F, RGBA32F or R11F_G11F_B10F"
+            "type {kind:#x} with internal format {internal:#x} is not read; expected RGB or RGBA in halves, floats or \
+             bytes, R11F_G11F_B10F or BC6H"
         )));
+    };
+    // As pictures are, whose writers did not say so.
+    let stored_format = match format {
+        TexelFormat::Bytes(stored) => TexelFormat::Bytes(ByteFormat { is_srgb: true, ..stored }),
+        other => other,
     };
     if layers > 0 || depth > 1 {
         return Err(Error::unsupported(format!(
@@ -159,7 +178,15 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     }
     let faces = size(faces);
     let mut texture = Texture { width: size(width), height: size(height), faces, ..Texture::default() };
-    let expected = texture.expected_bytes(size(levels).max(1), format)?;
+    // Rows of three small numbers are padded to 4 bytes.
+    let rows = |level: usize| -> (usize, usize, usize) {
+        let [width, height, _] = texture.level_size(level);
+        let (block, edge) = format.block();
+        let row = width.div_ceil(edge) * block;
+        (row, row.next_multiple_of(4), height.div_ceil(edge) * faces)
+    };
+    texture.expected_bytes(size(levels).max(1), format)?;
+    let expected: Vec<usize> = (0..size(levels).max(1)).map(|level| rows(level).1 * rows(level).2).collect();
     let (metadata, mut at) = read_key_values(bytes)?;
     let mut places = Vec::new();
     for (level, &expected) in expected.iter().enumerate() {
@@ -176,10 +203,13 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         places.push(bytes.get(at + 4..).and_then(|rest| rest.get(..expected)).ok_or_else(truncated)?);
         at += 4 + expected;
     }
-    for (level, bytes) in places.into_iter().enumerate() {
-        texture.unpack(level, format, bytes);
+    let sizes: Vec<_> = (0..places.len()).map(rows).collect();
+    for ((level, bytes), (row, padded, _)) in places.into_iter().enumerate().zip(sizes) {
+        let bytes: Vec<u8> =
+            bytes.chunks_exact(padded.max(1)).flat_map(|bytes| &bytes[..row]).copied().collect();
+        texture.unpack(level, stored_format, &bytes);
     }
-    Ok(TextureFile { texture, format, container: "KTX", metadata })
+    Ok(TextureFile { texture, format: stored_format, container: "KTX", metadata })
 }
 
 /// The texts of the key/value data, and where the levels begin; entries that are not text are left out.

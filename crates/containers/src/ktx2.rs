@@ -1,5 +1,5 @@
 //! KTX2 (KTX File Format Specification 2.0): textures in one of the [`TexelFormat`]s, with their levels of
-//! detail, plain or each level compressed with Zstandard (scheme 2).
+//! detail, plain or each level compressed with Zstandard (scheme 2) or, of others, zlib (scheme 3).
 //!
 //! | bytes | what |
 //! | --- | --- |
@@ -23,7 +23,7 @@ use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::precision::Precision;
 use crate::recipe::{self, KEY};
-use crate::texel::{Packed, TexelFormat};
+use crate::texel::{ByteFormat, Packed, TexelFormat, foreign_vulkan};
 use crate::texture::{Texture, TextureFile, pack_rgba, size, word};
 use crate::{limits, zstandard};
 
@@ -33,6 +33,9 @@ const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 const HEADER: usize = 80;
 const LEVEL_INDEX: usize = 24;
 
+/// The most that deflate gains.
+const ZLIB_RATIO: usize = 1032;
+
 /// The most that Zstandard gains: a block of 128 KiB is at least 4 bytes.
 const ZSTD_RATIO: usize = 1 << 15;
 
@@ -41,6 +44,8 @@ const ZSTD_RATIO: usize = 1 << 15;
 enum Scheme {
     Plain = 0,
     Zstd = 2,
+    /// Zlib, which others write.
+    Zlib = 3,
 }
 
 /// Writes KTX2, without compression; formats of four channels have an alpha of 1.
@@ -168,7 +173,9 @@ fn write(
                 bytes.resize(bytes.len().next_multiple_of(format.block().0), 0);
                 packed.bytes
             }
-            Scheme::Zstd => compress_to_vec(packed.bytes.as_slice(), CompressionLevel::Fastest),
+            Scheme::Zstd | Scheme::Zlib => {
+                compress_to_vec(packed.bytes.as_slice(), CompressionLevel::Fastest)
+            }
         };
         let entry = index_at + LEVEL_INDEX * level;
         for (position, value) in [bytes.len(), stored.len(), uncompressed].into_iter().enumerate() {
@@ -184,7 +191,8 @@ fn number_bytes(format: TexelFormat) -> usize {
     match format {
         TexelFormat::Rgba16F | TexelFormat::Rg16F => 2,
         TexelFormat::Rgba32F | TexelFormat::Rgb9E5 | TexelFormat::R11G11B10F => 4,
-        TexelFormat::Bc6h => 1,
+        // The rest is not written.
+        _ => 1,
     }
 }
 
@@ -226,7 +234,8 @@ fn descriptor(format: TexelFormat) -> Vec<u8> {
                 [(9 * u16::from(channel), 9, channel, [0, 8448]), (27, 5, channel | EXPONENT, [15, 31])]
             })
             .collect(),
-        TexelFormat::Bc6h => vec![(0, 128, FLOAT, unsigned)],
+        // BC6H; the rest is not written.
+        _ => vec![(0, 128, FLOAT, unsigned)],
     };
     let (block, edge) = format.block();
     let length = 28 + 16 * samples.len();
@@ -300,16 +309,25 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         .collect::<Option<Vec<u32>>>()
         .and_then(|words| words.try_into().ok())
         .ok_or_else(|| Error::truncated("the file ends within its header"))?;
-    let Some(format) = TexelFormat::ALL.into_iter().find(|known| known.vulkan() == format) else {
+    let Some(format) = TexelFormat::read().find(|known| known.vulkan() == format) else {
+        let name = foreign_vulkan(format).map_or(String::new(), |name| format!(" ({name})"));
         return Err(Error::unsupported(format!(
-            "VkFormat {format} is not read; expected {}",
+            "VkFormat {format}{name} is not read; expected {}",
             TexelFormat::listed(TexelFormat::vulkan)
         )));
     };
-    let Some(scheme) = [Scheme::Plain, Scheme::Zstd].into_iter().find(|known| *known as u32 == scheme) else {
+    let schemes = [Scheme::Plain, Scheme::Zstd, Scheme::Zlib];
+    let Some(scheme) = schemes.into_iter().find(|known| *known as u32 == scheme) else {
+        let name = if scheme == 1 { " (BasisLZ)" } else { "" };
         return Err(Error::unsupported(format!(
-            "supercompression scheme {scheme} is not read; expected 0 (none) or 2 (Zstandard)"
+            "supercompression scheme {scheme}{name} is not read; expected 0 (none), 2 (Zstandard) or 3 (zlib)"
         )));
+    };
+    let format = match format {
+        TexelFormat::Bytes(stored) => {
+            TexelFormat::Bytes(ByteFormat { is_srgb: stored.is_srgb || declares_srgb(bytes), ..stored })
+        }
+        other => other,
     };
     if height == 0 {
         return Err(Error::unsupported("textures of one dimension are not read"));
@@ -330,9 +348,13 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     for (level, (offset, stored)) in stored.into_iter().enumerate() {
         match scheme {
             Scheme::Plain => texture.unpack(level, format, stored),
-            Scheme::Zstd => {
+            Scheme::Zstd | Scheme::Zlib => {
                 let place = |error: Error| error.within(format!("level {level} at byte {offset}"));
-                let bytes = zstandard::decompress(stored, expected[level]).map_err(place)?;
+                let bytes = match scheme {
+                    Scheme::Zlib => inflate(stored, expected[level]),
+                    _ => zstandard::decompress(stored, expected[level]),
+                };
+                let bytes = bytes.map_err(place)?;
                 texture.unpack(level, format, &bytes);
             }
         }
@@ -363,10 +385,30 @@ fn stored(bytes: &[u8], level: usize, expected: usize, scheme: Scheme) -> Result
             bytes.len()
         ))
     })?;
+    if scheme == Scheme::Zlib {
+        limits::plausible(expected, length, ZLIB_RATIO)?;
+    }
     if scheme == Scheme::Zstd {
         limits::plausible(expected, length, ZSTD_RATIO)?;
     }
     Ok((offset, stored))
+}
+
+/// Whether the data format descriptor says that the numbers are sRGB's codes, which a format may leave open.
+fn declares_srgb(bytes: &[u8]) -> bool {
+    const SRGB: u8 = 2;
+    // The size and the first two words come before the model, the primaries and the transfer function.
+    let transfer = word(bytes, 48).and_then(|at| bytes.get(size(at).checked_add(14)?));
+    transfer == Some(&SRGB)
+}
+
+/// Exactly `expected` bytes of zlib.
+fn inflate(stored: &[u8], expected: usize) -> Result<Vec<u8>, Error> {
+    match miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(stored, expected) {
+        Ok(bytes) if bytes.len() == expected => Ok(bytes),
+        Ok(bytes) => Err(Error::damaged(format!("expected {expected} bytes, zlib gives {}", bytes.len()))),
+        Err(error) => Err(Error::damaged(format!("zlib: {error}"))),
+    }
 }
 
 /// The texts of the key/value data; entries that are not text are left out.

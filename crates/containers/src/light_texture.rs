@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::gltf::{is_gltf_image_based_light, read_gltf_image_based_light};
 use crate::read_recipe::read_recipe;
 use crate::read_texture::{is_texture, read_texture};
+use crate::texel::TexelFormat;
 use crate::texture::{Texture, TextureFile};
 
 /// Light that a texture holds, and what its file says about it.
@@ -46,12 +47,20 @@ pub fn is_light_texture(bytes: &[u8]) -> bool {
 /// As [`read_texture`], [`crate::read_babylon_env`] and [`crate::read_gltf_image_based_light`]; and if the
 /// texture is an array or a volume.
 pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTexture, Error> {
+    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let (texture, format, orientation) = if is_babylon_env(bytes) {
         (read_babylon_env(bytes)?.cube, "Babylon.js environment, RGBD".to_owned(), None)
     } else if is_gltf_image_based_light(bytes) {
         (read_gltf_image_based_light(bytes)?.cube, "glTF light, RGBD".to_owned(), None)
     } else {
         let TextureFile { texture, format, container, mut metadata } = read_texture(bytes)?;
+        if let TexelFormat::Bytes(stored) = format {
+            let code = if stored.is_srgb { "from sRGB" } else { "as linear numbers" };
+            warnings.push(format!(
+                "{container} of 8 bits holds no high dynamic range: no light in it is brighter than its white; it was \
+                 decoded {code}"
+            ));
+        }
         (texture, format!("{container}, {}", format.name()), metadata.remove("KTXorientation"))
     };
     let levels = texture.levels().len();
@@ -64,7 +73,6 @@ pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTe
     reorder(width, &mut pixels, height, orientation.as_deref());
     let mut image = Image::new(width, faces * height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
-    let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     if let Some(matrix) = options.colour_space.and_then(|space| space.chromaticities().to_rec_709()) {
         chromaticity::apply(matrix, image.pixels_mut()).report(&mut warnings, &mut notes);
     }

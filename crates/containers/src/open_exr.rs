@@ -3,6 +3,7 @@
 mod guard;
 mod layer;
 mod read;
+mod subsampled;
 mod write;
 
 pub use read::{ExrLayers, read_exr_layers};

@@ -49,6 +49,10 @@ pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error>
     }
     if !decoded.high_dynamic_range {
         let encoding = match &decoded.profile {
+            Some(name) if options.colour_space.is_some() => {
+                let source = if name.starts_with("cICP ") { "" } else { "ICC profile, " };
+                format!("with the curve of its {source}{name}")
+            }
             Some(name) if name.starts_with("cICP ") => format!("as its {name} says"),
             Some(name) => format!("by its ICC profile, {name}"),
             None => "from sRGB".into(),

@@ -8,29 +8,51 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::format::Format;
 use crate::texel::Packed;
-use crate::{png, raster};
+use crate::{png, raster, rounding};
 
 const GAMMA: f32 = 2.2;
 
-fn pack(texel: [f32; 3]) -> [u8; 4] {
+/// The codes that enclose a colour, and its divisor.
+fn enclosing(texel: [f32; 3]) -> ([[u8; 2]; 3], u8) {
     // NaN is 0 by `max`.
     let texel = texel.map(|value| value.max(0.0));
     let largest = texel.iter().fold(1.0_f32, |a, b| a.max(*b));
     let divisor = (255.0 / largest).floor().max(1.0);
-    let code =
-        |value: f32| (255.0 * math::pow((value * divisor / 255.0).min(1.0), 1.0 / GAMMA)).round() as u8;
-    let [r, g, b] = texel.map(code);
-    [r, g, b, divisor as u8]
+    let codes = |value: f32| {
+        let scaled = (value * divisor / 255.0).min(1.0);
+        let code = (255.0 * math::pow(scaled, 1.0 / GAMMA)) as u8;
+        // What is about a code may have become the one below by its last bits.
+        let code = if code < u8::MAX && of_code(code + 1) <= scaled { code + 1 } else { code };
+        [code, code.saturating_add(1)]
+    };
+    (texel.map(codes), divisor as u8)
+}
+
+/// What a code stands for, of 1.
+fn of_code(code: u8) -> f32 {
+    math::pow(f32::from(code) / 255.0, GAMMA)
 }
 
 fn unpack([r, g, b, divisor]: [u8; 4]) -> [f32; 3] {
-    [r, g, b].map(|code| math::pow(f32::from(code) / 255.0, GAMMA) * 255.0 / f32::from(divisor.max(1)))
+    [r, g, b].map(|code| of_code(code) * 255.0 / f32::from(divisor.max(1)))
 }
 
 /// A face as a PNG, the last row first.
 pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Error> {
-    let rows = texels.par_chunks_exact(edge).rev();
-    let codes: Vec<[u8; 4]> = rows.flat_map_iter(|row| row.iter().map(|texel| pack(*texel))).collect();
+    let values = |texel: &[f32; 3]| {
+        let (codes, divisor) = enclosing(*texel);
+        let value = |code: u8| f64::from(of_code(code)) * 255.0 / f64::from(divisor);
+        codes.map(|codes| codes.map(value))
+    };
+    let upper = rounding::upper(edge, edge, texels, values);
+    let code = |(texel, upper): (&[f32; 3], &[bool; 3])| {
+        let (codes, divisor) = enclosing(*texel);
+        let [r, g, b] = [0, 1, 2].map(|channel| codes[channel][usize::from(upper[channel])]);
+        [r, g, b, divisor]
+    };
+    let rows = texels.par_chunks_exact(edge).zip(upper.par_chunks_exact(edge)).rev();
+    let codes: Vec<[u8; 4]> =
+        rows.flat_map_iter(|(texels, upper)| texels.iter().zip(upper).map(code)).collect();
     let values = texels.as_flattened();
     Ok(Packed {
         bytes: png::write_rgba(edge, edge, &codes)?,
@@ -70,13 +92,14 @@ mod tests {
 
     #[test]
     fn a_colour_is_within_two_percent_and_ends_at_255() {
+        let through = |texel| read_face(1, &write_face(1, &[texel]).unwrap().bytes).unwrap()[0];
         for step in 0..2000 {
             let value = 0.05 * 1.004_f32.powi(step);
-            let [found, ..] = unpack(pack([value, 0.5 * value, 0.0]));
+            let [found, ..] = through([value, 0.5 * value, 0.0]);
             let expected = value.min(255.0);
             assert!((found / expected - 1.0).abs() < 0.02, "{value}: {found}");
         }
-        assert_eq!(unpack(pack([1e6, -1.0, f32::NAN])), [255.0, 0.0, 0.0]);
+        assert_eq!(through([1e6, -1.0, f32::NAN]), [255.0, 0.0, 0.0]);
     }
 
     #[test]

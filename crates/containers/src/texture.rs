@@ -170,6 +170,9 @@ impl Texture {
     /// [`ErrorKind::Unwritable`] if the sizes are impossible or are not those of the pixels.
     pub(crate) fn pack(&self, format: TexelFormat) -> Result<Vec<Packed>, Error> {
         self.check_sizes()?;
+        if !TexelFormat::ALL.contains(&format) {
+            return Err(Error::new(ErrorKind::Unwritable, format!("{} is not written", format.name())));
+        }
         let pack = |(level, pixels)| {
             let [width, height, _] = self.level_size(level);
             format.pack(width, height, pixels)

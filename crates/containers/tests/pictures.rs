@@ -156,6 +156,7 @@ fn tiff_of_every_number_and_compression_is_read() {
         (include_bytes!("data/tifffile-lzma.tif"), 3),
         (include_bytes!("data/tifffile-thumbnail.tif"), 3),
         (include_bytes!("data/tifffile-planes-of-tiles.tif"), 20),
+        (include_bytes!("data/tifffile-planes-of-tiles-lzw.tif"), 20),
     ] {
         let decoded = read(bytes);
         assert_eq!((decoded.image.width(), decoded.high_dynamic_range), (columns, true));
@@ -374,6 +375,21 @@ fn linear_profiles_keep_high_dynamic_range() {
     for (value, code) in first.iter().zip([200.0, 100.0, 50.0]) {
         assert!((value - code / 255.0).abs() < 1e-6, "{first:?}");
     }
+}
+
+/// Primaries that were asked for leave the profile its curve, and both messages name it.
+#[test]
+fn an_overridden_profile_is_named() {
+    let bytes = include_bytes!("data/pillow-p3.png");
+    let profile = read(bytes).profile.unwrap();
+    let options = ReadOptions { colour_space: Some(ColourSpace::Rec709), ..ReadOptions::default() };
+    let asked = read_image(bytes, &options).unwrap();
+    let overridden = format!("the ICC profile {profile} names other primaries than `rec709`");
+    let decoded = format!("it was decoded with the curve of its ICC profile, {profile}");
+    for text in [overridden, decoded] {
+        assert!(asked.warnings.iter().any(|warning| warning.contains(&text)), "{:?}", asked.warnings);
+    }
+    assert_ne!(asked.image, read(bytes).image);
 }
 
 #[test]

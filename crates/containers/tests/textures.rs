@@ -236,6 +236,7 @@ fn every_format_keeps_its_levels() {
             TexelFormat::Rgb9E5 => 0.004,
             TexelFormat::R11G11B10F => 0.016,
             TexelFormat::Bc6h => 0.02,
+            other => panic!("{other:?} is not written"),
         };
         let plain = write_ktx2(&cube, format, Some("{}"), &[]).unwrap().bytes;
         let small = write_ktx2_zstd(&cube, format, Some("{}"), &[]).unwrap().bytes;
@@ -378,15 +379,18 @@ fn foreign_textures_are_refused_with_what_they_are() {
         read_texture(&changed).unwrap_err()
     };
     for (bytes, at, value, kind, message) in [
-        (&ktx2, 12, 37, ErrorKind::Unsupported, "VkFormat 37 is not read"),
-        (&ktx2, 44, 1, ErrorKind::Unsupported, "supercompression scheme 1"),
+        (&ktx2, 12, 9, ErrorKind::Unsupported, "VkFormat 9 is not read"),
+        (&ktx2, 12, 0, ErrorKind::Unsupported, "VkFormat 0 (Basis Universal (UASTC or ETC1S)) is not read"),
+        (&ktx2, 12, 145, ErrorKind::Unsupported, "VkFormat 145 (BC7) is not read"),
+        (&ktx2, 12, 157, ErrorKind::Unsupported, "VkFormat 157 (ASTC) is not read"),
+        (&ktx2, 44, 1, ErrorKind::Unsupported, "supercompression scheme 1 (BasisLZ) is not read"),
         (&ktx2, 40, 3, ErrorKind::Damaged, "3 levels of detail, but the sizes halve to 1 in 2"),
         (&ktx2, 24, 0, ErrorKind::Unsupported, "one dimension"),
         (&ktx2, 36, 5, ErrorKind::Damaged, "a texture has 1 or 6 faces"),
         (&ktx2, 20, 3, ErrorKind::Damaged, "declares 32 bytes for level 0; the sizes make 48"),
         (&ktx2, 20, u32::MAX, ErrorKind::TooLarge, "at most"),
         (&ktx2, 60, 1 << 20, ErrorKind::Damaged, "key/value data"),
-        (&dds, 128, 98, ErrorKind::Unsupported, "DXGI format 98"),
+        (&dds, 128, 98, ErrorKind::Unsupported, "DXGI format 98 (BC7) is not read"),
         (&dds, 84, u32::from_le_bytes(*b"DXT1"), ErrorKind::Unsupported, "DX10"),
         (&dds, 28, 2, ErrorKind::Truncated, "expected 40 bytes of pixels, found 32"),
         (&dds, 28, 3, ErrorKind::Damaged, "3 levels of detail, but the sizes halve to 1 in 2"),
@@ -399,6 +403,94 @@ fn foreign_textures_are_refused_with_what_they_are() {
     }
     assert_eq!(read_texture(b"PK").unwrap_err().kind(), ErrorKind::UnknownFormat);
     assert_eq!(read_texture(b"").unwrap_err().kind(), ErrorKind::Empty);
+}
+
+/// A picture of 2 x 1 texels in each format that is read only, its bytes by hand.
+#[test]
+fn formats_of_others_are_read() {
+    // A DDS file has one row of two texels of 8 bytes, a KTX2 file the same behind all else.
+    let picture = Texture { width: 2, height: 1, pixels: vec![[1.0; 3]; 2], ..Texture::default() };
+    let dds = |format: u32, bytes: &[u8]| {
+        let mut file = write_dds(&picture, Precision::Half).unwrap().bytes;
+        file.truncate(file.len() - 16);
+        file[128..132].copy_from_slice(&format.to_le_bytes());
+        [file, bytes.to_vec()].concat()
+    };
+    let ktx2 = |format: u32, bytes: &[u8]| {
+        let mut file = write_ktx2(&picture, Precision::Half, None, &[]).unwrap().bytes;
+        file.truncate(file.len() - 16);
+        file[12..16].copy_from_slice(&format.to_le_bytes());
+        for at in [88, 96] {
+            file[at..at + 8].copy_from_slice(&(bytes.len() as u64).to_le_bytes());
+        }
+        [file, bytes.to_vec()].concat()
+    };
+    let halves: Vec<u8> = [1.0_f32, -2.0, 0.5, 4.0, 8.0, 16.0]
+        .iter()
+        .flat_map(|value| half::f16::from_f32(*value).to_le_bytes())
+        .collect();
+    let floats: Vec<u8> =
+        [1.0_f32, -2.0, 0.5, 4.0, 8.0, 16.0].iter().flat_map(|value| value.to_le_bytes()).collect();
+    let numbers = [[1.0, -2.0, 0.5], [4.0, 8.0, 16.0]];
+    let bytes = [255, 188, 0, 255, 0, 51, 255, 0];
+    // IEC 61966-2-1: ((188 / 255 + 0.055) / 1.055)^2.4 and so on.
+    let (grey, dark) = (0.502_886_5, 0.033_104_77);
+    let (rgb, bgr) = ([[1.0, grey, 0.0], [0.0, dark, 1.0]], [[0.0, grey, 1.0], [1.0, dark, 0.0]]);
+    let linear = [[1.0, 188.0 / 255.0, 0.0], [0.0, 0.2, 1.0]];
+    for (file, expected) in [
+        (ktx2(90, &halves), numbers),
+        (ktx2(106, &floats), numbers),
+        (ktx2(37, &bytes), linear),
+        (ktx2(43, &bytes), rgb),
+        (ktx2(50, &bytes), bgr),
+        (ktx2(29, &[255, 188, 0, 0, 51, 255]), rgb),
+        (dds(6, &floats), numbers),
+        // Bytes in a DDS are sRGB's, whether it says so or not.
+        (dds(28, &bytes), rgb),
+        (dds(29, &bytes), rgb),
+        (dds(87, &bytes), bgr),
+        (dds(91, &bytes), bgr),
+    ] {
+        let found = read_texture(&file).unwrap();
+        for (found, expected) in found.texture.pixels.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((found - expected).abs() < 1e-6, "{:?}: {found}, expected {expected}", found);
+        }
+    }
+    // The transfer function of a KTX2 file's descriptor, at byte 14 of it, counts too.
+    let mut file = ktx2(37, &bytes);
+    let descriptor = u32::from_le_bytes(file[48..52].try_into().unwrap()) as usize;
+    file[descriptor + 14] = 2;
+    assert!((read_texture(&file).unwrap().texture.pixels[0][1] - grey).abs() < 1e-6);
+    // Without the DX10 header, by masks.
+    let mut old = dds(29, &bytes);
+    old.drain(128..148);
+    old[80..104].copy_from_slice(&[0x41_u32, 0, 32, 0xff_0000, 0xff00, 0xff].map(u32::to_le_bytes).concat());
+    assert!((read_texture(&old).unwrap().texture.pixels[1][0] - 1.0).abs() < 1e-6);
+    let light = containers::read_light_texture(&old, &Default::default()).unwrap();
+    assert!(light.warnings[0].contains("DDS of 8 bits holds no high dynamic range"), "{:?}", light.warnings);
+    for format in [TexelFormat::Rgb16F, TexelFormat::Bc6hSigned] {
+        assert_eq!(write_dds(&picture, format).unwrap_err().kind(), ErrorKind::Unwritable);
+    }
+}
+
+/// A level that is compressed with zlib (here in a stored block, RFC 1950 and 1951, with its Adler-32).
+#[test]
+fn zlib_is_read() {
+    let picture = Texture { width: 2, height: 1, pixels: vec![[1.0, 2.0, 4.0]; 2], ..Texture::default() };
+    let mut file = write_ktx2(&picture, Precision::Half, None, &[]).unwrap().bytes;
+    let raw = file.split_off(file.len() - 16);
+    let (a, b) = raw.iter().fold((1_u32, 0), |(a, b), byte| {
+        let a = (a + u32::from(*byte)) % 65_521;
+        (a, (b + a) % 65_521)
+    });
+    let stored = [&[0x78, 0x01, 0x01, 16, 0, 239, 255][..], &raw, &(b << 16 | a).to_be_bytes()].concat();
+    file[44] = 3;
+    file[88..96].copy_from_slice(&(stored.len() as u64).to_le_bytes());
+    file.extend(stored);
+    assert_eq!(read_texture(&file).unwrap().texture, picture);
+    let end = file.len() - 8;
+    file[end] ^= 1;
+    assert!(read_texture(&file).unwrap_err().to_string().contains("zlib"));
 }
 
 /// Layers whose halves are exact; the names' order in the file is not theirs here.

@@ -13,7 +13,7 @@ use shrm::{Distribution, MapGrid, PrefilterKernel, prefilter_series};
 use sphere::Cube;
 
 use crate::engine_preset::{EngineFormat, EnginePreset};
-use crate::overflow::{Content, Excess, LARGEST_HALF};
+use crate::overflow::{Content, Excess, LARGEST_HALF, rounded};
 
 /// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
 const LOD_GENERATION_SCALE: f64 = 0.8;
@@ -37,6 +37,8 @@ pub(crate) struct EngineFiles {
     /// Of each level, the RMS difference between what is read back and what was given, as a share of the
     /// level's largest value.
     pub(crate) errors: Vec<f64>,
+    /// Of each level, what rounding adds to the light of red, green and blue, as a share of it.
+    pub(crate) rounded: Vec<[f64; 3]>,
 }
 
 /// The file names of a preset; the first is the light.
@@ -174,9 +176,13 @@ pub(crate) fn of_levels(
     let errors =
         texture.levels().zip(found.levels()).map(|(given, found)| difference(given, found)).collect();
     let limit = largest(format);
-    let grids = levels.iter().map(|level| MapGrid::Cube(level.cube()));
+    // The texels are turned by whole faces, which have the same solid angles.
+    let contents: Vec<_> = levels.iter().map(|level| Content::Light(MapGrid::Cube(level.cube()))).collect();
     let excesses =
-        texture.levels().zip(grids).map(|(texels, grid)| Excess::of(texels, Content::Light(grid), limit));
+        texture.levels().zip(&contents).map(|(texels, content)| Excess::of(texels, *content, limit));
+    let is_signed = texels(format).is_some_and(TexelFormat::is_signed);
+    let pairs = texture.levels().zip(found.levels()).zip(&contents);
+    let rounded = pairs.map(|((given, found), content)| rounded(given, found, *content, (limit, is_signed)));
     Ok(EngineFiles {
         precision: None,
         limit,
@@ -184,6 +190,7 @@ pub(crate) fn of_levels(
         content: Content::Light(MapGrid::Cube(Cube { edge: texture.width })),
         negative: encoded.negative,
         errors,
+        rounded: rounded.collect(),
         files: std::iter::once(encoded.bytes).chain(beside).collect(),
     })
 }
@@ -237,6 +244,12 @@ pub(crate) fn of_lat_long(
         content,
         negative: encoded.negative,
         errors: vec![difference(environment.pixels(), found.pixels())],
+        rounded: vec![rounded(
+            environment.pixels(),
+            found.pixels(),
+            content,
+            (limit, format == EngineFormat::Exr),
+        )],
         files: std::iter::once(encoded.bytes).chain(beside.transpose()?).collect(),
     })
 }

@@ -10,16 +10,17 @@
 //! A plain map has one value for each central direction. For a material whose highlight changes with the view
 //! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is
 //! viewed straight on (the view, the normal and the reflection vector are one; a kajiya-kay material is
-//! looked up by the tangent, and the view is at a right angle to it). The build notes the share of the
-//! reflected energy that changes with the view and is lost; `export-shrm` keeps it.
+//! looked up by the tangent, and the view is at a right angle to it). The share of the
+//! reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a warning.
+//! `export-shrm` keeps it.
 //!
 //! ## Two maps
 //!
 //! A material with a matte base under a highlight has no one direction to look a map up by. It gets two:
 //! `{path}-diffuse` is looked up by the normal, `{path}`, with the highlight, by the reflection vector, and a
 //! renderer adds them. Other materials have no such file. With `parts = "together"` one map holds the sum
-//! about the reflection vector, where the base shows the light of the wrong direction; the build notes by how
-//! many stops.
+//! about the reflection vector, where the base shows the light of the wrong direction. A note says by how many
+//! stops, or a warning if more than 5 % of the views are off by more than 0.1 stops.
 //!
 //! ## Lamps
 //!

@@ -46,7 +46,7 @@
 //! | `matrices` | 4 (O+1)^2 (F+1)^2 = 2,500 | everything |
 //! | `half` | 2 (O+1)^2 (F+1)^2 = 1,250 | everything, rounded by 2.4e-4 of each entry |
 //! | `visibility` | 4 (O+F+1)^2 = 324 | shadows, exactly; the matrix is made when shading |
-//! | `clusters` | 4 (components + 1) = 40, and the bases of the clusters | everything, with an error that the build notes |
+//! | `clusters` | 4 (components + 1) = 40, and the bases of the clusters | everything, with an error that a note says, or above 5 % a warning |
 //! | `matte` | 4 (F+1)^2 = 100 | `lambert` alone: the response of a white matte surface, for which O does not matter |
 //!
 //! `export-gltf` writes the vectors of `matte` into a glTF file for engines, and docs/relighting.md has the

@@ -10,9 +10,10 @@
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use sh::Expansion;
-use sphere::{DVec3, Rotation, from_cube};
+use sphere::{Cube, DVec3, Direction, Face, Rotation, from_cube};
 
 use super::document::Chunks;
 use super::element::Element;
@@ -144,10 +145,10 @@ pub(crate) fn is_gltf_image_based_light(bytes: &[u8]) -> bool {
 }
 
 /// Reads the light of a document that [`write_gltf_image_based_light`] wrote. Its intensity multiplies what
-/// is given.
+/// is given, and its rotation turns it; a cube that is turned is resampled.
 ///
 /// # Errors
-/// If the document is damaged, has no such light, turns it, or has its images elsewhere.
+/// If the document is damaged, has no such light, or has its images elsewhere.
 pub fn read_gltf_image_based_light(bytes: &[u8]) -> Result<ImageBasedLight, Error> {
     parse(bytes).map_err(|error| error.within("glTF"))
 }
@@ -215,10 +216,6 @@ fn parse(bytes: &[u8]) -> Result<ImageBasedLight, Error> {
     let Chunks { json, .. } = open(bytes)?;
     let light = Light::of(&json)?;
     let element = &light.element;
-    if light.rotation != Rotation::IDENTITY {
-        let path = element.get("rotation").path().to_owned();
-        return Err(Error::unsupported(format!("{path}: a cube that is turned is not read")));
-    }
     let size = element.get("specularImageSize");
     let edge = size.index()?.ok_or_else(|| size.missing())?;
     let mut cube = Texture { width: edge, height: edge, faces: 6, ..Texture::default() };
@@ -256,8 +253,53 @@ fn parse(bytes: &[u8]) -> Result<ImageBasedLight, Error> {
         if light.intensity != 1.0 {
             texels.as_flattened_mut().iter_mut().for_each(|value| *value *= light.intensity as f32);
         }
+        if light.rotation != Rotation::IDENTITY {
+            texels = turned(&texels, Cube { edge }, light.rotation);
+        }
         if level == 0 { cube.pixels = texels } else { cube.smaller_levels.push(texels) }
     }
-    let irradiance = light.irradiance.map(|row| row.map(|value| value * light.intensity));
+    let mut irradiance = light.irradiance.map(|row| row.map(|value| value * light.intensity));
+    if light.rotation != Rotation::IDENTITY {
+        let rows: Vec<Vec<f64>> = irradiance.iter().map(|row| row.to_vec()).collect();
+        let series = Preset::Gltf.revert(&[rows]).map_err(|error| error.within(element.path()))?;
+        let tables = Preset::Gltf.convert(&sh::rotate(&series, light.rotation));
+        let rows = tables.iter().flat_map(|table| &table.rows);
+        for (row, turned) in irradiance.iter_mut().zip(rows.filter_map(|row| row.first_chunk::<3>())) {
+            *row = *turned;
+        }
+    }
     Ok(ImageBasedLight { cube, irradiance })
+}
+
+/// A cube whose light is turned: each texel is the mean of 3 x 3 places of the given one, interpolated within
+/// a face.
+fn turned(texels: &[[f32; 3]], cube: Cube, rotation: Rotation) -> Vec<[f32; 3]> {
+    const PLACES: usize = 3;
+    let (edge, back) = (cube.edge, rotation.inverse());
+    let at = |place: usize| (place as f64 + 0.5) / PLACES as f64;
+    let blend = |direction: Direction| -> [f64; 3] {
+        let (face, s, t) = cube.position(direction);
+        let axis = |place: f64| {
+            let place = (place * edge as f64 - 0.5).clamp(0.0, (edge - 1) as f64);
+            let first = (place as usize).min(edge.saturating_sub(2));
+            (first, (first + 1).min(edge - 1), place - first as f64)
+        };
+        let ((left, right, x), (top, bottom, y)) = (axis(s), axis(t));
+        let texel =
+            |row: usize, column: usize| texels[(face as usize * edge + row) * edge + column].map(f64::from);
+        let (a, b, c, d) = (texel(top, left), texel(top, right), texel(bottom, left), texel(bottom, right));
+        [0, 1, 2].map(|k| (1.0 - y) * ((1.0 - x) * a[k] + x * b[k]) + y * ((1.0 - x) * c[k] + x * d[k]))
+    };
+    let texel = |index: usize| -> [f32; 3] {
+        let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
+        let mut sum = [0.0; 3];
+        for place in 0..PLACES * PLACES {
+            let s = (column as f64 + at(place % PLACES)) / edge as f64;
+            let t = (row as f64 + at(place / PLACES)) / edge as f64;
+            let found = blend(back.apply(cube.direction_at(Face::ALL[face], s, t)));
+            (0..3).for_each(|channel| sum[channel] += found[channel]);
+        }
+        sum.map(|sum| (sum / (PLACES * PLACES) as f64) as f32)
+    };
+    (0..texels.len()).into_par_iter().map(texel).collect()
 }

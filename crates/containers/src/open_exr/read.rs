@@ -1,13 +1,13 @@
 //! Reading OpenEXR: scanlines and tiles (their largest level), half, float and uint, every compression.
 //!
-//! `layer.rs` finds the layers and chooses one. Subsampled channels are refused: the
-//! decoder does not read them.
+//! `layer.rs` finds the layers and chooses one; `subsampled.rs` reads chroma of half the resolution.
 //!
 //! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
 //!
 //! The picture is the display window: pixels that the data window does not reach are black, those beyond the
 //! display window are cut off, and a warning reports either. Windows that do not overlap are an error.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::io::{Cursor, Read, Seek};
 
@@ -24,11 +24,12 @@ use rayon::prelude::*;
 
 use super::guard::{guarded, recipe_key};
 use super::layer::{Colour, Layer, without_colour};
+use super::subsampled;
 use crate::chromaticity::{self, Chromaticities};
 use crate::colour_space::ColourSpace;
 use crate::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
 use crate::error::Error;
-use crate::file_part::beginning;
+use crate::file_part::{beginning, rewind};
 use crate::format::identify;
 use crate::{Format, limits};
 
@@ -45,6 +46,7 @@ pub(crate) fn header(
     let meta = open(file)?;
     let layer = Layer::choose(&meta.headers, wanted, &mut Vec::new())?;
     let header = &meta.headers[layer.part];
+    subsampled::check(header, &layer)?;
     check_size(&meta.headers, header, length)?;
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     Ok(([width, height], envmap_of(header)))
@@ -55,6 +57,7 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error
     let mut warnings = Vec::new();
     let layer = Layer::choose(&meta.headers, options.layer.as_deref(), &mut warnings)?;
     let header = &meta.headers[layer.part];
+    subsampled::check(header, &layer)?;
     check_size(&meta.headers, header, bytes.len())?;
 
     let mut pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
@@ -137,6 +140,7 @@ fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
         if wanted.is_empty() {
             continue;
         }
+        wanted.iter().try_for_each(|layer| subsampled::check(header, layer))?;
         check_size(&meta.headers, header, bytes.len())?;
         let pictures = read_pixels(bytes, header, &wanted, &mut warnings)?;
         for (layer, mut pixels) in wanted.into_iter().zip(pictures) {
@@ -158,7 +162,14 @@ fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
 
 /// The headers of a file that has nothing deep.
 fn open(mut file: impl Read + Seek) -> Result<MetaData, Error> {
-    let meta = guarded(|| MetaData::read_from_buffered(&mut file, false)).map_err(|error| {
+    let start = beginning(&mut file, subsampled::MOST_HEADER)?;
+    rewind(&mut file)?;
+    let (shown, samplings) = subsampled::shown(&start);
+    let meta = match shown {
+        Cow::Borrowed(_) => guarded(|| MetaData::read_from_buffered(&mut file, false)),
+        Cow::Owned(shown) => guarded(|| MetaData::read_from_buffered(Cursor::new(shown), false)),
+    };
+    let mut meta = meta.map_err(|error| {
         // The decoder knows no compression beyond HTJ2K, and says of others that there is none.
         match compression_number(&mut file) {
             Some(12) => unread_compression("LJ2K (JPEG 2000)"),
@@ -174,6 +185,7 @@ fn open(mut file: impl Read + Seek) -> Result<MetaData, Error> {
     if meta.requirements.has_deep_data || meta.headers.iter().any(|header| header.deep) {
         return Err(Error::unsupported("deep data is not read; flatten the image first"));
     }
+    subsampled::restore(&mut meta.headers, &samplings)?;
     Ok(meta)
 }
 
@@ -249,14 +261,31 @@ fn to_rgb(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]]) {
     if layer.colour != Colour::LuminanceChroma {
         return;
     }
+    let sampling = header.channels.list[layer.channels[1]].sampling;
+    let display = header.shared_attributes.display_window;
+    let at = header.own_attributes.layer_position;
+    // The data in the display window, and the pixel of its corner.
+    let origin = [display.position.0, display.position.1].map(i64::from);
+    let from = [at.0, at.1].map(i64::from);
+    let size = [display.size.0 as i64, display.size.1 as i64];
+    let data = [header.layer_size.0 as i64, header.layer_size.1 as i64];
+    let first = [0, 1].map(|axis| (from[axis] - origin[axis]).max(0));
+    let past = [0, 1].map(|axis| (from[axis] - origin[axis] + data[axis]).min(size[axis]));
+    let window = [first[0], first[1], past[0], past[1]];
+    if sampling != Vec2(1, 1) {
+        subsampled::fill(pixels, display.size.0, window, origin, sampling);
+    }
     let weights = chromaticities_of(header).and_then(Chromaticities::to_xyz);
     let weights = weights.or_else(|| Chromaticities::REC_709.to_xyz());
     let [r, g, b] = weights.map_or([0.0, 1.0, 0.0], |matrix| matrix.row(1).to_array());
     // OpenEXR, "luminance/chroma images": RY = (R - Y) / Y, BY = (B - Y) / Y.
-    for pixel in pixels {
+    for pixel in pixels.iter_mut() {
         let [luminance, red, blue] = pixel.map(f64::from);
         let (red, blue) = ((red + 1.0) * luminance, (blue + 1.0) * luminance);
         *pixel = [red, (luminance - r * red - b * blue) / g, blue].map(|value| value as f32);
+    }
+    if sampling != Vec2(1, 1) {
+        subsampled::fix_saturation(pixels, display.size.0, window, [r, g, b].map(|value| value as f32));
     }
 }
 
@@ -296,12 +325,6 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
         // Each chunk has 8 bytes in the offset table and at least 8 of its own.
         limits::plausible(header.chunk_count.saturating_mul(16), len, 1)?;
     }
-    if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
-        return Err(Error::unsupported(format!(
-            "channel {} is subsampled, as chroma often is, which is not read; convert the image to RGB",
-            channel.name
-        )));
-    }
     let Vec2(width, height) = header.layer_size;
     let pixels = limits::pixels(width, height).map_err(|error| error.within("data window"))?;
     let at = header.own_attributes.layer_position;
@@ -331,7 +354,7 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
 const MAX_EMPTY: usize = 64;
 
 fn pixel_bytes(header: &Header) -> usize {
-    header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample()).sum()
+    header.channels.bytes_per_pixel
 }
 
 /// The most that a compression can gain. Deflate's is 1032 to 1, and the other codes gain less, except that
@@ -385,12 +408,15 @@ fn read_pixels(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Vec<[f32; 3]>>, Error> {
     let part = layers[0].part;
-    let (mut chunks, meta) = guarded(|| {
-        let reader = exr::block::read(Cursor::new(bytes), false)?;
+    let (shown, samplings) = subsampled::shown(bytes);
+    let (mut chunks, mut meta) = guarded(|| {
+        let reader = exr::block::read(Cursor::new(&shown), false)?;
         let meta = reader.meta_data().clone();
         let largest = |_: &MetaData, _, block: BlockIndex| block.layer == part && block.level == Vec2(0, 0);
         Ok((reader.filter_chunks(false, largest)?, meta))
     })?;
+    subsampled::restore(&mut meta.headers, &samplings)?;
+    let without_chroma = subsampled::without_chroma(&mut meta);
     let mut windows: Vec<Window> = layers.iter().map(|layer| Window::new(header, layer)).collect();
     if windows[0].partial {
         warnings.push(
@@ -409,8 +435,12 @@ fn read_pixels(
         let blocks: Vec<Result<UncompressedBlock, Error>> = batch
             .into_par_iter()
             .map(|chunk| {
-                check_chunk(header, &chunk)?;
-                guarded(|| UncompressedBlock::decompress_chunk(chunk, &meta, false))
+                let meta = match (&without_chroma, &chunk.compressed_block) {
+                    (Some(odd), CompressedBlock::ScanLine(block)) if block.y_coordinate % 2 != 0 => odd,
+                    _ => &meta,
+                };
+                check_chunk(&meta.headers[part], &chunk)?;
+                guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))
             })
             .collect();
         for block in blocks {
@@ -474,7 +504,12 @@ impl Window {
         for y in 0..pixel_size.1 {
             let row = self.corner[1] + (pixel_position.1 + y) as i64;
             for (channel, description) in header.channels.list.iter().enumerate() {
-                let length = pixel_size.0 * description.sample_type.bytes_per_sample();
+                // The data window begins at a sample.
+                let Vec2(step, rows) = description.sampling;
+                if !(pixel_position.1 + y).is_multiple_of(rows) {
+                    continue;
+                }
+                let length = pixel_size.0 / step * description.sample_type.bytes_per_sample();
                 let (samples, after) = rest
                     .split_at_checked(length)
                     .ok_or_else(|| Error::damaged("a block is shorter than its pixels"))?;
@@ -489,7 +524,7 @@ impl Window {
                 let start = self.corner[0] + pixel_position.0 as i64;
                 let line = &mut self.pixels[(row * self.size[0]) as usize..][..self.size[0] as usize];
                 visit(description.sample_type, samples, |x, value| {
-                    let column = start + x as i64;
+                    let column = start + (x * step) as i64;
                     if let Some(pixel) = usize::try_from(column).ok().and_then(|column| line.get_mut(column))
                     {
                         targets.iter().for_each(|&c| pixel[c] = value);

@@ -29,9 +29,11 @@ pub(super) enum SampleFormat {
     Float,
 }
 
-/// Zstandard, LZMA and WebP, which are unpacked here and not by the `tiff` crate.
+/// Compressions that are unpacked here and not by the `tiff` crate, which does not know them or, of LZW, stops
+/// within a tile whose last columns are past the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Packing {
+    Lzw,
     Zstandard,
     Lzma,
     WebP,
@@ -220,7 +222,8 @@ fn unsupported(what: String) -> Error {
 /// The packing that is undone here, or why a compression is not read.
 fn packing(compression: u64) -> Result<Option<Packing>, Error> {
     let name = match compression {
-        1 | 4 | 5 | 7 | 8 | 32773 | 32946 => return Ok(None),
+        1 | 4 | 7 | 8 | 32773 | 32946 => return Ok(None),
+        5 => return Ok(Some(Packing::Lzw)),
         34925 => return Ok(Some(Packing::Lzma)),
         50000 => return Ok(Some(Packing::Zstandard)),
         50001 => return Ok(Some(Packing::WebP)),

@@ -3,8 +3,8 @@
 //! It is the file itself with another beginning, which points to a directory behind the file's end. That
 //! directory is the chosen page's, as grey of any number of samples: the decoder gives the samples as they
 //! are stored, and leaves their meaning to us. If each sample has a plane of its own, the page is one plane:
-//! the decoder fails on planes of tiles. The strips of a page packed with Zstandard, LZMA or WebP, which that
-//! crate does not read or only by a C library, are behind the end too, unpacked.
+//! the decoder fails on planes of tiles. The strips of a page packed with LZW, Zstandard, LZMA or WebP, which
+//! that crate does not read, or only by a C library, or not always, are behind the end too, unpacked.
 
 use std::io::{Cursor, Read, Seek, SeekFrom};
 
@@ -156,6 +156,7 @@ fn unpack(
         places.0.push((file.len() + end.len()) as u64);
         places.1.push(size as u64);
         end.extend(match packing {
+            Packing::Lzw => lzw(packed, size)?,
             Packing::Zstandard => zstandard::decompress(packed, size)?,
             Packing::Lzma => lzma(packed, size)?,
             Packing::WebP => webp(packed, [width, rows], page.samples)?,
@@ -165,6 +166,30 @@ fn unpack(
         }
     }
     Ok(places)
+}
+
+/// What TIFF's LZW holds: bytes, whose codes grow one entry before the table is full.
+fn lzw(packed: &[u8], size: usize) -> Result<Vec<u8>, Error> {
+    // A code has at least nine bits and stands for at most 4096 bytes.
+    limits::plausible(size, packed.len(), 4096)?;
+    let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8);
+    let mut bytes = vec![0; size];
+    let (mut from, mut to) = (0, 0);
+    // Writers may leave out the code of the end.
+    while to < size {
+        let result = decoder.decode_bytes(&packed[from..], &mut bytes[to..]);
+        from += result.consumed_in;
+        to += result.consumed_out;
+        match result.status {
+            Ok(weezl::LzwStatus::Ok) if result.consumed_in + result.consumed_out > 0 => {}
+            Ok(_) => break,
+            Err(error) => return Err(Error::damaged(format!("LZW: {error}"))),
+        }
+    }
+    match to == size {
+        true => Ok(bytes),
+        false => Err(Error::damaged(format!("expected {size} bytes, LZW gives {to}"))),
+    }
 }
 
 /// What an XZ stream of LZMA2 holds; memory grows only as bytes come.

@@ -131,7 +131,7 @@ fn damage_of_a_light_is_said_of_the_light() {
     assert!(!error.contains("NaN"), "{error}");
 }
 
-/// The cube of such a document has its intensity, and no other rotation.
+/// The cube of such a document has its intensity.
 #[test]
 fn intensity_multiplies_the_cube() {
     use containers::{ImageBasedLight, Texture, read_gltf_image_based_light, write_gltf_image_based_light};
@@ -149,8 +149,40 @@ fn intensity_multiplies_the_cube() {
     for (plain, bright) in plain.cube.pixels.iter().zip(&bright.cube.pixels) {
         assert_eq!(plain.map(|value| 3.0 * value), *bright);
     }
-    let turned = text.replace("[0.0,0.0,0.0,1.0]", "[0.0,1.0,0.0,0.0]");
+}
+
+/// A quarter turn by which +Z of the faces moves to +X: the light from a direction comes from the turned one. A light
+/// of a constant and a slope is 2 + c at the place c of the faces before, and 2 + (-c.z, c.y, c.x) after; the irradiance
+/// turns with it, as `read_gltf_lighting` does it.
+#[test]
+fn a_rotation_turns_the_cube_and_its_irradiance() {
+    use containers::{
+        ImageBasedLight, Texture, read_gltf_image_based_light, read_gltf_lighting,
+        write_gltf_image_based_light,
+    };
+    use sphere::{Cube, Face, to_cube};
+    let cube = Cube { edge: 8 };
+    let places: Vec<[f64; 3]> = (0..384)
+        .map(|i| to_cube(cube.direction(Face::ALL[i / 64], i / 8 % 8, i % 8).vector()).to_array())
+        .collect();
+    let pixels = places.iter().map(|c| c.map(|value| 2.0 + value as f32)).collect();
+    let cube = Texture { width: 8, height: 8, faces: 6, pixels, ..Texture::default() };
+    let irradiance = std::array::from_fn(|row| [0.3, -0.2, 0.1].map(|value| value * (1 + row) as f64));
+    let file = write_gltf_image_based_light(&ImageBasedLight { cube, irradiance }, None).unwrap().bytes;
+    let text = String::from_utf8(file).unwrap();
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let turned = text.replace("[0.0,0.0,0.0,1.0]", &format!("[0.0,{half},0.0,{half}]"));
     assert_ne!(text, turned);
-    let error = read_gltf_image_based_light(turned.as_bytes()).unwrap_err().to_string();
-    assert!(error.ends_with(".rotation: a cube that is turned is not read"), "{error}");
+    let light = read_gltf_image_based_light(turned.as_bytes()).unwrap();
+    for ([x, y, z], found) in places.into_iter().zip(&light.cube.pixels) {
+        for (found, expected) in found.iter().zip([-z, y, x].map(|value| 2.0 + value)) {
+            assert!((f64::from(*found) - expected).abs() < 0.04, "{found}, expected {expected}");
+        }
+    }
+    // The rows that are turned, as they would stand in a file that is not.
+    let same = write_gltf_image_based_light(&light, None).unwrap().bytes;
+    let (same, turned) = (read_gltf_lighting(&same).unwrap(), read_gltf_lighting(turned.as_bytes()).unwrap());
+    for (a, b) in same.series.coefficients().iter().zip(turned.series.coefficients()) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} {b:?}");
+    }
 }

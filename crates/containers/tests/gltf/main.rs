@@ -281,11 +281,11 @@ fn normals_and_tangents_are_made_where_they_are_missing() {
     attributes.as_object_mut().unwrap().remove("TANGENT");
     let model = read(&glb(&document, &binary)).unwrap();
     assert_eq!(model.mesh, expected());
-    assert_eq!(model.notes, ["1 of 1 primitives is without tangents: they are made"]);
+    assert_eq!(model.notes, ["the primitive has no tangents: they are made"]);
     document["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("NORMAL");
     let model = read(&glb(&document, &binary)).unwrap();
     assert_eq!((model.mesh.positions().len(), model.mesh.normals()[5]), (6, [1.0, 0.0, 0.0]));
-    assert_eq!(model.notes[0], "1 of 1 primitives is without normals: every triangle is flat");
+    assert_eq!(model.notes[0], "the primitive has no normals: every triangle is flat");
 }
 
 /// Our up is +Y_file: about that axis tangents lead east where nothing else gives them.
@@ -309,7 +309,7 @@ fn morph_targets_are_reported() {
     document["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
     let model = read(&glb(&document, &binary)).unwrap();
     assert_eq!(model, Model { mesh: expected(), notes: model.notes.clone() });
-    assert_eq!(model.notes, ["1 of 1 primitives is with morph targets, which are left out"]);
+    assert_eq!(model.notes, ["the primitive has morph targets, which are left out"]);
 }
 
 #[test]
@@ -338,7 +338,8 @@ fn tangents_follow_the_coordinates_of_the_normal_texture() {
     primitive["attributes"] = json!({ "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "TEXCOORD_1": 5 });
     let model = read(&glb(&document, &binary)).unwrap();
     assert_eq!(model.mesh.tangents()[0], [0.0, 0.0, 1.0, 1.0]);
-    let sets = "1 of 1 primitives is with several sets of texture coordinates: that of the normal texture is read, or set 0";
+    let sets =
+        "the primitive has several sets of texture coordinates: that of the normal texture is read, or set 0";
     assert_eq!(model.notes[1..], [sets]);
     // KHR_texture_transform may name another set, and turn the picture.
     document["materials"][0]["normalTexture"]["extensions"] =
@@ -348,7 +349,7 @@ fn tangents_follow_the_coordinates_of_the_normal_texture() {
     assert_eq!(
         model.notes[1..],
         [
-            "1 of 1 primitives is with a normal texture that KHR_texture_transform turns; its tangents are not turned",
+            "the primitive has a normal texture that KHR_texture_transform turns; its tangents are not turned",
             sets
         ]
     );
@@ -360,7 +361,7 @@ fn vertex_colours_are_reported() {
     document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 1.into();
     let model = read(&glb(&document, &binary)).unwrap();
     assert_eq!(model.mesh, expected());
-    assert_eq!(model.notes, ["1 of 1 primitives is with vertex colours (COLOR_0), which are left out"]);
+    assert_eq!(model.notes, ["the primitive has vertex colours (COLOR_0), which are left out"]);
 }
 
 #[test]

@@ -136,7 +136,7 @@ fn read(case: &Case) -> (Read, Vec<String>) {
 fn the_mesh_comes_back() {
     let file = &knot().files()[0];
     let found = containers::read_gltf::<containers::Error>(file, &mut |_| unreachable!()).unwrap();
-    let notes = vec!["1 of 1 primitives is with vertex colours (COLOR_0), which are left out".to_owned()];
+    let notes = vec!["the primitive has vertex colours (COLOR_0), which are left out".to_owned()];
     assert_eq!((found.mesh, found.notes), (pit().0, notes));
     assert_eq!(containers::read_recipe(file).as_deref(), Some(r#"{"kind":"export-gltf"}"#));
     let read = Read::of(file);

@@ -64,8 +64,8 @@ fn a_mesh_is_read_with_the_files_beside_it() {
     assert_eq!(
         ran.notes,
         [
-            "2 of 2 primitives are without normals: every triangle is flat",
-            "2 of 2 primitives are without tangents: they are made"
+            "2 of 2 primitives have no normals: every triangle is flat",
+            "2 of 2 primitives have no tangents: they are made"
         ]
     );
     assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
