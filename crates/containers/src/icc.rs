@@ -105,6 +105,21 @@ impl Encoding {
         }
     }
 
+    /// The matrix to linear Rec. 709; `None` if tables stand for it.
+    pub(crate) fn matrix(&self) -> Option<DMat3> {
+        match &self.primaries {
+            Primaries::Matrix(matrix) => Some(*matrix),
+            Primaries::Tables(_) => None,
+        }
+    }
+
+    /// Changes the primaries from those of one matrix to those of another, and with them pixels that the
+    /// curves made linear.
+    pub(crate) fn change_primaries(&mut self, [from, to]: [DMat3; 2], pixels: &mut [[f32; 3]]) {
+        chromaticity::apply_linear(to.inverse() * from, pixels);
+        self.primaries = Primaries::Matrix(to);
+    }
+
     /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others.
     /// A profile of tables is left out: it has no curve of its own.
     #[must_use]
@@ -141,6 +156,19 @@ impl Encoding {
         }
         Ok(OutsideGamut::default())
     }
+}
+
+/// The coding-independent code points of a profile (ICC.1:2022, section 9.2.17) whose transfer is PQ or HLG:
+/// its curves and tables are made for a display in SDR.
+pub(crate) fn code_points_in_hdr(bytes: &[u8]) -> Option<[u8; 4]> {
+    let found = ColorProfile::new_from_slice(bytes).ok()?.cicp?;
+    let transfer = found.transfer_characteristics as u8;
+    [16, 18].contains(&transfer).then_some([
+        found.color_primaries as u8,
+        transfer,
+        found.matrix_coefficients as u8,
+        u8::from(found.full_range),
+    ])
 }
 
 /// The matrix from a profile's primaries to those of Rec. 709.

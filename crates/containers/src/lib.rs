@@ -36,10 +36,13 @@ mod decoder_level;
 mod error;
 mod file_part;
 mod format;
+mod gain_map;
+mod gain_map_metadata;
 mod gltf;
 mod icc;
 mod image_header;
 mod jpeg;
+mod jpeg_segments;
 mod ktx1;
 mod ktx2;
 mod light_rig;
@@ -67,6 +70,7 @@ mod texel;
 mod texture;
 mod tiff;
 mod web_page;
+mod xmp;
 mod zstandard;
 
 pub use babylon_env::{
