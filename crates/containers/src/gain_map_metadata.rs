@@ -94,6 +94,12 @@ fn is_declared(bytes: &[u8], picture: &Segments) -> bool {
         || (xmp.has_namespace(ITEM) && text.contains("\"GainMap\""))
 }
 
+/// Whether the picture at the beginning of a file, of which these are the first bytes, says that it has a gain
+/// map.
+pub(crate) fn is_declared_in(beginning: &[u8]) -> bool {
+    is_declared(beginning, &Segments::of(beginning, 0))
+}
+
 /// The parameters of a JPEG that is a gain map; `None` if it is not.
 fn parameters(bytes: &[u8], map: &Segments) -> Result<Option<Parameters>, Error> {
     let mut iso = map.of_application(bytes, 2, ISO_21496_1);

@@ -90,7 +90,7 @@ pub use gltf::{
     read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting,
     read_gltf_material, write_glb, write_gltf_image_based_light,
 };
-pub use image_header::{ImageHeader, read_image_header};
+pub use image_header::{ImageHeader, declares_high_dynamic_range, read_image_header};
 pub use ktx1::write_ktx1;
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
 pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};

@@ -272,8 +272,9 @@ fn libultrahdr_reads_its_files_alike() {
             let inside = expected.map(|value| grey + grey / (grey - least) * (value - grey));
             let found = decoded.image.pixels()[y * 64 + x].map(f64::from);
             let far = found.iter().zip(inside).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Both decode the same codes; half floats and its tables are good for 0.5 %.
-            assert!(far < 5e-3 * grey.max(inside[0]), "{name} {x}, {y}: {found:?}, {inside:?}");
+            // It does not round the picture's RGB to codes: half a code of 255 is 0.5 % of the light, and 1 %
+            // of what is darker.
+            assert!(far < 1e-2 * grey.max(inside[0]), "{name} {x}, {y}: {found:?}, {inside:?}");
         }
     }
 }
