@@ -15,14 +15,15 @@ use std::ops::Range;
 use crate::error::Error;
 use crate::gain_map::{Gain, Parameters};
 use crate::jpeg_segments::Segments;
-use crate::xmp::Xmp;
+use crate::xmp::{properties, property};
 
 const XMP: &[u8] = b"http://ns.adobe.com/xap/1.0/\0";
 const ISO_21496_1: &[u8] = b"urn:iso:std:iso:ts:21496:-1\0";
 const HDRGM: &str = "http://ns.adobe.com/hdr-gain-map/1.0/";
 const APPLE: &str = "http://ns.apple.com/HDRGainMap/1.0/";
-/// What an item of Google's `Container` calls itself.
-const ITEM: &str = "http://ns.google.com/photos/1.0/container/item/";
+const CONTAINER: &str = "http://ns.google.com/photos/1.0/container/";
+/// The index of Multi-Picture Format.
+const INDEX: &[u8] = b"MPF\0";
 
 /// The minimum version and the writer's, which the picture has too.
 const VERSIONS: usize = 4;
@@ -62,7 +63,8 @@ pub(crate) fn find(bytes: &[u8], picture: &Segments) -> Result<Found, Error> {
             })?;
             return Ok(Found::GainMap(parameters, start..end));
         }
-        apple |= xmp(bytes, &map).is_some_and(|text| Xmp(&text).has_namespace(APPLE));
+        apple |= xmp(bytes, &map)
+            .is_some_and(|text| property(&text, APPLE, "HDRGainMap", "HDRGainMapVersion").is_some());
         is_cut |= map.end.is_none();
         at = map.end.unwrap_or(start + START.len());
     }
@@ -71,11 +73,18 @@ pub(crate) fn find(bytes: &[u8], picture: &Segments) -> Result<Found, Error> {
                     ISO 21496-1";
         return Ok(if apple { Found::Lost(lost) } else { Found::Nothing });
     }
+    let has_index = picture.of_application(bytes, 2, INDEX).next().is_some();
+    let has_directory = xmp(bytes, picture).is_some_and(|text| is_in_directory(&text));
     if bytes[behind..].iter().all(|byte| matches!(byte, 0 | b'\r' | b'\n')) {
-        return Ok(Found::Lost(
-            "it declares a gain map that is not in the file: a program has removed it, and with it all light \
-             brighter than white",
-        ));
+        let missing = "it declares a gain map that is not in the file: a program has removed it, and with it all \
+                       light brighter than white";
+        return match has_index || has_directory {
+            true => Err(Error::truncated(
+                "the file ends before the gain map that its directory names: it was not copied whole, or a \
+                 program has removed the map; without its metadata (XMP and MPF) the picture is read in SDR",
+            )),
+            false => Ok(Found::Lost(missing)),
+        };
     }
     let what = "the picture declares a gain map, but no JPEG behind it has the metadata of one; the file is \
                 damaged or was not copied whole";
@@ -87,11 +96,20 @@ pub(crate) fn find(bytes: &[u8], picture: &Segments) -> Result<Found, Error> {
 fn is_declared(bytes: &[u8], picture: &Segments) -> bool {
     let mut iso = picture.of_application(bytes, 2, ISO_21496_1);
     let text = xmp(bytes, picture).unwrap_or_default();
-    let xmp = Xmp(&text);
-    let has = |name| xmp.value(HDRGM, name).is_some();
+    let has = |name| hdrgm(&text, name).is_some();
     iso.any(|content| content.len() <= VERSIONS)
         || (has("Version") && !has("GainMapMax"))
-        || (xmp.has_namespace(ITEM) && text.contains("\"GainMap\""))
+        || is_in_directory(&text)
+}
+
+/// Whether the directory of Google's `Container` has a gain map.
+fn is_in_directory(xmp: &str) -> bool {
+    let written = ["\"GainMap\"", "'GainMap'", ">GainMap<"];
+    xmp.contains(CONTAINER) && written.iter().any(|name| xmp.contains(name))
+}
+
+fn hdrgm(xmp: &str, name: &str) -> Option<Vec<String>> {
+    properties(xmp, HDRGM, "hdrgm", name)
 }
 
 /// Whether the picture at the beginning of a file, of which these are the first bytes, says that it has a gain
@@ -105,7 +123,7 @@ fn parameters(bytes: &[u8], map: &Segments) -> Result<Option<Parameters>, Error>
     let mut iso = map.of_application(bytes, 2, ISO_21496_1);
     let found = match iso.find(|content| content.len() > VERSIONS) {
         Some(content) => Some(of_iso(content)?),
-        None => xmp(bytes, map).map(|text| of_xmp(Xmp(&text))).transpose()?.flatten(),
+        None => xmp(bytes, map).map(|text| of_xmp(&text)).transpose()?.flatten(),
     };
     found.map(Parameters::checked).transpose()
 }
@@ -114,7 +132,7 @@ fn parameters(bytes: &[u8], map: &Segments) -> Result<Option<Parameters>, Error>
 fn xmp(bytes: &[u8], jpeg: &Segments) -> Option<String> {
     let mut packets = jpeg.of_application(bytes, 1, XMP).map(String::from_utf8_lossy);
     let first = packets.next()?;
-    let is_meant = |packet: &str| Xmp(packet).has_namespace(HDRGM);
+    let is_meant = |packet: &str| packet.contains(HDRGM);
     let meant = if is_meant(&first) { None } else { packets.find(|packet| is_meant(packet)) };
     Some(meant.unwrap_or(first).into_owned())
 }
@@ -171,16 +189,16 @@ fn of_iso(content: &[u8]) -> Result<Parameters, Error> {
 
 /// Adobe's Gain Map 1.0. A property that is absent has the default of the specification. A packet with no more
 /// than the version is a picture's.
-fn of_xmp(xmp: Xmp<'_>) -> Result<Option<Parameters>, Error> {
+fn of_xmp(xmp: &str) -> Result<Option<Parameters>, Error> {
     let names = ["GainMapMax", "GainMapMin", "Gamma", "OffsetSDR", "OffsetHDR", "HDRCapacityMax"];
-    if names.iter().all(|name| xmp.values(HDRGM, name).is_none()) {
+    if names.iter().all(|name| hdrgm(xmp, name).is_none()) {
         return Ok(None);
     }
     let wrong = |name: &str, found: String, expected: &str| {
         Error::damaged(format!("hdrgm:{name} is {found}, expected {expected}: the gain map is damaged"))
     };
     let numbers = |name: &str, default: Option<f64>| -> Result<[f64; 3], Error> {
-        let values = xmp.values(HDRGM, name);
+        let values = hdrgm(xmp, name);
         let Some(values) = values else {
             return default
                 .map(|value| [value; 3])
@@ -193,7 +211,7 @@ fn of_xmp(xmp: Xmp<'_>) -> Result<Option<Parameters>, Error> {
             _ => Err(wrong(name, format!("{:?}", values.join(", ")), "one number or three")),
         }
     };
-    let flag = xmp.value(HDRGM, "BaseRenditionIsHDR").unwrap_or("False");
+    let flag = property(xmp, HDRGM, "hdrgm", "BaseRenditionIsHDR").unwrap_or_else(|| "False".into());
     let base_is_hdr = match flag.to_ascii_lowercase().as_str() {
         "true" | "1" => true,
         "false" | "0" => false,

@@ -1,114 +1,187 @@
-//! Simple properties of XMP (ISO 16684-1): `p:name="value"`, `<p:name>value</p:name>`, and lists of those in
-//! RDF's Seq, Bag or Alt.
+//! Properties of XMP: simple values in RDF, as attributes or as elements, and lists of them.
+//!
+//! A reader of XML would refuse a packet that is cut or damaged anywhere. This one looks for the names alone,
+//! and passes over comments.
 
-/// What stands for a prefix: `xmlns:p="namespace"`.
-const DECLARATION: &str = "xmlns:";
-
-/// An XMP packet.
+/// A piece of XML.
 #[derive(Clone, Copy)]
-pub(crate) struct Xmp<'a>(pub(crate) &'a str);
-
-impl<'a> Xmp<'a> {
-    /// The values of a property of a namespace: one, or those of a list. `None` if the packet has no such
-    /// property.
-    pub(crate) fn values(self, namespace: &str, name: &str) -> Option<Vec<&'a str>> {
-        self.prefixes(namespace).find_map(|prefix| {
-            let name = format!("{prefix}:{name}");
-            self.attribute(&name).map(|value| vec![value]).or_else(|| self.element(&name))
-        })
-    }
-
-    /// The value of a property that has one value.
-    pub(crate) fn value(self, namespace: &str, name: &str) -> Option<&'a str> {
-        self.values(namespace, name)?.first().copied()
-    }
-
-    /// Whether the packet declares a namespace.
-    pub(crate) fn has_namespace(self, namespace: &str) -> bool {
-        self.prefixes(namespace).next().is_some()
-    }
-
-    fn prefixes<'b>(self, namespace: &'b str) -> impl Iterator<Item = &'a str> + use<'a, 'b> {
-        self.0.match_indices(DECLARATION).filter_map(move |(at, _)| {
-            let (prefix, rest) = self.0[at + DECLARATION.len()..].split_once('=')?;
-            (quoted(rest)? == namespace).then(|| prefix.trim_end())
-        })
-    }
-
-    fn attribute(self, name: &str) -> Option<&'a str> {
-        self.0.match_indices(name).find_map(|(at, _)| {
-            let is_whole = self.0[..at].ends_with(|before: char| before.is_ascii_whitespace());
-            let value = self.0[at + name.len()..].trim_start().strip_prefix('=').filter(|_| is_whole)?;
-            quoted(value)
-        })
-    }
-
-    fn element(self, name: &str) -> Option<Vec<&'a str>> {
-        let content = self.0.match_indices(name).find_map(|(at, _)| {
-            let rest = &self.0[at + name.len()..];
-            let is_whole = self.0[..at].ends_with('<') && !rest.starts_with(is_of_name);
-            content(rest, name).filter(|_| is_whole)
-        })?;
-        let items: Vec<&str> = content
-            .match_indices("<rdf:li")
-            .filter_map(|(at, start)| Some(self::content(&content[at + start.len()..], "rdf:li")?.trim()))
-            .collect();
-        Some(if items.is_empty() { vec![content.trim()] } else { items })
-    }
+enum Piece<'a> {
+    /// A tag without its angle brackets.
+    Tag(&'a str),
+    Text(&'a str),
 }
 
-/// What lies between the rest of an element's start and its end.
-fn content<'a>(start: &'a str, name: &str) -> Option<&'a str> {
-    let (attributes, rest) = start.split_once('>')?;
-    if attributes.ends_with('/') {
-        return Some("");
+/// The value of the property `name` of a namespace, by any prefix; that prefix is `usual` if none is
+/// declared. The first one counts.
+pub(crate) fn property(xmp: &str, namespace: &str, usual: &str, name: &str) -> Option<String> {
+    properties(xmp, namespace, usual, name)?.into_iter().next()
+}
+
+/// As [`property`], all values of a list (RDF's Seq, Bag or Alt).
+pub(crate) fn properties(xmp: &str, namespace: &str, usual: &str, name: &str) -> Option<Vec<String>> {
+    let pieces = pieces(xmp);
+    let declared = pieces.iter().filter_map(|piece| match piece {
+        Piece::Tag(tag) => Some(attributes(tag)),
+        Piece::Text(_) => None,
+    });
+    let mut prefixes: Vec<&str> = declared
+        .flatten()
+        .filter(|(_, value)| *value == namespace)
+        .filter_map(|(key, _)| key.strip_prefix("xmlns:"))
+        .collect();
+    if prefixes.is_empty() {
+        prefixes.push(usual);
     }
-    rest.split_once(&format!("</{name}")).map(|(content, _)| content)
+    let is_it = |key: &str| {
+        key.split_once(':').is_some_and(|(prefix, local)| local == name && prefixes.contains(&prefix))
+    };
+    let mut pieces = pieces.iter().peekable();
+    while let Some(piece) = pieces.next() {
+        let Piece::Tag(tag) = piece else { continue };
+        if let Some((_, value)) = attributes(tag).find(|(key, _)| is_it(key)) {
+            return Some(vec![unescaped(value)]);
+        }
+        let element = tag.split([' ', '\t', '\r', '\n', '/']).next().unwrap_or_default();
+        if is_it(element) && !tag.ends_with('/') {
+            let text = match pieces.peek() {
+                Some(Piece::Text(text)) => text,
+                _ => "",
+            };
+            let items = items(element, pieces.map(|piece| *piece));
+            return Some(if items.is_empty() { vec![unescaped(text)] } else { items });
+        }
+    }
+    None
 }
 
-/// The text within the quotes with which `text` begins.
-fn quoted(text: &str) -> Option<&str> {
-    let text = text.trim_start();
-    let quote = text.chars().next().filter(|first| ['"', '\''].contains(first))?;
-    text[1..].split_once(quote).map(|(value, _)| value.trim())
+/// The items of the list that an element holds.
+fn items<'a>(element: &str, mut pieces: impl Iterator<Item = Piece<'a>>) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut in_item = false;
+    while let Some(piece) = pieces.next() {
+        match piece {
+            Piece::Tag(tag) if tag.strip_prefix('/').map(str::trim_end) == Some(element) => break,
+            Piece::Tag(tag) => in_item = tag.starts_with("rdf:li"),
+            Piece::Text(text) if in_item => found.push(unescaped(text)),
+            Piece::Text(_) => {}
+        }
+    }
+    found
 }
 
-fn is_of_name(character: char) -> bool {
-    character.is_alphanumeric() || ['_', '-', '.', ':'].contains(&character)
+fn pieces(mut xml: &str) -> Vec<Piece<'_>> {
+    let mut found = Vec::new();
+    while let Some(start) = xml.find('<') {
+        if start > 0 {
+            found.push(Piece::Text(&xml[..start]));
+        }
+        xml = &xml[start + 1..];
+        let is_comment = xml.starts_with("!--");
+        let end = if is_comment { "-->" } else { ">" };
+        // Quotes may hold the end of a tag.
+        let mut quote = None;
+        let closing = xml.char_indices().find(|&(at, c)| match (is_comment, quote) {
+            (true, _) => xml[at..].starts_with(end),
+            (false, Some(open)) => {
+                quote = Some(open).filter(|&open| open != c);
+                false
+            }
+            (false, None) => {
+                quote = Some(c).filter(|c| ['"', '\''].contains(c));
+                c == '>'
+            }
+        });
+        let Some((closing, _)) = closing else { break };
+        if !is_comment {
+            found.push(Piece::Tag(&xml[..closing]));
+        }
+        xml = &xml[closing + end.len()..];
+    }
+    found
+}
+
+/// The names and values of a tag's attributes.
+fn attributes(tag: &str) -> impl Iterator<Item = (&str, &str)> {
+    let mut rest = tag;
+    std::iter::from_fn(move || {
+        let (before, after) = rest.split_once('=')?;
+        let key = before.trim_end().rsplit([' ', '\t', '\r', '\n']).next().unwrap_or_default();
+        let value = after.trim_start();
+        let quote = value.chars().next().filter(|quote| ['"', '\''].contains(quote))?;
+        let (value, after) = value[1..].split_once(quote)?;
+        rest = after;
+        Some((key, value))
+    })
+}
+
+fn unescaped(text: &str) -> String {
+    [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&apos;", "'"), ("&amp;", "&")]
+        .iter()
+        .fold(text.trim().to_owned(), |text, (entity, character)| text.replace(entity, character))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn properties_are_attributes_elements_or_lists_of_any_prefix() {
-        let xmp = Xmp(r#"<x:xmpmeta xmlns:x="adobe:ns:meta/">
-            <rdf:Description xmlns:g = 'urn:gain/' xmlns:h="urn:other/" h:Max="9" g:MaxOfAll="8"
-                             xg:Max="7" g:Min = ' -1 '>
-              <g:Maximum>6</g:Maximum>
-              <g:Max> <rdf:Seq> <rdf:li> 1.5</rdf:li> <rdf:li xml:lang="x">2</rdf:li>
-              <rdf:li>3</rdf:li></rdf:Seq></g:Max>
-              <g:Flag>True</g:Flag><g:Empty/>
-            </rdf:Description></x:xmpmeta>"#);
-        assert_eq!(xmp.values("urn:gain/", "Max"), Some(vec!["1.5", "2", "3"]));
-        assert_eq!(xmp.value("urn:gain/", "Min"), Some("-1"));
-        assert_eq!(xmp.value("urn:gain/", "Flag"), Some("True"));
-        assert_eq!(xmp.value("urn:gain/", "Empty"), Some(""));
-        assert_eq!(xmp.value("urn:other/", "Max"), Some("9"));
-        assert_eq!(xmp.value("urn:gain/", "Absent"), None);
-        assert_eq!(xmp.value("urn:absent/", "Max"), None);
-        assert!(xmp.has_namespace("urn:other/") && !xmp.has_namespace("urn:absent/"));
+    const NAMESPACE: &str = "http://ns.google.com/photos/1.0/panorama/";
+
+    fn found(xmp: &str) -> Option<String> {
+        property(xmp, NAMESPACE, "GPano", "FullPanoWidthPixels")
     }
 
     #[test]
-    fn a_packet_that_ends_anywhere_says_nothing_more() {
-        let whole = r#"<a xmlns:g="urn:g/" g:A="1" ><g:B>2</g:B><g:C><rdf:li>3</rdf:li></g:C></a>"#;
-        for length in 0..whole.len() {
-            let xmp = Xmp(&whole[..length]);
-            for (name, value) in [("A", "1"), ("B", "2"), ("C", "3")] {
-                assert!(xmp.value("urn:g/", name).is_none_or(|found| found == value), "{length}");
-            }
+    fn attributes_and_elements_are_found_by_their_namespace() {
+        let with = |inside: &str| {
+            format!("<?xpacket begin='\u{feff}'?><rdf:RDF><rdf:Description {inside}</rdf:RDF>")
+        };
+        let declared = format!("xmlns:p = '{NAMESPACE}'");
+        for inside in [
+            format!("{declared} p:FullPanoWidthPixels=\"64\"/>"),
+            format!("a='x > y = z' p:FullPanoWidthPixels = '64'\n\t{declared} b=\"\"/>"),
+            format!("{declared}><p:FullPanoWidthPixels> 64\n</p:FullPanoWidthPixels></rdf:Description>"),
+            format!("{declared}><p:FullPanoWidthPixels rdf:x=\"1\">64</p:FullPanoWidthPixels>"),
+            format!(
+                "{declared}><!-- p:FullPanoWidthPixels=\"1\" <a b=\"> --> <c p:FullPanoWidthPixels=\"64\"/>"
+            ),
+            "GPano:FullPanoWidthPixels=\"64\"/>".into(),
+        ] {
+            assert_eq!(found(&with(&inside)).as_deref(), Some("64"), "{inside}");
+        }
+        for inside in [
+            format!("{declared} p:FullPanoWidth=\"64\"/>"),
+            format!("{declared} GPano:FullPanoWidthPixels=\"64\"/>"),
+            format!("{declared} FullPanoWidthPixels=\"64\"/>"),
+        ] {
+            assert_eq!(found(&with(&inside)), None, "{inside}");
+        }
+        assert_eq!(
+            found(&with("GPano:FullPanoWidthPixels=\"&quot;a&amp;lt;\"/>")).as_deref(),
+            Some("\"a&lt;")
+        );
+    }
+
+    #[test]
+    fn a_list_has_all_its_values() {
+        let xmp = "<a p:FullPanoWidthPixels2='0' xmlns:p='http://ns.google.com/photos/1.0/panorama/'>
+            <p:FullPanoWidthPixels> <rdf:Seq> <rdf:li> 1.5</rdf:li>\n<rdf:li xml:lang='x'>2</rdf:li>
+            </rdf:Seq> </p:FullPanoWidthPixels><p:Other><rdf:li>3</rdf:li></p:Other></a>";
+        let values = properties(xmp, NAMESPACE, "GPano", "FullPanoWidthPixels").unwrap();
+        assert_eq!(values, ["1.5", "2"]);
+        assert_eq!(property(xmp, NAMESPACE, "GPano", "Other").as_deref(), Some("3"));
+        assert_eq!(properties(xmp, NAMESPACE, "GPano", "Absent"), None);
+    }
+
+    #[test]
+    fn a_cut_packet_gives_what_is_whole() {
+        let xmp = "<a GPano:FullPanoWidthPixels=\"64\"><GPano:ProjectionType>x</GPano:ProjectionType></a>";
+        for cut in 0..=xmp.len() {
+            let value = found(&xmp[..cut]);
+            assert_eq!(value.is_some(), cut >= xmp.find('>').unwrap() + 1, "{cut}");
+        }
+        for text in ["<", "<>", "<=", "<a =>", "<a b=>", "<!--", "<a b=\"", "é<é é='é'>", "<a b='c\"d'e=>"]
+        {
+            assert_eq!(found(text), None);
         }
     }
 }

@@ -349,13 +349,24 @@ fn a_second_picture_that_is_no_gain_map_is_left_out() {
 
 #[test]
 fn a_map_that_was_removed_is_reported() {
-    for picture in [with(BASE, &[container(400)]), with(BASE, &[iso(&VERSIONS)])] {
+    for picture in [with(BASE, &[xmp("hdrgm:Version=\"1.0\"", "")]), with(BASE, &[iso(&VERSIONS)])] {
         for tail in [&b""[..], b"\0\0", b"\r\n"] {
             let decoded = read(&[&picture[..], tail].concat());
             assert_eq!(decoded.warnings.len(), 2);
             let words = "declares a gain map that is not in the file";
             assert!(decoded.warnings[0].contains(words), "{:?}", decoded.warnings);
         }
+    }
+}
+
+/// A directory says that more bytes follow.
+#[test]
+fn a_map_that_a_directory_names_must_be_there() {
+    let index = [iso(&VERSIONS), multi_picture(400, 1000)];
+    for picture in [with(BASE, &[container(400)]), with(BASE, &index)] {
+        let (kind, message) = error(&picture);
+        assert_eq!(kind, ErrorKind::Truncated);
+        assert!(message.contains("before the gain map that its directory names"), "{message}");
     }
 }
 
