@@ -1,8 +1,8 @@
 //! The gain map of a picture: the factor in stops between its rendition in SDR and the one in HDR, pixel by
 //! pixel.
 //!
-//! ISO 21496-1 and Adobe's Gain Map 1.0, on which Ultra HDR is built, have one formula. With the code g of the
-//! map, from 0 to 1, and the base's linear value b, in which the white of SDR is 1, each channel is
+//! ISO 21496-1 and Adobe's Gain Map 1.0, on which Ultra HDR is built, have one formula. With the code g of
+//! the map, from 0 to 1, and the base's linear value b, in which the white of SDR is 1, each channel is
 //!
 //! HDR = (b + k_base) 2^(w G) - k_alternate, G = min + (max - min) g^(1 / gamma)
 //!
@@ -152,7 +152,8 @@ impl Places {
         Self { scale: map as f64 / base as f64, last: map.saturating_sub(1) as f64 }
     }
 
-    /// The map's pixels before and behind the centre of the base's pixel `index`, and the weight of the latter.
+    /// The map's pixels before and behind the centre of the base's pixel `index`, and the weight of the
+    /// latter.
     fn at(&self, index: usize) -> [f64; 3] {
         let place = ((index as f64 + 0.5) * self.scale - 0.5).clamp(0.0, self.last);
         let before = place.floor();

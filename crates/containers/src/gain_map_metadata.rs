@@ -1,7 +1,7 @@
 //! Where a JPEG keeps a gain map, and the two forms of its numbers.
 //!
-//! The map is a JPEG of its own that follows the picture in the file. Multi-Picture Format and the directory of
-//! Google's `Container` say where; as it is found by its own metadata, neither is needed.
+//! The map is a JPEG of its own that follows the picture in the file. Multi-Picture Format and the directory
+//! of Google's `Container` say where; as it is found by its own metadata, neither is needed.
 //!
 //! | metadata | in the map | in the picture |
 //! | --- | --- | --- |
@@ -112,8 +112,8 @@ fn hdrgm(xmp: &str, name: &str) -> Option<Vec<String>> {
     properties(xmp, HDRGM, "hdrgm", name)
 }
 
-/// Whether the picture at the beginning of a file, of which these are the first bytes, says that it has a gain
-/// map.
+/// Whether the picture at the beginning of a file, of which these are the first bytes, says that it has a
+/// gain map.
 pub(crate) fn is_declared_in(beginning: &[u8]) -> bool {
     is_declared(beginning, &Segments::of(beginning, 0))
 }
@@ -187,8 +187,8 @@ fn of_iso(content: &[u8]) -> Result<Parameters, Error> {
     })
 }
 
-/// Adobe's Gain Map 1.0. A property that is absent has the default of the specification. A packet with no more
-/// than the version is a picture's.
+/// Adobe's Gain Map 1.0. A property that is absent has the default of the specification. A packet with no
+/// more than the version is a picture's.
 fn of_xmp(xmp: &str) -> Result<Option<Parameters>, Error> {
     let names = ["GainMapMax", "GainMapMin", "Gamma", "OffsetSDR", "OffsetHDR", "HDRCapacityMax"];
     if names.iter().all(|name| hdrgm(xmp, name).is_none()) {

@@ -13,8 +13,8 @@ pub(crate) struct Segments {
 }
 
 impl Segments {
-    /// Walks the JPEG that begins at `start`. What is no marker between two segments is coded data: there, 255
-    /// is followed by 0 or a restart marker.
+    /// Walks the JPEG that begins at `start`. What is no marker between two segments is coded data: there,
+    /// 255 is followed by 0 or a restart marker.
     pub(crate) fn of(bytes: &[u8], start: usize) -> Self {
         let mut found = Vec::new();
         let mut at = start;

@@ -1,5 +1,5 @@
-//! JPEG with a gain map: Ultra HDR, Adobe's and ISO 21496-1. The pictures and maps were made by other programs
-//! (`data/README.md`); the tests put them together and know their codes.
+//! JPEG with a gain map: Ultra HDR, Adobe's and ISO 21496-1. The pictures and maps were made by other
+//! programs (`data/README.md`); the tests put them together and know their codes.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
@@ -155,13 +155,16 @@ fn adobe_s_map_of_three_channels_is_read_in_hdr() {
     let index = picture.windows(4).position(|four| four == b"MPF\0").unwrap() + 4;
     let bytes = [with(BASE, &directory(picture.len() - index)), map.clone()].concat();
     let decoded = read(&bytes);
-    compare(&decoded, |x, _, base| {
+    let expected = |x: usize, _: usize, base: f64| {
         [0, 1, 2].map(|channel| {
             let code = f64::from(COLUMNS[x / 8][channel]) / 255.0;
             let stops = min[channel] + (max[channel] - min[channel]) * code.powf(1.0 / gamma[channel]);
             ((base + sdr[channel]) * stops.exp2() - hdr[channel]).max(0.0)
         })
-    });
+    };
+    compare(&decoded, expected);
+    // gainmap-js 3.7.3, given the same numbers, writes their means as XMP and themselves as ISO 21496-1.
+    compare(&read(include_bytes!("data/gainmap-js.jpg")), expected);
     assert!(decoded.gain_map.unwrap().ends_with("32 x 16, RGB, from -0.50 to 5.00 stops"));
     // A preview between the picture and its map, with the XMP of the picture.
     let preview = with(GREY, &[xmp("hdrgm:Version=\"1.0\"", "")]);
@@ -220,9 +223,9 @@ fn iso_21496_1_is_read_in_hdr() {
     assert_eq!(read(&[BASE, &both].concat()).image, decoded.image);
 }
 
-/// What libultrahdr 1.4.0 makes of its own files, as half floats in the alternate rendition's primaries, which
-/// are brought to Rec. 709 by the published matrices. All pictures are in Display P3. The formula holds in P3;
-/// in Rec. 2020, as the map's ICC profile says; in P3 again, with a map of half the size.
+/// What libultrahdr 1.4.0 makes of its own files, as half floats in the alternate rendition's primaries,
+/// which are brought to Rec. 709 by the published matrices. All pictures are in Display P3. The formula holds
+/// in P3; in Rec. 2020, as the map's ICC profile says; in P3 again, with a map of half the size.
 #[test]
 fn libultrahdr_reads_its_files_alike() {
     let places = [(24, 16), (48, 16), (4, 4), (60, 28)];
