@@ -47,7 +47,7 @@ pub(crate) fn properties(xmp: &str, namespace: &str, usual: &str, name: &str) ->
                 Some(Piece::Text(text)) => text,
                 _ => "",
             };
-            let items = items(element, pieces.map(|piece| *piece));
+            let items = items(element, pieces.copied());
             return Some(if items.is_empty() { vec![unescaped(text)] } else { items });
         }
     }
@@ -55,10 +55,10 @@ pub(crate) fn properties(xmp: &str, namespace: &str, usual: &str, name: &str) ->
 }
 
 /// The items of the list that an element holds.
-fn items<'a>(element: &str, mut pieces: impl Iterator<Item = Piece<'a>>) -> Vec<String> {
+fn items<'a>(element: &str, pieces: impl Iterator<Item = Piece<'a>>) -> Vec<String> {
     let mut found = Vec::new();
     let mut in_item = false;
-    while let Some(piece) = pieces.next() {
+    for piece in pieces {
         match piece {
             Piece::Tag(tag) if tag.strip_prefix('/').map(str::trim_end) == Some(element) => break,
             Piece::Tag(tag) => in_item = tag.starts_with("rdf:li"),
