@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Files by what they are, each list sorted.
@@ -158,7 +158,7 @@ impl Assets {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let is_image = HDR.contains(&&*ending)
-            || is_named && IMAGES.contains(&&*ending)
+            || IMAGES.contains(&&*ending) && (is_named || is_bright(file))
             || TEXTURES.contains(&&*ending) && (is_named || is_cube(file));
         let list = if is_image {
             &mut self.environments
@@ -188,6 +188,12 @@ fn is_cube(file: &Path) -> bool {
     let mut header = Vec::new();
     let read = fs::File::open(file).and_then(|file| file.take(256).read_to_end(&mut header));
     read.is_ok() && containers::declares_cube(&header)
+}
+
+/// Whether the header of a PNG or JPEG declares high dynamic range.
+fn is_bright(file: &Path) -> bool {
+    fs::File::open(file)
+        .is_ok_and(|file| containers::declares_high_dynamic_range(&mut io::BufReader::new(file)))
 }
 
 /// Whether a file is a TOML file that names a model, as materials do.
@@ -354,11 +360,16 @@ mod tests {
         let knot = write("mesh/knot.glb", "");
         let paint = write("paint.binary", "");
         let texture = write("texture.png", "");
+        // JPEG with a gain map is light, other JPEG are not.
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../containers/tests/data");
+        let sunrise = folder.path().join("light/sunrise.jpg");
+        fs::copy(data.join("ultra-hdr.jpg"), &sunrise).unwrap();
+        fs::copy(data.join("gradient.jpg"), folder.path().join("light/texture.jpg")).unwrap();
         write("out/map.exr", "");
         write(".specula/map.exr", "");
         let manifest = write("pipeline.toml", "schema = 1\n");
         let found = Assets::found(folder.path());
-        assert_eq!(found.environments, [sky]);
+        assert_eq!(found.environments, [sky, sunrise]);
         assert_eq!((found.materials, found.meshes), (vec![gold.clone(), paint], vec![knot]));
         assert_eq!(Assets::named(std::slice::from_ref(&texture)).unwrap().environments, [texture]);
         assert!(is_manifest(&manifest) && !is_manifest(&gold));

@@ -155,6 +155,9 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
         (false, Some(_)) => "low",
     };
     facts.push(("dynamic range", range_of_format.into()));
+    if let Some(map) = &decoded.gain_map {
+        facts.push(("gain map", map.as_str().into()));
+    }
     if let Some(profile) = &decoded.profile {
         facts.push(("ICC profile", profile.as_str().into()));
     }

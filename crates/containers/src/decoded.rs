@@ -34,9 +34,11 @@ pub struct Decoded {
     pub format: Format,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
-    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, and PNG
-    /// whose cICP says PQ, HLG or linear.
+    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, PNG whose
+    /// cICP says PQ, HLG or linear, and JPEG with a gain map.
     pub high_dynamic_range: bool,
+    /// The gain map of a JPEG, in a few words: its metadata, its size and its stops.
+    pub gain_map: Option<String>,
     /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16". If other
     /// primaries were asked for, only its curve was used.
     pub profile: Option<String>,
@@ -55,6 +57,7 @@ impl Decoded {
             format,
             openexr_envmap: None,
             high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance | Format::Pfm),
+            gain_map: None,
             profile: None,
             warnings: Vec::new(),
             notes: Vec::new(),

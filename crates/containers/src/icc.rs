@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use moxcms::{
-    CicpProfile, ColorProfile, DataColorSpace, Layout, ParametricCurve, ProfileText, ToneReprCurve,
-    TransformF32Executor, TransformOptions,
+    ColorProfile, DataColorSpace, Layout, ParametricCurve, ProfileText, ToneReprCurve, TransformF32Executor,
+    TransformOptions,
 };
 use sphere::DMat3;
 
@@ -37,18 +37,6 @@ pub(crate) struct Encoding {
 enum Primaries {
     Matrix(DMat3),
     Tables(Arc<TransformF32Executor>),
-}
-
-/// The code points in a profile's tag `cicp` (ICC.1:2022, 9.2.17): primaries, transfer, matrix and full range.
-pub(crate) fn code_points(profile: &[u8]) -> Option<[u8; 4]> {
-    let CicpProfile { color_primaries, transfer_characteristics, matrix_coefficients, full_range } =
-        ColorProfile::new_from_slice(profile).ok()?.cicp?;
-    Some([
-        color_primaries as u8,
-        transfer_characteristics as u8,
-        matrix_coefficients as u8,
-        full_range.into(),
-    ])
 }
 
 impl Encoding {
@@ -117,6 +105,21 @@ impl Encoding {
         }
     }
 
+    /// The matrix to linear Rec. 709; `None` if tables stand for it.
+    pub(crate) fn matrix(&self) -> Option<DMat3> {
+        match &self.primaries {
+            Primaries::Matrix(matrix) => Some(*matrix),
+            Primaries::Tables(_) => None,
+        }
+    }
+
+    /// Changes the primaries from those of one matrix to those of another, and with them pixels that the
+    /// curves made linear.
+    pub(crate) fn change_primaries(&mut self, [from, to]: [DMat3; 2], pixels: &mut [[f32; 3]]) {
+        chromaticity::apply_linear(to.inverse() * from, pixels);
+        self.primaries = Primaries::Matrix(to);
+    }
+
     /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others.
     /// A profile of tables is left out: it has no curve of its own.
     #[must_use]
@@ -153,6 +156,19 @@ impl Encoding {
         }
         Ok(OutsideGamut::default())
     }
+}
+
+/// The coding-independent code points of a profile (ICC.1:2022, section 9.2.17) whose transfer is PQ or HLG:
+/// its curves and tables are made for a display in SDR.
+pub(crate) fn code_points_in_hdr(bytes: &[u8]) -> Option<[u8; 4]> {
+    let found = ColorProfile::new_from_slice(bytes).ok()?.cicp?;
+    let transfer = found.transfer_characteristics as u8;
+    [16, 18].contains(&transfer).then_some([
+        found.color_primaries as u8,
+        transfer,
+        found.matrix_coefficients as u8,
+        u8::from(found.full_range),
+    ])
 }
 
 /// The matrix from a profile's primaries to those of Rec. 709.

@@ -8,10 +8,13 @@ use crate::file_part::{beginning, length, rewind};
 use crate::format::{Format, identify};
 use crate::metadata::Metadata;
 use crate::orientation::upright_size;
-use crate::{jpeg, open_exr, pfm, radiance, raster, tiff};
+use crate::{cicp, gain_map_metadata, jpeg, open_exr, pfm, png, radiance, raster, tiff};
 
 /// As many bytes as tell one format from another, and a Git LFS pointer from a file.
 const SIGNATURE: u64 = 256;
+
+/// Bytes of a file in which its segments before the pixels are sought.
+const LONGEST_HEADER: u64 = 1 << 20;
 
 /// What the header of a picture says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +71,20 @@ pub fn read_image_header(
     };
     let [width, height] = upright_size(stored, metadata.orientation);
     Ok(ImageHeader { format, width, height, openexr_envmap })
+}
+
+/// Whether the header of a PNG or JPEG says that the picture holds light brighter than its white: by PNG's
+/// cICP, or by a gain map.
+pub fn declares_high_dynamic_range(file: &mut (impl BufRead + Seek)) -> bool {
+    let Ok(start) = beginning(file, LONGEST_HEADER) else { return false };
+    match Format::sniff(&start) {
+        Some(Format::Png) => {
+            let encoding = png::code_points(&start).and_then(|points| cicp::encoding(points).ok());
+            encoding.is_some_and(|(_, bright)| bright)
+        }
+        Some(Format::Jpeg) => gain_map_metadata::is_declared_in(&start),
+        _ => false,
+    }
 }
 
 #[cfg(test)]

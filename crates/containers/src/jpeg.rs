@@ -1,4 +1,4 @@
-//! JPEG, read only: 8 bits.
+//! JPEG, read only: 8 bits, and in HDR with a gain map.
 //!
 //! `zune-jpeg` decodes it directly, not through `image`: that has no strict mode, and fills what a damaged
 //! file lacks with grey.
@@ -14,6 +14,9 @@ use zune_jpeg::errors::DecodeErrors;
 use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::Error;
+use crate::gain_map::GainMap;
+use crate::gain_map_metadata::{self, Found};
+use crate::jpeg_segments::Segments;
 use crate::metadata::Metadata;
 use crate::raster::Raster;
 use crate::{Format, limits};
@@ -22,7 +25,23 @@ use crate::{Format, limits};
 const RATIO: usize = 512 * 3;
 
 pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
-    raster(bytes)?.decode(Format::Jpeg, wanted)
+    let picture = Segments::of(bytes, 0);
+    let mut raster = raster_of(bytes, picture.end)?;
+    let within = |error: Error| error.within("gain map");
+    let mut lost = None;
+    match gain_map_metadata::find(bytes, &picture).map_err(within)? {
+        Found::Nothing => {}
+        Found::Lost(why) => lost = Some(why),
+        Found::GainMap(parameters, place) => {
+            let length = place.len();
+            let map = raster_of(&bytes[place], Some(length)).map_err(within)?;
+            let Raster { width, height, samples, profile, .. } = map;
+            raster.gain_map = Some(GainMap { parameters, width, height, samples, profile });
+        }
+    }
+    let mut decoded = raster.decode(Format::Jpeg, wanted)?;
+    decoded.warnings.extend(lost.map(str::to_owned));
+    Ok(decoded)
 }
 
 /// The size of a JPEG.
@@ -45,14 +64,17 @@ fn open<T: ZByteReaderTrait>(file: T, length: usize) -> Result<(JpegDecoder<T>, 
     Ok((decoder, [width, height]))
 }
 
-/// The samples of a JPEG.
+/// The samples of a JPEG, without its gain map.
 pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
-    let (mut decoder, [width, height]) = open(ZCursor::new(bytes), bytes.len())?;
+    raster_of(bytes, Segments::of(bytes, 0).end)
+}
+
+/// The samples of the JPEG that ends at this byte of its file; `None` if the file ends before.
+fn raster_of(bytes: &[u8], end: Option<usize>) -> Result<Raster, Error> {
+    let picture = &bytes[..end.unwrap_or(bytes.len())];
+    let (mut decoder, [width, height]) = open(ZCursor::new(picture), bytes.len())?;
     // Even in strict mode the decoder fills what is missing with grey, or reports damage of some other kind.
-    // Markers do not occur within the coded data: the end of the image is the one after the last start of a
-    // scan.
-    let last_scan = bytes.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap_or(0);
-    if !bytes[last_scan..].windows(2).any(|marker| marker == [0xff, 0xd9]) {
+    if end.is_none() {
         return Err(Error::truncated("the file ends before its end-of-image marker"));
     }
     let samples = decoder.decode().map_err(describe)?;
@@ -67,6 +89,7 @@ pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
         samples,
         profile,
         code_points: None,
+        gain_map: None,
         metadata,
     })
 }

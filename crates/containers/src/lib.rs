@@ -36,10 +36,13 @@ mod decoder_level;
 mod error;
 mod file_part;
 mod format;
+mod gain_map;
+mod gain_map_metadata;
 mod gltf;
 mod icc;
 mod image_header;
 mod jpeg;
+mod jpeg_segments;
 mod ktx1;
 mod ktx2;
 mod light_rig;
@@ -68,6 +71,7 @@ mod texel;
 mod texture;
 mod tiff;
 mod web_page;
+mod xmp;
 mod zstandard;
 
 pub use babylon_env::{
@@ -87,7 +91,7 @@ pub use gltf::{
     read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting,
     read_gltf_material, write_glb, write_gltf_image_based_light,
 };
-pub use image_header::{ImageHeader, read_image_header};
+pub use image_header::{ImageHeader, declares_high_dynamic_range, read_image_header};
 pub use ktx1::write_ktx1;
 pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
 pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};

@@ -16,10 +16,11 @@ use crate::colour_space::ColourSpace;
 use crate::decoded::Decoded;
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{bytes_at, rewind};
-use crate::icc::Encoding;
+use crate::gain_map::GainMap;
+use crate::icc::{self, Encoding};
 use crate::metadata::Metadata;
 use crate::orientation::{upright, upright_size};
-use crate::{Format, cicp, icc, limits, png};
+use crate::{Format, cicp, limits, png};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
@@ -41,6 +42,8 @@ pub(crate) struct Raster {
     pub(crate) profile: Option<Vec<u8>>,
     /// PNG's cICP, which replaces a profile, as one in the profile itself does.
     pub(crate) code_points: Option<[u8; 4]>,
+    /// JPEG's gain map.
+    pub(crate) gain_map: Option<GainMap>,
     /// What else the file says about its pixels.
     pub(crate) metadata: Metadata,
 }
@@ -68,7 +71,18 @@ pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
     decoder.read_image(&mut samples).map_err(describe)?;
     let metadata = Metadata::read(&mut Cursor::new(bytes), format);
     let code_points = if format == Format::Png { png::code_points(bytes) } else { None };
-    Ok(Raster { width, height, channels, depth, floats: false, samples, profile, code_points, metadata })
+    Ok(Raster {
+        width,
+        height,
+        channels,
+        depth,
+        floats: false,
+        samples,
+        profile,
+        code_points,
+        gain_map: None,
+        metadata,
+    })
 }
 
 /// The size of a PNG, TGA or WebP.
@@ -143,14 +157,15 @@ pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
 
 impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
-    /// sRGB. PNG's cICP goes before its profile, and
-    /// that of a profile before its curves. The primaries are the wanted ones, if there are any.
+    /// sRGB. PNG's cICP goes before its profile, and PQ or HLG in a profile before its curves. The primaries are the wanted ones, if there are any.
     pub(crate) fn decode(self, format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
-        let Self { width, height, channels, depth, floats, samples, profile, code_points, metadata } = self;
+        let Self { width, height, channels, depth, floats, samples, profile, metadata, .. } = self;
+        let in_profile = || profile.as_deref().filter(|_| !floats).and_then(icc::code_points_in_hdr);
+        let code_points = self.code_points.or_else(in_profile);
         let mut warnings = Vec::new();
         let grey = channels < 3;
-        let code_points = code_points.or_else(|| profile.as_deref().and_then(icc::code_points));
-        let by_profile = profile.map(|profile| Encoding::of_profile(&profile, grey, floats)).transpose();
+        let by_profile = profile.as_deref().map(|profile| Encoding::of_profile(profile, grey, floats));
+        let by_profile = by_profile.transpose();
         let (encoding, ignored) = match by_profile {
             Ok(encoding) => (encoding, None),
             Err(why) => (None, Some(why)),
@@ -163,7 +178,7 @@ impl Raster {
             warnings.push(format!("its cICP was ignored: {why}"));
             None
         });
-        let bright = declared.as_ref().is_some_and(|(_, bright)| *bright);
+        let mut bright = declared.as_ref().is_some_and(|(_, bright)| *bright);
         let by_code_points = declared.map(|(mut encoding, _)| {
             encoding.profile =
                 code_points.map(|[primaries, transfer, ..]| format!("cICP {primaries}/{transfer}"));
@@ -171,7 +186,7 @@ impl Raster {
         });
         let encoding = by_code_points.or(encoding);
         let encoding = encoding.unwrap_or_else(|| if floats { Encoding::linear() } else { Encoding::srgb() });
-        let encoding = match wanted {
+        let mut encoding = match wanted {
             Some(space) => encoding.with_primaries(space, &mut warnings),
             None => encoding,
         };
@@ -193,6 +208,19 @@ impl Raster {
                 [0, 1, 2].map(|channel| linear(channel, sample(if grey { 0 } else { channel })))
             })
             .collect();
+        let (mut notes, description) = (Vec::new(), self.gain_map.as_ref().map(GainMap::description));
+        match self.gain_map {
+            Some(map) if !map.parameters.base_is_hdr => {
+                bright = true;
+                prepare_for(&map, &mut encoding, &mut pixels, &mut warnings)?;
+                map.apply(&mut pixels, width);
+            }
+            Some(_) => notes.push(
+                "the picture itself is the rendition in HDR: its gain map, which leads to SDR, was not applied"
+                    .into(),
+            ),
+            None => {}
+        }
         let outside = encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
 
         if channels.is_multiple_of(2) {
@@ -219,10 +247,48 @@ impl Raster {
         let mut decoded = Decoded::new(format, image);
         decoded.high_dynamic_range = floats || bright;
         decoded.profile = encoding.profile;
+        decoded.gain_map = description;
         decoded.warnings = warnings;
+        decoded.notes = notes;
         outside.report(&mut decoded.warnings, &mut decoded.notes);
         Ok(decoded)
     }
+}
+
+/// Converts linear pixels to the primaries for which the formula of a gain map holds.
+fn prepare_for(
+    map: &GainMap,
+    encoding: &mut Encoding,
+    pixels: &mut [[f32; 3]],
+    warnings: &mut Vec<String>,
+) -> Result<(), Error> {
+    let Some(from) = encoding.matrix() else {
+        encoding.convert_primaries(pixels).map_err(Error::damaged)?;
+        let profile = encoding.profile.take();
+        *encoding = Encoding::linear();
+        encoding.profile = profile;
+        warnings.push("the ICC profile is made of tables: the gain map was applied in Rec. 709".into());
+        return Ok(());
+    };
+    let profile = map.profile.as_deref().filter(|_| !map.parameters.in_base_primaries);
+    let Some(profile) = profile else { return Ok(()) };
+    let by_code_points = icc::code_points_in_hdr(profile).and_then(|points| cicp::encoding(points).ok());
+    let alternate = match by_code_points {
+        Some((encoding, _)) => Ok(encoding),
+        None => Encoding::of_profile(profile, false, false),
+    };
+    match alternate.map(|encoding| encoding.matrix()) {
+        Ok(Some(to)) => encoding.change_primaries([from, to], pixels),
+        Ok(None) => warnings.push(
+            "the ICC profile of the gain map was ignored, as it is made of tables: the map was applied in the \
+             picture's primaries"
+                .into(),
+        ),
+        Err(why) => warnings.push(format!(
+            "the ICC profile of the gain map was ignored: {why}; the map was applied in the picture's primaries"
+        )),
+    }
+    Ok(())
 }
 
 fn describe(error: ImageError) -> Error {

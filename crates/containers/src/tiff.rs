@@ -89,6 +89,7 @@ fn raster(bytes: &[u8], page: &Page) -> Result<Raster, Error> {
         samples,
         profile: page.directory.bytes(&mut file, directory::ICC_PROFILE),
         code_points: None,
+        gain_map: None,
         metadata: metadata(&mut file, page),
     })
 }

@@ -188,6 +188,8 @@ fn pictures() -> Vec<(String, Vec<u8>)> {
         ("jpeg grey".into(), include_bytes!("data/grey.jpg").to_vec()),
         ("png p3".into(), include_bytes!("data/pillow-p3.png").to_vec()),
         ("jpeg p3".into(), include_bytes!("data/pillow-p3.jpg").to_vec()),
+        ("jpeg gain map".into(), include_bytes!("data/libultrahdr-2100.jpg").to_vec()),
+        ("jpeg ultra hdr".into(), include_bytes!("data/ultra-hdr.jpg").to_vec()),
         ("tiff lzw".into(), include_bytes!("data/pillow-adobe.tif").to_vec()),
         ("tiff 16".into(), include_bytes!("data/tifffile-16.tif").to_vec()),
         ("tiff float".into(), include_bytes!("data/tifffile-float.tif").to_vec()),

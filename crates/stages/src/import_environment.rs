@@ -15,6 +15,10 @@
 //!   picture.
 //! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
 //!   read as light of the scene, the reference white, a signal of 75 %.
+//! - JPEG with a gain map (Ultra HDR, Adobe's or ISO 21496-1): high dynamic range. It is the full rendition
+//!   in HDR, in which the white of the one in SDR is 1. A damaged map is an error; one that a program has
+//!   removed, or of Apple's own kind, is a warning. A picture whose map leads from HDR down to SDR stays as
+//!   it is.
 //! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than
 //!   their white.
 //!
@@ -233,7 +237,7 @@ impl Kind for ImportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-environment";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
