@@ -19,7 +19,7 @@ use crate::file_part::{bytes_at, rewind};
 use crate::icc::Encoding;
 use crate::metadata::Metadata;
 use crate::orientation::{upright, upright_size};
-use crate::{Format, cicp, limits, png};
+use crate::{Format, cicp, gpano, limits, png};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
@@ -218,6 +218,7 @@ impl Raster {
         decoded.high_dynamic_range = floats || bright;
         decoded.profile = encoding.profile;
         decoded.warnings = warnings;
+        decoded.panorama = metadata.xmp.and_then(|xmp| gpano::of_xmp(&xmp, [columns, rows]));
         outside.report(&mut decoded.warnings, &mut decoded.notes);
         Ok(decoded)
     }
