@@ -55,6 +55,7 @@ mod outside_gamut;
 mod panorama;
 mod pfm;
 mod png;
+mod png_text;
 mod precision;
 mod radiance;
 mod radiance_view;

@@ -55,11 +55,30 @@ fn jpeg(xmp: &str, orientation: u8) -> Vec<u8> {
     [&plain[..2], &segment(&exif.concat()), &segment(&xmp), &plain[2..]].concat()
 }
 
-fn png(xmp: &str) -> Vec<u8> {
+/// 8 x 8 pixels with XMP in an iTXt chunk behind them, plain or compressed.
+fn png(xmp: &str, compressed: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 8, 8);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.add_itxt_chunk("XML:com.adobe.xmp".into(), xmp.into()).unwrap();
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[128; 192]).unwrap();
+    let mut text = png::text_metadata::ITXtChunk::new("XML:com.adobe.xmp", xmp);
+    text.language_tag = "x-default".into();
+    text.compressed = compressed;
+    writer.write_text_chunk(&text).unwrap();
+    drop(writer);
+    bytes
+}
+
+/// XMP as ImageMagick writes it, in lines of 72 digits.
+fn raw_png(xmp: &str) -> Vec<u8> {
+    let digits: String = xmp.bytes().map(|byte| format!("{byte:02x}")).collect();
+    let lines: Vec<_> = digits.as_bytes().chunks(72).map(|line| std::str::from_utf8(line).unwrap()).collect();
+    let text = format!("\nxmp\n{:8}\n{}\n", xmp.len(), lines.join("\n"));
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 8, 8);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.add_ztxt_chunk("Raw profile type xmp".into(), text).unwrap();
     encoder.write_header().unwrap().write_image_data(&[128; 192]).unwrap();
     bytes
 }
@@ -104,9 +123,14 @@ fn shows(bytes: &[u8]) -> Option<Shows> {
 fn gpano_is_found_in_each_format_as_attributes_and_as_elements() {
     for elements in [false, true] {
         let xmp = xmp(elements);
-        for (format, bytes) in
-            [("JPEG", jpeg(&xmp, 1)), ("PNG", png(&xmp)), ("TIFF", tiff(&xmp)), ("WebP", webp(&xmp))]
-        {
+        for (format, bytes) in [
+            ("JPEG", jpeg(&xmp, 1)),
+            ("PNG", png(&xmp, false)),
+            ("PNG, compressed", png(&xmp, true)),
+            ("PNG of ImageMagick", raw_png(&xmp)),
+            ("TIFF", tiff(&xmp)),
+            ("WebP", webp(&xmp)),
+        ] {
             match shows(&bytes) {
                 Some(Shows::Part(_, words)) => assert_eq!(words, WORDS, "{format}"),
                 other => panic!("{format}: {other:?}"),

@@ -321,7 +321,7 @@ fn the_flux_of_a_dome_is_that_of_its_picture() {
     pixels[20 * 64 + 40] = [1001.0; 3];
     let file = exr([64; 2], &pixels, &[("ProjectionType", "domemaster")]);
     let dome = import("", file).artifact::<Environment>();
-    // d_omega = sin(t) / t (pi / 64)^2 at the pixel's centre, where t is pi / 64 times its distance in pixels.
+    // d_omega = sin(t) / t (pi / 64)^2 at the pixel's centre, t being pi / 64 times its distance in pixels.
     let t = PI / 64.0 * 8.5_f64.hypot(11.5);
     let expected = TAU + 1000.0 * t.sin() / t * (PI / 64.0).powi(2);
     assert!((dome.0.integral()[0] / expected - 1.0).abs() < 1e-3, "{} {expected}", dome.0.integral()[0]);
