@@ -46,11 +46,8 @@ fn segment(bytes: &[u8]) -> Vec<u8> {
 /// 8 x 8 pixels with XMP, and with Exif of this orientation.
 fn jpeg(xmp: &str, orientation: u8) -> Vec<u8> {
     let plain = include_bytes!("data/gradient.jpg");
-    let exif = [
-        b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".as_slice(),
-        &[orientation],
-        &[0; 6],
-    ];
+    let exif =
+        [b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".as_slice(), &[orientation], &[0; 6]];
     let xmp = [b"http://ns.adobe.com/xap/1.0/\0", xmp.as_bytes()].concat();
     [&plain[..2], &segment(&exif.concat()), &segment(&xmp), &plain[2..]].concat()
 }
@@ -143,10 +140,14 @@ fn gpano_is_found_in_each_format_as_attributes_and_as_elements() {
 #[test]
 fn the_crop_is_that_of_the_upright_picture() {
     for orientation in 1..=8 {
-        assert!(matches!(shows(&jpeg(&xmp(false), orientation)), Some(Shows::Part(_, words)) if words == WORDS));
+        assert!(
+            matches!(shows(&jpeg(&xmp(false), orientation)), Some(Shows::Part(_, words)) if words == WORDS)
+        );
     }
     let other = xmp(false).replace("HeightPixels=\"8\"", "HeightPixels=\"4\"");
-    assert!(matches!(shows(&jpeg(&other, 1)), Some(Shows::Unclear(why)) if why.contains("another shape, 8 x 8")));
+    assert!(
+        matches!(shows(&jpeg(&other, 1)), Some(Shows::Unclear(why)) if why.contains("another shape, 8 x 8"))
+    );
 }
 
 #[test]

@@ -377,3 +377,107 @@ fn from_axis(v: DVec3) -> (f64, [f64; 2]) {
     let around = if sine > 0.0 { [-v.y / sine, v.z / sine] } else { [1.0, 0.0] };
     (math::atan2(sine, v.x), around)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LENSES: [Lens; 4] = [Lens::Equidistant, Lens::Equisolid, Lens::Stereographic, Lens::Orthographic];
+
+    /// A fisheye of this field, in degrees, that fills a square.
+    fn fisheye(edge: usize, lens: Lens, degrees: f64, turn: Rotation) -> Part {
+        let (half, reach) = (edge as f64 / 2.0, degrees.to_radians() / 2.0);
+        Part::of_fisheye([edge; 2], lens, [half; 2], [half / lens.radius(reach); 2], reach, turn).unwrap()
+    }
+
+    /// 2 pi (1 - cos(reach)) for a cap; phi (cos - cos) for a piece of a lat-long image.
+    #[test]
+    fn solid_angles_make_the_part() {
+        for lens in LENSES {
+            for degrees in [60.0, 120.0, 170.0] {
+                let part = fisheye(64, lens, degrees, Rotation::IDENTITY);
+                let sum: f64 = (0..64 * 64).map(|k| part.solid_angle(k / 64, k % 64)).sum();
+                let cap = TAU * (1.0 - f64::cos(degrees.to_radians() / 2.0));
+                // The rim is counted on points of 1/16 of a pixel.
+                assert!((sum / cap - 1.0).abs() < 1e-3, "{lens:?} {degrees}: {sum} {cap}");
+                assert!((part.missing() - (1.0 - cap / (4.0 * PI))).abs() < 1e-12);
+            }
+        }
+        let part = Part::of_lat_long([8, 4], [32.0, 16.0], [30.0, 2.0]).unwrap();
+        let sum: f64 = (0..32).map(|k| part.solid_angle(k / 8, k % 8)).sum();
+        let expected = TAU / 4.0 * (f64::cos(PI / 8.0) - f64::cos(3.0 * PI / 8.0));
+        assert!((sum - expected).abs() < 1e-12, "{sum} {expected}");
+        assert!((part.missing() - 1.0 + expected / (4.0 * PI)).abs() < 1e-12);
+    }
+
+    /// A circle that the border of the picture cuts above and below. Its share is counted on directions, and the
+    /// solid angles on pixels.
+    #[test]
+    fn a_cut_fisheye_lacks_what_is_cut() {
+        let whole = fisheye(64, Lens::Equidistant, 180.0, Rotation::IDENTITY);
+        let Shape::Fisheye { focal, .. } = whole.shape else { panic!() };
+        let cut =
+            Part::of_fisheye([64, 32], Lens::Equidistant, [32.0, 16.0], focal, FRAC_PI_2, Rotation::IDENTITY)
+                .unwrap();
+        let sum: f64 = (0..32 * 64).map(|k| cut.solid_angle(k / 64, k % 64)).sum();
+        assert!((1.0 - cut.missing() - sum / (4.0 * PI)).abs() < 2e-3, "{} {sum}", cut.missing());
+        assert!(cut.missing() > 0.55 && cut.missing() < 0.7);
+    }
+
+    #[test]
+    fn a_pixel_lies_where_its_direction_does() {
+        let turn = Rotation::from_yaw_pitch_roll(1.0, -0.5, 2.0);
+        let parts = [
+            fisheye(9, Lens::Equidistant, 360.0, turn),
+            fisheye(10, Lens::Equisolid, 300.0, turn),
+            fisheye(10, Lens::Stereographic, 200.0, turn),
+            fisheye(10, Lens::Orthographic, 180.0, turn),
+            Part::of_lat_long([10, 5], [20.0, 10.0], [15.0, 2.5]).unwrap(),
+            Part::of_lat_long([20, 10], [20.0, 10.0], [0.0, 0.0]).unwrap(),
+        ];
+        for part in parts {
+            let [width, height] = part.size();
+            for (row, column) in (0..width * height).map(|k| (k / width, k % width)) {
+                let Some(direction) = part.direction(row, column) else { continue };
+                let [x, y] = part.place(direction).unwrap();
+                let away = (x - column as f64 - 0.5).hypot(y - row as f64 - 0.5);
+                assert!(away < 1e-6, "{part:?} {row} {column}: {x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_direction_is_in_the_part_or_has_a_nearest_pixel() {
+        let parts = [
+            fisheye(1, Lens::Equidistant, 180.0, Rotation::IDENTITY),
+            fisheye(7, Lens::Orthographic, 180.0, Rotation::IDENTITY),
+            Part::of_lat_long([1, 1], [20.0, 10.0], [19.0, 9.0]).unwrap(),
+            Part::of_lat_long([20, 3], [20.0, 10.0], [7.0, 7.0]).unwrap(),
+        ];
+        let grid = LatLong { width: 40, height: 20 };
+        for part in parts {
+            let [width, height] = part.size();
+            for k in 0..grid.len() {
+                let direction = grid.direction(k / 40, k % 40);
+                assert!(part.nearest(direction) < width * height);
+                if let Some([x, y]) = part.place(direction) {
+                    assert!(x <= width as f64 && y <= height as f64);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_part_is_refused() {
+        assert!(Part::of_lat_long([33, 4], [20.0, 10.0], [0.0; 2]).is_none());
+        assert!(Part::of_lat_long([4, 4], [20.0, 10.0], [0.0, 8.0]).is_none());
+        assert!(Part::of_lat_long([4, 4], [f64::NAN, 10.0], [0.0; 2]).is_none());
+        let fisheye = |focal: f64, reach: f64| {
+            let turn = Rotation::IDENTITY;
+            Part::of_fisheye([4, 4], Lens::Orthographic, [2.0; 2], [focal; 2], reach, turn)
+        };
+        assert!(fisheye(2.0, FRAC_PI_2).is_some());
+        assert!(fisheye(0.0, 1.0).is_none() && fisheye(f64::INFINITY, 1.0).is_none());
+        assert!(fisheye(2.0, 2.0).is_none() && fisheye(2.0, f64::NAN).is_none());
+    }
+}
