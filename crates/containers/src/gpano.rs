@@ -355,8 +355,9 @@ fn fisheye(plain: &str) -> Option<(Lens, bool)> {
     Some((lens, false))
 }
 
+/// Twice as wide as high, but for rounding; of large ones, to even numbers.
 fn is_twice(width: f64, height: f64) -> bool {
-    (width - 2.0 * height).abs() <= 2.0
+    (width - 2.0 * height).abs() <= if width < 1000.0 { 1.0 } else { 2.0 }
 }
 
 fn missing(name: &str, instead: &str) -> String {

@@ -116,7 +116,7 @@ impl Part {
     /// more than a pixel, or a number is not finite.
     pub fn of_lat_long(size: [usize; 2], full: [f64; 2], corner: [f64; 2]) -> Option<Self> {
         let [width, height] = size.map(|length| length as f64);
-        let finite = full.iter().chain(&corner).all(|value| value.is_finite());
+        let finite = full.iter().chain(&corner).all(|value| value.is_finite()) && full[0] > 0.0;
         let fits = width <= full[0] + 1.0 && corner[1] >= -1.0 && corner[1] + height <= full[1] + 1.0;
         let [x, y] = corner;
         let y = y.clamp(0.0, (full[1] - height).max(0.0));
@@ -410,7 +410,7 @@ mod tests {
         assert!((part.missing() - 1.0 + expected / (4.0 * PI)).abs() < 1e-12);
     }
 
-    /// A circle that the border of the picture cuts above and below. Its share is counted on directions, and the
+    /// A circle that the border of the picture cuts above and below. Its share is counted on directions, the
     /// solid angles on pixels.
     #[test]
     fn a_cut_fisheye_lacks_what_is_cut() {
