@@ -63,8 +63,7 @@ impl View {
         while let Some(word) = words.next() {
             let mut numbers = |count: usize| -> Result<Vec<f64>, String> {
                 let read = (0..count).map(|_| words.next()?.parse::<f64>().ok().filter(|n| n.is_finite()));
-                read.collect::<Option<_>>()
-                    .ok_or_else(|| format!("{word} is not followed by {count} numbers"))
+                read.collect::<Option<_>>().ok_or_else(|| format!("{word} lacks its numbers"))
             };
             let vector = |numbers: Vec<f64>| DVec3::new(numbers[0], numbers[1], numbers[2]);
             match word {

@@ -340,8 +340,33 @@ impl Part {
         }
     }
 
-    /// The side, in radians, of a square as large as the smallest pixel within `radius` of a direction.
+    /// The side, in radians, of a square as large as the smallest pixel within `radius` of a direction; a
+    /// quarter of that at the border of the part, so that the area inside is counted on more points.
     pub(crate) fn side(&self, direction: Direction, radius: f64) -> f64 {
+        let side = self.side_inside(direction, radius);
+        if self.is_at_border(direction, radius) { side / 4.0 } else { side }
+    }
+
+    /// Whether the border of the part is within `radius` of a direction; the picture's own border across a
+    /// fisheye does not count.
+    fn is_at_border(&self, direction: Direction, radius: f64) -> bool {
+        match self.shape {
+            Shape::LatLong { full, corner } => {
+                let [x, y] = lat_long_place(direction, full, corner);
+                let [width, height] = self.size().map(|length| length as f64);
+                let v = direction.vector();
+                let (column, row) = (TAU / full[0] * math::hypot(v.x, v.y), PI / full[1]);
+                let across = x.min((x - width).abs()).min(full[0] - x) * column < radius;
+                y.abs().min((y - height).abs()) * row < radius || across && !self.is_closed()
+            }
+            Shape::Fisheye { reach, turn, .. } => {
+                let (angle, _) = from_axis(turn.transpose() * direction.vector());
+                (angle - reach).abs() < radius
+            }
+        }
+    }
+
+    fn side_inside(&self, direction: Direction, radius: f64) -> f64 {
         match self.shape {
             Shape::LatLong { full, .. } => {
                 let v = direction.vector();
