@@ -49,7 +49,7 @@ pub fn read_image_header(
     let stored = match format {
         Format::OpenExr => {
             let size;
-            (size, openexr_envmap, panorama) =
+            (size, (openexr_envmap, panorama)) =
                 open_exr::header(&mut *file, length, options.layer.as_deref()).map_err(within)?;
             size
         }

@@ -37,19 +37,22 @@ use crate::{Format, gpano, limits};
 const BATCH: usize = 64;
 const BATCH_PIXELS: usize = 1 << 23;
 
-/// The size of the picture, its `envmap` attribute, and what of the sphere it shows.
+/// The `envmap` attribute, and what of the sphere the picture shows.
+type OnSphere = (Option<OpenExrEnvmap>, Option<Panorama>);
+
+/// The size of the picture, and what its attributes say of the sphere.
 pub(crate) fn header(
     file: impl Read + Seek,
     length: usize,
     wanted: Option<&str>,
-) -> Result<([usize; 2], Option<OpenExrEnvmap>, Option<Panorama>), Error> {
+) -> Result<([usize; 2], OnSphere), Error> {
     let meta = open(file)?;
     let layer = Layer::choose(&meta.headers, wanted, &mut Vec::new())?;
     let header = &meta.headers[layer.part];
     check_size(&meta.headers, header, length)?;
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let size = [width, height];
-    Ok((size, envmap_of(header), panorama_of(header, size)))
+    Ok((size, (envmap_of(header), panorama_of(header, size))))
 }
 
 pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
