@@ -62,6 +62,23 @@ fn six_faces_and_textures_are_found_to_be_environments() {
 
     project.ok(&["convert", STUDIO, "-o", "a.ktx2", "--layout", "cube", "-r", "16"]);
     project.ok(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "ACES - ACEScg"]);
+    // A dome of 180 degrees that a header declares, its rest filled.
+    let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nVIEW= -vta -vh 180 -vv 180\n\n-Y 4 +X 4\n";
+    let dome = [header.as_bytes(), &[128, 128, 128, 129].repeat(16)].concat();
+    fs::write(project.path("dome.hdr"), dome).unwrap();
+    for (fill, words) in [
+        ("black", "The rest, 50 % of the sphere, is black; --fill edge or mean or a colour puts light there"),
+        ("mean", "with the picture's mean light"),
+        ("0.5,1,2", "with the colour of `fill`"),
+        ("[0.5, 1, 2]", "with the colour of `fill`"),
+        ("0.5", "with the colour of `fill`"),
+    ] {
+        let run = project.ok(&["convert", "dome.hdr", "-o", "dome.exr", "--fill", fill]);
+        assert!(run.stderr.contains(words), "{fill}: {}", run.stderr);
+    }
+    let run = project.specula(&["convert", "dome.hdr", "-o", "dome.exr", "--fill", "grey"]);
+    assert!(run.code == Some(2) && run.stderr.contains("\"edge\""), "{}", run.stderr);
+
     let run = project.specula(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "rec601"]);
     assert!(run.stderr.contains("rec2020"), "{}", run.stderr);
 }

@@ -396,6 +396,10 @@ pub(crate) struct ConvertArguments {
     /// The layout of the input: auto, lat-long, probe, mirror-ball, cube, cube-cross, cube-strip, ...
     #[arg(long, value_name = "LAYOUT")]
     pub(crate) from: Option<String>,
+    /// The light from where a picture that its file declares a part of the sphere (a crop of a panorama, a
+    /// fisheye) shows nothing: black, mean, edge, or a colour such as 0.1,0.1,0.2 [default: black]
+    #[arg(long, value_name = "LIGHT")]
+    pub(crate) fill: Option<String>,
     /// The layout to write: lat-long, cube, cube-strip or cube-cross [default: lat-long]
     #[arg(long, value_name = "LAYOUT")]
     pub(crate) layout: Option<String>,

@@ -21,8 +21,9 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 10] = [
+const OPTIONS: [StageOption; 11] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
+    StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
     StageOption { stage: "environment", parameter: "bad-pixels", option: "--bad-pixels" },
     StageOption { stage: "environment", parameter: "colour-space", option: "--colour-space" },
@@ -104,6 +105,7 @@ impl Request {
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
         let import = [
             text("layout", &from),
+            arguments.fill.as_deref().map(fill),
             text("layer", &arguments.layer),
             text("bad-pixels", &arguments.bad_pixels),
             text("colour-space", &arguments.colour_space),
@@ -122,6 +124,17 @@ impl Request {
         let conversion =
             Conversion { import: lines(&import), rotate: lines(&rotate), export: lines(&export) };
         Ok(Self { files, is_folder, conversion })
+    }
+}
+
+/// The parameter `fill`: a name, or a colour of numbers with commas between them.
+fn fill(text: &str) -> String {
+    let inside = text.trim().trim_start_matches('[').trim_end_matches(']');
+    let numbers: Result<Vec<f64>, _> = inside.split(',').map(|number| number.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok([grey]) => format!("fill = {grey:?}"),
+        Ok(colour) => format!("fill = {colour:?}"),
+        Err(_) => format!("fill = {}", toml::Value::from(text)),
     }
 }
 

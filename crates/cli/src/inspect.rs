@@ -11,8 +11,8 @@ use std::path::Path;
 
 use brdf::BrdfCoefficients;
 use containers::{
-    Format, OpenExrEnvmap, ReadOptions, is_babylon_env, is_texture, is_web_page, lighting_json, read_image,
-    read_recipe, tensors,
+    Format, OpenExrEnvmap, Panorama, ReadOptions, Shows, is_babylon_env, is_texture, is_web_page,
+    lighting_json, read_image, read_recipe, tensors,
 };
 use sampling::LightMasses;
 use serde_json::{Value, json};
@@ -148,6 +148,14 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
             OpenExrEnvmap::Cube => "OpenEXR cube",
         };
         facts.push(("envmap", layout.into()));
+    }
+    if let Some(Panorama { source, shows, .. }) = &decoded.panorama {
+        let shows = match shows {
+            Shows::Whole => "the whole sphere",
+            Shows::Part(_, what) => what,
+            Shows::Unclear(why) => why,
+        };
+        facts.push(("panorama", format!("{shows}, as {source} says").into()));
     }
     let range_of_format = match (decoded.high_dynamic_range, &decoded.profile) {
         (true, _) => "high",

@@ -96,9 +96,9 @@ fn in_words_of_options(event: Event, options: &[StageOption]) -> Event {
 /// A text with an option in place of a parameter: `layout = "probe" or "cube"` becomes
 /// `--from probe or cube`, and what names it alone names the option.
 fn named(text: &str, parameter: &str, option: &str) -> String {
-    let text = &text.replace(&format!("`{parameter}`"), &format!("`{option}`"));
+    let text = text.replace(&format!("`{parameter}`"), &format!("`{option}`"));
     let pattern = format!("{parameter} = ");
-    let (mut done, mut rest) = (String::new(), text);
+    let (mut done, mut rest) = (String::new(), text.as_str());
     while let Some(at) = rest.find(&pattern) {
         let (before, after) = (&rest[..at], &rest[at + pattern.len()..]);
         done += before;

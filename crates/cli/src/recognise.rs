@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use containers::{ReadOptions, is_light_texture, read_image_header};
+use containers::{ReadOptions, Shows, is_light_texture, read_image_header};
 use engine::{BuildOptions, Cancel, Event, Kinds, Plan};
 use envmap::Layout;
 
@@ -177,8 +177,11 @@ fn layout_of(image: &Path) -> Result<Option<&'static str>, String> {
     }
     let header = read_image_header(&mut file, &ReadOptions::default());
     let header = header.map_err(|error| error.to_string())?;
-    if header.openexr_envmap.is_some() {
-        return Ok(None);
+    match header.panorama.map(|panorama| (panorama.source, panorama.shows)) {
+        Some((source, Shows::Unclear(why))) => return Err(format!("{source}: {why}")),
+        Some((_, Shows::Part(..))) => return Ok(None),
+        Some((_, Shows::Whole)) | None if header.openexr_envmap.is_some() => return Ok(None),
+        Some((_, Shows::Whole)) | None => {}
     }
     let name = image.file_name().unwrap_or_default().to_string_lossy();
     let (width, height) = (header.width, header.height);

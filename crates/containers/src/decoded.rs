@@ -4,6 +4,7 @@ use envmap::Image;
 
 use crate::colour_space::ColourSpace;
 use crate::format::Format;
+use crate::panorama::Panorama;
 
 /// What to read if a file holds several pictures.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -34,6 +35,8 @@ pub struct Decoded {
     pub format: Format,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
+    /// The part of the sphere that the picture shows, if the file says something of it.
+    pub panorama: Option<Panorama>,
     /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, PNG whose
     /// cICP says PQ, HLG or linear, and JPEG with a gain map.
     pub high_dynamic_range: bool,
@@ -56,6 +59,7 @@ impl Decoded {
             image,
             format,
             openexr_envmap: None,
+            panorama: None,
             high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance | Format::Pfm),
             gain_map: None,
             profile: None,

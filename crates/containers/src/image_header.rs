@@ -8,7 +8,8 @@ use crate::file_part::{beginning, length, rewind};
 use crate::format::{Format, identify};
 use crate::metadata::Metadata;
 use crate::orientation::upright_size;
-use crate::{cicp, gain_map_metadata, jpeg, open_exr, pfm, png, radiance, raster, tiff};
+use crate::panorama::Panorama;
+use crate::{cicp, gain_map_metadata, gpano, jpeg, open_exr, pfm, png, radiance, raster, tiff};
 
 /// As many bytes as tell one format from another, and a Git LFS pointer from a file.
 const SIGNATURE: u64 = 256;
@@ -17,7 +18,7 @@ const SIGNATURE: u64 = 256;
 const LONGEST_HEADER: u64 = 1 << 20;
 
 /// What the header of a picture says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ImageHeader {
     /// The format that the content is in.
     pub format: Format,
@@ -27,6 +28,8 @@ pub struct ImageHeader {
     pub height: usize,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
+    /// The part of the sphere that the picture shows, if the file says something of it.
+    pub panorama: Option<Panorama>,
 }
 
 /// Reads the header of a picture of any format that [`crate::read_image`] reads, and as little else of the
@@ -45,15 +48,19 @@ pub fn read_image_header(
     rewind(file)?;
     let within = |error: Error| error.within(format.name());
     let mut metadata = Metadata::default();
-    let mut openexr_envmap = None;
+    let (mut openexr_envmap, mut panorama) = (None, None);
     let stored = match format {
         Format::OpenExr => {
-            let (size, declared) =
+            let size;
+            (size, (openexr_envmap, panorama)) =
                 open_exr::header(&mut *file, length, options.layer.as_deref()).map_err(within)?;
-            openexr_envmap = declared;
             size
         }
-        Format::Radiance => radiance::header(file).map_err(within)?,
+        Format::Radiance => {
+            let size;
+            (size, panorama) = radiance::header(file).map_err(within)?;
+            size
+        }
         Format::Pfm => pfm::header(file, length).map_err(within)?,
         Format::Tiff => {
             let (size, found) = tiff::header(file, length).map_err(within)?;
@@ -69,8 +76,9 @@ pub fn read_image_header(
             size.map_err(within)?
         }
     };
-    let [width, height] = upright_size(stored, metadata.orientation);
-    Ok(ImageHeader { format, width, height, openexr_envmap })
+    let size @ [width, height] = upright_size(stored, metadata.orientation);
+    let panorama = panorama.or_else(|| gpano::of_xmp(metadata.xmp.as_deref()?, size));
+    Ok(ImageHeader { format, width, height, openexr_envmap, panorama })
 }
 
 /// Whether the header of a PNG or JPEG says that the picture holds light brighter than its white: by PNG's

@@ -2,7 +2,7 @@
 //!
 //! | format | orientation | XMP |
 //! | --- | --- | --- |
-//! | PNG | chunk eXIf | iTXt `XML:com.adobe.xmp` |
+//! | PNG | chunk eXIf | iTXt `XML:com.adobe.xmp`, or ImageMagick's raw profile |
 //! | JPEG | APP1 `Exif` | APP1 of Adobe's namespace |
 //! | WebP | chunk EXIF | chunk XMP |
 //!
@@ -12,7 +12,7 @@ use std::io::{Read, Seek, SeekFrom};
 
 use ::image::metadata::Orientation;
 
-use crate::Format;
+use crate::{Format, png_text};
 
 /// Exif and XMP that are longer are not read.
 const LONGEST: usize = 4 << 20;
@@ -20,8 +20,6 @@ const LONGEST: usize = 4 << 20;
 /// What JPEG puts before Exif, and other formats' writers sometimes too.
 const EXIF: &[u8] = b"Exif\0\0";
 const XMP_IN_JPEG: &[u8] = b"http://ns.adobe.com/xap/1.0/\0";
-/// The keyword, and that the text is not compressed; language and translated keyword are empty.
-const XMP_IN_PNG: &[u8] = b"XML:com.adobe.xmp\0\0\0\0\0";
 
 /// What a file says about its pixels.
 #[derive(Clone, Debug)]
@@ -43,7 +41,7 @@ impl Metadata {
         let visited = match format {
             Format::Png => png_chunks(file, |name, bytes| match name {
                 b"eXIf" => found.take_exif(bytes),
-                b"iTXt" => found.take_xmp(bytes.strip_prefix(XMP_IN_PNG)),
+                b"iTXt" | b"zTXt" | b"tEXt" => found.take_xmp(png_text::xmp(name, bytes).as_deref()),
                 _ => {}
             }),
             Format::Jpeg => jpeg_segments(file, |marker, bytes| {
@@ -82,7 +80,7 @@ fn png_chunks(file: &mut (impl Read + Seek), mut visit: impl FnMut(&[u8; 4], &[u
     loop {
         let [a, b, c, d, name @ ..]: [u8; 8] = array(file)?;
         let length = u32::from_be_bytes([a, b, c, d]);
-        let wanted = [b"eXIf", b"iTXt"].contains(&&name);
+        let wanted = [b"eXIf", b"iTXt", b"zTXt", b"tEXt"].contains(&&name);
         block(file, length as usize, 4, wanted, |bytes| visit(&name, bytes))?;
     }
 }

@@ -32,8 +32,9 @@ use crate::colour_space::ColourSpace;
 use crate::decoded::{Decoded, Encoded};
 use crate::error::{Error, ErrorKind};
 use crate::file_part::beginning;
+use crate::panorama::Panorama;
 use crate::recipe;
-use crate::{Format, limits};
+use crate::{Format, limits, radiance_view};
 
 /// The longest header that is read.
 const MAX_HEADER: usize = 1 << 20;
@@ -66,6 +67,8 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
         .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
     let mut decoded = Decoded::new(Format::Radiance, image);
     (decoded.warnings, decoded.recipe) = (header.warnings, header.recipe);
+    let size = [scan.width, scan.height];
+    decoded.panorama = header.view.and_then(|view| radiance_view::of_view(&view, size));
     let declared = header.chromaticities.map(|declared| ("the header", declared));
     match ColourSpace::chosen(wanted, declared, &mut decoded.warnings).map(Chromaticities::to_rec_709) {
         None => {}
@@ -81,8 +84,8 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
     Ok(decoded)
 }
 
-/// The size of the picture.
-pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<[usize; 2], Error> {
+/// The size of the picture, and what of the sphere it shows.
+pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<([usize; 2], Option<Panorama>), Error> {
     /// In bytes, with the line of the resolution.
     const LONGEST_HEADER: u64 = MAX_HEADER as u64 + 4096;
     // Nearly all headers are short.
@@ -93,11 +96,12 @@ pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<[usize; 2], Error>
     }
 }
 
-fn size_of(bytes: &[u8]) -> Result<[usize; 2], Error> {
-    let (_, rest) = Header::parse(bytes)?;
+fn size_of(bytes: &[u8]) -> Result<([usize; 2], Option<Panorama>), Error> {
+    let (header, rest) = Header::parse(bytes)?;
     let scan = Scan::parse(Input(rest).line()?)?;
     limits::pixels(scan.width, scan.height)?;
-    Ok([scan.width, scan.height])
+    let size = [scan.width, scan.height];
+    Ok((size, header.view.and_then(|view| radiance_view::of_view(&view, size))))
 }
 
 /// The recipe in a picture's header.
@@ -188,6 +192,8 @@ struct Header {
     divisor: [f64; 3],
     chromaticities: Option<Chromaticities>,
     recipe: Option<String>,
+    /// The values of VIEW, one after the other.
+    view: Option<String>,
     warnings: Vec<String>,
 }
 
@@ -197,7 +203,8 @@ const PART: &str = "#SPECULA=";
 impl Header {
     /// The header, and what follows it.
     fn parse(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
-        let mut header = Self { divisor: [1.0; 3], chromaticities: None, recipe: None, warnings: Vec::new() };
+        let mut header =
+            Self { divisor: [1.0; 3], chromaticities: None, recipe: None, view: None, warnings: Vec::new() };
         let mut input = Input(bytes);
         let mut first = true;
         loop {
@@ -259,6 +266,11 @@ impl Header {
             }
             "PIXASPECT" if !matches!(numbers.as_deref(), Some([1.0])) => {
                 self.ignore(line, "pixels are taken as square");
+            }
+            "VIEW" => {
+                let view = self.view.get_or_insert_default();
+                view.push_str(value);
+                view.push(' ');
             }
             // Files of older revisions have the whole recipe in one line.
             "SPECULA" => self.recipe = Some(value.to_owned()),

@@ -20,7 +20,7 @@ use crate::gain_map::GainMap;
 use crate::icc::{self, Encoding};
 use crate::metadata::Metadata;
 use crate::orientation::{upright, upright_size};
-use crate::{Format, cicp, limits, png};
+use crate::{Format, cicp, gpano, limits, png};
 
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
@@ -250,6 +250,7 @@ impl Raster {
         decoded.gain_map = description;
         decoded.warnings = warnings;
         decoded.notes = notes;
+        decoded.panorama = metadata.xmp.and_then(|xmp| gpano::of_xmp(&xmp, [columns, rows]));
         outside.report(&mut decoded.warnings, &mut decoded.notes);
         Ok(decoded)
     }

@@ -1,5 +1,6 @@
 //! Bad values among the pixels of a decoded image, and their repair before the image is resampled.
 
+use crate::coverage::Coverage;
 use crate::error::Error;
 use crate::image::Image;
 use crate::layout::Layout;
@@ -50,12 +51,13 @@ impl BadPixels {
     }
 }
 
-/// Counts the bad values of an image, ignoring pixels that the layout does not use.
+/// Counts the bad values of an image, ignoring pixels that the layout or the part does not use.
 ///
 /// # Errors
-/// [`Error::Shape`] if the image does not have the shape of the layout.
-pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
-    layout.check(image.width(), image.height())?;
+/// [`Error::Shape`] or [`Error::PartSize`] if the image does not have the shape of the layout or the part.
+pub fn audit(image: &Image, coverage: impl Into<Coverage>) -> Result<PixelAudit, Error> {
+    let coverage = coverage.into();
+    coverage.check(image)?;
     let mut audit = PixelAudit::default();
     for (index, pixel) in image.pixels().iter().enumerate() {
         // A good value needs only this comparison.
@@ -63,7 +65,7 @@ pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
             continue;
         }
         let (row, column) = (index / image.width(), index % image.width());
-        let Some(direction) = layout.direction(image.width(), image.height(), row, column) else { continue };
+        let Some(direction) = coverage.direction(image, row, column) else { continue };
         for (channel, value) in pixel.iter().enumerate() {
             let finding = if value.is_nan() {
                 &mut audit.nan
@@ -74,28 +76,28 @@ pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
             } else {
                 continue;
             };
-            let face = layout.face(image.width(), image.height(), row, column);
-            let row = if layout == Layout::Cube { row % image.width() } else { row };
+            let face = coverage.face(image, row, column);
+            let row = if coverage == Coverage::Whole(Layout::Cube) { row % image.width() } else { row };
             let first = Place { face, row, column, channel, direction };
             finding.get_or_insert(Finding { count: 0, first }).count += 1;
         }
     }
     if audit.negative.is_some() {
-        audit.negative_share = negative_share(image, layout);
+        audit.negative_share = negative_share(image, coverage);
     }
     Ok(audit)
 }
 
 /// The integral of the negative values over that of the absolute values, over the sphere and the channels;
 /// values that are not finite count as 0.
-fn negative_share(image: &Image, layout: Layout) -> f64 {
-    let (width, height) = (image.width(), image.height());
+fn negative_share(image: &Image, coverage: Coverage) -> f64 {
+    let width = image.width();
     let (mut negative, mut all) = (0.0, 0.0);
     let mut angle = 0.0;
     for (index, pixel) in image.pixels().iter().enumerate() {
         let (row, column) = (index / width, index % width);
-        if layout != Layout::LatLong || column == 0 {
-            angle = layout.solid_angle(width, height, row, column);
+        if coverage != Coverage::Whole(Layout::LatLong) || column == 0 {
+            angle = coverage.solid_angle(image, row, column);
         }
         for value in pixel.iter().filter(|value| value.is_finite()) {
             let value = f64::from(*value);
@@ -108,19 +110,23 @@ fn negative_share(image: &Image, layout: Layout) -> f64 {
 
 /// Audits an image, and applies the policy to its bad values.
 ///
-/// The audit describes the image before the repair. Pixels that the layout does not use are repaired too, but
-/// not counted.
+/// The audit describes the image before the repair. Pixels that the layout or the part does not use are
+/// repaired too, but not counted.
 ///
 /// # Errors
-/// [`Error::Shape`] if the image does not have the shape of the layout; [`Error::BadPixels`] if a value is
-/// bad and the policy refuses it.
-pub fn repair(mut image: Image, layout: Layout, policy: BadPixels) -> Result<(Image, PixelAudit), Error> {
-    let found = audit(&image, layout)?;
+/// Those of [`audit`]; [`Error::BadPixels`] if a value is bad and the policy refuses it.
+pub fn repair(
+    mut image: Image,
+    coverage: impl Into<Coverage>,
+    policy: BadPixels,
+) -> Result<(Image, PixelAudit), Error> {
+    let coverage = coverage.into();
+    let found = audit(&image, coverage)?;
     if policy.refuses(&found) {
         return Err(Error::BadPixels(Box::new(found)));
     }
     let bright = if policy == BadPixels::Clamp && found.infinite.is_some() {
-        largest_finite(&image, layout)
+        largest_finite(&image, coverage)
     } else {
         0.0
     };
@@ -132,13 +138,13 @@ pub fn repair(mut image: Image, layout: Layout, policy: BadPixels) -> Result<(Im
     Ok((image, found))
 }
 
-/// The largest finite value of the pixels that the layout uses, or 0.
-fn largest_finite(image: &Image, layout: Layout) -> f32 {
+/// The largest finite value of the pixels that are used, or 0.
+fn largest_finite(image: &Image, coverage: Coverage) -> f32 {
     let mut largest = 0.0;
     for (index, pixel) in image.pixels().iter().enumerate() {
         let brightest = pixel.iter().copied().filter(|value| value.is_finite()).fold(0.0, f32::max);
         let (row, column) = (index / image.width(), index % image.width());
-        if brightest > largest && layout.direction(image.width(), image.height(), row, column).is_some() {
+        if brightest > largest && coverage.direction(image, row, column).is_some() {
             largest = brightest;
         }
     }

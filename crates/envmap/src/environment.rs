@@ -9,9 +9,11 @@ use crate::audit::audit;
 use crate::canvas::{LatLongCanvas, MOST_TEXELS};
 use crate::cube_map::CubeMap;
 use crate::error::Error;
+use crate::fill::{Completed, Fill, placed};
 use crate::image::Image;
 use crate::lat_long_on_cube::LatLongOnCube;
 use crate::layout::Layout;
+use crate::part::Part;
 use crate::resample::{resample, resample_points, resample_unless};
 use crate::texels::{Texels, Turned};
 
@@ -86,6 +88,45 @@ impl Environment {
             }
         };
         Ok(Self { grid, pixels })
+    }
+
+    /// The environment that a picture of a part of the sphere shows, completed by `fill`, on the lat-long
+    /// grid `grid`, by default [`Part::default_grid`].
+    ///
+    /// A piece of a lat-long image whose pixels are texels of the default grid keeps them. Every other
+    /// picture is resampled as by [`Environment::from_image`]; texels across its border mix both sides by
+    /// area.
+    ///
+    /// # Errors
+    /// [`Error::PartSize`] if the picture is not as large as the part, [`Error::BadPixels`] if a value that
+    /// is used is NaN or infinite, [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
+    ///
+    /// # Example: the upper half of a sky, over black
+    ///
+    /// ```
+    /// use envmap::{Environment, Fill, Image, Part};
+    ///
+    /// let upper = Image::new(8, 2, vec![[1.0; 3]; 16]).expect("16 pixels");
+    /// let part = Part::of_lat_long([8, 2], [8.0, 4.0], [0.0, 0.0]).expect("it fits");
+    /// let sky = Environment::from_part(upper, &part, Fill::Black, None)?;
+    /// assert_eq!((sky.grid().width, sky.grid().height), (8, 4));
+    /// assert!((sky.integral()[0] - std::f64::consts::TAU).abs() < 1e-12);
+    /// # Ok::<(), envmap::Error>(())
+    /// ```
+    pub fn from_part(image: Image, part: &Part, fill: Fill, grid: Option<LatLong>) -> Result<Self, Error> {
+        let own = checked(part.default_grid())?;
+        let grid = checked(grid.unwrap_or(own))?;
+        let bad = audit(&image, *part)?;
+        if bad.nan.is_some() || bad.infinite.is_some() {
+            return Err(Error::BadPixels(Box::new(bad)));
+        }
+        if let Some(corner) = part.aligned() {
+            let whole = Self { grid: own, pixels: placed(image, part, fill, own, corner) };
+            return if grid == own { Ok(whole) } else { whole.resized(grid) };
+        }
+        let width = image.width();
+        let (completed, pixels) = Completed::new(image, part, fill);
+        Ok(Self { grid, pixels: resample(completed, width, &pixels, &LatLongCanvas::new(grid)) })
     }
 
     /// The environment of a cube map, resampled as by [`Environment::from_image`].

@@ -37,6 +37,14 @@ pub enum Error {
         /// Columns of the first face.
         edge: usize,
     },
+    /// The picture is not as large as the part that it is to be.
+    #[error("a part of {} x {} pixels cannot be a picture of {} x {}", .part[0], .part[1], .picture[0], .picture[1])]
+    PartSize {
+        /// Columns and rows of the part.
+        part: [usize; 2],
+        /// Columns and rows of the picture.
+        picture: [usize; 2],
+    },
     /// The picture holds NaN, infinite or negative values.
     #[error("the image holds bad pixels: {0}")]
     BadPixels(Box<PixelAudit>),

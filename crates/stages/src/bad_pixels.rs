@@ -1,7 +1,7 @@
 //! Bad pixels of pictures that are imported: the policies, and what is said of them.
 
 use engine::{Context, choice};
-use envmap::{BadPixels, Finding, Image, Layout, repair};
+use envmap::{BadPixels, Coverage, Finding, Image, repair};
 
 use crate::share::percent;
 
@@ -28,11 +28,11 @@ const SUSPICIOUS: f64 = 0.3;
 /// As [`repair`].
 pub(crate) fn repaired(
     image: Image,
-    layout: Layout,
+    coverage: impl Into<Coverage>,
     policy: BadPixels,
     context: &Context<'_>,
 ) -> Result<Image, envmap::Error> {
-    let (image, found) = repair(image, layout, policy)?;
+    let (image, found) = repair(image, coverage, policy)?;
     match found.negative {
         Some(Finding { count, first }) if policy == BadPixels::ZeroNegative => {
             let share = percent(found.negative_share);

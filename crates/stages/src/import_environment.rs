@@ -69,7 +69,7 @@
 //!
 //! | `layout` | what the image is |
 //! | --- | --- |
-//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute has the layout that the attribute names; everything else is `lat-long` |
+//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute has the layout that the attribute names; a picture whose file says that it shows a part of the sphere is placed, see below; everything else is `lat-long` |
 //! | `lat-long` | twice as wide as high, up at the top, pixel centres at half texels; the image centre is Specula's +X |
 //! | `openexr-lat-long` | the lat-long of OpenEXR's `envmap` attribute: the first and last rows lie on the poles, and the last column repeats the first |
 //! | `openexr-cube` | the cube of OpenEXR's `envmap` attribute: six faces below each other, +X -X +Y -Y +Z -Z, in OpenEXR's orientation |
@@ -90,6 +90,41 @@
 //!
 //! A lat-long image keeps its pixels. Every other layout is resampled with antialiasing: each texel is the
 //! mean of the image over the texel's area, so a small lamp keeps its energy.
+//!
+//! ## Parts of the sphere
+//!
+//! With `layout = "auto"`, a picture is placed where its file says that it belongs on the sphere. `fill` is
+//! the light of the rest, and a warning says how much of the sphere that is. Read are:
+//!
+//! - XMP in PNG, JPEG, WebP and TIFF: Google's photo sphere, the names GPano:... of the namespace
+//!   `http://ns.google.com/photos/1.0/panorama/`, as attributes or elements. In OpenEXR, attributes of these
+//!   names (`GPano:ProjectionType`), as OpenImageIO writes them.
+//! - Radiance: the header's VIEW.
+//!
+//! | GPano | what it says |
+//! | --- | --- |
+//! | `ProjectionType` | `equirectangular`, or a fisheye: `fisheye`, `equidistant`, `angular`, `hemispherical` (equidistant), `equisolid`, `stereographic`, `orthographic`; `dome`, `domemaster`, `fulldome` (equidistant, looking up, its lower side forward). Capitals and hyphens do not matter. Others, such as `cubestrip` and `cylindrical`, are an error |
+//! | `FullPanoWidthPixels`, `FullPanoHeightPixels` | the size of the whole, 360 x 180 degrees |
+//! | `CroppedAreaImageWidthPixels`, `CroppedAreaImageHeightPixels` | the size of the picture before it was resized |
+//! | `CroppedAreaLeftPixels`, `CroppedAreaTopPixels` | its place in the whole; it may reach past the right border, and continues at the left |
+//! | `PosePitchDegrees`, `PoseRollDegrees` | how the camera was tilted: the light is turned until the horizon is level, with a warning |
+//! | `PoseHeadingDegrees` | where the camera looked: the light is not turned by it, and a note says so |
+//!
+//! A missing size or place is assumed, with a warning: half or twice the other one, the picture's own size,
+//! the middle. It is an error if numbers contradict each other or the shape of the picture, or are none.
+//! With ProjectionType alone, the picture is the whole.
+//!
+//! A crop whose pixels are pixels of a whole of 2:1 keeps them; others are resampled. A fisheye is a square
+//! of 180 degrees, with a warning that this was assumed. The sizes change that: a full panorama of 2:1 has
+//! 360 x 180 degrees at the pixels of an equidistant fisheye, a square one 180 x 180.
+//!
+//! A VIEW of Radiance is read if its type is a fisheye: `-vta` (equidistant), `-vth` (orthographic) or `-vts`
+//! (stereographic), with the degrees `-vh` and `-vv`, the direction `-vd` and up `-vu`, the shift `-vs` and
+//! lift `-vl`. Radiance's +Y is Specula's +X, its +Z up. What lies farther from the axis than half of the
+//! larger of `-vh` and `-vv`, such as a square's corners, is not read. With other types, a warning says that
+//! the picture was taken for the whole sphere.
+//!
+//! `layout = "lat-long"` takes the picture for the whole sphere, whatever its file says.
 //!
 //! ## Six faces
 //!
@@ -161,12 +196,12 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use containers::{
-    Decoded, ImageHeader, LightTexture, OpenExrEnvmap, ReadOptions, decoder_level, is_light_texture,
-    read_image, read_image_header, read_light_texture,
+    Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, is_light_texture, read_image,
+    read_image_header, read_light_texture,
 };
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
-use envmap::{BadPixels, Environment, Image, Layout, check_faces, stack_faces};
-use sphere::{Face, LatLong};
+use envmap::{BadPixels, Coverage, Environment, Fill, Image, Layout, check_faces, stack_faces};
+use sphere::{Face, LatLong, Rotation};
 
 use crate::artifacts;
 use crate::bad_pixels::{BadPixelsName, repaired};
@@ -174,6 +209,7 @@ use crate::choices::STOPS;
 use crate::colour_space_name::ColourSpaceName;
 use crate::engine_files::turned_back;
 use crate::engine_preset::EnginePreset;
+use crate::panorama::{FillName, Shown};
 use crate::six_faces::{self, FaceFiles, FaceName};
 
 choice! {
@@ -202,8 +238,13 @@ parameters! {
     /// Parameters of `import-environment`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
-        /// cube, an `envmap` attribute names its layout, everything else is lat-long.
+        /// cube, an `envmap` attribute names its layout, a part of the sphere is placed as its file says, and
+        /// everything else is lat-long.
         layout: OrAuto<LayoutName> = OrAuto::Auto,
+        /// The light from where a picture of a part of the sphere shows nothing: "black"; "mean", the mean of
+        /// what it shows; "edge", that of the nearest pixel; or linear Rec. 709 radiance, [red, green, blue]
+        /// or one number, before `exposure`. See Parts of the sphere.
+        fill: FillName = FillName(Fill::Black),
         /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
         /// Layers.
         layer: Option<String> = None,
@@ -259,10 +300,16 @@ impl Kind for ImportEnvironment {
         match Pictures::find(source, false, parameters, context)? {
             Pictures::One => {
                 let header = read_header(source, parameters, context)?;
-                let layout = layout_of(parameters.layout, header.openexr_envmap, context);
-                let checked = layout.check(header.width, header.height);
-                checked
-                    .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(source))))
+                let ImageHeader { width, height, openexr_envmap, panorama, .. } = header;
+                let within = |failure: Failure| failure.context(format!("cannot import {}", name(source)));
+                let wanted = wanted(parameters);
+                let shown = Shown::of(wanted, openexr_envmap, panorama, &name(source), context);
+                match shown.map_err(within)?.coverage {
+                    Coverage::Whole(layout) => {
+                        layout.check(width, height).map_err(|error| within(error.into()))
+                    }
+                    Coverage::Part(_) => Ok(()),
+                }
             }
             Pictures::Faces(_, paths) => {
                 let mut sizes = [[0; 2]; Face::ALL.len()];
@@ -284,9 +331,9 @@ impl Kind for ImportEnvironment {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
-        let (image, layout) = read_source(source, parameters, context)?;
+        let (image, shown) = read_source(source, parameters, context)?;
         context.check_cancelled()?;
-        let image = repaired(image, layout, parameters.bad_pixels.0, context).map_err(|error| {
+        let image = repaired(image, shown.coverage, parameters.bad_pixels.0, context).map_err(|error| {
             let bad = matches!(error, envmap::Error::BadPixels(_));
             let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
             match bad {
@@ -297,18 +344,30 @@ impl Kind for ImportEnvironment {
             }
         })?;
         let grid = parameters.resolution.map(LatLong::with_rows);
-        if layout != Layout::LatLong {
-            let LatLong { width, height } =
-                grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
-            context.note(format!(
-                "layout {}: {} x {} pixels resampled to {width} x {height}",
-                layout.name(),
-                image.width(),
-                image.height()
-            ));
-        }
-        let environment = Environment::from_image(image, layout, grid)?;
+        let mut environment = match shown.coverage {
+            Coverage::Whole(layout) => {
+                if layout != Layout::LatLong {
+                    let LatLong { width, height } =
+                        grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
+                    context.note(format!(
+                        "layout {}: {} x {} pixels resampled to {width} x {height}",
+                        layout.name(),
+                        image.width(),
+                        image.height()
+                    ));
+                }
+                Environment::from_image(image, layout, grid)?
+            }
+            Coverage::Part(part) => {
+                shown.report(&part, parameters.fill.0, context);
+                Environment::from_part(image, &part, parameters.fill.0, grid)?
+            }
+        };
         context.check_cancelled()?;
+        if shown.turn != Rotation::IDENTITY {
+            environment = environment.rotated_unless(shown.turn, &|| context.check_cancelled().is_err());
+            context.check_cancelled()?;
+        }
         let environment = environment.exposed(parameters.exposure).ok_or_else(|| {
             Failure::new(format!("exposure {} makes a value infinite", parameters.exposure))
         })?;
@@ -383,17 +442,20 @@ fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<b
     Ok(is_light_texture(&first) || first.first() == Some(&b'{') && is_light_texture(&context.read(path)?))
 }
 
-/// The image of the source, and its layout.
+/// The image of the source, and what it shows.
 fn read_source(
     source: &Path,
     parameters: &Parameters,
     context: &Context<'_>,
-) -> Result<(Image, Layout), Failure> {
+) -> Result<(Image, Shown), Failure> {
     match Pictures::find(source, true, parameters, context)? {
         Pictures::One => {
             let decoded = read_picture(source, parameters, context)?;
-            let layout = layout_of(parameters.layout, decoded.openexr_envmap, context);
-            Ok((decoded.image, layout))
+            let Decoded { image, openexr_envmap, panorama, .. } = decoded;
+            let shown = Shown::of(wanted(parameters), openexr_envmap, panorama, &name(source), context);
+            let shown =
+                shown.map_err(|failure| failure.context(format!("cannot import {}", name(source))))?;
+            Ok((image, shown))
         }
         Pictures::Faces(files, paths) => {
             let faces = paths.iter().map(|path| Ok(read_picture(path, parameters, context)?.image));
@@ -403,9 +465,12 @@ fn read_source(
             check_faces(faces.each_ref().map(|face| [face.width(), face.height()]))?;
             let (faces, arranged) = files.arrange(faces);
             arranged.into_iter().for_each(|note| context.note(note));
-            Ok((stack_faces(faces)?, Layout::Cube))
+            Ok((stack_faces(faces)?, Shown::whole(Layout::Cube)))
         }
-        Pictures::Texture => read_texture(source, parameters, context),
+        Pictures::Texture => {
+            let (image, layout) = read_texture(source, parameters, context)?;
+            Ok((image, Shown::whole(layout)))
+        }
     }
 }
 
@@ -424,7 +489,7 @@ fn read_texture(
     let levels = if levels > 1 { format!(", level 0 of {levels}") } else { String::new() };
     if !is_cube {
         context.note(format!("{}: {format}, one picture{levels}", name(path)));
-        return Ok((image, layout_of(parameters.layout, None, context)));
+        return Ok((image, wanted(parameters).unwrap_or(Layout::LatLong)));
     }
     if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
         && layout != Layout::Cube
@@ -476,24 +541,12 @@ fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> 
     Ok(decoded)
 }
 
-/// The layout that the manifest names, or else the one that the file declares.
-fn layout_of(wanted: OrAuto<LayoutName>, declared: Option<OpenExrEnvmap>, context: &Context<'_>) -> Layout {
-    let declared = declared.map(|envmap| match envmap {
-        OpenExrEnvmap::LatLong => Layout::OpenExrLatLong,
-        OpenExrEnvmap::Cube => Layout::OpenExrCube,
-    });
-    let layout = match wanted {
-        OrAuto::Auto => declared.unwrap_or(Layout::LatLong),
-        OrAuto::Fixed(LayoutName(layout)) => layout,
-    };
-    if let Some(declared) = declared.filter(|declared| *declared != layout) {
-        context.warn(format!(
-            "the file's envmap attribute says {}; it is read with layout = \"{}\"",
-            declared.name(),
-            layout.name()
-        ));
+/// The layout that the manifest names.
+fn wanted(parameters: &Parameters) -> Option<Layout> {
+    match parameters.layout {
+        OrAuto::Auto => None,
+        OrAuto::Fixed(LayoutName(layout)) => Some(layout),
     }
-    layout
 }
 
 /// The last part of a path, for messages.

@@ -50,6 +50,7 @@ mod material_file;
 mod material_picture;
 mod material_schema;
 mod overflow;
+mod panorama;
 mod parts;
 mod precompute_transfer;
 mod prefilter;

@@ -31,25 +31,30 @@ use crate::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
 use crate::error::Error;
 use crate::file_part::{beginning, rewind};
 use crate::format::identify;
-use crate::{Format, limits};
+use crate::panorama::Panorama;
+use crate::{Format, gpano, limits};
 
 /// Chunks that are decompressed side by side, at most, and about how many pixels they hold.
 const BATCH: usize = 64;
 const BATCH_PIXELS: usize = 1 << 23;
 
-/// The size of the picture, and its `envmap` attribute.
+/// The `envmap` attribute, and what of the sphere the picture shows.
+type OnSphere = (Option<OpenExrEnvmap>, Option<Panorama>);
+
+/// The size of the picture, and what its attributes say of the sphere.
 pub(crate) fn header(
     file: impl Read + Seek,
     length: usize,
     wanted: Option<&str>,
-) -> Result<([usize; 2], Option<OpenExrEnvmap>), Error> {
+) -> Result<([usize; 2], OnSphere), Error> {
     let meta = open(file)?;
     let layer = Layer::choose(&meta.headers, wanted, &mut Vec::new())?;
     let header = &meta.headers[layer.part];
     subsampled::check(header, &layer)?;
     check_size(&meta.headers, header, length)?;
     let Vec2(width, height) = header.shared_attributes.display_window.size;
-    Ok(([width, height], envmap_of(header)))
+    let size = [width, height];
+    Ok((size, (envmap_of(header), panorama_of(header, size))))
 }
 
 pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
@@ -67,6 +72,7 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error
         .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
     let mut decoded = Decoded {
         openexr_envmap: envmap_of(header),
+        panorama: panorama_of(header, [width, height]),
         warnings,
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
@@ -93,6 +99,23 @@ fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
         EnvironmentMap::LatitudeLongitude => OpenExrEnvmap::LatLong,
         EnvironmentMap::Cube => OpenExrEnvmap::Cube,
     })
+}
+
+/// GPano in attributes, as OpenImageIO writes the XMP of a picture that it converts.
+fn panorama_of(header: &Header, size: [usize; 2]) -> Option<Panorama> {
+    let value = |name: &str| {
+        let key = format!("GPano:{name}");
+        let mut attributes = header.own_attributes.other.iter().chain(&header.shared_attributes.other);
+        let (_, value) = attributes.find(|(name, _)| (*name).eq(key.as_str()))?;
+        match value {
+            AttributeValue::Text(text) => Some(String::from_utf8_lossy(text.bytes()).into_owned()),
+            AttributeValue::I32(number) => Some(number.to_string()),
+            AttributeValue::F32(number) => Some(number.to_string()),
+            AttributeValue::F64(number) => Some(number.to_string()),
+            _ => None,
+        }
+    };
+    gpano::of_properties(value, size)
 }
 
 /// Every layer of an OpenEXR file, and its texts.
