@@ -70,6 +70,11 @@ pub struct Model {
     pub notes: Vec<String>,
 }
 
+/// The JSON of a `.gltf` or a `.glb`; `None` if the bytes are neither.
+pub fn gltf_document(bytes: &[u8]) -> Option<serde_json::Value> {
+    document::read(bytes).ok().map(|chunks| chunks.json.into())
+}
+
 /// Reads the meshes of the default scene, or of the first if none is named.
 ///
 /// Other files that the document names are read through `read`: their paths are relative to the file's

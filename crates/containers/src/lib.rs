@@ -91,9 +91,9 @@ pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{
     Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,
-    ReadBeside, VertexAttribute, check_gltf, check_gltf_material, gltf_has_triangles, gltf_materials,
-    read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting,
-    read_gltf_material, write_glb, write_gltf_image_based_light,
+    ReadBeside, VertexAttribute, check_gltf, check_gltf_material, gltf_document, gltf_has_triangles,
+    gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light,
+    read_gltf_lighting, read_gltf_material, write_glb, write_gltf_image_based_light,
 };
 pub use image_header::{ImageHeader, declares_high_dynamic_range, read_image_header};
 pub use ktx1::write_ktx1;

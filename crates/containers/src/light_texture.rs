@@ -20,6 +20,8 @@ pub struct LightTexture {
     pub image: Image,
     /// Whether it is a cube; otherwise it is one picture.
     pub is_cube: bool,
+    /// Whether the container is for lights in Babylon.js' frame, an `.env` or glTF; others say no frame.
+    pub is_for_babylon: bool,
     /// The container and the format of its texels, for messages.
     pub format: String,
     /// The number of levels of detail.
@@ -63,6 +65,7 @@ pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTe
         }
         (texture, format!("{container}, {}", format.name()), metadata.remove("KTXorientation"))
     };
+    let is_for_babylon = is_babylon_env(bytes) || is_gltf_image_based_light(bytes);
     let levels = texture.levels().len();
     let Texture { width, height, depth, layers, faces, mut pixels, .. } = texture;
     if depth > 1 || layers > 1 {
@@ -82,6 +85,7 @@ pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTe
     Ok(LightTexture {
         image,
         is_cube: faces == 6,
+        is_for_babylon,
         format,
         levels,
         warnings,

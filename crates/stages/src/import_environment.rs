@@ -439,7 +439,8 @@ fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<b
     let mut first = Vec::new();
     context.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
     // What glTF holds is known only by the whole document.
-    Ok(is_light_texture(&first) || first.first() == Some(&b'{') && is_light_texture(&context.read(path)?))
+    let is_document = first.starts_with(b"glTF") || first.trim_ascii_start().starts_with(b"{");
+    Ok(is_light_texture(&first) || is_document && is_light_texture(&context.read(path)?))
 }
 
 /// The image of the source, and what it shows.
@@ -482,7 +483,7 @@ fn read_texture(
 ) -> Result<(Image, Layout), Failure> {
     let within = |failure: Failure| failure.context(format!("cannot import {}", name(path)));
     let read = read_light_texture(&context.read(path)?, &parameters.options());
-    let LightTexture { mut image, is_cube, format, levels, warnings, notes, recipe } =
+    let LightTexture { mut image, is_cube, is_for_babylon, format, levels, warnings, notes, recipe } =
         read.map_err(|error| within(error.into()))?;
     warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
     notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
@@ -507,7 +508,8 @@ fn read_texture(
             name(path)
         ));
     }
-    let preset = parameters.preset.or(declared);
+    let usual = is_for_babylon.then_some(EnginePreset::Babylon);
+    let preset = parameters.preset.or(declared).or(usual);
     let frame =
         preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name()));
     context.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));

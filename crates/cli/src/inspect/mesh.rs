@@ -49,7 +49,7 @@ fn end(bytes: &[u8]) -> Facts {
 
 /// A document that holds lights and no mesh, such as `export-light-rig` writes.
 fn lights(bytes: &[u8]) -> Option<Facts> {
-    let document: Value = serde_json::from_slice(bytes).ok()?;
+    let document = containers::gltf_document(bytes)?;
     let lights = document.pointer("/extensions/KHR_lights_punctual/lights")?.as_array()?.len();
     if document.get("meshes").is_some() {
         return None;
@@ -62,7 +62,7 @@ fn lights(bytes: &[u8]) -> Option<Facts> {
 
 /// A document that holds an image-based light and no mesh.
 fn image_based_light(bytes: &[u8]) -> Result<Option<Facts>, Failure> {
-    let Ok(document) = serde_json::from_slice::<Value>(bytes) else { return Ok(None) };
+    let Some(document) = containers::gltf_document(bytes) else { return Ok(None) };
     let lights = document.pointer("/extensions/EXT_lights_image_based/lights").and_then(Value::as_array);
     let Some(lights) = lights.filter(|_| document.get("meshes").is_none()) else { return Ok(None) };
     let mut facts: Facts = vec![

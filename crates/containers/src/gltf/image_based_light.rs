@@ -8,6 +8,8 @@
 //! a positive angle about +Y, +Z moves to +X, clockwise as seen from above. That is what the matrix does that
 //! the loader of Babylon.js makes of it, in its left-handed and in its right-handed scenes.
 
+use std::borrow::Cow;
+
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use rayon::prelude::*;
@@ -141,11 +143,13 @@ pub fn read_gltf_lighting(bytes: &[u8]) -> Result<GltfLighting, Error> {
 /// Whether the bytes are a glTF document that holds such a light.
 pub(crate) fn is_gltf_image_based_light(bytes: &[u8]) -> bool {
     let name = EXTENSION.as_bytes();
-    bytes.first() == Some(&b'{') && bytes.windows(name.len()).any(|window| window == name)
+    let is_document = bytes.starts_with(b"glTF") || bytes.trim_ascii_start().starts_with(b"{");
+    is_document && bytes.windows(name.len()).any(|window| window == name)
 }
 
-/// Reads the light of a document that [`write_gltf_image_based_light`] wrote. Its intensity multiplies what
-/// is given, and its rotation turns it; a cube that is turned is resampled.
+/// Reads the light of a document whose images are within it, as [`write_gltf_image_based_light`] writes them
+/// or in the binary chunk of a `.glb`. Its intensity multiplies what is given, and its rotation turns it; a
+/// cube that is turned is resampled.
 ///
 /// # Errors
 /// If the document is damaged, has no such light, or has its images elsewhere.
@@ -213,7 +217,7 @@ impl<'a> Light<'a> {
 }
 
 fn parse(bytes: &[u8]) -> Result<ImageBasedLight, Error> {
-    let Chunks { json, .. } = open(bytes)?;
+    let Chunks { json, binary } = open(bytes)?;
     let light = Light::of(&json)?;
     let element = &light.element;
     let size = element.get("specularImageSize");
@@ -241,11 +245,7 @@ fn parse(bytes: &[u8]) -> Result<ImageBasedLight, Error> {
             let number = faces.element(face);
             let read = || {
                 let index = number.index()?.ok_or_else(|| number.missing())?;
-                let data = images.at(index)?.get("uri").text()?.and_then(|uri| uri.strip_prefix(PNG_DATA));
-                let data = data.ok_or_else(|| Error::unsupported("expected a PNG as a data URI"))?;
-                let png =
-                    STANDARD.decode(data).map_err(|error| Error::damaged(format!("base64: {error}")))?;
-                rgbd::read_face(edge, &png)
+                rgbd::read_face(edge, &within(&json, binary, &images.at(index)?)?)
             };
             texels
                 .extend(read().map_err(|error: Error| error.within(format!("level {level}, face {face}")))?);
@@ -269,6 +269,31 @@ fn parse(bytes: &[u8]) -> Result<ImageBasedLight, Error> {
         }
     }
     Ok(ImageBasedLight { cube, irradiance })
+}
+
+/// The bytes of an image that is in the file: a data URI, or a part of the binary chunk.
+fn within<'a>(
+    document: &Map<String, Value>,
+    binary: Option<&'a [u8]>,
+    image: &Element<'_>,
+) -> Result<Cow<'a, [u8]>, Error> {
+    if let Some(uri) = image.get("uri").text()? {
+        let data = uri.strip_prefix("data:").and_then(|uri| uri.split_once(";base64,"));
+        let (_, data) = data
+            .ok_or_else(|| Error::unsupported("the image is beside the file; expected it as a data URI"))?;
+        let decoded = STANDARD.decode(data).map_err(|error| Error::damaged(format!("base64: {error}")))?;
+        return Ok(decoded.into());
+    }
+    let index = image.get("bufferView").index()?.ok_or_else(|| image.get("uri").missing())?;
+    let view = Element::of(document, "bufferViews").at(index)?;
+    let number = |key: &str| Ok::<_, Error>(view.get(key).index()?.unwrap_or(0));
+    let (buffer, offset, length) = (number("buffer")?, number("byteOffset")?, number("byteLength")?);
+    let chunk = binary.filter(|_| buffer == 0);
+    let chunk =
+        chunk.ok_or_else(|| Error::unsupported("the image is beside the file; expected it in its chunk"))?;
+    let part = chunk.get(offset..).and_then(|rest| rest.get(..length));
+    part.map(Cow::from)
+        .ok_or_else(|| Error::truncated("the file ends before the image does").within(view.path()))
 }
 
 /// A cube whose light is turned: each texel is the mean of 3 x 3 places of the given one, interpolated within

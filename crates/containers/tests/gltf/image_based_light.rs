@@ -151,6 +151,52 @@ fn intensity_multiplies_the_cube() {
     }
 }
 
+/// The same document as a `.glb` whose images are parts of the binary chunk, behind white space as JSON, and beside a
+/// file.
+#[test]
+fn images_are_read_from_the_binary_chunk() {
+    use base64::Engine as _;
+    use containers::{ImageBasedLight, Texture, read_gltf_image_based_light, write_gltf_image_based_light};
+    let pixels = (0..24).map(|texel| [0.25, 0.5, texel as f32 / 24.0]).collect();
+    let cube = Texture { width: 2, height: 2, faces: 6, pixels, ..Texture::default() };
+    let light = ImageBasedLight { cube, irradiance: [[0.5; 3]; 9] };
+    let file = write_gltf_image_based_light(&light, None).unwrap().bytes;
+    let expected = read_gltf_image_based_light(&file).unwrap();
+    let spaced = [b" \n", &file[..]].concat();
+    assert_eq!(read_gltf_image_based_light(&spaced).unwrap(), expected);
+    let mut document: serde_json::Value = serde_json::from_slice(&file).unwrap();
+    let (mut chunk, mut views) = (Vec::new(), Vec::new());
+    for image in document["images"].as_array_mut().unwrap() {
+        let uri = image["uri"].as_str().unwrap().split_once(',').unwrap().1.to_owned();
+        let png = base64::engine::general_purpose::STANDARD.decode(uri).unwrap();
+        views.push(serde_json::json!({"buffer": 0, "byteOffset": chunk.len(), "byteLength": png.len()}));
+        *image = serde_json::json!({"bufferView": views.len() - 1, "mimeType": "image/png"});
+        chunk.extend(png);
+        chunk.resize(chunk.len().next_multiple_of(4), 0);
+    }
+    document["bufferViews"] = views.into();
+    document["buffers"] = serde_json::json!([{"byteLength": chunk.len()}]);
+    let glb = |document: &serde_json::Value, chunk: &[u8]| {
+        let mut json = document.to_string().into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let word = |number: usize| (number as u32).to_le_bytes();
+        let whole = word(28 + json.len() + chunk.len());
+        let (json_size, chunk_size) = (word(json.len()), word(chunk.len()));
+        [b"glTF", &word(2)[..], &whole, &json_size, b"JSON", &json, &chunk_size, b"BIN\0", chunk].concat()
+    };
+    assert_eq!(read_gltf_image_based_light(&glb(&document, &chunk)).unwrap(), expected);
+    let found = containers::read_light_texture(&glb(&document, &chunk), &containers::ReadOptions::default());
+    assert!(found.unwrap().is_for_babylon);
+    let error = |document: &serde_json::Value, chunk: &[u8]| {
+        read_gltf_image_based_light(&glb(document, chunk)).unwrap_err().to_string()
+    };
+    let cut = error(&document, &chunk[..chunk.len() - 8]);
+    assert!(cut.contains("level 0, face 5") && cut.contains("ends before the image"), "{cut}");
+    document["images"][3] = serde_json::json!({"uri": "faces/ny.png"});
+    let beside = error(&document, &chunk);
+    assert!(beside.contains("face 3: the image is beside the file"), "{beside}");
+}
+
 /// A quarter turn by which +Z of the faces moves to +X: the light from a direction comes from the turned one. A light
 /// of a constant and a slope is 2 + c at the place c of the faces before, and 2 + (-c.z, c.y, c.x) after; the irradiance
 /// turns with it, as `read_gltf_lighting` does it.
