@@ -19,7 +19,7 @@
 //!
 //! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures of one
 //! level of detail: a `cube` is one file with six faces in it, and there are no strips and crosses.
-//! `import-environment` reads `.exr` and `.hdr` back with the same `layout`.
+//! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
 //!
 //! Half floats end at 65504. If a value exceeds that, the file has 32-bit floats, and a note says so, unless
 //! `precision` is named: then a warning says which share of the light is lost.

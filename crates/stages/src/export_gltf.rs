@@ -217,7 +217,10 @@ fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexA
         let what = format!(
             "the numbers of COLOR_0 are clamped: {below} of {of} from below 0, which turn black, {above} from above 1"
         );
-        let help = "lower `exposure`, or read _RADIANCE, which keeps them all";
+        let help = match above {
+            0 => "read _RADIANCE, which keeps them all",
+            _ => "lower `exposure`, or read _RADIANCE, which keeps them all",
+        };
         report_loss(context, (below + above) as f64 / of as f64, &what, help);
     }
     let clamped = exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect();

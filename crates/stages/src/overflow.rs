@@ -170,8 +170,7 @@ pub(crate) fn precision(
 pub(crate) fn note_floats(excess: &Excess, context: &Context<'_>) {
     let largest = excess.largest;
     context.note(format!(
-        "written in 32-bit floats, because values up to {largest:.3e} exceed 65504, the largest half; \
-         precision = \"half\" would clamp them"
+        "written in 32-bit floats, because values up to {largest:.3e} exceed 65504, the largest half"
     ));
 }
 

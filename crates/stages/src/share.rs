@@ -34,6 +34,9 @@ pub(crate) fn percent(error: f64) -> String {
     if error == 0.0 {
         return "0 %".into();
     }
+    if error < 1e-8 {
+        return "less than 0.000001 %".into();
+    }
     let digits = (1.0 - math::log10((100.0 * error).max(1e-9)).floor()).clamp(0.0, 6.0) as usize;
     format!("{:.digits$} %", 100.0 * error)
 }
@@ -54,6 +57,7 @@ mod tests {
         assert_eq!(percent(0.000_123_45), "0.012 %");
         assert_eq!(percent(1.2345), "123 %");
         assert_eq!(percent(0.0), "0 %");
+        assert_eq!(percent(1e-9), "less than 0.000001 %");
     }
 
     #[test]

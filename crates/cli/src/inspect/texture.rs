@@ -61,7 +61,7 @@ pub(super) fn light(cube: &Texture) -> Facts {
     let Texture { width, height, faces, .. } = cube;
     vec![
         ("shape", format!("{width} x {height}, {faces} faces, {} levels, RGBD", cube.levels().len()).into()),
-        ("frame", "right-handed, +Y up; faces +X -X +Y -Y +Z -Z as in KTX2's table".into()),
+        ("frame", "+Y up; faces +X -X +Y -Y +Z -Z, looked up with x mirrored, as Babylon.js does".into()),
     ]
 }
 
