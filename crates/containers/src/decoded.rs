@@ -37,8 +37,8 @@ pub struct Decoded {
     /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, and PNG
     /// whose cICP says PQ, HLG or linear.
     pub high_dynamic_range: bool,
-    /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16". If other
-    /// primaries were asked for, only its curve was used.
+    /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16". If
+    /// other primaries were asked for, only its curve was used.
     pub profile: Option<String>,
     /// What was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,

@@ -151,9 +151,9 @@ fn intensity_multiplies_the_cube() {
     }
 }
 
-/// A quarter turn by which +Z of the faces moves to +X: the light from a direction comes from the turned one. A light
-/// of a constant and a slope is 2 + c at the place c of the faces before, and 2 + (-c.z, c.y, c.x) after; the irradiance
-/// turns with it, as `read_gltf_lighting` does it.
+/// A quarter turn by which +Z of the faces moves to +X: the light from a direction comes from the turned one.
+/// A light of a constant and a slope is 2 + c at the place c of the faces before, and 2 + (-c.z, c.y, c.x)
+/// after; the irradiance turns with it, as `read_gltf_lighting` does it.
 #[test]
 fn a_rotation_turns_the_cube_and_its_irradiance() {
     use containers::{
