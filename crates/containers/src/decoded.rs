@@ -42,8 +42,8 @@ pub struct Decoded {
     pub high_dynamic_range: bool,
     /// The gain map of a JPEG, in a few words: its metadata, its size and its stops.
     pub gain_map: Option<String>,
-    /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16". If other
-    /// primaries were asked for, only its curve was used.
+    /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16". If
+    /// other primaries were asked for, only its curve was used.
     pub profile: Option<String>,
     /// What was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,

@@ -37,8 +37,8 @@ fn names(format: TexelFormat) -> Option<[u32; 4]> {
         TexelFormat::Rgba16F => Some([0x140b, 2, RGBA, 0x881a]),
         TexelFormat::Rgba32F => Some([0x1406, 4, RGBA, 0x8814]),
         TexelFormat::R11G11B10F => Some([PACKED_FLOATS, 4, RGB, PACKED_FLOATS]),
-        // Those that are only read: GL_RGB16F, GL_RGB32F; GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT and _SIGNED_FLOAT;
-        // GL_UNSIGNED_BYTE with GL_RGB8, GL_SRGB8, GL_RGBA8 and GL_SRGB8_ALPHA8.
+        // Those that are only read: GL_RGB16F, GL_RGB32F; GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT and
+        // _SIGNED_FLOAT; GL_UNSIGNED_BYTE with GL_RGB8, GL_SRGB8, GL_RGBA8 and GL_SRGB8_ALPHA8.
         TexelFormat::Rgb16F => Some([0x140b, 2, RGB, 0x881b]),
         TexelFormat::Rgb32F => Some([0x1406, 4, RGB, 0x8815]),
         TexelFormat::Bc6h => Some([0, 1, RGB, 0x8e8f]),

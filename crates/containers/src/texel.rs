@@ -176,7 +176,8 @@ impl TexelFormat {
         width.div_ceil(edge).checked_mul(height.div_ceil(edge))?.checked_mul(bytes)
     }
 
-    /// Images of `width` x `height` texels, one after the other, as they are stored in a format that is written.
+    /// Images of `width` x `height` texels, one after the other, as they are stored in a format that is
+    /// written.
     pub(crate) fn pack(self, width: usize, height: usize, texels: &[[f32; 3]]) -> Packed {
         let negative = match self.is_signed() {
             true => 0,

@@ -330,8 +330,8 @@ fn luminance_and_chroma_are_read() {
     }
 }
 
-/// Chroma of 2 x 2 pixels as OpenEXR's `RgbaInputFile` reconstructs it, in halves (`data/README.md`); two lamps of
-/// one colour, so that the filter overshoots and saturation is limited.
+/// Chroma of 2 x 2 pixels as OpenEXR's `RgbaInputFile` reconstructs it, in halves (`data/README.md`); two
+/// lamps of one colour, so that the filter overshoots and saturation is limited.
 #[test]
 fn subsampled_chroma_is_read() {
     let expected: Vec<f32> = include_str!("data/openexr-chroma.txt")

@@ -5,9 +5,9 @@
 //! central direction of the surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is
 //! the reflection vector R: all maps are looked up at the R of the pixel, with no warp between them.
 //!
-//! Twelve views hold a field up to P = 2 in the view. The share of the reflected energy beyond that blurs or is
-//! lost between the vertices: a note says how much it is, or above 1 % a warning. `export-shrm` keeps all of it
-//! in fewer numbers.
+//! Twelve views hold a field up to P = 2 in the view. The share of the reflected energy beyond that blurs or
+//! is lost between the vertices: a note says how much it is, or above 1 % a warning. `export-shrm` keeps all
+//! of it in fewer numbers.
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
 //! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =

@@ -43,16 +43,17 @@
 //! engine may hold it. In every engine the sun can be a light beside the map: `project-sh` finds it,
 //! `subtract-lights` takes it out of the environment that is exported here, and `export-light-rig` writes it.
 //!
-//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel would
-//! change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie between
-//! two numbers take the farther one if that is needed. A block of `bc6h` holds a line of colours, and passes
-//! on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as it does
-//! if a few texels hold all light, a warning says by how much.
+//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel
+//! would change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie
+//! between two numbers take the farther one if that is needed. A block of `bc6h` holds a line of colours, and
+//! passes on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as
+//! it does if a few texels hold all light, a warning says by how much.
 //!
 //! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
-//! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`), and
-//! what the format rounds as it is read back (`stored_error`), both as RMS in relation to the level's largest
-//! value; and what rounding adds to the light of red, green and blue, as a share of it (`rounded_light`).
+//! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),
+//! and what the format rounds as it is read back (`stored_error`), both as RMS in relation to the level's
+//! largest value; and what rounding adds to the light of red, green and blue, as a share of it
+//! (`rounded_light`).
 //!
 //! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
 //! which it is nowhere negative is applied here, too.

@@ -19,8 +19,8 @@
 //! A material with a matte base under a highlight has no one direction to look a map up by. It gets two:
 //! `{path}-diffuse` is looked up by the normal, `{path}`, with the highlight, by the reflection vector, and a
 //! renderer adds them. Other materials have no such file. With `parts = "together"` one map holds the sum
-//! about the reflection vector, where the base shows the light of the wrong direction. A note says by how many
-//! stops, or a warning if more than 5 % of the views are off by more than 0.1 stops.
+//! about the reflection vector, where the base shows the light of the wrong direction. A note says by how
+//! many stops, or a warning if more than 5 % of the views are off by more than 0.1 stops.
 //!
 //! ## Lamps
 //!

@@ -151,8 +151,8 @@
 //!
 //! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube,
 //! which in a prefiltered one is the mirror, or of one picture, which `layout` describes as that of any
-//! other. Texels are halves, floats, RGB9E5, R11G11B10F, BC6H (also signed), RGBD or bytes, which hold no high
-//! dynamic range, as a warning says. KTX2 may be compressed with Zstandard or zlib.
+//! other. Texels are halves, floats, RGB9E5, R11G11B10F, BC6H (also signed), RGBD or bytes, which hold no
+//! high dynamic range, as a warning says. KTX2 may be compressed with Zstandard or zlib.
 //!
 //! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
 //! names the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that

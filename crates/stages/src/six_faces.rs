@@ -25,15 +25,18 @@ struct Family {
 const INSIDE: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
 /// The right of the front is called left: Unity's skybox of six sides, whose front is +Z and whose left is +X
-/// (`Skybox-6-Sided.shader` of Unity's built-in shaders calls its textures "Front [+Z]", "Left [+X]" and so on).
+/// (`Skybox-6-Sided.shader` of Unity's built-in shaders calls its textures "Front [+Z]", "Left [+X]" and so
+/// on).
 const EXCHANGED: [usize; 6] = [1, 0, 2, 3, 4, 5];
 
-/// Quake and Source: `rt` is +X, `bk` +Y, `lf` -X and `ft` -Y of a frame that is Specula's, the top of `up` lies
-/// at `lf` and that of `dn` at `rt` (`suf`, `skytexorder` and `st_to_vec` of Quake II's `ref_gl/gl_warp.c`).
+/// Quake and Source: `rt` is +X, `bk` +Y, `lf` -X and `ft` -Y of a frame that is Specula's, the top of `up`
+/// lies at `lf` and that of `dn` at `rt` (`suf`, `skytexorder` and `st_to_vec` of Quake II's
+/// `ref_gl/gl_warp.c`).
 const QUAKE: [usize; 6] = [4, 5, 2, 3, 0, 1];
 
 const FAMILIES: [Family; 4] = [
-    // cmft says `posx` and so on (`src/cmft/image.cpp`); AMD's CubeMapGen numbers the faces in this order, of Direct3D.
+    // cmft says `posx` and so on (`src/cmft/image.cpp`); AMD's CubeMapGen numbers the faces in this order, of
+    // Direct3D.
     Family {
         words: [
             &["px", "posx", "xpos", "+x", "x+", "positivex", "positive_x", "c00"],

@@ -1,12 +1,13 @@
-//! Luminance and chroma as OpenEXR's `RgbaOutputFile` writes them with `WRITE_YC`: a value of RY and BY for each 2 x 2
-//! of Y.
+//! Luminance and chroma as OpenEXR's `RgbaOutputFile` writes them with `WRITE_YC`: a value of RY and BY for
+//! each 2 x 2 of Y.
 //!
-//! The decoder refuses headers with subsampled channels, though most of its compressions know them. So it is shown a
-//! header without them, and gets their sampling back before it unpacks a chunk.
+//! The decoder refuses headers with subsampled channels, though most of its compressions know them. So it is
+//! shown a header without them, and gets their sampling back before it unpacks a chunk.
 //!
-//! The chroma between two samples is that of OpenEXR's filter of 27 places, and colours that it makes too saturated
-//! are drawn toward their neighbours' saturation (`ImfRgbaYca.cpp`: `reconstructChromaHoriz`,
-//! `reconstructChromaVert`, `fixSaturation`). OpenEXR rounds to halves in between, which is not repeated here.
+//! The chroma between two samples is that of OpenEXR's filter of 27 places, and colours that it makes too
+//! saturated are drawn toward their neighbours' saturation (`ImfRgbaYca.cpp`: `reconstructChromaHoriz`,
+//! `reconstructChromaVert`, `fixSaturation`). OpenEXR rounds to halves in between, which is not repeated
+//! here.
 
 use std::borrow::Cow;
 
@@ -107,8 +108,8 @@ pub(super) fn restore(headers: &mut [Header], samplings: &Samplings) -> Result<(
     Ok(())
 }
 
-/// What the decoder needs to know of chunks that are an odd row alone, which has no chroma; `None` if there are
-/// none. The headers are those that [`restore`] made, and become those of even rows.
+/// What the decoder needs to know of chunks that are an odd row alone, which has no chroma; `None` if there
+/// are none. The headers are those that [`restore`] made, and become those of even rows.
 pub(super) fn without_chroma(meta: &mut MetaData) -> Option<MetaData> {
     let is_row = |header: &Header| {
         header.compression.scan_lines_per_block() == 1
@@ -178,8 +179,8 @@ impl Line {
 
 /// Fills in the chroma of pixels of Y, RY and BY, of which only each second row or column has a sample.
 ///
-/// `window` is the rectangle of the data in the picture of `width` columns, its first column and row and those past its
-/// last; `origin` is the pixel of the picture's corner.
+/// `window` is the rectangle of the data in the picture of `width` columns, its first column and row and
+/// those past its last; `origin` is the pixel of the picture's corner.
 pub(super) fn fill(
     pixels: &mut [[f32; 3]],
     width: usize,
@@ -216,8 +217,8 @@ fn extent([r, g, b]: [f32; 3]) -> [f32; 2] {
     [r.min(g).min(b), r.max(g).max(b)]
 }
 
-/// Draws colours that are far more saturated than the four pixels at their corners toward the grey of the same
-/// luminance, of which `weights` are those of R, G and B.
+/// Draws colours that are far more saturated than the four pixels at their corners toward the grey of the
+/// same luminance, of which `weights` are those of R, G and B.
 pub(super) fn fix_saturation(
     pixels: &mut [[f32; 3]],
     width: usize,

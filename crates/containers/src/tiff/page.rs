@@ -29,8 +29,8 @@ pub(super) enum SampleFormat {
     Float,
 }
 
-/// Compressions that are unpacked here and not by the `tiff` crate, which does not know them or, of LZW, stops
-/// within a tile whose last columns are past the image.
+/// Compressions that are unpacked here and not by the `tiff` crate, which does not know them or, of LZW,
+/// stops within a tile whose last columns are past the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Packing {
     Lzw,

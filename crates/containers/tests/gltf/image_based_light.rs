@@ -151,8 +151,8 @@ fn intensity_multiplies_the_cube() {
     }
 }
 
-/// The same document as a `.glb` whose images are parts of the binary chunk, behind white space as JSON, and beside a
-/// file.
+/// The same document as a `.glb` whose images are parts of the binary chunk, behind white space as JSON, and
+/// beside a file.
 #[test]
 fn images_are_read_from_the_binary_chunk() {
     use base64::Engine as _;
@@ -197,9 +197,9 @@ fn images_are_read_from_the_binary_chunk() {
     assert!(beside.contains("face 3: the image is beside the file"), "{beside}");
 }
 
-/// A quarter turn by which +Z of the faces moves to +X: the light from a direction comes from the turned one. A light
-/// of a constant and a slope is 2 + c at the place c of the faces before, and 2 + (-c.z, c.y, c.x) after; the irradiance
-/// turns with it, as `read_gltf_lighting` does it.
+/// A quarter turn by which +Z of the faces moves to +X: the light from a direction comes from the turned one.
+/// A light of a constant and a slope is 2 + c at the place c of the faces before, and 2 + (-c.z, c.y, c.x)
+/// after; the irradiance turns with it, as `read_gltf_lighting` does it.
 #[test]
 fn a_rotation_turns_the_cube_and_its_irradiance() {
     use containers::{
