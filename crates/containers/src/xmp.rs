@@ -144,7 +144,7 @@ mod tests {
         let xmp = "<a GPano:FullPanoWidthPixels=\"64\"><GPano:ProjectionType>x</GPano:ProjectionType></a>";
         for cut in 0..=xmp.len() {
             let value = found(&xmp[..cut]);
-            assert_eq!(value.is_some(), cut >= xmp.find('>').unwrap() + 1, "{cut}");
+            assert_eq!(value.is_some(), cut > xmp.find('>').unwrap(), "{cut}");
         }
         for text in ["<", "<>", "<=", "<a =>", "<a b=>", "<!--", "<a b=\"", "é<é é='é'>", "<a b='c\"d'e=>"]
         {
