@@ -193,8 +193,8 @@ mod tests {
         let grey = luminance.dot(linear);
         let t = (moved - grey) / (linear - grey);
         assert!((t - t.x).abs().max_element() < 1e-6 && (0.0..1.0).contains(&t.x), "{t}");
-        // What is inside and what is not finite are as the matrix makes them. What was negative in the file stays
-        // so beside the colour that is moved: the speck takes nothing else from it.
+        // What is inside and what is not finite are as the matrix makes them. What was negative in the file
+        // stays so beside the colour that is moved: the speck takes nothing else from it.
         assert!(pixels[1].iter().all(|value| *value > 0.0));
         let mut without = [[0.0, 2.0, 0.02]];
         apply(matrix, &mut without);

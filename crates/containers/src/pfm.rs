@@ -46,8 +46,8 @@ impl Header {
         };
         limits::pixels(width, height)?;
         let channels = if magic == "PF" { 3 } else { 1 };
-        // One white space ends the header, or the end of a line of Windows; a row of floats that begins with a
-        // line feed is one byte longer than the file.
+        // One white space ends the header, or the end of a line of Windows; a row of floats that begins with
+        // a line feed is one byte longer than the file.
         let end = if bytes.get(at..at + 2) == Some(b"\r\n")
             && bytes.len() >= at + 2 + 4 * channels * width * height
         {

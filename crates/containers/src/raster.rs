@@ -157,7 +157,8 @@ pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
 
 impl Raster {
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
-    /// sRGB. PNG's cICP goes before its profile, and PQ or HLG in a profile before its curves. The primaries are the wanted ones, if there are any.
+    /// sRGB. PNG's cICP goes before its profile, and PQ or HLG in a profile before its curves. The primaries
+    /// are the wanted ones, if there are any.
     pub(crate) fn decode(self, format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
         let Self { width, height, channels, depth, floats, samples, profile, metadata, .. } = self;
         let in_profile = || profile.as_deref().filter(|_| !floats).and_then(icc::code_points_in_hdr);

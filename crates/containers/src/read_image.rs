@@ -9,10 +9,11 @@ use crate::{jpeg, open_exr, pfm, png, radiance, raster, tiff};
 ///
 /// Values come out linear and in Rec. 709 primaries; alpha is ignored. PNG, JPEG, TIFF, TGA and WebP are
 /// converted by their ICC profile, or PNG by its cICP; without one, integers are taken for sRGB and floats
-/// for linear Rec. 709. A JPEG with a gain map becomes its full rendition in HDR. A warning says if a picture holds no high dynamic range. Colours outside of Rec. 709
-/// are brought in, counted in a warning or, if hardly any light moves, in a note. NaN, infinite and negative
-/// values of floats are given as they are stored: judging them is up to the caller. Of several frames, the
-/// first is read, and of a TIFF's pages the largest. Pictures are turned upright as Exif and TIFF say.
+/// for linear Rec. 709. A JPEG with a gain map becomes its full rendition in HDR. A warning says if a picture
+/// holds no high dynamic range. Colours outside of Rec. 709 are brought in, counted in a warning or, if
+/// hardly any light moves, in a note. NaN, infinite and negative values of floats are given as they are
+/// stored: judging them is up to the caller. Of several frames, the first is read, and of a TIFF's pages the
+/// largest. Pictures are turned upright as Exif and TIFF say.
 ///
 /// Memory: 12 bytes for each pixel of the result, about as much more while it is decoded (twice with 64 bits
 /// in a sample), and the compressed blocks in work. The result has at most [`crate::MAX_PIXELS`], and a

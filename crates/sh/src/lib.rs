@@ -36,7 +36,7 @@ pub use exchange::Mean;
 pub use expansion::{Degree, DegreeTooHigh, Expansion};
 pub use haar::{Haar, NotPowersOfTwo, mips};
 pub use half_spaces::{HalfSpace, NearestInHalfSpaces};
-pub use light::{Light, Lighting, MOST_RINGS};
+pub use light::{Light, Lighting, MOST_RINGS, POINT};
 pub use minimum::{Minimum, minimum};
 pub use nearest::{Nearest, NearestError, nearest_non_negative, nearest_non_negative_unless};
 pub use non_negative::{NoPositiveMean, NonNegative, non_negative};

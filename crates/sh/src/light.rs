@@ -19,7 +19,7 @@ use crate::{Degree, Expansion, rotate, zonal_into};
 pub const MOST_RINGS: usize = 30;
 
 /// A disk whose radius is this share of a highlight's width is a point: the error is 1e-3 of the peak.
-const POINT: f64 = 0.063;
+pub const POINT: f64 = 0.063;
 
 /// A disk that is larger than this, in radians, is never a point: a horizon that cuts it in half leaves 2 /
 /// (3 pi) of its radius of the cosine of a surface that faces it, and a point nothing.

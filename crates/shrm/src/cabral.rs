@@ -42,7 +42,7 @@ impl Cabral {
     }
 
     fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
-        let grid = self.grid;
+        let (grid, lamps) = (self.grid, lamps.for_views());
         let mut maps = self.maps.chunks_exact_mut(grid.len()).zip(icosahedron::vertices());
         maps.try_for_each(|(map, view)| {
             for_each_unless(map, stop, |texel, value| {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use sh::{Basis, Degree, Expansion, rotate_orders};
 use sphere::{Direction, spiral};
 
-use crate::lamps::Lamps;
+use crate::lamps::{LampPoints, Lamps};
 use crate::reflection::MOST_P;
 use crate::{Reflection, frame};
 
@@ -70,7 +70,7 @@ impl Cut {
 /// `lighting` is the light without the lamps, `brdf` has degrees that are high enough
 /// ([`brdf::Choice::Full`]), and `dark` is the radiance e.
 pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamps>, dark: f64) -> Cut {
-    let (trial, beside) = (Trial::new(lighting, brdf), Beside { lamps, diffuse: None });
+    let (trial, beside) = (Trial::new(lighting, brdf), Beside { lamps, of_diffuse: None, diffuse: None });
     let samples: Vec<Sample> = (0..SAMPLES[0])
         .into_par_iter()
         .flat_map(|index| trial.samples(index, lighting, brdf, beside))
@@ -114,6 +114,8 @@ fn least(trial: &Trial, samples: &[Sample], share: f64, dark: f64) -> Cut {
 #[derive(Clone, Copy)]
 struct Beside<'a> {
     lamps: Option<&'a Lamps>,
+    /// The lamps that the diffuse part reflects.
+    of_diffuse: Option<&'a LampPoints<'a>>,
     /// The field of the same material's diffuse part, about the normal, as it is cut and before; the other is
     /// about the reflection vector.
     diffuse: Option<[&'a Reflection; 2]>,
@@ -126,8 +128,7 @@ impl Beside<'_> {
         let view = frame(central).apply(outgoing);
         let normal = central.vector() + view.vector();
         let normal = if normal.length() > 0.0 { Direction::normalised(normal) } else { central };
-        let lamps = fields[0].lamps();
-        let lit = lamps.map_or([0.0; 3], |lamps| lamps.radiance(normal, view));
+        let lit = self.of_diffuse.map_or([0.0; 3], |lamps| lamps.radiance(normal, view));
         fields.map(|field| {
             let soft = field.evaluate(normal, view);
             std::array::from_fn(|channel| soft[channel].max(0.0) + lit[channel])
@@ -283,13 +284,13 @@ impl Reflection {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Option<(Self, Cut)> {
         let (lamps, dark) = (lamps_of(lighting, material), DARK * lighting.mean());
-        let beside = Beside { lamps: Some(&lamps), diffuse: None };
+        let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let cut = choose_unless((&lighting.series, brdf), beside, (1.0, dark), stop)?;
         Some((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
     }
 
-    /// The same for the two parts of a material, the diffuse and the specular one, at degrees at which the cut
-    /// of their sum does not show. The cut that is returned has the degrees of the specular part and the
+    /// The same for the two parts of a material, the diffuse and the specular one, at degrees at which the
+    /// cut of their sum does not show. The cut that is returned has the degrees of the specular part and the
     /// errors of the sum. `stop` is asked twice as often.
     pub fn parts_for_light_unless(
         lighting: &sh::Lighting,
@@ -298,13 +299,14 @@ impl Reflection {
     ) -> Option<([Self; 2], Cut)> {
         let (series, dark) = (&lighting.series, DARK * lighting.mean());
         let lamps = lamps_of(lighting, matte);
-        let alone = Beside { lamps: Some(&lamps), diffuse: None };
+        let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let cut = choose_unless((series, diffuse), alone, (DIFFUSE, dark), stop)?;
         let f = well_above(cut.f).min(series.degree()).min(diffuse.f());
         let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.p)));
         let base = Self::cut_at(&cut, series, diffuse, lamps);
-        let lamps = lamps_of(lighting, highlight);
-        let beside = Beside { lamps: Some(&lamps), diffuse: Some([&base, &whole]) };
+        let (lamps, of_diffuse) = (lamps_of(lighting, highlight), base.lamps().map(Lamps::for_views));
+        let fields = Some([&base, &whole]);
+        let beside = Beside { lamps: Some(&lamps), of_diffuse: of_diffuse.as_ref(), diffuse: fields };
         let cut = choose_unless((series, specular), beside, (1.0, dark), stop)?;
         let highlight = Self::cut_at(&cut, series, specular, lamps);
         Some(([base, highlight], cut))

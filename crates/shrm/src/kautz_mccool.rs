@@ -204,6 +204,7 @@ const SAMPLED: [usize; 3] = [256, 16, 12];
 fn sampled_share(map: &Shrm, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<f64> {
     let [most, angles, azimuths] = SAMPLED;
     let step = map.grid().len().div_ceil(most).max(1);
+    let lamps = lamps.for_views();
     let texel = |texel: usize| -> [f64; 2] {
         let central = map.grid().direction(texel);
         let (into_world, mut lookup) = (frame(central), map.lookup());

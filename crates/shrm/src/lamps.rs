@@ -12,10 +12,10 @@
 //!
 //! For readers that cannot, [`Reflection::bake`](crate::Reflection::bake) puts them into the map.
 
-use brdf::Material;
+use brdf::{Centre, Material};
 use rayon::prelude::*;
-use sh::Light;
-use sphere::{DMat3, Direction};
+use sh::{Light, POINT};
+use sphere::{DMat3, DVec3, Direction};
 
 use crate::mean_lobe::MeanLobe;
 use crate::plain::Plain;
@@ -36,31 +36,80 @@ pub(crate) struct LocalLight {
     pub(crate) flux: [f64; 3],
 }
 
+/// Lamps for many views: the points of each, coarse for views that are far from its highlight.
+#[derive(Debug)]
+pub struct LampPoints<'a> {
+    material: &'a Material,
+    turns: usize,
+    width: f64,
+    lamps: Vec<LampLevels>,
+}
+
+/// The points of one lamp.
+#[derive(Debug)]
+struct LampLevels {
+    light: Light,
+    flux: [f64; 3],
+    /// Its centre alone.
+    centre: [(Direction, f64); 1],
+    /// Those for features of the highlight's width, of twice that, and so on.
+    levels: Vec<Vec<(Direction, f64)>>,
+}
+
+/// The most points of all lamps together, where each view is to see the same ones.
+const MOST_POINTS: usize = 1024;
+
+/// Features of what a surface reflects are not wider than this, in radians: its cosine has them.
+const WIDEST: f64 = 0.5;
+
+/// At a distance from the highlight's peak, features are as wide as this share of it: the tails of GGX fall
+/// with the fourth power.
+const TAIL: f64 = 0.2;
+
 impl Lamps {
     /// The radiance of the lights alone toward `view`, in the world's frame, from a surface whose central
-    /// direction is `central`.
+    /// direction is `central`. For many views, [`Lamps::for_views`] has the points once.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
-        let (into_local, outgoing) = (frame(central).matrix().transpose(), into_frame(central, view));
-        let surface = self.material.centre().surface_frame(outgoing);
-        let (into_surface, view) = (surface * into_local, Direction::normalised(surface * outgoing.vector()));
-        let (turns, mut sum) = (self.material.turns(), [0.0; 3]);
-        for (direction, flux) in self.points() {
-            let incident = Direction::normalised(into_surface * direction.vector());
-            let rho = self.material.mean_over_turns(turns, incident, view);
-            (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
-        }
-        sum
+        self.for_views().radiance(central, view)
     }
 
-    /// The points of all lights, with the flux of each.
-    pub fn points(&self) -> Vec<(Direction, [f64; 3])> {
+    /// The same for many views.
+    pub fn for_views(&self) -> LampPoints<'_> {
         let width = self.material.highlight_width();
-        let of_light = |light: &Light| {
-            let flux = light.flux();
-            let point = move |(direction, share)| (direction, flux.map(|flux| flux * share));
-            light.points(width).into_iter().map(point)
+        let levels = |light: &Light| {
+            let widths = std::iter::successors(Some(width), |width| Some(2.0 * width));
+            let mut levels: Vec<Vec<(Direction, f64)>> = Vec::new();
+            for width in widths.take_while(|other| *other <= WIDEST.max(width)) {
+                let points = light.points(width);
+                let is_least = levels.last().is_some_and(|finer| finer.len() == points.len());
+                levels.push(points);
+                // A narrow highlight on a strand is a cone, about which this knows nothing.
+                if is_least || self.material.centre() == Centre::Tangent {
+                    break;
+                }
+            }
+            LampLevels { light: *light, flux: light.flux(), centre: [(light.direction, 1.0)], levels }
         };
-        self.lights.iter().flat_map(of_light).collect()
+        let lamps = self.lights.par_iter().map(levels).collect();
+        LampPoints { material: &self.material, turns: self.material.turns(), width, lamps }
+    }
+
+    /// The points of all lights, with the flux of each: the same for every view, and some thousand at most.
+    /// If that is too few for a sharp highlight, they are further apart than [`Light::points`] promises.
+    pub fn points(&self) -> Vec<(Direction, [f64; 3])> {
+        let mut width = self.material.highlight_width();
+        loop {
+            let of_light = |light: &Light| {
+                let flux = light.flux();
+                let point = move |(direction, share)| (direction, flux.map(|flux| flux * share));
+                light.points(width).into_iter().map(point)
+            };
+            let points: Vec<_> = self.lights.iter().flat_map(of_light).collect();
+            if points.len() <= MOST_POINTS || width > WIDEST {
+                return points;
+            }
+            width *= 1.25;
+        }
     }
 
     /// The points of the lights in the frame of a central direction.
@@ -89,11 +138,52 @@ impl Lamps {
         let value = |texel: usize| lights.radiance(grid.direction(texel)).map(|value| value as f32);
         (0..grid.len()).into_par_iter().map(value).collect()
     }
+}
+
+impl LampPoints<'_> {
+    /// The radiance of the lights alone: see [`Lamps::radiance`].
+    pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
+        let (into_local, outgoing) = (frame(central).matrix().transpose(), into_frame(central, view));
+        let surface = self.material.centre().surface_frame(outgoing);
+        let (into_surface, view) = (surface * into_local, surface * outgoing.vector());
+        let mirrored = DVec3::new(-view.x, -view.y, view.z);
+        let (view, mut sum) = (Direction::normalised(view), [0.0; 3]);
+        for lamp in &self.lamps {
+            let centre = into_surface * lamp.light.direction.vector();
+            for (direction, share) in lamp.points(centre, mirrored, self.width) {
+                let incident = Direction::normalised(into_surface * direction.vector());
+                let rho = self.material.mean_over_turns(self.turns, incident, view);
+                (0..3).for_each(|channel| sum[channel] += lamp.flux[channel] * share * rho[channel]);
+            }
+        }
+        sum
+    }
 
     /// The look-up of a soft field with the lamps added; what a cut left below zero is black.
     pub fn added(&self, soft: [f32; 3], central: Direction, view: Direction) -> [f32; 3] {
         let lamps = self.radiance(central, view);
         std::array::from_fn(|channel| soft[channel].max(0.0) + lamps[channel] as f32)
+    }
+}
+
+impl LampLevels {
+    /// The points for a surface in whose frame the lamp's centre and the mirror direction of the view are
+    /// these; `width` is the highlight's.
+    fn points(&self, centre: DVec3, mirrored: DVec3, width: f64) -> &[(Direction, f64)] {
+        let [finest, .., coarsest] = self.levels.as_slice() else {
+            return self.levels.first().map_or(&[], Vec::as_slice);
+        };
+        let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - self.light.radius;
+        let feature = (TAIL * away).min(WIDEST);
+        let is_whole = centre.z.abs() > math::sin(self.light.radius);
+        if is_whole && self.light.radius <= POINT * feature {
+            return &self.centre;
+        }
+        if feature < 2.0 * width {
+            return finest;
+        }
+        let level = math::log2(feature / width) as usize;
+        self.levels.get(level).unwrap_or(coarsest)
     }
 }
 

@@ -33,7 +33,7 @@ pub use blocks::blocks;
 pub use cabral::Cabral;
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
 pub use kautz_mccool::{KautzMcCool, azimuthal_share, azimuthal_share_unless};
-pub use lamps::Lamps;
+pub use lamps::{LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use mean_lobe::{MeanLight, MeanLobe};

@@ -115,7 +115,7 @@ pub fn add_to_sphere_maps_unless(
     edge: usize,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<()> {
-    let ball = MirrorBall { edge };
+    let (ball, lamps) = (MirrorBall { edge }, lamps.for_views());
     maps.chunks_exact_mut(edge * edge).zip(views).try_for_each(|(map, &view)| {
         let turn = ball_to_world(view);
         for_each_unless(map, stop, |texel, value| {

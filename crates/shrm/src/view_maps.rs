@@ -83,6 +83,7 @@ impl ViewMaps {
 
     fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
         let (grid, kind, views) = (self.grid, self.view, self.views());
+        let lamps = lamps.for_views();
         let mut maps = self.maps.chunks_exact_mut(grid.len()).zip(views);
         maps.try_for_each(|(map, view)| {
             for_each_unless(map, stop, |texel, value| {

@@ -97,8 +97,8 @@ fn turned(central: Direction, w: Direction) -> Direction {
 }
 
 /// Points over disks give what a fine sum over them does, in the range of disks that [`sh::Light::points`]
-/// states: views whose mirror direction goes through the disk and past its edge, and normals all around, whose
-/// horizons cut it.
+/// states: views whose mirror direction goes through the disk and past its edge, and normals all around,
+/// whose horizons cut it.
 fn points_reflect_as_integrals(lowest_cosine: f64, limit: f64) {
     let materials = [lambert(), phong(60.0), phong(2000.0), ggx([0.3; 2]), ggx([0.6; 2]), ggx([1.0; 2])];
     let mut wrong = Vec::new();

@@ -274,8 +274,8 @@ impl PreviewCatalog {
         Some(material.0.clone())
     }
 
-    /// What the inspector shows about an entry: the sizes of its exported files, the warnings and notes of its
-    /// stages, and the warnings of its exports.
+    /// What the inspector shows about an entry: the sizes of its exported files, the warnings and notes of
+    /// its stages, and the warnings of its exports.
     pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
         let plan = self.plan();
         let exports = entry.exports.iter().filter_map(|&item| {

@@ -37,13 +37,14 @@ impl Reader<'_> {
     /// Cabral's maps of a map without lamps.
     pub(crate) fn cabral(&self, soft: &Shrm, lamps: Option<&Lamps>) -> Vec<[f32; 3]> {
         let (grid, vertices) = (soft.grid(), icosahedron::vertices());
+        let lamps = lamps.map(Lamps::for_views);
         self.look(
             || soft.lookup(),
             |lookup, central| {
                 Cabral::interpolated(grid, central, Sphere::view(), |vertex, texel| {
                     let view = vertices[vertex];
                     let value = lookup.texel(texel, view).map(|value| value as f32);
-                    let value = match lamps {
+                    let value = match &lamps {
                         Some(lamps) => lamps.added(value, grid.direction(texel), view),
                         None => value,
                     };
@@ -91,12 +92,12 @@ impl Reader<'_> {
 
     /// A spherical harmonic reflection map, and lamps beside it.
     pub(crate) fn shrm(&self, map: &Shrm, beside: Option<&Lamps>) -> Vec<[f32; 3]> {
-        let view = Sphere::view();
+        let (view, beside) = (Sphere::view(), beside.map(Lamps::for_views));
         self.look(
             || map.lookup(),
             |lookup, central| {
                 let soft = lookup.radiance(central, view);
-                match beside {
+                match &beside {
                     Some(lamps) => {
                         let lit = lamps.radiance(central, view);
                         std::array::from_fn(|channel| soft[channel] + lit[channel] as f32)

@@ -25,6 +25,7 @@ pub(crate) fn ball(
     edge: usize,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<[f32; 3]> {
+    let lamps = lamps.map(Lamps::for_views);
     // A unit ball at a distance with tan(asin(1 / distance)) = outline.
     let outline = OUTLINE * HALF_WIDTH;
     let distance = (1.0 + 1.0 / (outline * outline)).sqrt();
@@ -35,7 +36,7 @@ pub(crate) fn ball(
             Some(normal) => {
                 let (central, view) = seen(field, ray, normal);
                 let soft = lookup.radiance(central, view);
-                match lamps.map(|lamps| lamps.radiance(central, view)) {
+                match lamps.as_ref().map(|lamps| lamps.radiance(central, view)) {
                     Some(lamps) => std::array::from_fn(|c| f64::from(soft[c]).max(0.0) + lamps[c]),
                     None => soft.map(f64::from),
                 }
