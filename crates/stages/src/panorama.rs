@@ -85,7 +85,7 @@ impl Shown {
             && envmap != wanted
         {
             context.warn(format!(
-                "the file's envmap attribute says {}, the manifest says {}",
+                "the file's envmap attribute says {}; it is read with layout = \"{}\"",
                 envmap.name(),
                 wanted.name()
             ));

@@ -4,8 +4,9 @@
 //!
 //! > max(soft, 0) + sum over the points of the lamps of flux rho_hat(direction of the point, V).
 //!
-//! This is `shrm::Lamps::radiance`: a sun is one point, a lamp that is large beside the material's highlight
-//! has some hundred, at most about 3000 ([`sh::Light::points`]), each of which costs a look at the material.
+//! This is `shrm::Lamps::radiance` with the same points for every pixel ([`Lamps::points`]): a sun is one, a
+//! lamp that is large beside the material's highlight has some hundred, and all of them together have about a
+//! thousand at most, each of which costs a look at the material.
 //! An anisotropic material is taken in the mean over some turns of the surface about its normal, because the
 //! map that the lamps are added to has no tangent; it costs that many times more.
 //!

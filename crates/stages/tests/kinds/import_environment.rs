@@ -291,7 +291,7 @@ fn a_cube_that_was_exported_comes_back() {
         }
         let back = import("layout = \"probe\"", "a.ktx2", {
             let parameters = "layout = \"cube\"\nformat = \"ktx2\"";
-            case("export-environment", parameters).input("input", truth.clone()).files()[0].clone()
+            case("export-environment", parameters).input("environment", truth.clone()).files()[0].clone()
         });
         assert!(back.failure().contains("the file holds a cube, which layout = \"probe\" is not"));
     }
