@@ -48,7 +48,7 @@ impl Parameter for FillName {
     }
 
     fn schema() -> serde_json::Value {
-        json!({ "anyOf": [{ "type": "string", "enum": ["black", "mean", "edge"] }, Rgb::schema()] })
+        json!({ "oneOf": [{ "type": "string", "enum": ["black", "mean", "edge"] }, Rgb::schema()] })
     }
 }
 
@@ -133,7 +133,7 @@ impl Shown {
             Fill::Black => "is black; fill = \"edge\" or \"mean\" or a colour puts light there".to_owned(),
             Fill::Mean => "was filled with the picture's mean light".to_owned(),
             Fill::Edge => "was filled with the light at the picture's border".to_owned(),
-            Fill::Colour(_) => "was filled with the colour of `fill`".to_owned(),
+            Fill::Colour(_) => "was filled with one colour".to_owned(),
         };
         context.warn(format!("{what}. The rest, {missing} of the sphere, {rest}"));
     }

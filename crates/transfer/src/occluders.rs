@@ -166,6 +166,7 @@ impl Occluders {
             let first = node.first as usize;
             if node.count == 0 {
                 open.extend(&self.nodes[first..first + 2]);
+                continue;
             }
             for triangle in &self.triangles[first..][..node.count as usize] {
                 let own = triangle.size();

@@ -173,7 +173,7 @@ fn fill_is_the_light_of_the_rest() {
     let at = |environment: &Environment, row: usize, column: usize| environment.0.pixels()[row * 32 + column];
     let colour = cropped("fill = [0.25, 0.5, 1.0]", numbers).run().unwrap();
     assert_eq!(at(&colour.artifact(), 0, 0), [0.25, 0.5, 1.0]);
-    assert!(colour.warnings[0].contains("65 % of the sphere, was filled with the colour of `fill`"));
+    assert!(colour.warnings[0].contains("65 % of the sphere, was filled with one colour"));
     assert_eq!(at(&cropped("fill = 2", numbers).artifact(), 15, 31), [2.0; 3]);
     assert_eq!(cropped("fill = \"grey\"", numbers).errors().len(), 1);
     assert_eq!(cropped("fill = -1", numbers).errors().len(), 1);
