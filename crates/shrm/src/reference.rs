@@ -3,9 +3,9 @@
 //! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega (paper 1,
 //! equation 2), with C the central direction, R its frame and dOmega the exact solid angle of the texel. The
 //! sum takes rho_hat at the centre of each texel, the midpoint rule: it errs by h^2 / 24 times the curvature
-//! of rho_hat, h being the height of a row. If a lobe is less than [`NARROW`] rows wide, that shows, and
+//! of rho_hat, h being the height of a row. If a lobe is less than 20 rows wide, that shows, and
 //! [`Reference::new`] integrates over the areas of texels instead, each of one radiance, to an error of about
-//! [`SHARE`] ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's
+//! 5e-4 ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's
 //! rule, which differ from the solid angles by O(h^2).
 //!
 //! Summed over centres, [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert,
@@ -91,7 +91,7 @@ struct Central {
 
 impl Reference {
     /// Prepares the integral: the sum over the centres of texels, or over their areas if a lobe of the
-    /// material is less than [`NARROW`] rows wide.
+    /// material is less than 20 rows wide.
     ///
     /// # Example: a white surface reflects a constant sky unchanged
     /// ```
