@@ -22,6 +22,10 @@ const SHADOWS_WIDER = 1e-5;
 const SHADOWS_ROUNDINGS = 8.0;
 const SHADOWS_ON = 4.0;
 
+// How far below a triangle a position may be that a device has interpolated, as a share of the triangle's
+// longest edge: its rounding grows with the picture's size over the triangle's. The CPU's has none of this.
+const SHADOWS_BELOW = 1.2e-4;
+
 // Where rays start, in the mesh's coordinates, and the normal there, in the light's frame.
 var<private> shadows_origin: vec3f;
 var<private> shadows_up: vec3f;
@@ -29,23 +33,27 @@ var<private> shadows_up: vec3f;
 // The sum of `brute_force` over the light that arrives at a position in the mesh's coordinates.
 fn shadowed_brute_force(surface: Surface, position: vec3f, sample_index: u32, first: u32, count: u32) -> vec3f {
     let normal = surface_unit_or(shadows.to_mesh * surface.normal, vec3f(0.0));
-    shadows_origin = position + normal * shadows_above(position);
+    shadows_origin = position + normal * shadows_above(position, normal);
     shadows_up = surface.normal;
     return brute_force(surface, sample_index, first, count);
 }
 
-// How far above a point rays start: of the size of its coordinates, and of the triangles that it lies on.
-fn shadows_above(position: vec3f) -> f32 {
+// How far above a point rays start: of the size of its coordinates, and of the triangles that it lies on; more
+// if it is below one of them.
+fn shadows_above(position: vec3f, normal: vec3f) -> f32 {
     let place = abs(position);
     let number = max(place.x, max(place.y, place.z));
     let slack = SHADOWS_ON * shadows_clearance(number, 0.0);
     var size = 0.0;
+    var below = 0.0;
     var node = 0u;
     while node < shadows.nodes {
         let low = shadow_tree[2u * node];
         let high = shadow_tree[2u * node + 1u];
-        let outside = max(bitcast<vec3f>(low.xyz) - position, position - bitcast<vec3f>(high.xyz));
-        if max(outside.x, max(outside.y, outside.z)) > slack {
+        let least = bitcast<vec3f>(low.xyz);
+        let most = bitcast<vec3f>(high.xyz);
+        let outside = max(least - position, position - most);
+        if max(outside.x, max(outside.y, outside.z)) > slack + SHADOWS_BELOW * length(most - least) {
             node = low.w;
             continue;
         }
@@ -56,14 +64,19 @@ fn shadows_above(position: vec3f) -> f32 {
             let across = bitcast<vec3f>(shadow_tree[triangle + 2u].xyz) - corner;
             let own = max(length(along), max(length(across), length(across - along)));
             let upward = cross(along, across);
-            let height = abs(dot(position - corner, upward)) / length(upward);
-            if height <= SHADOWS_ON * shadows_clearance(number, own) {
+            let facing = select(-1.0, 1.0, dot(upward, normal) >= 0.0);
+            let height = facing * dot(position - corner, upward) / length(upward);
+            let on = SHADOWS_ON * shadows_clearance(number, own);
+            if abs(height) <= on {
                 size = max(size, own);
+            }
+            if -height <= on + SHADOWS_BELOW * own {
+                below = max(below, -height);
             }
         }
         node += 1u;
     }
-    return shadows_clearance(number, size);
+    return shadows_clearance(number, size) + below;
 }
 
 fn shadows_clearance(number: f32, size: f32) -> f32 {
