@@ -11,12 +11,15 @@ use parking_lot::Mutex;
 use crate::cancel::StaleFlag;
 use crate::files::{OpenFile, leads_to, lies_in, listing_digest, normal};
 use crate::gate::Gate;
-use crate::plan::HOW_TO_READ_EXPORTS;
 use crate::progress::ShareDone;
 use crate::{Artifact, BrokenLink, Cancel, Digest, Failure, Files, Handle, ItemKey, Read, ReadKind};
 
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
+
+/// What to do to read a file that the same manifest exports.
+pub(crate) const HOW_TO_READ_EXPORTS: &str =
+    "connect the stage that makes the file instead, or move the file";
 
 /// What a running item has access to.
 pub struct Context<'a> {

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::programs::SearchPath;
 use crate::regular::hash;
-use crate::watch::is_probe;
 use crate::{Digest, Timestamp};
 
 /// The files of the outside world.
@@ -111,6 +110,15 @@ impl Read {
         let digest = found.as_deref().map(|found| found_digest(folder, found));
         Self { path: folder.join(name), kind: ReadKind::Lookup, digest, found }
     }
+}
+
+/// The prefix of the names of the files by which a watcher tests whether events arrive. They are hidden, so
+/// that no glob matches them.
+pub(crate) const PROBE_PREFIX: &str = ".specula-probe-";
+
+/// Whether a name is that of a watcher's probe file.
+pub(crate) fn is_probe(name: &OsStr) -> bool {
+    name.to_str().is_some_and(|name| name.starts_with(PROBE_PREFIX))
 }
 
 /// The names in a folder, sorted, each with whether it is a folder.

@@ -5,6 +5,7 @@
 //! out of date and publishes what they export. Everything that happens is reported as an [`Event`].
 
 mod artifact;
+mod broken_link;
 mod build;
 pub mod cache;
 mod cancel;
@@ -74,6 +75,7 @@ mod watch;
 mod writers;
 
 pub use artifact::{Artifact, Handle};
+pub use broken_link::BrokenLink;
 pub use build::{BuildOptions, build};
 pub use cancel::Cancel;
 pub use check_sources::{SourceError, check_sources};
@@ -96,8 +98,7 @@ pub use lock::{LockPurpose, LockTimeout};
 pub use names_in_out::names_in_out;
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
 pub use plan::{
-    BrokenLink, DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage,
-    StageIndex,
+    DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage, StageIndex,
 };
 pub use prune::{Pruned, prune};
 pub use range::{Number, OrAuto, Range, Ranged};

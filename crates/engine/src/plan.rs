@@ -31,14 +31,14 @@ mod search;
 mod source;
 pub(crate) mod template;
 
-pub use folders::{BrokenLink, DiskFolders, Folders, Found, Name};
+pub use folders::{DiskFolders, Folders, Found, Name};
 pub(crate) use folders::{FolderQueries, RecordingFolders};
 pub use graph::Graph;
 pub use index::{ItemIndex, StageIndex};
 pub use items::Item;
 use search::Search;
 pub use source::Source;
-pub(crate) use source::{HOW_TO_READ_EXPORTS, listed};
+pub(crate) use source::listed;
 
 /// A stage of the manifest with its kind, parameters and connections.
 #[derive(Clone)]

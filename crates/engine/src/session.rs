@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Sender;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
@@ -17,7 +16,6 @@ use crate::platform::{Identity, file_identity};
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::selection::Selection;
 use crate::up_to_date::KnownItems;
-use crate::watch::Message;
 use crate::writers::open_for_writing;
 use crate::{Error, ErrorKind, Plan, Read, Timestamp};
 
@@ -80,8 +78,8 @@ pub(crate) struct WatchedChanges {
     is_looking: AtomicBool,
     /// The files that programs had open for writing at the last look of this build, and when that was.
     looked: Mutex<Option<(Instant, HashSet<Identity>)>>,
-    /// Tells the watcher of such files.
-    sender: Mutex<Sender<Message>>,
+    /// Reports such a file to the watcher.
+    report: Mutex<Box<dyn Fn(PathBuf) + Send>>,
 }
 
 impl WatchedChanges {
@@ -89,10 +87,10 @@ impl WatchedChanges {
         pending: Arc<PathSet>,
         unfinished: Arc<PathSet>,
         may_have_missed_writers: Arc<AtomicBool>,
-        sender: Sender<Message>,
+        report: Box<dyn Fn(PathBuf) + Send>,
     ) -> Self {
-        let (is_looking, looked, sender) = (AtomicBool::new(false), Mutex::default(), Mutex::new(sender));
-        Self { pending, unfinished, may_have_missed_writers, is_looking, looked, sender }
+        let (is_looking, looked, report) = (AtomicBool::new(false), Mutex::default(), Mutex::new(report));
+        Self { pending, unfinished, may_have_missed_writers, is_looking, looked, report }
     }
 
     /// A build begins.
@@ -138,7 +136,7 @@ impl WatchedChanges {
         drop(looked);
         for path in &written {
             self.unfinished.lock().insert(path.clone());
-            let _ = self.sender.lock().send(Message::BeingWritten(path.clone()));
+            (self.report.lock())(path.clone());
         }
         !written.is_empty()
     }

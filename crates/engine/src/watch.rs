@@ -57,7 +57,6 @@ mod unfinished;
 pub(crate) use backoff::Backoff;
 pub(crate) use changes::ChangeCollector;
 pub(crate) use listener::Message;
-pub(crate) use probe::is_probe;
 #[cfg(test)]
 pub(crate) use unfinished::WritePauses;
 

@@ -215,7 +215,9 @@ impl ChangeCollector {
     /// What a build is told of changes: those that come while it runs, too.
     pub(super) fn watched_changes(&self) -> WatchedChanges {
         let missed = Arc::clone(&self.may_have_missed_writers);
-        WatchedChanges::new(Arc::clone(&self.pending), self.unfinished.shared(), missed, self.sender())
+        let sender = self.sender();
+        let report = move |path| drop(sender.send(Message::BeingWritten(path)));
+        WatchedChanges::new(Arc::clone(&self.pending), self.unfinished.shared(), missed, Box::new(report))
     }
 
     /// Whether a file is still being written.

@@ -10,8 +10,7 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::probe::is_probe;
-use crate::files::MAX_LINKS;
+use crate::files::{MAX_LINKS, is_probe};
 use crate::plan::FolderQueries;
 use crate::programs::SearchPath;
 use crate::{Plan, ReadKind, Source};
