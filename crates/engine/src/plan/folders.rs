@@ -7,9 +7,8 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::BrokenLink;
-use crate::files::{leads_to, normal};
 use crate::platform::folder_identity;
+use crate::storage::{BrokenLink, leads_to, normal};
 
 /// A name in a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -8,11 +8,9 @@ use std::path::{Path, PathBuf};
 use super::folders::{Folders, Found, Name};
 use super::glob::{Glob, is_ignored_file, is_ignored_folder};
 use super::source::{Asset, Source, SourcePath, listed, resolved, unexpanded};
-use crate::BrokenLink;
-use crate::Diagnostic;
-use crate::context::HOW_TO_READ_EXPORTS;
-use crate::files::lies_in;
-use crate::spelling::Spelling;
+use crate::kinds::HOW_TO_READ_EXPORTS;
+use crate::manifest::{Diagnostic, Spelling};
+use crate::storage::{BrokenLink, lies_in};
 
 /// The most folders that one glob searches.
 const MAX_FOLDERS: usize = 1 << 16;

@@ -17,8 +17,8 @@ use std::sync::Arc;
 
 use super::glob::{Glob, is_ignored_file, is_ignored_folder};
 use super::manifest::Written;
-use crate::Diagnostic;
-use crate::context::HOW_TO_READ_EXPORTS;
+use crate::kinds::HOW_TO_READ_EXPORTS;
+use crate::manifest::Diagnostic;
 
 /// The `source` of a stage.
 #[derive(Clone, Debug)]

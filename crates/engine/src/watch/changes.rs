@@ -23,11 +23,12 @@ use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
 use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
+use crate::build::{PathSet, WatchedChanges, is_temporary};
+use crate::event::Event;
+use crate::plan::Plan;
+use crate::platform;
 use crate::platform::has_other_names;
-use crate::publish::is_temporary;
-use crate::session::{PathSet, WatchedChanges};
-use crate::writers::being_written;
-use crate::{Event, Plan, platform};
+use crate::storage::being_written;
 
 /// How often a waiting watcher checks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::files::{PROBE_PREFIX, is_probe};
+use crate::storage::{PROBE_PREFIX, is_probe};
 
 /// The time within which a probe's event must arrive.
 const TIMEOUT: Duration = Duration::from_secs(2);
