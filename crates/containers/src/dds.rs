@@ -16,8 +16,9 @@ use std::collections::BTreeMap;
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
+use crate::header_word::{size, word};
 use crate::texel::{ByteFormat, TexelFormat, foreign_dxgi};
-use crate::texture::{Texture, TextureFile, size, word};
+use crate::texture::{Texture, TextureFile};
 
 /// The first bytes of every DDS file.
 const MAGIC: [u8; 4] = *b"DDS ";

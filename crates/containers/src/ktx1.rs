@@ -11,9 +11,10 @@ use std::collections::BTreeMap;
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
+use crate::header_word::{size, word};
 use crate::recipe::{self, KEY};
 use crate::texel::{ByteFormat, TexelFormat};
-use crate::texture::{Texture, TextureFile, size, word};
+use crate::texture::{Texture, TextureFile};
 
 /// The first bytes of every KTX 1 file.
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";

@@ -21,10 +21,11 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
+use crate::header_word::{size, word};
 use crate::precision::Precision;
 use crate::recipe::{self, KEY};
 use crate::texel::{ByteFormat, Packed, TexelFormat, foreign_vulkan};
-use crate::texture::{Texture, TextureFile, pack_rgba, size, word};
+use crate::texture::{Texture, TextureFile, pack_rgba};
 use crate::{limits, zstandard};
 
 /// The first bytes of every KTX2 file.

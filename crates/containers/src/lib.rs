@@ -40,6 +40,7 @@ mod gain_map;
 mod gain_map_metadata;
 mod gltf;
 mod gpano;
+mod header_word;
 mod icc;
 mod image_header;
 mod jpeg;

@@ -3,7 +3,8 @@
 use crate::babylon_env::is_babylon_env;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::texture::{TextureFile, word};
+use crate::header_word::word;
+use crate::texture::TextureFile;
 use crate::{dds, ktx1, ktx2};
 
 /// Reads KTX2, DDS or, of cubes, KTX 1, known by its content; as [`crate::read_ktx2`] and

@@ -231,14 +231,3 @@ pub(crate) fn pack_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision
     };
     Ok(Packed { bytes, negative: 0 })
 }
-
-/// The little-endian u32 at a place; `None` if the bytes end before.
-pub(crate) fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    let word = bytes.get(at..)?.first_chunk::<4>()?;
-    Some(u32::from_le_bytes(*word))
-}
-
-/// A size of a header; on a machine of 16 bits it would be too large anyway.
-pub(crate) fn size(value: u32) -> usize {
-    usize::try_from(value).unwrap_or(usize::MAX)
-}

@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use super::guard::{guarded, recipe_key, text};
 use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
+use crate::header_word::{size, word};
 use crate::precision::{Precision, to_half};
-use crate::texture::{size, word};
 use crate::{Format, limits, recipe};
 
 /// Writes OpenEXR; `recipe` goes into a `string` attribute.
