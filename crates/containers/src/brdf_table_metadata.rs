@@ -25,7 +25,7 @@ pub(crate) const fn incident_name(lit_from_below: bool) -> &'static str {
 /// | `degree` | F |
 /// | `frame` | the frame of the surface, and the views of the texels |
 /// | `incident` | where light is reflected from: the `hemisphere` above the surface, or the whole `sphere` |
-pub fn entries(table: &BrdfTable) -> [(&'static str, String); 6] {
+pub fn brdf_table_metadata(table: &BrdfTable) -> [(&'static str, String); 6] {
     let basis = "real, orthonormal, no Condon-Shortley phase, row l*l + l + m, of the incident direction in the surface's \
                  frame; the sum over rows of c_i times the lighting's coefficients in that frame is radiance";
     let frame = "right-handed, +X the tangent, +Z the normal; texels are views v: v_x / (1 + v_z) = 2 (column + 0.5) / N \

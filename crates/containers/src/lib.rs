@@ -82,7 +82,7 @@ mod zstandard;
 pub use babylon_env::{
     BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,
 };
-pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
+pub use brdf_table_metadata::{brdf_table_metadata, coefficient_names};
 pub use colour_space::ColourSpace;
 pub use data_texture::{DataTexture, Wrap};
 pub use dds::{read_dds, write_dds};
@@ -111,7 +111,7 @@ pub use read_image::read_image;
 pub use read_recipe::read_recipe;
 pub use read_texture::{declares_cube, is_texture, read_texture};
 pub use recipe::texture_sidecar;
-pub use shrm_metadata::{entries as shrm_metadata, row_names};
+pub use shrm_metadata::{row_names, shrm_metadata};
 pub use texel::{ByteFormat, TexelFormat};
 pub use texture::{Texture, TextureFile};
 pub use web_page::{escape_html, is_web_page, recipe_element};

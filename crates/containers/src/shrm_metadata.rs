@@ -24,7 +24,7 @@ pub(crate) const fn centre_name(centre: Centre) -> &'static str {
 /// | `layout` | `lat-long` or `cube` |
 /// | `terms` | `all`, or `zonal` if the coefficients with q other than 0 are zero |
 /// | `view` | `local`: over the view in the texel's frame; `global`: over the view in the world |
-pub fn entries(map: &Shrm) -> [(&'static str, String); 7] {
+pub fn shrm_metadata(map: &Shrm) -> [(&'static str, String); 7] {
     let frame = match map.grid() {
         MapGrid::LatLong(_) => {
             "right-handed, +Z up; row 0 toward +Z, the image's centre along +X, its left quarter along +Y"

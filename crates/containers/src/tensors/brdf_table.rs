@@ -4,7 +4,7 @@ use brdf::{BelowHorizon, BrdfTable};
 use safetensors::tensor::Dtype;
 
 use super::file::{File, Writer, degree, wrong_shape};
-use crate::brdf_table_metadata::{below_name, entries, incident_name};
+use crate::brdf_table_metadata::{below_name, brdf_table_metadata, incident_name};
 use crate::error::{Error, ErrorKind};
 
 const NAME: &str = "c";
@@ -17,7 +17,7 @@ const SHAPE: &str = "[Q, N, N, (F+1)^2, 1 or 3]";
 pub fn encode_brdf_table(table: &BrdfTable, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     check(table.values(), table.texel(), ErrorKind::Unwritable)?;
     let mut file = Writer::new("brdf-table", recipe);
-    file.metadata.extend(entries(table).map(|(key, value)| (key.to_owned(), value)));
+    file.metadata.extend(brdf_table_metadata(table).map(|(key, value)| (key.to_owned(), value)));
     file.data.reserve_exact(4 * table.values().len());
     file.extend_f32(table.values());
     let (size, rows) = (table.size(), table.degree().rows());

@@ -7,7 +7,7 @@ use sphere::{Cube, LatLong};
 
 use super::file::{File, Writer, degree, not_finite, wrong_shape};
 use crate::error::{Error, ErrorKind};
-use crate::shrm_metadata;
+use crate::shrm_metadata::shrm_metadata;
 
 /// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included.
 /// `beside` are the lights that the map does not hold: `lights` [n, 7] f64, if there are any.
@@ -29,7 +29,7 @@ pub fn encode_shrm(map: &Shrm, beside: &[Light], recipe: Option<&str>) -> Result
         ));
     }
     let mut file = Writer::new("shrm", recipe);
-    file.metadata.extend(shrm_metadata::entries(map).map(|(key, value)| (key.to_owned(), value)));
+    file.metadata.extend(shrm_metadata(map).map(|(key, value)| (key.to_owned(), value)));
     if !beside.is_empty() {
         file.entry("lamps", "separate");
         file.lights(beside)?;
