@@ -5,7 +5,7 @@ use std::ops::{Bound, RangeInclusive};
 use containers::MaterialChoice;
 use engine::{Diagnostic, OrAuto, Parameter, Value, ValueKind, choice, unexpected};
 use envmap::ToneMap;
-use shrm::{MapLayout, View};
+use shrm::{Distribution, MapLayout, Plain, View};
 
 /// A share above 0 and below 1.
 pub(crate) const SHARE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Excluded(1.0));
@@ -150,5 +150,37 @@ impl NonNegative {
             Self::Nearest => sh::Mean::Free,
             Self::NearestSameMean => sh::Mean::Kept,
         }
+    }
+}
+
+choice! {
+    /// Which map represents a material that changes with the view.
+    pub(crate) enum PlainName: Plain {
+        /// The mean over all views.
+        Mean = "mean",
+        /// The surface viewed straight on.
+        HeadOn = "head-on",
+    }
+}
+
+choice! {
+    /// Where suns and lamps go.
+    pub(crate) enum Lamps {
+        /// They become lights beside the series.
+        Separate = "separate",
+        /// They stay in the series.
+        Series = "series",
+    }
+}
+
+choice! {
+    /// The lobe.
+    pub(crate) enum DistributionName: Distribution {
+        /// GGX: metal, plastic, nearly everything.
+        Ggx = "ggx",
+        /// Charlie: sheen, of cloth.
+        Charlie = "charlie",
+        /// A cosine: irradiance over pi.
+        Lambert = "lambert",
     }
 }

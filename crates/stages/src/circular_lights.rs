@@ -46,8 +46,8 @@ use sh::{Degree, Expansion, Light, Lighting};
 use sphere::{DVec3, Direction};
 
 use crate::artifacts;
+use crate::choices::Lamps;
 use crate::colour::Rgb;
-use crate::project_sh::Lamps;
 
 choice! {
     /// The window, which reduces ringing.

@@ -40,7 +40,7 @@ use std::f64::consts::PI;
 use brdf::Centre;
 use containers::write_png;
 use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, parameters};
-use envmap::{Environment, Exposure, ToneMap};
+use envmap::{Environment, ToneMap};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
 use shrm::{Lamps, MapGrid, Plain, View};
@@ -48,8 +48,10 @@ use sphere::{Cube, LatLong};
 
 use crate::artifacts;
 use crate::choices::ToneMapName;
-use crate::project_sh::lamps_text;
-use crate::sheet::{BALL, Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, stops};
+use crate::share::lamps_text;
+use crate::sheet::{
+    BALL, Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, described,
+};
 
 parameters! {
     /// Parameters of `contact-sheet`.
@@ -155,12 +157,6 @@ impl Kind for ContactSheet {
         let bytes = write_png(picture.width, picture.height, &picture.pixels, Some(context.recipe()))?;
         Ok(Output::Files(vec![bytes]))
     }
-}
-
-/// `exposure −2.4 stops from the log-average`, and how much of that was asked for.
-pub(crate) fn described(usual: Exposure, more: f64) -> String {
-    let asked = if more == 0.0 { String::new() } else { format!(", {} of them as given", stops(more)) };
-    format!("exposure {} from the {}{asked}", stops(usual.stops + more), usual.basis.name())
 }
 
 /// The energies of a lighting's series and its reconstructions: shares of the image, without its lamps if

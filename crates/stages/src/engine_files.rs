@@ -6,14 +6,15 @@ use containers::{
     read_babylon_env, read_gltf_image_based_light, read_image, read_texture, write_babylon_env, write_dds,
     write_exr, write_gltf_image_based_light, write_ktx1, write_ktx2_zstd, write_rgbe,
 };
-use engine::Failure;
+use engine::{Context, Failure};
 use envmap::{CubeMap, Environment, Image};
 use sh::Expansion;
 use shrm::{Distribution, MapGrid, PrefilterKernel, prefilter_series};
 use sphere::Cube;
 
+use crate::choices::Overflow;
 use crate::engine_preset::{EngineFormat, EnginePreset};
-use crate::overflow::{Content, Excess, LARGEST_HALF, rounded};
+use crate::overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 
 /// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
 const LOD_GENERATION_SCALE: f64 = 0.8;
@@ -84,14 +85,6 @@ fn texels(format: EngineFormat) -> Option<TexelFormat> {
 /// The texels of a cube in the order of the engine's file.
 fn turned(map: &CubeMap, preset: EnginePreset) -> Vec<[f32; 3]> {
     preset.texels(map.cube()).map(|texel| map.pixels()[texel]).collect()
-}
-
-/// The faces of an engine's file, below each other, in the order of KTX2's table in the frame of files.
-pub(crate) fn turned_back(image: &Image, preset: EnginePreset) -> Vec<[f32; 3]> {
-    let mut pixels = vec![[0.0; 3]; image.pixels().len()];
-    let texels = preset.texels(Cube { edge: image.width() });
-    texels.zip(image.pixels()).for_each(|(texel, pixel)| pixels[texel] = *pixel);
-    pixels
 }
 
 /// The levels as a texture of the engine's.
@@ -268,4 +261,58 @@ fn difference(given: &[[f32; 3]], found: &[[f32; 3]]) -> f64 {
         .sum();
     let largest = f64::from(largest_of(given));
     if largest == 0.0 { 0.0 } else { (squares / (3 * given.len()) as f64).sqrt() / largest }
+}
+
+/// Warns of what the format could not hold, or fails.
+pub(crate) fn report(
+    made: &EngineFiles,
+    (preset, format): (EnginePreset, EngineFormat),
+    overflow: Overflow,
+    context: &Context<'_>,
+) -> Result<(), Failure> {
+    let (excess, most, name) = (&made.excess, made.limit, format.name());
+    if excess.count > 0 && made.precision == Some(Precision::Float) {
+        note_floats(excess, context);
+    } else if excess.count > 0 {
+        let remedy = remedy(preset, excess.largest);
+        match overflow {
+            Overflow::Clamp => {
+                context.warn(format!("{}; {name} ends at {most}; {remedy}", excess.text(made.content)));
+            }
+            Overflow::Error => {
+                let text = format!("{} values exceed {most}, the largest of {name}", excess.count);
+                return Err(Failure::new(text).help(remedy));
+            }
+        }
+    }
+    // Of the level that it changes most.
+    let worst = made.rounded.iter().fold([0.0_f64; 3], |worst, level| {
+        [0, 1, 2].map(|c| if level[c].abs() > worst[c].abs() { level[c] } else { worst[c] })
+    });
+    if let Some(text) = rounded_text(worst) {
+        context.warn(format!("{text}; {}", finer(preset, format)));
+    }
+    if made.negative > 0 {
+        context.warn(format!("{} negative values became 0, for {name} has no sign", made.negative));
+    }
+    Ok(())
+}
+
+/// What rounds less than a format does.
+fn finer(preset: EnginePreset, format: EngineFormat) -> String {
+    let finer = [EngineFormat::Rgba16F, EngineFormat::Rgba32F, EngineFormat::Exr];
+    match preset.formats().iter().find(|other| **other != format && finer.contains(other)) {
+        Some(other) => format!("format = {:?} keeps it", other.name()),
+        None => "more texels keep more of it: give a higher `resolution`".into(),
+    }
+}
+
+/// What keeps a light of this radiance in an engine.
+fn remedy(preset: EnginePreset, largest: f32) -> String {
+    let beside =
+        "a light beside the map keeps it (`subtract-lights` takes it out, `export-light-rig` writes it)";
+    match preset.formats().iter().find(|format| self::largest(**format) >= largest) {
+        Some(format) => format!("format = {:?} keeps it, or {beside}", format.name()),
+        None => beside.into(),
+    }
 }

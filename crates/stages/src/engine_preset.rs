@@ -4,6 +4,7 @@
 //! Each fact was read in the engine's source, and seen in the engine where it runs in a browser.
 
 use engine::{Choice, choice};
+use envmap::Image;
 use sphere::{Cube, DVec3, Direction, Face, from_file, to_cube};
 
 choice! {
@@ -193,6 +194,27 @@ pub(crate) fn nearest_power_of_two(size: usize) -> usize {
     let below = (above / 2).max(1);
     // size / below < above / size, in logarithms.
     if (size as f64) * (size as f64) < (above as f64) * (below as f64) { below } else { above }
+}
+
+/// The faces of an engine's file, below each other, in the order of KTX2's table in the frame of files.
+pub(crate) fn turned_back(image: &Image, preset: EnginePreset) -> Vec<[f32; 3]> {
+    let mut pixels = vec![[0.0; 3]; image.pixels().len()];
+    let texels = preset.texels(Cube { edge: image.width() });
+    texels.zip(image.pixels()).for_each(|(texel, pixel)| pixels[texel] = *pixel);
+    pixels
+}
+
+/// What is wrong with a format for an engine, if something is.
+pub(crate) fn check_format(
+    preset: EnginePreset,
+    format: Option<EngineFormat>,
+) -> Option<(&'static str, String)> {
+    let known = preset.formats();
+    if format.is_none_or(|format| known.contains(&format)) {
+        return None;
+    }
+    let words: Vec<String> = known.iter().map(|format| format!("{:?}", format.name())).collect();
+    Some(("format", format!("{} loads {}", preset.name(), words.join(" or "))))
 }
 
 #[cfg(test)]

@@ -80,9 +80,9 @@ use sphere::LatLong;
 
 use crate::artifacts;
 use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
-use crate::export_reflection_map::image;
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input::{self, ERROR};
+use crate::map_pictures::image;
 use crate::map_source::{self, MapSource};
 use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};

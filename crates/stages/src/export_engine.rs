@@ -83,11 +83,10 @@ use sphere::LatLong;
 
 use crate::artifacts;
 use crate::choices::{MOST, Overflow};
-use crate::engine_files::{self, EngineFiles, names};
-use crate::engine_preset::{EngineFormat, EnginePreset};
+use crate::engine_files::{self, EngineFiles, names, report};
+use crate::engine_preset::{EngineFormat, EnginePreset, check_format};
 use crate::engine_readme::readme;
 use crate::irradiance::windowed;
-use crate::overflow::{note_floats, rounded_text};
 
 /// What files are called before their endings.
 const STEM: &str = "environment";
@@ -119,19 +118,6 @@ impl Parameters {
     fn format(&self) -> EngineFormat {
         self.format.unwrap_or(self.preset.formats()[0])
     }
-}
-
-/// What is wrong with a format for an engine, if something is.
-pub(crate) fn check_format(
-    preset: EnginePreset,
-    format: Option<EngineFormat>,
-) -> Option<(&'static str, String)> {
-    let known = preset.formats();
-    if format.is_none_or(|format| known.contains(&format)) {
-        return None;
-    }
-    let words: Vec<String> = known.iter().map(|format| format!("{:?}", format.name())).collect();
-    Some(("format", format!("{} loads {}", preset.name(), words.join(" or "))))
 }
 
 /// The kind `export-engine`.
@@ -293,60 +279,6 @@ fn cube_files(
         })
     };
     Ok((made, cube.levels.iter().map(level).collect()))
-}
-
-/// Warns of what the format could not hold, or fails.
-pub(crate) fn report(
-    made: &EngineFiles,
-    (preset, format): (EnginePreset, EngineFormat),
-    overflow: Overflow,
-    context: &Context<'_>,
-) -> Result<(), Failure> {
-    let (excess, most, name) = (&made.excess, made.limit, format.name());
-    if excess.count > 0 && made.precision == Some(Precision::Float) {
-        note_floats(excess, context);
-    } else if excess.count > 0 {
-        let remedy = remedy(preset, excess.largest);
-        match overflow {
-            Overflow::Clamp => {
-                context.warn(format!("{}; {name} ends at {most}; {remedy}", excess.text(made.content)));
-            }
-            Overflow::Error => {
-                let text = format!("{} values exceed {most}, the largest of {name}", excess.count);
-                return Err(Failure::new(text).help(remedy));
-            }
-        }
-    }
-    // Of the level that it changes most.
-    let worst = made.rounded.iter().fold([0.0_f64; 3], |worst, level| {
-        [0, 1, 2].map(|c| if level[c].abs() > worst[c].abs() { level[c] } else { worst[c] })
-    });
-    if let Some(text) = rounded_text(worst) {
-        context.warn(format!("{text}; {}", finer(preset, format)));
-    }
-    if made.negative > 0 {
-        context.warn(format!("{} negative values became 0, for {name} has no sign", made.negative));
-    }
-    Ok(())
-}
-
-/// What rounds less than a format does.
-fn finer(preset: EnginePreset, format: EngineFormat) -> String {
-    let finer = [EngineFormat::Rgba16F, EngineFormat::Rgba32F, EngineFormat::Exr];
-    match preset.formats().iter().find(|other| **other != format && finer.contains(other)) {
-        Some(other) => format!("format = {:?} keeps it", other.name()),
-        None => "more texels keep more of it: give a higher `resolution`".into(),
-    }
-}
-
-/// What keeps a light of this radiance in an engine.
-fn remedy(preset: EnginePreset, largest: f32) -> String {
-    let beside =
-        "a light beside the map keeps it (`subtract-lights` takes it out, `export-light-rig` writes it)";
-    match preset.formats().iter().find(|format| engine_files::largest(**format) >= largest) {
-        Some(format) => format!("format = {:?} keeps it, or {beside}", format.name()),
-        None => beside.into(),
-    }
 }
 
 /// The JSON with the largest value, what was clamped, and the error of each level.

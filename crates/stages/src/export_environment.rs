@@ -63,14 +63,12 @@ use std::borrow::Cow;
 use containers::{Texture, write_dds, write_ktx2};
 use engine::{Artifact, Choice, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
-use shrm::{MapGrid, Plain, Prefiltered};
+use shrm::{MapGrid, Prefiltered};
 use sphere::{Cube, Face, LatLong};
 
-use crate::choices::{LampsName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
-use crate::export_reflection_map::{self as picture, Layout, PlainName};
+use crate::choices::{DistributionName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
+use crate::map_pictures::{Layout, MapPictures, PictureFormat};
 use crate::overflow::Content;
-use crate::parts::PartsName;
-use crate::prefilter::DistributionName;
 use crate::{artifacts, map_source, overflow};
 
 choice! {
@@ -101,11 +99,11 @@ impl Format {
     }
 
     /// The format of a picture, if it is not a texture.
-    fn picture(self) -> Result<picture::Format, MapsFormat> {
+    fn picture(self) -> Result<PictureFormat, MapsFormat> {
         match self {
-            Self::Exr => Ok(picture::Format::Exr),
-            Self::Rgbe => Ok(picture::Format::Rgbe),
-            Self::Png => Ok(picture::Format::Png),
+            Self::Exr => Ok(PictureFormat::Exr),
+            Self::Rgbe => Ok(PictureFormat::Rgbe),
+            Self::Png => Ok(PictureFormat::Png),
             Self::Ktx2 => Err(MapsFormat::Ktx2),
             Self::Dds => Err(MapsFormat::Dds),
         }
@@ -136,19 +134,10 @@ parameters! {
 }
 
 impl Parameters {
-    /// The parameters of written pictures, of this resolution.
-    fn picture(&self, format: picture::Format, resolution: usize) -> picture::Parameters {
-        picture::Parameters {
-            layout: self.layout,
-            resolution,
-            format,
-            precision: self.precision,
-            overflow: self.overflow,
-            exposure: 0.0,
-            view: PlainName(Plain::Mean),
-            lamps: LampsName::Baked,
-            parts: PartsName::Together,
-        }
+    /// How pictures of this resolution are written.
+    fn pictures(&self, format: PictureFormat, resolution: usize) -> MapPictures {
+        let Self { layout, precision, overflow, .. } = *self;
+        MapPictures { layout, resolution, format, precision, overflow, exposure: 0.0 }
     }
 
     /// The texels, and the resolution.
@@ -244,8 +233,7 @@ impl Kind for ExportEnvironment {
         context.check_cancelled()?;
         let format = match parameters.format.picture() {
             Ok(format) => {
-                let picture = parameters.picture(format, resolution);
-                return picture::write(&picture, pixels, context);
+                return Ok(Output::Files(parameters.pictures(format, resolution).files(pixels, context)?));
             }
             Err(format) => format,
         };

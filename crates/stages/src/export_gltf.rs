@@ -75,10 +75,10 @@ use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
 
 use crate::artifacts;
 use crate::choices::STOPS;
-use crate::contact_sheet::described;
-use crate::preview::light;
+use crate::light_input::light;
 use crate::quantity::size;
 use crate::share::report_loss;
+use crate::sheet::described;
 
 parameters! {
     /// Parameters of `export-gltf`.

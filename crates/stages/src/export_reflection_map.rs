@@ -73,55 +73,16 @@
 //! path = "{environment}/{material}/reflection"
 //! ```
 
-use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use envmap::{Image, ToneMap, to_srgb8};
-use sh::{Synthesis, energy_per_degree, lambda, synthesise_cube};
+use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
+use sh::{energy_per_degree, lambda};
 use shrm::degrees::DARK;
-use shrm::{MapGrid, Plain, Reflection};
-use sphere::{Cube, Face, LatLong};
+use shrm::{Plain, Reflection};
 
 use crate::artifacts;
-use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
-use crate::overflow::{self, Content};
+use crate::choices::{LampsName, MOST, Overflow, PlainName, PrecisionName, STOPS};
+use crate::map_pictures::{Layout, MapPictures, PictureFormat, texels};
 use crate::parts::{self, PartsName};
 use crate::share::report_loss;
-
-choice! {
-    /// Which map represents a material that changes with the view.
-    pub(crate) enum PlainName: Plain {
-        /// The mean over all views.
-        Mean = "mean",
-        /// The surface viewed straight on.
-        HeadOn = "head-on",
-    }
-}
-
-choice! {
-    /// How the sphere lies on the written images.
-    pub(crate) enum Layout {
-        /// One image of latitude and longitude.
-        LatLong = "lat-long",
-        /// Six files.
-        Cube = "cube",
-        /// One image, faces below each other.
-        CubeStrip = "cube-strip",
-        /// One image, faces unfolded.
-        CubeCross = "cube-cross",
-    }
-}
-
-choice! {
-    /// The container of the written images.
-    pub(crate) enum Format {
-        /// OpenEXR.
-        Exr = "exr",
-        /// Radiance.
-        Rgbe = "rgbe",
-        /// PNG, tone-mapped.
-        Png = "png",
-    }
-}
 
 parameters! {
     /// Parameters of `export-reflection-map`.
@@ -132,7 +93,7 @@ parameters! {
         #[range(1..=MOST)]
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
-        format: Format = Format::Exr,
+        format: PictureFormat = PictureFormat::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
         /// unless a value exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
@@ -153,6 +114,13 @@ parameters! {
     }
 }
 
+impl Parameters {
+    fn pictures(&self) -> MapPictures {
+        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, precision, overflow, exposure }
+    }
+}
+
 /// The kind `export-reflection-map`.
 pub(crate) struct ExportReflectionMap;
 
@@ -169,29 +137,11 @@ impl Kind for ExportReflectionMap {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let extension = match parameters.format {
-            Format::Exr => ".exr",
-            Format::Rgbe => ".hdr",
-            Format::Png => ".png",
-        };
-        let files = match parameters.layout {
-            Layout::Cube => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
-            _ => vec![extension.to_owned()],
-        };
-        Product::Files(parts::endings(parameters.parts, files))
+        Product::Files(parts::endings(parameters.parts, parameters.pictures().endings()))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let is_exr = parameters.format == Format::Exr;
-        let mut errors = Vec::new();
-        if parameters.exposure != 0.0 && parameters.format != Format::Png {
-            errors.push(("exposure", "only format = \"png\" uses it".into()));
-        }
-        errors.extend(overflow::check(parameters.overflow, parameters.precision, is_exr));
-        if parameters.precision != PrecisionName::Auto && !is_exr {
-            errors.push(("precision", "only format = \"exr\" uses it".into()));
-        }
-        errors
+        parameters.pictures().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -226,13 +176,15 @@ fn files(
         );
         report_loss(context, lost, &what, "export-shrm keeps it");
     }
+    let pictures = parameters.pictures();
+    let grid = pictures.grid();
     let pixels = match parameters.lamps {
-        LampsName::Baked => texels(reflection, plain, grid(parameters))?,
-        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid(parameters))?,
+        LampsName::Baked => texels(reflection, plain, grid)?,
+        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid)?,
     };
     context.check_cancelled()?;
     report_negatives(parameters.format, &pixels, context);
-    encoded(parameters, pixels, context)
+    pictures.files(pixels, context)
 }
 
 /// Stops at 5 % of the views from which a loss is a warning.
@@ -253,33 +205,6 @@ fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'
     } else {
         context.note(found);
     }
-}
-
-/// The files of a map's texels, of a kind that writes no others.
-pub(crate) fn write(
-    parameters: &Parameters,
-    pixels: Vec<[f32; 3]>,
-    context: &Context<'_>,
-) -> Result<Output, Failure> {
-    Ok(Output::Files(encoded(parameters, pixels, context)?))
-}
-
-/// The files of a map's texels.
-fn encoded(
-    parameters: &Parameters,
-    pixels: Vec<[f32; 3]>,
-    context: &Context<'_>,
-) -> Result<Vec<Vec<u8>>, Failure> {
-    let precision = match parameters.format {
-        Format::Exr => {
-            let choice = (parameters.precision, parameters.overflow);
-            overflow::precision(&pixels, Content::Light(grid(parameters)), choice, context)?
-        }
-        Format::Rgbe | Format::Png => Precision::Float,
-    };
-    let images = arrange(parameters, pixels)?;
-    let files = images.iter().map(|image| encode(parameters, precision, image, context.recipe()));
-    files.map(|file| Ok(file?.bytes)).collect()
 }
 
 /// The share of the energy of the reflected field that has p > 0; 0 for a black one.
@@ -304,73 +229,8 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
     if total > 0.0 { dependent / total } else { 0.0 }
 }
 
-/// One map of a reflection, with the lamps beside it, at the texels of a grid.
-pub(crate) fn texels(reflection: &Reflection, plain: Plain, grid: MapGrid) -> Result<Vec<[f32; 3]>, Failure> {
-    let field = reflection.plain(plain);
-    let mut pixels: Vec<[f32; 3]> = match grid {
-        MapGrid::LatLong(grid) => Synthesis::new(grid, field.degree())?.synthesise(&field),
-        MapGrid::Cube(cube) => synthesise_cube(&field, cube)?,
-    };
-    if let Some(lamps) = reflection.lamps() {
-        for (pixel, lamps) in pixels.iter_mut().zip(lamps.plain(plain, grid)) {
-            (0..3).for_each(|channel| pixel[channel] += lamps[channel]);
-        }
-    }
-    if reflection.is_for_light() {
-        pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value.max(0.0)));
-    }
-    Ok(pixels)
-}
-
-/// The texels that a layout shows.
-pub(crate) fn grid(parameters: &Parameters) -> MapGrid {
-    match parameters.layout {
-        Layout::LatLong => MapGrid::LatLong(LatLong::with_rows(parameters.resolution)),
-        Layout::Cube | Layout::CubeStrip | Layout::CubeCross => {
-            MapGrid::Cube(Cube { edge: parameters.resolution })
-        }
-    }
-}
-
-/// The images of the texels' values.
-fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
-    let resolution = parameters.resolution;
-    match parameters.layout {
-        Layout::LatLong => Ok(vec![image(2 * resolution, resolution, pixels)?]),
-        Layout::Cube => {
-            let faces = pixels.chunks_exact(resolution * resolution);
-            faces.map(|face| image(resolution, resolution, face.to_vec())).collect()
-        }
-        Layout::CubeCross => Ok(vec![cross(Cube { edge: resolution }, &pixels)?]),
-        // Six faces below each other are a strip.
-        Layout::CubeStrip => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
-    }
-}
-
-/// The vertical cross: each pixel has the value of the texel in the same direction.
-fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
-    let edge = cube.edge;
-    let (width, height) = (3 * edge, 4 * edge);
-    let texel = |position: f64| ((position * edge as f64) as usize).min(edge - 1);
-    let at = |index: usize| {
-        let looks = envmap::Layout::CubeCross.direction(width, height, index / width, index % width);
-        looks.map_or([0.0; 3], |direction| {
-            let (face, s, t) = cube.position(direction);
-            pixels[(face as usize * edge + texel(t)) * edge + texel(s)]
-        })
-    };
-    image(width, height, (0..width * height).map(at).collect())
-}
-
-/// A picture of these pixels.
-pub(crate) fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
-    let found = pixels.len();
-    Image::new(width, height, pixels)
-        .ok_or_else(|| Failure::new(format!("{found} pixels do not fill {width} x {height}")))
-}
-
 /// Reports how many values are negative because of ringing.
-fn report_negatives(format: Format, pixels: &[[f32; 3]], context: &Context<'_>) {
+fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], context: &Context<'_>) {
     let values = || pixels.as_flattened().iter().copied();
     let negative = values().filter(|value| *value < 0.0).count();
     if negative == 0 {
@@ -378,32 +238,11 @@ fn report_negatives(format: Format, pixels: &[[f32; 3]], context: &Context<'_>) 
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
     let written = match format {
-        Format::Exr => "black where a renderer clamps them",
-        Format::Rgbe | Format::Png => "written as 0",
+        PictureFormat::Exr => "black where a renderer clamps them",
+        PictureFormat::Rgbe | PictureFormat::Png => "written as 0",
     };
     let what =
         format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
     let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
     report_loss(context, negative as f64 / total as f64, &what, help);
-}
-
-/// The file of an image.
-fn encode(
-    parameters: &Parameters,
-    precision: Precision,
-    image: &Image,
-    recipe: &str,
-) -> Result<Encoded, Failure> {
-    let recipe = Some(recipe);
-    match parameters.format {
-        Format::Exr => Ok(write_exr(image, precision, recipe)?),
-        Format::Rgbe => Ok(write_rgbe(image, recipe)?),
-        Format::Png => {
-            let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);
-            Ok(Encoded {
-                bytes: write_png(image.width(), image.height(), &codes, recipe)?,
-                ..Encoded::default()
-            })
-        }
-    }
 }

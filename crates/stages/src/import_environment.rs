@@ -207,8 +207,7 @@ use crate::artifacts;
 use crate::bad_pixels::{BadPixelsName, repaired};
 use crate::choices::STOPS;
 use crate::colour_space_name::ColourSpaceName;
-use crate::engine_files::turned_back;
-use crate::engine_preset::EnginePreset;
+use crate::engine_preset::{EnginePreset, turned_back};
 use crate::panorama::{FillName, Shown};
 use crate::six_faces::{self, FaceFiles, FaceName};
 

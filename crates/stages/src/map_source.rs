@@ -10,8 +10,8 @@ use sphere::{Cube, LatLong};
 
 use crate::artifacts;
 use crate::choices::{LampsName, MapsFormat, Overflow, PrecisionName, Resolution};
-use crate::export_reflection_map::image;
 use crate::map_input::MapInput;
+use crate::map_pictures::image;
 use crate::overflow::{self, Content};
 use crate::parts::{self, PartsName};
 

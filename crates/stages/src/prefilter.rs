@@ -61,21 +61,9 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, pa
 use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter_unless};
 
 use crate::artifacts;
-use crate::choices::MOST;
+use crate::choices::{DistributionName, MOST};
 use crate::engine_preset::{EnginePreset, nearest_power_of_two};
 use crate::share::{LOSS, about, percent};
-
-choice! {
-    /// The lobe.
-    pub(crate) enum DistributionName: Distribution {
-        /// GGX: metal, plastic, nearly everything.
-        Ggx = "ggx",
-        /// Charlie: sheen, of cloth.
-        Charlie = "charlie",
-        /// A cosine: irradiance over pi.
-        Lambert = "lambert",
-    }
-}
 
 choice! {
     /// How levels are made.

@@ -99,15 +99,15 @@ use std::sync::Arc;
 use containers::{write_apng, write_png};
 use engine::{Context, Digest, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use envmap::ToneMap;
-use preview::{Camera, Light, Look, MapSizes, Mode, Scene, Shot, Show};
+use preview::{Camera, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
 
 use crate::artifacts;
 use crate::blended_frames::blend;
 use crate::choices::{LampsName, STOPS, ToneMapName};
-use crate::contact_sheet::described;
+use crate::light_input::light;
 use crate::light_mismatch;
-use crate::sheet::percent;
+use crate::sheet::{described, percent};
 use comparison::{ComparisonSheet, Panel};
 use fallback_renderer::FallbackRenderer;
 use values::{Backend, BackgroundChoice, Size};
@@ -462,16 +462,6 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     };
     let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
     Ok(scene.with_transfer(transfer).with_blend(blend))
-}
-
-/// The light of the environment, or of lighting without one.
-pub(crate) fn light(context: &Context<'_>) -> Result<Light, Failure> {
-    if context.type_at("environment") == Some(<artifacts::Lighting as engine::Artifact>::TYPE) {
-        let lighting = context.get::<artifacts::Lighting>("environment")?.0.clone();
-        return Light::of_lighting(lighting)
-            .ok_or_else(|| Failure::new("the light has a radiance that is not finite"));
-    }
-    Ok(Light::new(context.get::<artifacts::Environment>("environment")?.0.clone(), None))
 }
 
 /// The transfer of the mesh, if there is one.

@@ -86,14 +86,15 @@
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
-    CellGrid, CellTransform, Degree, Expansion, Light, Minimum, NearestError, Penalty, Tolerance, Transform,
+    CellGrid, CellTransform, Degree, Expansion, Minimum, NearestError, Penalty, Tolerance, Transform,
     degree_holding, energy_per_degree, image_energy, minimum, nearest_non_negative_unless, non_negative,
 };
 use sphere::LatLong;
 
 use crate::artifacts;
-use crate::choices::{NonNegative, SHARE};
-use crate::share::share;
+use crate::choices::{Lamps, NonNegative, SHARE};
+use crate::full_lighting::{FULL, highest_degree};
+use crate::share::{lamps_text, share};
 
 choice! {
     /// The window, which reduces ringing; see Windows.
@@ -118,16 +119,6 @@ choice! {
         Samples = "samples",
         /// The mean over its area.
         Texels = "texels",
-    }
-}
-
-choice! {
-    /// Where suns and lamps go.
-    pub(crate) enum Lamps {
-        /// They become lights beside the series.
-        Separate = "separate",
-        /// They stay in the series.
-        Series = "series",
     }
 }
 
@@ -165,9 +156,6 @@ impl Parameters {
         self.lamps.unwrap_or(default)
     }
 }
-
-/// The highest degree of a series that `convolve` cuts later: see [`brdf::Choice::Full`].
-const FULL: usize = 255;
 
 /// The minimum of the function is searched and noted up to this degree.
 const MINIMUM_UP_TO: usize = 128;
@@ -292,26 +280,6 @@ impl Kind for ProjectSh {
     }
 }
 
-/// The lighting as the default parameters make it: lamps beside a series of more than enough degrees.
-pub(crate) fn full(environment: &Environment) -> Result<sh::Lighting, Failure> {
-    let separated = environment.separate_lamps();
-    let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
-    let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
-    Ok(sh::Lighting { series, lights: separated.lights })
-}
-
-/// `2 lamps hold 75.1 % of the light, beside the series`; `rest` is the integral of what is not theirs, over
-/// the sphere and all channels.
-pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
-    let flux: f64 = lights.iter().flat_map(Light::flux).sum();
-    let count = match lights.len() {
-        0 => return None,
-        1 => "1 lamp holds".to_owned(),
-        count => format!("{count} lamps hold"),
-    };
-    Some(format!("{count} {} of the light, beside the series", share(flux / (flux + rest))))
-}
-
 /// An environment, and what its pixels are.
 struct Pixels<'a> {
     environment: &'a Environment,
@@ -405,12 +373,6 @@ fn nearest(series: &Expansion, mean: sh::Mean, context: &Context<'_>) -> Result<
         describe(found.after)
     ));
     Ok(found.expansion)
-}
-
-/// The highest degree that an image can hold.
-fn highest_degree(grid: LatLong) -> Degree {
-    let highest = (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1));
-    Degree::new(highest).unwrap_or(Degree::MAX)
 }
 
 fn energy_share(held: f64, total: f64) -> String {

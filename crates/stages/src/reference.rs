@@ -76,13 +76,12 @@ use engine::{
 use serde_json::json;
 use sh::Tolerance;
 use shrm::reference::{Cull, Estimate, Reference, Sampled};
-use shrm::{MapGrid, Plain, View};
+use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use crate::artifacts;
-use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
-use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout};
-use crate::parts::PartsName;
+use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
+use crate::map_pictures::{Layout, MapPictures, PictureFormat};
 use crate::share::percent;
 
 /// The direction of the viewer.
@@ -185,7 +184,7 @@ parameters! {
         #[range(1..=MOST)]
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
-        format: Format = Format::Exr,
+        format: PictureFormat = PictureFormat::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
         /// unless a value exceeds that.
         precision: PrecisionName = PrecisionName::Auto,
@@ -199,19 +198,9 @@ parameters! {
 }
 
 impl Parameters {
-    /// The parameters of the written files.
-    fn picture(&self) -> picture::Parameters {
-        picture::Parameters {
-            layout: self.layout,
-            resolution: self.resolution,
-            format: self.format,
-            precision: self.precision,
-            overflow: self.overflow,
-            exposure: self.exposure,
-            view: picture::PlainName(Plain::Mean),
-            lamps: LampsName::Baked,
-            parts: PartsName::Together,
-        }
+    fn pictures(&self) -> MapPictures {
+        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, precision, overflow, exposure }
     }
 
     fn cull(&self) -> Cull {
@@ -243,12 +232,12 @@ impl Kind for ReferenceMap {
         vec![Port::one::<artifacts::Environment>("environment"), Port::one::<artifacts::Material>("material")]
     }
 
-    fn product(parameters: &Parameters, types: &[(&str, &'static str)]) -> Product {
-        ExportReflectionMap::product(&parameters.picture(), types)
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(parameters.pictures().endings())
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut errors = ExportReflectionMap::check(&parameters.picture());
+        let mut errors = parameters.pictures().check();
         match parameters.method.0 {
             Method::Summed => {
                 let given = [("samples", parameters.samples.is_some()), ("seed", parameters.seed.is_some())];
@@ -272,8 +261,8 @@ impl Kind for ReferenceMap {
             .transpose()?;
         let light = coarse.as_ref().unwrap_or(&environment.0);
         let seen = view(parameters.view, &material.0);
-        let picture = parameters.picture();
-        let grid = picture::grid(&picture);
+        let pictures = parameters.pictures();
+        let grid = pictures.grid();
         let pixels = match parameters.method.0 {
             Method::Summed => {
                 let reference = Reference::new(light, &material.0, parameters.cull());
@@ -294,7 +283,7 @@ impl Kind for ReferenceMap {
                 estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
             }
         };
-        picture::write(&picture, pixels, context)
+        Ok(Output::Files(pictures.files(pixels, context)?))
     }
 }
 

@@ -54,8 +54,7 @@ use sh::{Degree, Expansion, Lighting};
 use shrm::Plain;
 
 use crate::artifacts;
-use crate::choices::SHARE;
-use crate::export_reflection_map::PlainName;
+use crate::choices::{PlainName, SHARE};
 use crate::share::{percent, report_loss};
 
 choice! {

@@ -1,6 +1,7 @@
 //! Formats shares of energy and relative errors, and reports what is lost.
 
 use engine::Context;
+use sh::Light;
 
 /// The share of the light above which a loss is a warning.
 pub(crate) const LOSS: f64 = 0.01;
@@ -39,6 +40,18 @@ pub(crate) fn percent(error: f64) -> String {
     }
     let digits = (1.0 - math::log10((100.0 * error).max(1e-9)).floor()).clamp(0.0, 6.0) as usize;
     format!("{:.digits$} %", 100.0 * error)
+}
+
+/// `2 lamps hold 75.1 % of the light, beside the series`; `rest` is the integral of what is not theirs, over
+/// the sphere and all channels.
+pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
+    let flux: f64 = lights.iter().flat_map(Light::flux).sum();
+    let count = match lights.len() {
+        0 => return None,
+        1 => "1 lamp holds".to_owned(),
+        count => format!("{count} lamps hold"),
+    };
+    Some(format!("{count} {} of the light, beside the series", share(flux / (flux + rest))))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ mod plot;
 mod scale;
 pub(crate) mod theme;
 
-use envmap::{Environment, ToneMap, to_srgb8};
+use envmap::{Environment, Exposure, ToneMap, to_srgb8};
 use preview::drawing::{Align, Canvas, Rect};
 use rayon::prelude::*;
 use shrm::{Lamps, Shrm};
@@ -28,6 +28,12 @@ pub(crate) const MAP: LatLong = LatLong::with_rows(layout::BALL);
 
 /// The edge of a ball's picture: for each row it asks whether to stop.
 pub(crate) const BALL: usize = layout::BALL;
+
+/// `exposure −2.4 stops from the log-average`, and how much of that was asked for.
+pub(crate) fn described(usual: Exposure, more: f64) -> String {
+    let asked = if more == 0.0 { String::new() } else { format!(", {} of them as given", stops(more)) };
+    format!("exposure {} from the {}{asked}", stops(usual.stops + more), usual.basis.name())
+}
 
 /// The content of a sheet.
 pub(crate) struct Sheet<'a> {

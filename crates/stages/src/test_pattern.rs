@@ -35,10 +35,9 @@ use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter_unless};
 use sphere::{Cube, DVec3, Direction, Face, LatLong, from_file, to_file};
 
 use crate::choices::{MOST, Overflow};
-use crate::engine_files::{self, EngineFiles, names};
-use crate::engine_preset::{EngineFormat, EnginePreset};
+use crate::engine_files::{self, EngineFiles, names, report};
+use crate::engine_preset::{EngineFormat, EnginePreset, check_format};
 use crate::engine_readme::readme;
-use crate::export_engine::{check_format, report};
 
 const ORIENT: &str = "pattern-orient";
 const AXES: &str = "pattern-axes";

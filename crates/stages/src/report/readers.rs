@@ -126,7 +126,7 @@ mod tests {
     use sphere::LatLong;
 
     use super::*;
-    use crate::export_reflection_map;
+    use crate::map_pictures::texels;
 
     fn lighting() -> Lighting {
         let degree = Degree::new(6).unwrap();
@@ -186,7 +186,7 @@ mod tests {
             let lights = rings.as_deref().zip(lamps.map(|lamps| &lamps.lights[..]));
             assert_eq!(reader.kautz_mccool(&zonal, &angles, lights), expected);
 
-            let texels = export_reflection_map::texels(&reflection, Plain::Mean, grid).unwrap();
+            let texels = texels(&reflection, Plain::Mean, grid).unwrap();
             let look = |central: &Direction| grid.taps(*central).blend(&texels).map(|value| value as f32);
             let expected: Vec<_> = central.iter().map(look).collect();
             let lobe = lamps.map(|lamps| MeanLobe::plain(&lamps.material, Plain::Mean));

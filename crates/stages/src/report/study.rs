@@ -15,7 +15,7 @@ use shrm::reference::LightTree;
 use shrm::{KautzMcCool, MapGrid, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, DMat3, Direction, LatLong};
 
-use crate::project_sh;
+use crate::full_lighting::full;
 use crate::report::advice::{self, best};
 use crate::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
 use crate::report::page::Pictures;
@@ -65,7 +65,7 @@ impl<'a> Lit<'a> {
         if let Some(full) = self.full.get() {
             return Ok(full);
         }
-        let made = project_sh::full(self.environment)?;
+        let made = full(self.environment)?;
         Ok(self.full.get_or_init(|| made))
     }
 }
