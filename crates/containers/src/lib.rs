@@ -23,94 +23,45 @@
 
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
 
-mod babylon_env;
-mod bc6h;
-mod brdf_table_metadata;
-mod chromaticity;
-mod cicp;
-mod colour_space;
-mod data_texture;
-mod dds;
-mod decoded;
-mod decoder_level;
 mod error;
 mod file_part;
 mod format;
-mod gain_map;
-mod gain_map_metadata;
-mod gltf;
-mod gpano;
-mod icc;
-mod image_header;
-mod jpeg;
-mod jpeg_segments;
-mod ktx1;
-mod ktx2;
-mod light_rig;
+mod header_word;
+mod images;
 mod light_texture;
-pub mod lighting_json;
 mod limits;
-pub mod measured;
 mod metadata;
-mod open_exr;
-mod orientation;
-mod outside_gamut;
-mod panorama;
-mod pfm;
-mod png;
 mod png_text;
 mod precision;
-mod radiance;
-mod radiance_view;
-mod raster;
-mod read_image;
 mod read_recipe;
-mod read_texture;
 mod recipe;
-mod rgbd;
 mod rounding;
-mod shrm_metadata;
-pub mod tensors;
-mod texel;
-mod texture;
-mod tiff;
-mod web_page;
-mod xmp;
+mod textures;
+mod values;
 mod zstandard;
 
-pub use babylon_env::{
-    BabylonEnv, Polynomial, is_babylon_env, read_babylon_env, read_babylon_polynomial, write_babylon_env,
-};
-pub use brdf_table_metadata::{coefficient_names, entries as brdf_table_metadata};
-pub use colour_space::ColourSpace;
-pub use data_texture::{DataTexture, Wrap};
-pub use dds::{read_dds, write_dds};
-pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
-pub use decoder_level::decoder_level;
 pub use error::{Error, ErrorKind};
 pub use format::Format;
-pub use gltf::{
-    Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,
-    ReadBeside, VertexAttribute, check_gltf, check_gltf_material, gltf_document, gltf_has_triangles,
-    gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light,
-    read_gltf_lighting, read_gltf_material, write_glb, write_gltf_image_based_light,
+pub use images::{
+    ColourSpace, DataTexture, Decoded, Encoded, ExrLayers, ImageHeader, OpenExrEnvmap, Panorama, ReadOptions,
+    Shows, Wrap, declares_high_dynamic_range, decoder_level, read_exr_layers, read_image, read_image_header,
+    write_apng, write_exr, write_exr_layers, write_exr_layers_unless, write_png, write_rgbe,
 };
-pub use image_header::{ImageHeader, declares_high_dynamic_range, read_image_header};
-pub use ktx1::write_ktx1;
-pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
-pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};
 pub use light_texture::{LightTexture, is_light_texture, read_light_texture};
 pub use limits::MAX_PIXELS;
-pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers, write_exr_layers_unless};
-pub use panorama::{Panorama, Shows};
-pub use png::{write_apng, write_png};
 pub use precision::Precision;
-pub use radiance::write_rgbe;
-pub use read_image::read_image;
 pub use read_recipe::read_recipe;
-pub use read_texture::{declares_cube, is_texture, read_texture};
 pub use recipe::texture_sidecar;
-pub use shrm_metadata::{entries as shrm_metadata, row_names};
-pub use texel::{ByteFormat, TexelFormat};
-pub use texture::{Texture, TextureFile};
-pub use web_page::{escape_html, is_web_page, recipe_element};
+pub use textures::{
+    BabylonEnv, ByteFormat, Polynomial, TexelFormat, Texture, TextureFile, declares_cube, is_babylon_env,
+    is_texture, read_babylon_env, read_babylon_polynomial, read_dds, read_ktx2, read_texture,
+    write_babylon_env, write_dds, write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
+};
+pub use values::{
+    Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,
+    ReadBeside, VertexAttribute, brdf_table_metadata, check_gltf, check_gltf_material, coefficient_names,
+    escape_html, gltf_document, gltf_has_triangles, gltf_materials, is_web_page, lighting_json, measured,
+    read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting,
+    read_gltf_material, recipe_element, row_names, shrm_metadata, tensors, write_csv_lights, write_glb,
+    write_gltf_image_based_light, write_gltf_lights, write_usda_lights,
+};

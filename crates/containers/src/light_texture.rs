@@ -2,15 +2,13 @@
 
 use envmap::Image;
 
-use crate::babylon_env::{is_babylon_env, read_babylon_env};
-use crate::chromaticity;
-use crate::decoded::ReadOptions;
 use crate::error::Error;
-use crate::gltf::{is_gltf_image_based_light, read_gltf_image_based_light};
+use crate::images::{ReadOptions, chromaticity};
 use crate::read_recipe::read_recipe;
-use crate::read_texture::{is_texture, read_texture};
-use crate::texel::TexelFormat;
-use crate::texture::{Texture, TextureFile};
+use crate::textures::{
+    TexelFormat, Texture, TextureFile, is_babylon_env, is_texture, read_babylon_env, read_texture,
+};
+use crate::values::{is_gltf_image_based_light, read_gltf_image_based_light};
 
 /// Light that a texture holds, and what its file says about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +44,7 @@ pub fn is_light_texture(bytes: &[u8]) -> bool {
 /// the values are taken for linear Rec. 709 without it.
 ///
 /// # Errors
-/// As [`read_texture`], [`crate::read_babylon_env`] and [`crate::read_gltf_image_based_light`]; and if the
+/// As [`read_texture`], [`crate::textures::read_babylon_env`] and [`crate::values::read_gltf_image_based_light`]; and if the
 /// texture is an array or a volume.
 pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTexture, Error> {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
@@ -116,7 +114,9 @@ fn reorder(width: usize, pixels: &mut [[f32; 3]], height: usize, orientation: Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ColourSpace, Precision, write_ktx2};
+    use crate::images::ColourSpace;
+    use crate::precision::Precision;
+    use crate::textures::write_ktx2;
 
     #[test]
     fn rows_and_columns_follow_the_orientation() {

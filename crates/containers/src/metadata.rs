@@ -12,7 +12,8 @@ use std::io::{Read, Seek, SeekFrom};
 
 use ::image::metadata::Orientation;
 
-use crate::{Format, png_text};
+use crate::format::Format;
+use crate::png_text;
 
 /// Exif and XMP that are longer are not read.
 const LONGEST: usize = 4 << 20;

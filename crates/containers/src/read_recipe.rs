@@ -1,9 +1,9 @@
 //! Finding the recipe in a file of any format.
 
 use crate::format::Format;
-use crate::{
-    babylon_env, gltf, ktx1, ktx2, light_rig, lighting_json, open_exr, png, radiance, tensors, web_page,
-};
+use crate::images::{open_exr, png, radiance};
+use crate::textures::{babylon_env, ktx1, ktx2};
+use crate::values::{gltf, light_rig, lighting_json, tensors, web_page};
 
 /// The recipe in a file of any format that is written here; `None` if there is none.
 pub fn read_recipe(bytes: &[u8]) -> Option<String> {

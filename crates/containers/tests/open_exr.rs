@@ -221,7 +221,10 @@ fn layers_are_chosen_by_part_or_prefix() {
     ]);
     assert_eq!(read_image(&parts, &layer("sun")).unwrap().image.pixels()[3], [5.0; 3]);
     let decoded = read(&parts);
-    assert_eq!(decoded.warnings, ["the file has the layers `sky`, `sun`; `sky` was read; `layer` names another"]);
+    assert_eq!(
+        decoded.warnings,
+        ["the file has the layers `sky`, `sun`; `sky` was read; `layer` names another"]
+    );
 
     let depth = file(vec![part(None, encoding, SIZE, vec![channel("Z", Kind::Float, SIZE, other(1))])]);
     let error = read_image(&depth, &ReadOptions::default()).unwrap_err();

@@ -1,28 +1,49 @@
 //! The build: runs the items that are out of date and publishes their files.
 
+mod cause;
+mod item_request;
+mod ledger;
+pub(crate) mod out_folder;
+mod publish;
+mod removal_cause;
+mod retention;
+mod run;
+mod run_elsewhere;
+mod run_item;
+mod running;
+mod scheduler;
+mod session;
+mod shared_results;
+mod up_to_date;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::disk::Disk;
-use crate::kind::is_left_out;
-use crate::lock::LockRequest;
-use crate::publish::{Publisher, sweep};
-use crate::removal_cause::{RemovalCauses, files_changed};
-use crate::run::RunContext;
-use crate::running::{ChangedPaths, RunningBuild};
-use crate::scheduler::{Scheduler, event_of};
-use crate::selection::Selection;
-use crate::session::LastBuild;
-use crate::shared_cache::SharedCacheOptions;
-use crate::shared_results::SharedBlobs;
-use crate::state::State;
-use crate::store::Blob;
-use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
-use crate::{
-    BuildSession, Cancel, Cause, Error, ErrorKind, Event, ItemIndex, LockPurpose, LockTimeout, Plan, Reason,
-    Summary, Trouble, Wanted, out_folder,
-};
+use crate::cancel::Cancel;
+use crate::error::{Error, ErrorKind};
+use crate::event::{Event, Reason, Summary};
+use crate::kinds::is_left_out;
+use crate::plan::{ItemIndex, Plan, Selection, Wanted};
+use crate::shared::{SharedCacheOptions, Trouble};
+use crate::storage::{Blob, Cause, Disk, LockPurpose, LockRequest, LockTimeout, State};
+use publish::sweep;
+use removal_cause::{RemovalCauses, files_changed};
+use run::RunContext;
+use running::{ChangedPaths, RunningBuild};
+use scheduler::{Scheduler, event_of};
+use session::LastBuild;
+use shared_results::SharedBlobs;
+use up_to_date::{Freshness, KnownItems};
+
+pub(crate) use ledger::{Fate, Others, Published};
+pub(crate) use publish::{Publisher, is_temporary};
+pub(crate) use retention::Manifests;
+pub(crate) use run::failure_of;
+pub use run_item::run_item;
+pub use session::{BuildSession, WORKER};
+pub(crate) use session::{PathSet, WatchedChanges};
+pub(crate) use up_to_date::{UpToDateCheck, item_subject};
 
 /// Options of a build.
 #[derive(Clone, Debug, Default)]
@@ -351,7 +372,7 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
         };
         let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
         let freshness = if known {
-            let key = check.key(index, |input| digest(input).unwrap_or(crate::Digest([0; 32])));
+            let key = check.key(index, |input| digest(input).unwrap_or(crate::key::Digest([0; 32])));
             check.freshness(index, key)
         } else {
             Freshness::Run

@@ -7,7 +7,10 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::{Diagnostics, Digest, ItemKey, Timestamp, Traffic};
+use crate::key::{Digest, ItemKey};
+use crate::manifest::Diagnostics;
+use crate::shared::Traffic;
+use crate::timestamp::Timestamp;
 
 /// An event as `--json` prints it: one object on a line of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]

@@ -9,14 +9,22 @@
 //! The first two read no file but the manifest. When files appear or disappear, only the third is repeated:
 //! [`Graph::expand`].
 
+mod names_in_out;
+mod selection;
+mod wanted;
+
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use crate::{
-    Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemName, Kinds, Port, Product, RecipeReader,
-    Table, nearest, regular,
-};
+use crate::event::ItemName;
+use crate::kinds::{Configured, ErasedKind, Kinds, Port, Product, RecipeReader};
+use crate::manifest::{Diagnostic, Diagnostics, Document, Table, nearest};
+use crate::storage::regular;
+
+pub use names_in_out::names_in_out;
+pub(crate) use selection::{Selection, first_item, item_named};
+pub use wanted::Wanted;
 
 mod clashes;
 mod cycles;
@@ -31,14 +39,15 @@ mod search;
 mod source;
 pub(crate) mod template;
 
-pub use folders::{BrokenLink, DiskFolders, Folders, Found, Name};
+use search::Search;
+
+pub use folders::{DiskFolders, Folders, Found, Name};
 pub(crate) use folders::{FolderQueries, RecordingFolders};
 pub use graph::Graph;
 pub use index::{ItemIndex, StageIndex};
 pub use items::Item;
-use search::Search;
 pub use source::Source;
-pub(crate) use source::{HOW_TO_READ_EXPORTS, listed};
+pub(crate) use source::listed;
 
 /// A stage of the manifest with its kind, parameters and connections.
 #[derive(Clone)]

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use unicode_normalization::UnicodeNormalization;
 
-use crate::Timestamp;
+use crate::timestamp::Timestamp;
 
 /// What the file system knows of a file without reading it: size, times of change in nanoseconds, identity.
 #[repr(C)]

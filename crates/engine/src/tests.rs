@@ -26,10 +26,14 @@ use std::path::{Path, PathBuf};
 
 use parking_lot::Mutex;
 
+use crate::answers::Explanation;
+use crate::build::{BuildOptions, BuildSession};
+use crate::cancel::Cancel;
+use crate::error::Error;
+use crate::event::{Event, Reason, Summary};
+use crate::kinds::{Kinds, Product};
+use crate::plan::Plan;
 use crate::testkit::kinds;
-use crate::{
-    BuildOptions, BuildSession, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary,
-};
 
 /// Exports every text in capitals.
 const CHAIN: &str = r#"
@@ -141,8 +145,9 @@ impl Project {
 
     fn try_build(&self) -> (Vec<Event>, Result<Summary, Error>) {
         let events = Mutex::new(Vec::new());
-        let summary =
-            crate::build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
+        let summary = crate::build::build(&self.plan(), &self.options, &self.cancel, &|event| {
+            events.lock().push(event)
+        });
         (events.into_inner(), summary)
     }
 
@@ -163,7 +168,7 @@ impl Project {
     }
 
     fn explain(&self, target: &str) -> Vec<Explanation> {
-        crate::explain(&self.plan(), target).unwrap()
+        crate::answers::explain(&self.plan(), target).unwrap()
     }
 
     /// Every file under a folder with its content, sorted.
@@ -255,7 +260,7 @@ fn log(events: &[Event]) -> String {
 }
 
 fn reason(reason: &Reason) -> String {
-    let known = |digest: &Option<crate::Digest>| if digest.is_some() { "some" } else { "none" };
+    let known = |digest: &Option<crate::key::Digest>| if digest.is_some() { "some" } else { "none" };
     match reason {
         Reason::NeverBuilt => "never built".into(),
         Reason::FailedBefore => "failed before".into(),

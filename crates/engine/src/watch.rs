@@ -27,20 +27,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
+
+use crate::build::{BuildOptions, BuildSession};
+use crate::cancel::Cancel;
+use crate::error::{Error, ErrorKind};
+use crate::event::{Change, Changed, Event, Summary};
+use crate::kinds::Kinds;
+use crate::manifest::Diagnostics;
+use crate::plan::{ManifestFile, Plan};
+use crate::storage::{LockPurpose, LockTimeout, ReadKind, ReadSet, path_name};
 use changes::{Hints, Wakeup};
 use event_buffer::{EventBuffer, OutstandingErrors};
 use manifest::{ManifestLoader, ManifestSnapshot};
 use places::Places;
 use rebuild_loop::{BuildTrace, LoopCheck, RebuildLoop};
-
-use parking_lot::Mutex;
-
-use crate::disk::ReadSet;
-use crate::files::path_name;
-use crate::{
-    BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
-    LockPurpose, LockTimeout, ManifestFile, Plan, ReadKind, Summary,
-};
 
 mod backoff;
 mod changes;
@@ -57,7 +58,6 @@ mod unfinished;
 pub(crate) use backoff::Backoff;
 pub(crate) use changes::ChangeCollector;
 pub(crate) use listener::Message;
-pub(crate) use probe::is_probe;
 #[cfg(test)]
 pub(crate) use unfinished::WritePauses;
 
@@ -512,7 +512,7 @@ fn outdate(
 /// The places that the graph depends on, as far as they are known.
 fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) -> Places {
     let out = snapshot.plan.as_ref().map(|plan| plan.out.clone());
-    let state = manifest.with_file_name(crate::state::FOLDER);
+    let state = manifest.with_file_name(crate::storage::FOLDER);
     let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
     places.add_search(&snapshot.queries, snapshot.sources.iter().cloned());
     let items = snapshot.plan.iter().flat_map(|plan| plan.items.iter());

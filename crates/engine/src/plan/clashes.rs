@@ -14,9 +14,10 @@ use unicode_normalization::UnicodeNormalization;
 use super::graph::Graph;
 use super::items::{Assets, Item};
 use super::template::Template;
-use crate::files::path_name;
+use crate::event::ItemName;
+use crate::manifest::Diagnostic;
 use crate::platform::folded;
-use crate::{Diagnostic, ItemName};
+use crate::storage::path_name;
 
 /// The clashes, one for two stages.
 pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagnostic> {

@@ -13,11 +13,8 @@ use super::index::StageIndex;
 use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
 use super::source::{Source, listed, unexpanded};
 use super::template::{Template, check};
-use crate::spelling::Spelling;
-use crate::{
-    Configured, Diagnostic, Diagnostics, Document, ErasedKind, Kinds, Port, Product, RecipeReader, Table,
-    nearest, unknown_keys,
-};
+use crate::kinds::{Configured, ErasedKind, Kinds, Port, Product, RecipeReader};
+use crate::manifest::{Diagnostic, Diagnostics, Document, Spelling, Table, nearest, unknown_keys};
 
 /// The stages of a manifest and their connections, without items.
 ///

@@ -23,8 +23,10 @@ use super::index::{ItemIndex, StageIndex};
 use super::search::Search;
 use super::source::{Asset, listed};
 use super::template;
-use crate::files::lies_in;
-use crate::{Diagnostic, ItemKey, NamedPath, Product, ValueKind};
+use crate::key::ItemKey;
+use crate::kinds::{NamedPath, Product};
+use crate::manifest::{Diagnostic, ValueKind};
+use crate::storage::lies_in;
 
 /// The most items of a plan.
 const MOST_ITEMS: usize = 1_000_000;

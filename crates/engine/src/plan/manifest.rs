@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::{Diagnostic, Document, Entry, Table, Value, ValueKind, unexpected, unknown_keys};
+use crate::manifest::{Diagnostic, Document, Entry, Table, Value, ValueKind, unexpected, unknown_keys};
 
 /// The keys of a stage that the engine owns; all others are its kind's parameters.
 pub(crate) const OWNED: [&str; 6] = ["kind", "source", "input", "inputs", "per", "path"];

@@ -11,7 +11,8 @@
 use serde_json::{Map, Value, json};
 
 use super::manifest::SCHEMA;
-use crate::{ErasedKind, Field, Kinds, Port, Product, Table};
+use crate::kinds::{ErasedKind, Kinds, Port, Product};
+use crate::manifest::{Field, Table};
 
 impl Kinds {
     /// The JSON Schema (draft 2020-12) of manifests that name these kinds.

@@ -5,12 +5,12 @@ use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::folders::{BrokenLink, Folders, Found, Name};
+use super::folders::{Folders, Found, Name};
 use super::glob::{Glob, is_ignored_file, is_ignored_folder};
-use super::source::{Asset, HOW_TO_READ_EXPORTS, Source, SourcePath, listed, resolved, unexpanded};
-use crate::Diagnostic;
-use crate::files::lies_in;
-use crate::spelling::Spelling;
+use super::source::{Asset, Source, SourcePath, listed, resolved, unexpanded};
+use crate::kinds::HOW_TO_READ_EXPORTS;
+use crate::manifest::{Diagnostic, Spelling};
+use crate::storage::{BrokenLink, lies_in};
 
 /// The most folders that one glob searches.
 const MAX_FOLDERS: usize = 1 << 16;

@@ -17,7 +17,8 @@ use std::sync::Arc;
 
 use super::glob::{Glob, is_ignored_file, is_ignored_folder};
 use super::manifest::Written;
-use crate::Diagnostic;
+use crate::kinds::HOW_TO_READ_EXPORTS;
+use crate::manifest::Diagnostic;
 
 /// The `source` of a stage.
 #[derive(Clone, Debug)]
@@ -219,10 +220,6 @@ impl SourcePath {
         }
     }
 }
-
-/// What to do to read a file that the same manifest exports.
-pub(crate) const HOW_TO_READ_EXPORTS: &str =
-    "connect the stage that makes the file instead, or move the file";
 
 /// Whether a path without special characters names no file but a folder by its place: `.` or `../..`.
 fn is_folder_itself(text: &str) -> bool {

@@ -9,8 +9,7 @@ use std::ops::Range;
 
 use super::manifest::Written;
 use super::source::listed;
-use crate::Diagnostic;
-use crate::spelling::Spelling;
+use crate::manifest::{Diagnostic, Spelling};
 
 /// A parsed `path`.
 #[derive(Clone, Debug)]

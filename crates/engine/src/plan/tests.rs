@@ -16,7 +16,7 @@ use expect_test::{Expect, expect};
 use proptest::prelude::*;
 
 use super::*;
-use crate::ItemKey;
+use crate::key::ItemKey;
 use crate::testkit::{kinds, shown};
 
 /// Folders in memory, by their absolute paths.

@@ -3,7 +3,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
-use crate::{Artifact, BuildSession, Context, Failure, Kind, Output, Port, parameters};
+use crate::build::BuildSession;
+use crate::kinds::{Artifact, Context, Failure, Kind, Output, Port};
+use crate::parameters;
 
 static DECODED: AtomicUsize = AtomicUsize::new(0);
 static ALIVE: AtomicUsize = AtomicUsize::new(0);

@@ -5,8 +5,10 @@ use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
-use crate::cache::{Amount, CollectOptions, Freed, collect, stats, verify};
-use crate::{BuildSession, ErrorKind, LockTimeout};
+use crate::answers::cache::{CollectOptions, Freed, collect, stats, verify};
+use crate::build::BuildSession;
+use crate::error::ErrorKind;
+use crate::storage::{Amount, LockTimeout};
 
 /// One text of a hundred bytes: it has two blobs, as the file has the bytes of the artifact that it is made
 /// from.
@@ -37,7 +39,7 @@ fn gc(project: &Project, limit: Option<u64>) -> Freed {
 fn is_remembered(project: &Project, letter: char) -> bool {
     write(project, letter);
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-    crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap().ran == 0
+    crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap().ran == 0
 }
 
 fn amount(count: u64, bytes: u64) -> Amount {
@@ -129,7 +131,7 @@ fn the_last_good_outputs_of_a_failed_item_and_of_every_manifest_stay() {
     project.write("other/text.txt", &"z".repeat(100));
     project.build();
     let other = || Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
-    crate::build(&other(), &project.options, &project.cancel, &|_| {}).unwrap();
+    crate::build::build(&other(), &project.options, &project.cancel, &|_| {}).unwrap();
     // Two bytes that are not a text: the source fails, and the outputs of its last good result stay.
     fs::write(project.path("text.txt"), [0xff, 0xfe]).unwrap();
     assert!(project.build().contains("1 failed, 2 skipped"));
@@ -176,8 +178,9 @@ fn a_damaged_blob_is_reported_removed_and_made_again_by_the_next_build() {
     let found = check();
     assert_eq!(found.intact, amount(1, 100));
     let mut lost_blobs = found.lost.iter().map(|lost| {
-        let names =
-            |items: &[crate::ItemName]| items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let names = |items: &[crate::event::ItemName]| {
+            items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+        };
         format!(
             "{} of [{}], earlier of [{}]",
             if lost.damaged { "damaged" } else { "missing" },
@@ -254,7 +257,7 @@ fn readers_are_not_disturbed_by_builds_compactions_and_collections() {
                 let mut rounds = 0;
                 while !ended.load(Ordering::Relaxed) || rounds < 20 {
                     stats(&project.path("")).unwrap();
-                    let explained = crate::explain(&project.plan(), "file").unwrap();
+                    let explained = crate::answers::explain(&project.plan(), "file").unwrap();
                     assert!(explained[0].last.is_some(), "there always is a last run");
                     rounds += 1;
                 }

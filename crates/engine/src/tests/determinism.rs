@@ -1,8 +1,9 @@
 //! Whether outputs depend on the number of threads.
 
 use super::*;
+use crate::answers::Determinism;
+use crate::kinds::{Context, Failure, Kind, Output, Port};
 use crate::testkit::{Nothing, Text};
-use crate::{Context, Determinism, Failure, Kind, Output, Port};
 
 /// A kind as it must not be: its output depends on the number of threads, from the fifth byte on.
 struct Careless;
@@ -70,7 +71,7 @@ input = "count"
 
 fn check(project: &Project, stages: &[&str]) -> Determinism {
     let stages = stages.iter().map(|stage| (*stage).to_owned()).collect::<Vec<_>>();
-    crate::determinism(&project.plan(), &stages, &[1, 2, 3], &project.cancel, &|_, _| {}).unwrap()
+    crate::answers::determinism(&project.plan(), &stages, &[1, 2, 3], &project.cancel, &|_, _| {}).unwrap()
 }
 
 #[test]

@@ -10,10 +10,10 @@ use parking_lot::Mutex;
 
 use super::shared::{Memory, with_cache};
 use super::{Project, log};
+use crate::build::{BuildSession, run_item};
+use crate::kinds::Kinds;
+use crate::shared::{Executor, ExecutorOptions, RemoteEnd, RemoteError, RemoteRun, SharedBlob};
 use crate::testkit::kinds;
-use crate::{
-    BuildSession, Executor, ExecutorOptions, Kinds, RemoteEnd, RemoteError, RemoteRun, SharedBlob, run_item,
-};
 
 /// A machine that has nothing but what it is sent.
 struct Worker {

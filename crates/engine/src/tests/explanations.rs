@@ -5,7 +5,9 @@ use std::fmt::Write;
 use expect_test::expect;
 
 use super::*;
-use crate::{Cause, FileState, ReadKind, Reason};
+use crate::answers::FileState;
+use crate::event::Reason;
+use crate::storage::{Cause, ReadKind};
 
 const PAIRS: &str = r#"
 schema = 1
@@ -241,7 +243,7 @@ fn a_record_from_before_times_and_causes_is_still_read() {
         "reads":[{"path":"a.txt","listing":false,"digest":null}],"outputs":[],"started":0,"milliseconds":1.0,
         "reasons":[{"reason":"file","path":"a.txt","old":null,"new":null}],
         "warnings":[],"notes":[],"failure":null}"#;
-    let record = serde_json::from_str::<crate::record::Record>(record).unwrap();
+    let record = serde_json::from_str::<crate::storage::Record>(record).unwrap();
     assert_eq!((record.reads[0].modified, &record.causes[..]), (None, &[][..]));
 }
 
@@ -275,7 +277,8 @@ fn twins(a: &str, b: &str) -> Project {
 /// The verification of a file: its item, the item that made it, its sources, and what is no longer known.
 fn verified(project: &Project, file: &str) -> String {
     let path = project.path(file);
-    let found = crate::verify(&project.plan(), &path, &std::fs::read(&path).unwrap(), &|_| None).unwrap();
+    let found =
+        crate::answers::verify(&project.plan(), &path, &std::fs::read(&path).unwrap(), &|_| None).unwrap();
     let item = found.item.as_ref().map_or("an item that is gone".into(), ToString::to_string);
     let content = match found.content {
         crate::Content::Current => "the last",

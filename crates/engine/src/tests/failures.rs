@@ -5,8 +5,9 @@ use std::sync::Arc;
 use expect_test::expect;
 
 use super::*;
+use crate::error::ErrorKind;
+use crate::kinds::{Context, Failure, Kind, Output, Port};
 use crate::testkit::{Nothing, Text};
-use crate::{Context, ErrorKind, Failure, Kind, Output, Port};
 
 const REFUSING: &str = r#"
 schema = 1
@@ -283,7 +284,7 @@ fn a_newer_state_folder_is_left_alone() {
     let error = project.try_build().1.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::NewerState);
     assert!(error.help().unwrap().contains("delete"));
-    assert_eq!(crate::explain(&project.plan(), "text").unwrap_err().kind(), ErrorKind::NewerState);
+    assert_eq!(crate::answers::explain(&project.plan(), "text").unwrap_err().kind(), ErrorKind::NewerState);
     assert_eq!(project.files(".specula"), before);
 }
 

@@ -7,8 +7,9 @@ use expect_test::expect;
 
 use super::shared::{Memory, with_cache};
 use super::*;
+use crate::error::ErrorKind;
+use crate::kinds::{Context, Failure, Kind, Output, Port, Product};
 use crate::testkit::{Nothing, Text};
-use crate::{Context, ErrorKind, Failure, Kind, Output, Port, Product};
 
 /// A chain over two texts that is built, and of which these stages and items are forced from now on.
 fn built(forced: &[&str]) -> Project {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::journal::{Journal, Line, Tag, subject};
+use crate::storage::{Journal, Line, Tag, subject};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -29,7 +29,7 @@ fn project() -> Project {
 fn forge(project: &Project, lines: &[Line]) {
     let path = project.path(".specula/journal");
     let journal =
-        Journal::write(&path, None, |journal| crate::journal::Retention::of(journal, &project.path("")));
+        Journal::write(&path, None, |journal| crate::storage::Retention::of(journal, &project.path("")));
     journal.unwrap().append(lines).unwrap();
 }
 
@@ -59,7 +59,8 @@ fn a_forged_ledger_removes_and_replaces_nothing_outside_out() {
     forge(&project, &[published("stale.txt", "stale")]);
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
     let events = Mutex::new(Vec::new());
-    crate::build(&project.plan(), &rehearsal, &project.cancel, &|event| events.lock().push(event)).unwrap();
+    crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|event| events.lock().push(event))
+        .unwrap();
     let foreseen = log(&events.into_inner());
     assert_eq!(foreseen.matches("removed ").collect::<Vec<_>>().len(), 1, "{foreseen}");
     let log = project.build();

@@ -4,8 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
+use crate::error::ErrorKind;
+use crate::kinds::{Context, Failure, Kind, Output, Port};
+use crate::storage::LockTimeout;
 use crate::testkit::{Nothing, Text};
-use crate::{Context, ErrorKind, Failure, Kind, LockTimeout, Output, Port};
 
 fn chain() -> Project {
     two_texts(CHAIN)
@@ -17,7 +19,7 @@ fn a_cancelled_build_stops_between_items_and_the_next_continues() {
     let plan = project.plan();
     let ran = AtomicUsize::new(0);
     let events = Mutex::new(Vec::new());
-    let summary = crate::build(&plan, &project.options, &project.cancel, &|event| {
+    let summary = crate::build::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Finished { .. }) && ran.fetch_add(1, Ordering::Relaxed) == 1 {
             project.cancel.cancel();
         }
@@ -65,7 +67,7 @@ fn the_partial_result_of_a_cancelled_item_is_not_kept() {
     }
     project.kinds = list;
     let plan = project.plan();
-    let summary = crate::build(&plan, &project.options, &project.cancel, &|event| {
+    let summary = crate::build::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(&event, Event::Started { item, .. } if item.stage == "loud") {
             project.cancel.cancel();
         }
@@ -82,13 +84,13 @@ fn a_second_build_is_refused_while_one_is_running() {
     let project = chain();
     let plan = project.plan();
     let seen = Mutex::new(None);
-    crate::build(&plan, &project.options, &project.cancel, &|event| {
+    crate::build::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Started { .. }) && seen.lock().is_none() {
             let hasty = BuildOptions { lock_timeout: LockTimeout::NONE, ..project.options.clone() };
-            let second = crate::build(&plan, &hasty, &project.cancel, &|_| {});
+            let second = crate::build::build(&plan, &hasty, &project.cancel, &|_| {});
             *seen.lock() = Some(second);
             let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-            crate::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
+            crate::build::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
         }
     })
     .unwrap();
@@ -104,11 +106,11 @@ fn a_build_waits_for_the_running_one_until_it_is_cancelled() {
     let plan = project.plan();
     let second = Mutex::new(None);
     let cancel = Cancel::default();
-    crate::build(&plan, &project.options, &project.cancel, &|event| {
+    crate::build::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Started { .. }) && second.lock().is_none() {
             let patient = BuildOptions { lock_timeout: LockTimeout::ENDLESS, ..project.options.clone() };
             let events = Mutex::new(Vec::new());
-            let summary = crate::build(&plan, &patient, &cancel, &|event| {
+            let summary = crate::build::build(&plan, &patient, &cancel, &|event| {
                 if matches!(event, Event::Waiting { .. }) {
                     cancel.cancel();
                 }
@@ -200,7 +202,7 @@ fn victim() {
     let Some(folder) = std::env::var_os("SPECULA_TEST_VICTIM") else { return };
     let plan = Plan::load(&Path::new(&folder).join("pipeline.toml"), &kinds()).unwrap();
     let options = BuildOptions { keep_going: true, jobs: Some(2), ..BuildOptions::default() };
-    crate::build(&plan, &options, &Cancel::default(), &|_| {}).unwrap();
+    crate::build::build(&plan, &options, &Cancel::default(), &|_| {}).unwrap();
 }
 
 #[test]

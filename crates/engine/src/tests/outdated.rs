@@ -6,8 +6,12 @@ use std::time::{Duration, Instant};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::*;
+use crate::build::BuildSession;
+use crate::event::ItemName;
+use crate::key::ItemKey;
+use crate::kinds::{Context, Failure, Kind, Output, Port};
+use crate::parameters;
 use crate::testkit::{Nothing, Text};
-use crate::{BuildSession, Context, Failure, ItemKey, ItemName, Kind, Output, Port, parameters};
 
 /// A place where running items wait until they are let through or stopped.
 struct Gate {

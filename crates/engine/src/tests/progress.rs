@@ -5,8 +5,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::*;
+use crate::kinds::{Context, Failure, Kind, Output, Port, Steps};
 use crate::testkit::{Nothing, Text};
-use crate::{Context, Failure, Kind, Output, Port, Steps};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -69,7 +69,7 @@ fn the_share_of_a_long_item_rises_to_1_before_its_end_and_short_items_have_none(
     project.write("a.txt", "one");
     project.kinds = kinds().with(Slow);
     let events = Mutex::new(Vec::new());
-    let summary = crate::build(&project.plan(), &project.options, &project.cancel, &|event| {
+    let summary = crate::build::build(&project.plan(), &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Progress { .. }) {
             REPORTED.fetch_add(1, Ordering::Relaxed);
         }

@@ -65,8 +65,9 @@ fn a_file_that_its_item_leaves_out_is_removed_and_comes_back() {
     project.build();
     project.write("a.txt", "");
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-    let rehearse =
-        |project: &Project| crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
+    let rehearse = |project: &Project| {
+        crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap()
+    };
     let events_now = events(&project);
     assert!(events_now.contains("published pairs/a/index.txt 1\nremoved pairs/a/body.txt\n"), "{events_now}");
     assert!(!project.exists("out/pairs/a/body.txt"));
@@ -121,7 +122,7 @@ fn a_changed_file_is_put_back_with_a_warning() {
     project.write("out/loud/a.txt", "ONE");
     assert_eq!(project.explain("loud/a.txt")[0].files[0].state, crate::FileState::AsPublished);
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-    let summary = crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
+    let summary = crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
     assert_eq!(summary.published, 0);
     assert_eq!(events(&project), "");
 }
@@ -212,7 +213,7 @@ fn foreseen_and_removed(project: &Project) -> [(Vec<String>, usize); 2] {
                 removed.lock().push(file);
             }
         };
-        let summary = crate::build(&project.plan(), &options, &project.cancel, &hear).unwrap();
+        let summary = crate::build::build(&project.plan(), &options, &project.cancel, &hear).unwrap();
         let mut removed = removed.into_inner();
         removed.sort();
         (removed, summary.removed)
@@ -419,7 +420,7 @@ fn a_file_that_is_changed_right_after_it_was_published_is_put_back() {
                 std::fs::write(&place, "???").unwrap();
             }
         };
-        crate::build(&project.plan(), &project.options, &project.cancel, &report).unwrap();
+        crate::build::build(&project.plan(), &project.options, &project.cancel, &report).unwrap();
         let events_now = events(&project);
         assert!(events_now.contains("restored loud/a.txt 3"), "round {round}: {events_now}");
         assert_eq!(project.read("out/loud/a.txt"), format!("{round:03}"));
@@ -494,7 +495,7 @@ fn a_recipe_of_another_kind_or_of_another_manifest_s_file_proves_nothing() {
     project.remove("out");
     project.write("other.toml", &project.read("pipeline.toml"));
     let other = Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
-    crate::build(&other, &project.options, &project.cancel, &|_| {}).unwrap();
+    crate::build::build(&other, &project.options, &project.cancel, &|_| {}).unwrap();
     project.write("out/loud/a.txt", recipe);
     assert!(events(&project).contains("a.txt is in the way"));
     assert_eq!(project.read("out/loud/a.txt"), recipe);

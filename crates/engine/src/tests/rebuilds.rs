@@ -5,8 +5,8 @@ use std::sync::Arc;
 use expect_test::expect;
 
 use super::*;
+use crate::kinds::{Context, Failure, Kind, Output, Port};
 use crate::testkit::{Nothing, Text};
-use crate::{Context, Failure, Kind, Output, Port};
 
 const MARKED: &str = r#"
 schema = 1
@@ -434,7 +434,7 @@ fn explain_finds_a_file_by_any_of_its_names() {
         );
     }
     assert_eq!(project.explain("text").len(), 2);
-    let error = crate::explain(&project.plan(), "fil/a.txt").unwrap_err();
+    let error = crate::answers::explain(&project.plan(), "fil/a.txt").unwrap_err();
     assert_eq!(error.help(), Some("did you mean \"file/a.txt\"?"));
     project.edit("\"!\"", "\"?\"");
     let reasons = |target| project.explain(target)[0].reasons.iter().map(reason).collect::<Vec<_>>();
@@ -467,7 +467,7 @@ fn manifests_that_share_a_folder_share_results() {
     project.build();
     project.write("other.toml", &MARKED.replace("\"out\"", "\"other\""));
     let plan = Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
-    let summary = crate::build(&plan, &project.options, &project.cancel, &|_| {}).unwrap();
+    let summary = crate::build::build(&plan, &project.options, &project.cancel, &|_| {}).unwrap();
     assert_eq!((summary.ran, summary.up_to_date, summary.published), (0, 8, 2));
     assert!(project.build().contains("0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed"));
 }

@@ -3,7 +3,8 @@
 use expect_test::expect;
 
 use super::*;
-use crate::{LockTimeout, Pruned, prune};
+use crate::answers::{Pruned, prune};
+use crate::storage::LockTimeout;
 
 const TWO: &str = r#"
 schema = 1
@@ -44,7 +45,7 @@ fn build(project: &Project, manifest: &str) -> String {
 fn build_with(project: &Project, manifest: &str, options: &BuildOptions) -> String {
     let plan = Plan::load(&project.path(manifest), &project.kinds).unwrap();
     let events = Mutex::new(Vec::new());
-    crate::build(&plan, options, &project.cancel, &|event| events.lock().push(event)).unwrap();
+    crate::build::build(&plan, options, &project.cancel, &|event| events.lock().push(event)).unwrap();
     let shown = ["published", "restored", "removed", "warning", "FAILED", "left over", "note"];
     let log = log(&events.into_inner()).replace(&project.path("").display().to_string(), "");
     let lines = log.lines().filter(|line| shown.iter().any(|word| line.starts_with(word)));

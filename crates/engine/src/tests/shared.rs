@@ -8,8 +8,9 @@ use expect_test::expect;
 use parking_lot::Mutex;
 
 use super::Project;
-use crate::{
-    Digest, Question, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
+use crate::key::Digest;
+use crate::shared::{
+    Question, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
     UploadOutputs,
 };
 

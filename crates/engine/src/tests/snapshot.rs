@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::answers::ResultsSnapshot;
+use crate::error::ErrorKind;
 use crate::testkit::Text;
-use crate::{ErrorKind, ResultsSnapshot};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -121,8 +122,9 @@ fn it_can_be_read_while_a_build_holds_the_lock_and_each_handle_is_decoded_once()
     project.build();
     let plan = project.plan();
     let (purpose, timeout) = (crate::LockPurpose::Build, crate::LockTimeout::NONE);
-    let request = crate::lock::LockRequest { purpose, timeout, cancel: &Cancel::default(), waiting: &|_| {} };
-    let _lock = crate::state::State::lock(&plan.state, &request).unwrap();
+    let request =
+        crate::storage::LockRequest { purpose, timeout, cancel: &Cancel::default(), waiting: &|_| {} };
+    let _lock = crate::storage::State::lock(&plan.state, &request).unwrap();
     let snapshot = ResultsSnapshot::open(&plan).unwrap();
     let value = |item| snapshot.get(item).unwrap().get::<Text>().unwrap();
     assert!(Arc::ptr_eq(&value(0), &value(0)));

@@ -1,8 +1,9 @@
 //! What a check finds in the sources of items, without running them.
 
 use super::*;
+use crate::answers::{SourceError, check_sources};
+use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port};
 use crate::testkit::{Nothing, Text};
-use crate::{Artifact as _, Context, Failure, Kind, Output, Port, SourceError, check_sources};
 
 /// Takes files that begin with a word, and reads no more of them for a check.
 struct Headed;

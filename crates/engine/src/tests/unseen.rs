@@ -177,7 +177,7 @@ fn a_drive_that_is_not_mounted_stops_the_build() {
     drop(mounted);
     for dry_run in [false, true] {
         let options = BuildOptions { dry_run, ..project.options.clone() };
-        let built = crate::build(&project.plan(), &options, &project.cancel, &|_| {});
+        let built = crate::build::build(&project.plan(), &options, &project.cancel, &|_| {});
         let error = built.unwrap_err().to_string();
         let expected =
             "the source in/drive/sky.txt cannot be seen, and may still exist: nothing is mounted on ";
@@ -211,7 +211,7 @@ fn a_drive_that_hides_sources_stops_the_build() {
     let error = project.try_build().1.unwrap_err();
     assert!(error.to_string().contains("another drive is mounted on "), "{error}");
     assert!(error.help().unwrap().contains("\"!in/deep\""), "{:?}", error.help());
-    assert!(crate::check_sources(&project.plan()).is_err());
+    assert!(crate::answers::check_sources(&project.plan()).is_err());
     has_kept(&project);
     drop(mounted);
     assert!(project.build().contains("0 ran, 6 up to date"));

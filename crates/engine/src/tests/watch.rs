@@ -22,9 +22,12 @@ use std::time::{Duration, Instant};
 use parking_lot::{Condvar, Mutex};
 
 use super::{CAPITALS, Project, log};
+use crate::cancel::Cancel;
+use crate::error::Error;
+use crate::event::{Change, Changed, Event, Summary};
+use crate::plan::ManifestFile;
 use crate::testkit::kinds;
-use crate::watch::{Backoff, ChangeCollector, Watcher};
-use crate::{Cancel, Change, Changed, Error, Event, ManifestFile, Summary, WatchOptions};
+use crate::watch::{Backoff, ChangeCollector, WatchOptions, Watcher};
 
 /// The longest wait for anything.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -51,7 +54,7 @@ enum Way {
 impl Way {
     fn options(self) -> WatchOptions {
         WatchOptions {
-            build: crate::BuildOptions { jobs: Some(2), keep_going: true, ..Default::default() },
+            build: crate::build::BuildOptions { jobs: Some(2), keep_going: true, ..Default::default() },
             debounce: QUIET,
             poll: (self == Way::Polling).then_some(Duration::from_millis(25)),
             once: false,

@@ -23,11 +23,12 @@ use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
 use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
+use crate::build::{PathSet, WatchedChanges, is_temporary};
+use crate::event::Event;
+use crate::plan::Plan;
+use crate::platform;
 use crate::platform::has_other_names;
-use crate::publish::is_temporary;
-use crate::session::{PathSet, WatchedChanges};
-use crate::writers::being_written;
-use crate::{Event, Plan, platform};
+use crate::storage::being_written;
 
 /// How often a waiting watcher checks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);
@@ -215,7 +216,9 @@ impl ChangeCollector {
     /// What a build is told of changes: those that come while it runs, too.
     pub(super) fn watched_changes(&self) -> WatchedChanges {
         let missed = Arc::clone(&self.may_have_missed_writers);
-        WatchedChanges::new(Arc::clone(&self.pending), self.unfinished.shared(), missed, self.sender())
+        let sender = self.sender();
+        let report = move |path| drop(sender.send(Message::BeingWritten(path)));
+        WatchedChanges::new(Arc::clone(&self.pending), self.unfinished.shared(), missed, Box::new(report))
     }
 
     /// Whether a file is still being written.

@@ -7,7 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use parking_lot::Mutex;
 
-use crate::{Error, Event, ItemName};
+use crate::error::Error;
+use crate::event::{Event, ItemName};
 
 /// The errors that were reported and still stand.
 #[derive(Default)]

@@ -1,7 +1,9 @@
 //! Loads the manifest and its graph, and keeps the last valid ones.
 
-use crate::plan::{self, Expansion, FolderQueries, RecordingFolders};
-use crate::{Diagnostics, Graph, Kinds, ManifestFile, Plan, Source};
+use crate::kinds::Kinds;
+use crate::manifest::Diagnostics;
+use crate::plan;
+use crate::plan::{Expansion, FolderQueries, Graph, ManifestFile, Plan, RecordingFolders, Source};
 
 /// A manifest that is read again and again.
 pub(super) struct ManifestLoader<'a> {

@@ -10,11 +10,8 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::probe::is_probe;
-use crate::files::MAX_LINKS;
-use crate::plan::FolderQueries;
-use crate::programs::SearchPath;
-use crate::{Plan, ReadKind, Source};
+use crate::plan::{FolderQueries, Plan, Source};
+use crate::storage::{MAX_LINKS, ReadKind, SearchPath, is_probe};
 
 /// The names of a folder that matter.
 #[derive(Debug, Default)]

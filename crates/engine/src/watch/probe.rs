@@ -2,20 +2,14 @@
 //!
 //! Some network mounts accept watches but never send events. Such folders are polled instead.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The prefix of the names of probe files. They are hidden, so that no glob matches them.
-const PREFIX: &str = ".specula-probe-";
+use crate::storage::{PROBE_PREFIX, is_probe};
+
 /// The time within which a probe's event must arrive.
 const TIMEOUT: Duration = Duration::from_secs(2);
-
-/// Whether a name is that of a probe file, of this watcher or of another.
-pub(crate) fn is_probe(name: &OsStr) -> bool {
-    name.to_str().is_some_and(|name| name.starts_with(PREFIX))
-}
 
 /// The folders that are being probed.
 #[derive(Default)]
@@ -35,7 +29,7 @@ impl Probes {
     /// Writes a probe file into a watched folder, and removes those that killed watchers left there.
     pub(super) fn write(&mut self, folder: &Path) {
         sweep(folder);
-        let file = folder.join(format!("{PREFIX}{}", std::process::id()));
+        let file = folder.join(format!("{PROBE_PREFIX}{}", std::process::id()));
         // The probe is registered before the file is written, because the event may come first.
         self.waiting.push(Probe { folder: folder.into(), file: file.clone(), since: Instant::now() });
         if let Err(error) = fs::write(&file, "") {

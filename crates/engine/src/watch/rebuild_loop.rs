@@ -10,8 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
+use crate::event::{Event, ItemName};
+use crate::plan::Plan;
 use crate::platform::{Identity, file_identity};
-use crate::{Event, ItemName, Plan};
 
 /// Builds may cause so many others within [`PERIOD`].
 const MAX_BUILDS: usize = 10;
@@ -139,7 +140,7 @@ impl RebuildLoop {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ItemKey;
+    use crate::key::ItemKey;
 
     fn item() -> ItemName {
         ItemName { stage: "text".into(), key: ItemKey::default() }

@@ -1,9 +1,8 @@
 //! Manifests that are edited, broken and repaired, and builds that fail as a whole.
 
 use super::*;
-use crate::lock::LockRequest;
-use crate::state::State;
-use crate::{ErrorKind, LockPurpose, LockTimeout};
+use crate::error::ErrorKind;
+use crate::storage::{LockPurpose, LockRequest, LockTimeout, State};
 
 fn rejected(events: &[Event]) -> Vec<String> {
     let rejected = events.iter().filter_map(|event| match event {

@@ -6,8 +6,8 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::*;
+use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 use crate::testkit::{Nothing, Text};
-use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
 /// Fails with a system error until the file exists whose path is its text. `.tries` beside that file has a
 /// byte for each run, and `.words` the end of the error's message.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::*;
+use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 use crate::testkit::{Nothing, Text};
-use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
 /// Passes a text on; `wait PATH` only after a file exists at that path.
 pub(super) struct WaitForFile;

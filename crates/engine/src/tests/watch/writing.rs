@@ -4,9 +4,9 @@ use std::fs::OpenOptions;
 use std::io::Write as _;
 
 use super::*;
+use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 use crate::testkit::{Nothing, Text};
 use crate::watch::WritePauses;
-use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
 /// Reads a text, which is complete if it ends with a full stop, and removes the full stop; `wait PATH` is
 /// read after a file exists at that path.

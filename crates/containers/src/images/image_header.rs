@@ -1,0 +1,147 @@
+//! What a picture's header says, without its pixels.
+
+use std::io::{BufRead, Seek};
+
+use super::decoded::{OpenExrEnvmap, ReadOptions};
+use super::orientation::upright_size;
+use super::panorama::Panorama;
+use super::{cicp, gain_map_metadata, gpano, jpeg, open_exr, pfm, png, radiance, raster, tiff};
+use crate::error::Error;
+use crate::file_part::{beginning, length, rewind};
+use crate::format::{Format, identify};
+use crate::metadata::Metadata;
+
+/// As many bytes as tell one format from another, and a Git LFS pointer from a file.
+const SIGNATURE: u64 = 256;
+
+/// Bytes of a file in which its segments before the pixels are sought.
+const LONGEST_HEADER: u64 = 1 << 20;
+
+/// What the header of a picture says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageHeader {
+    /// The format that the content is in.
+    pub format: Format,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// OpenEXR's `envmap` attribute.
+    pub openexr_envmap: Option<OpenExrEnvmap>,
+    /// The part of the sphere that the picture shows, if the file says something of it.
+    pub panorama: Option<Panorama>,
+}
+
+/// Reads the header of a picture of any format that [`crate::images::read_image::read_image`] reads, and as little else of the
+/// file as that takes.
+///
+/// # Errors
+/// What [`crate::images::read_image::read_image`] refuses because of the header: another format, a header that is truncated or
+/// damaged, or declares more pixels than are read or than the file can hold, an unsupported kind of picture,
+/// or no layer of the wanted name. Damage of the pixels is not found.
+pub fn read_image_header(
+    file: &mut (impl BufRead + Seek),
+    options: &ReadOptions,
+) -> Result<ImageHeader, Error> {
+    let length = length(file)?;
+    let format = identify(&beginning(file, SIGNATURE)?)?;
+    rewind(file)?;
+    let within = |error: Error| error.within(format.name());
+    let mut metadata = Metadata::default();
+    let (mut openexr_envmap, mut panorama) = (None, None);
+    let stored = match format {
+        Format::OpenExr => {
+            let size;
+            (size, (openexr_envmap, panorama)) =
+                open_exr::header(&mut *file, length, options.layer.as_deref()).map_err(within)?;
+            size
+        }
+        Format::Radiance => {
+            let size;
+            (size, panorama) = radiance::header(file).map_err(within)?;
+            size
+        }
+        Format::Pfm => pfm::header(file, length).map_err(within)?,
+        Format::Tiff => {
+            let (size, found) = tiff::header(file, length).map_err(within)?;
+            metadata = found;
+            size
+        }
+        Format::Jpeg | Format::Png | Format::Tga | Format::WebP => {
+            let size = match format {
+                Format::Jpeg => jpeg::header(&mut *file, length),
+                _ => raster::header(file, length, format),
+            };
+            metadata = Metadata::read(file, format);
+            size.map_err(within)?
+        }
+    };
+    let size @ [width, height] = upright_size(stored, metadata.orientation);
+    let panorama = panorama.or_else(|| gpano::of_xmp(metadata.xmp.as_deref()?, size));
+    Ok(ImageHeader { format, width, height, openexr_envmap, panorama })
+}
+
+/// Whether the header of a PNG or JPEG says that the picture holds light brighter than its white: by PNG's
+/// cICP, or by a gain map.
+pub fn declares_high_dynamic_range(file: &mut (impl BufRead + Seek)) -> bool {
+    let Ok(start) = beginning(file, LONGEST_HEADER) else { return false };
+    match Format::sniff(&start) {
+        Some(Format::Png) => {
+            let encoding = png::code_points(&start).and_then(|points| cicp::encoding(points).ok());
+            encoding.is_some_and(|(_, bright)| bright)
+        }
+        Some(Format::Jpeg) => gain_map_metadata::is_declared_in(&start),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use envmap::Image;
+
+    use super::*;
+    use crate::images::open_exr::write_exr;
+    use crate::images::png::write_png;
+    use crate::images::radiance::write_rgbe;
+    use crate::images::read_image::read_image;
+    use crate::precision::Precision;
+
+    fn files() -> Vec<Vec<u8>> {
+        let image = Image::new(8, 4, vec![[0.5; 3]; 32]).unwrap();
+        vec![
+            write_rgbe(&image, None).unwrap().bytes,
+            write_exr(&image, Precision::Half, None).unwrap().bytes,
+            write_png(8, 4, &[[9; 3]; 32], None).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn a_header_has_the_size_of_its_picture() {
+        for bytes in files() {
+            let header = read_image_header(&mut Cursor::new(&bytes), &ReadOptions::default()).unwrap();
+            assert_eq!((header.width, header.height), (8, 4), "{header:?}");
+        }
+    }
+
+    /// A check must not refuse what a run accepts, and has the run's message.
+    #[test]
+    fn a_truncated_or_damaged_file_is_refused_only_as_it_is_when_it_is_read() {
+        for bytes in files() {
+            for cut in 0..bytes.len() {
+                let header = read_image_header(&mut Cursor::new(&bytes[..cut]), &ReadOptions::default());
+                if header.is_err() {
+                    assert!(read_image(&bytes[..cut], &ReadOptions::default()).is_err(), "{cut}");
+                }
+                let mut damaged = bytes.clone();
+                damaged[cut] ^= 0x55;
+                let header = read_image_header(&mut Cursor::new(&damaged), &ReadOptions::default());
+                if let Err(error) = header {
+                    let read = read_image(&damaged, &ReadOptions::default()).unwrap_err();
+                    assert_eq!(error.kind(), read.kind(), "{cut}: {error}, {read}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! JPEG, read only: 8 bits, and in HDR with a gain map.
+//!
+//! `zune-jpeg` decodes it directly, not through `image`: that has no strict mode, and fills what a damaged
+//! file lacks with grey.
+
+use std::io::{BufRead, Cursor, Seek};
+
+use zune_core::bytestream::{ZByteReaderTrait, ZCursor};
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+
+use super::colour_space::ColourSpace;
+use super::decoded::Decoded;
+use super::gain_map::GainMap;
+use super::gain_map_metadata;
+use super::gain_map_metadata::Found;
+use super::jpeg_segments::Segments;
+use super::raster::Raster;
+use crate::error::Error;
+use crate::format::Format;
+use crate::limits;
+use crate::metadata::Metadata;
+
+/// A block of 64 pixels takes at least one bit, so that a byte holds at most 512 pixels of 3 bytes.
+const RATIO: usize = 512 * 3;
+
+pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    let picture = Segments::of(bytes, 0);
+    let mut raster = raster_of(bytes, picture.end)?;
+    let within = |error: Error| error.within("gain map");
+    let mut lost = None;
+    match gain_map_metadata::find(bytes, &picture).map_err(within)? {
+        Found::Nothing => {}
+        Found::Lost(why) => lost = Some(why),
+        Found::GainMap(parameters, place) => {
+            let length = place.len();
+            let map = raster_of(&bytes[place], Some(length)).map_err(within)?;
+            let Raster { width, height, samples, profile, .. } = map;
+            raster.gain_map = Some(GainMap { parameters, width, height, samples, profile });
+        }
+    }
+    let mut decoded = raster.decode(Format::Jpeg, wanted)?;
+    decoded.warnings.extend(lost.map(str::to_owned));
+    Ok(decoded)
+}
+
+/// The size of a JPEG.
+pub(crate) fn header(file: impl BufRead + Seek, length: usize) -> Result<[usize; 2], Error> {
+    open(file, length).map(|(_, size)| size)
+}
+
+/// A decoder that has read the header, and the size that this declares.
+fn open<T: ZByteReaderTrait>(file: T, length: usize) -> Result<(JpegDecoder<T>, [usize; 2]), Error> {
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(usize::from(u16::MAX))
+        .set_max_height(usize::from(u16::MAX))
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(file, options);
+    decoder.decode_headers().map_err(describe)?;
+    let info = decoder.info().ok_or_else(|| Error::damaged("the header holds no size"))?;
+    let (width, height) = (usize::from(info.width), usize::from(info.height));
+    limits::plausible(limits::pixels(width, height)? * 3, length, RATIO)?;
+    Ok((decoder, [width, height]))
+}
+
+/// The samples of a JPEG, without its gain map.
+pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
+    raster_of(bytes, Segments::of(bytes, 0).end)
+}
+
+/// The samples of the JPEG that ends at this byte of its file; `None` if the file ends before.
+fn raster_of(bytes: &[u8], end: Option<usize>) -> Result<Raster, Error> {
+    let picture = &bytes[..end.unwrap_or(bytes.len())];
+    let (mut decoder, [width, height]) = open(ZCursor::new(picture), bytes.len())?;
+    // Even in strict mode the decoder fills what is missing with grey, or reports damage of some other kind.
+    if end.is_none() {
+        return Err(Error::truncated("the file ends before its end-of-image marker"));
+    }
+    let samples = decoder.decode().map_err(describe)?;
+    let profile = decoder.icc_profile();
+    let metadata = Metadata::read(&mut Cursor::new(bytes), Format::Jpeg);
+    Ok(Raster {
+        width,
+        height,
+        channels: 3,
+        depth: 1,
+        floats: false,
+        samples,
+        profile,
+        code_points: None,
+        gain_map: None,
+        metadata,
+    })
+}
+
+fn describe(error: DecodeErrors) -> Error {
+    match error {
+        DecodeErrors::ExhaustedData => Error::truncated("the file ends before its data does"),
+        DecodeErrors::IoErrors(_) => Error::truncated("the file ends before its data does"),
+        DecodeErrors::Unsupported(scheme) => Error::unsupported(format!("not read: {scheme:?}")),
+        other => Error::damaged(format!("{other:?}")),
+    }
+}

@@ -1,0 +1,233 @@
+//! Writing OpenEXR: one part of R, G and B, once or for each layer, scanlines in blocks of 16, ZIP
+//! (lossless), Rec. 709 by absence of `chromaticities`.
+//!
+//! Layers are channels with a prefix (`diffuse.R`) in one part: every viewer and compositor reads that, while
+//! some read only the first part of a file with several. A layer without a name is the plain R, G, B, which
+//! is what a program without layers shows.
+
+use std::collections::HashSet;
+use std::io::Cursor;
+
+use envmap::Image;
+use exr::block::chunk::Chunk;
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
+use exr::compression::Compression;
+use exr::meta::attribute::{AttributeValue, ChannelDescription, LineOrder, SampleType};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, Headers};
+use rayon::prelude::*;
+
+use super::guard::{guarded, recipe_key, text};
+use crate::error::{Error, ErrorKind};
+use crate::format::Format;
+use crate::header_word::{size, word};
+use crate::images::decoded::Encoded;
+use crate::precision::{Precision, to_half};
+use crate::{limits, recipe};
+
+/// Writes OpenEXR; `recipe` goes into a `string` attribute.
+///
+/// With [`Precision::Half`] each value becomes the nearest half, ties to even; values past +-65504, infinite
+/// ones among them, become +-65504. NaN stays NaN.
+///
+/// # Errors
+/// If the recipe holds control characters.
+pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
+    let size = (image.width(), image.height());
+    write(size, &[("", image.pixels())], precision, (recipe, &[]), &|| false)
+        .map_err(|error| error.within(Format::OpenExr.name()))
+}
+
+/// Writes OpenEXR with a layer for each of `layers`: a name and RGB, row by row. `metadata` and the recipe
+/// become `string` attributes.
+///
+/// The layer named `""` is the plain R, G and B; it is optional. Numbers as [`write_exr`] has them.
+///
+/// # Errors
+/// If there is no layer, or one does not have `width` x `height` pixels; if two have the same name, or a name
+/// or an attribute has control characters; if two attributes have the same name, or one has a name that the
+/// format uses itself.
+///
+/// # Example: a program without layers sees the layer without a name
+/// ```
+/// use containers::{Precision, ReadOptions, read_image, write_exr_layers};
+/// let layers = [(String::new(), vec![[1.0; 3]]), ("p1q0".to_owned(), vec![[0.5; 3]])];
+/// let bytes = write_exr_layers(1, 1, &layers, Precision::Half, None, &[])?.bytes;
+/// assert_eq!(read_image(&bytes, &ReadOptions::default())?.image.pixels(), [[1.0; 3]]);
+/// let option = ReadOptions { layer: Some("p1q0".into()), ..ReadOptions::default() };
+/// assert_eq!(read_image(&bytes, &option)?.image.pixels(), [[0.5; 3]]);
+/// # Ok::<(), containers::Error>(())
+/// ```
+pub fn write_exr_layers(
+    width: usize,
+    height: usize,
+    layers: &[(String, Vec<[f32; 3]>)],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    write_exr_layers_unless((width, height), layers, precision, recipe, metadata, &|| false)
+}
+
+/// [`write_exr_layers`], which ends early with an error once `stop` says so. It is asked before each block of
+/// rows is compressed.
+///
+/// # Errors
+/// As [`write_exr_layers`], and if it was stopped.
+pub fn write_exr_layers_unless(
+    (width, height): (usize, usize),
+    layers: &[(String, Vec<[f32; 3]>)],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Encoded, Error> {
+    let views: Vec<(&str, &[[f32; 3]])> =
+        layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
+    check_layers(width, height, &views)
+        .and_then(|()| write((width, height), &views, precision, (recipe, metadata), stop))
+        .map_err(|error| error.within(Format::OpenExr.name()))
+}
+
+/// A name, and the pixels row by row.
+type Layer<'a> = (&'a str, &'a [[f32; 3]]);
+
+fn check_layers(width: usize, height: usize, layers: &[Layer<'_>]) -> Result<(), Error> {
+    let unwritable = |message| Err(Error::new(ErrorKind::Unwritable, message));
+    let pixels = limits::pixels(width, height)
+        .map_err(|error| Error::new(ErrorKind::Unwritable, error.to_string()))?;
+    if layers.is_empty() {
+        return unwritable("expected a layer, found none".to_owned());
+    }
+    let mut names = HashSet::new();
+    for (name, values) in layers {
+        if values.len() != pixels {
+            return unwritable(format!(
+                "layer `{name}`: expected {width} x {height} pixels, found {} pixels",
+                values.len()
+            ));
+        }
+        if !names.insert(*name) {
+            return unwritable(format!("two layers are named `{name}`"));
+        }
+        if name.chars().any(char::is_control) {
+            return unwritable(format!("layer {name:?}: a name has no control characters"));
+        }
+    }
+    Ok(())
+}
+
+fn write(
+    (width, height): (usize, usize),
+    layers: &[Layer<'_>],
+    precision: Precision,
+    (recipe, metadata): (Option<&str>, &[(&str, &str)]),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Encoded, Error> {
+    recipe::check(recipe)?;
+    let sample_type = match precision {
+        Precision::Float => SampleType::F32,
+        Precision::Half => SampleType::F16,
+    };
+    // Channels stand in the order of their names' bytes.
+    let mut channels: Vec<(String, &[[f32; 3]], usize)> = layers
+        .iter()
+        .flat_map(|(layer, pixels)| {
+            let name = move |letter: &str| {
+                if layer.is_empty() { letter.to_owned() } else { format!("{layer}.{letter}") }
+            };
+            ["R", "G", "B"]
+                .into_iter()
+                .enumerate()
+                .map(move |(channel, letter)| (name(letter), *pixels, channel))
+        })
+        .collect();
+    channels.sort_by(|(a, ..), (b, ..)| a.as_bytes().cmp(b.as_bytes()));
+    let list = channels.iter().map(|(name, ..)| ChannelDescription::named(text(name), sample_type));
+    let mut header = Header::new(text(""), (width, height), list.collect()).with_encoding(
+        Compression::ZIP16,
+        BlockDescription::ScanLines,
+        LineOrder::Increasing,
+    );
+    header.own_attributes.layer_name = None;
+    let entries = metadata.iter().map(|(key, value)| (text(key), *value));
+    for (key, value) in entries.chain(recipe.map(|recipe| (recipe_key(), recipe))) {
+        let bad = value.chars().any(char::is_control);
+        let previous = header.own_attributes.other.insert(key.clone(), AttributeValue::Text(text(value)));
+        if previous.is_some() || bad {
+            return Err(Error::new(
+                ErrorKind::Unwritable,
+                format!("attribute `{key}`: expected one, of one line without control characters"),
+            ));
+        }
+    }
+    let several_texts = header.own_attributes.other.len() > 1;
+    let headers: Headers = [header].into_iter().collect();
+
+    let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
+    let compress = |(position, index)| -> Result<(usize, Chunk), Error> {
+        if stop() {
+            return Err(Error::new(ErrorKind::Unwritable, "the writing was stopped"));
+        }
+        let data = samples(width, &channels, index, precision);
+        let chunk = guarded(|| UncompressedBlock { index, data }.compress_to_chunk(&headers))?;
+        Ok((position, chunk))
+    };
+    let chunks: Vec<(usize, Chunk)> = blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
+    let mut bytes = Vec::new();
+    guarded(|| {
+        exr::block::write(Cursor::new(&mut bytes), headers, false, |_, writer| {
+            chunks.into_iter().try_for_each(|(position, chunk)| writer.write_chunk(position, chunk))
+        })
+    })?;
+    if several_texts {
+        sort_attributes(&mut bytes);
+    }
+    Ok(Encoded { bytes, negative: 0 })
+}
+
+/// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a
+/// hash map, so that their order would differ from run to run. No length changes, and so no offset does.
+fn sort_attributes(bytes: &mut [u8]) {
+    const START: usize = 8;
+    let mut attributes: Vec<Vec<u8>> = Vec::new();
+    let mut at = START;
+    // Name, type, each ended by NUL, length of the value, value; an empty name ends the header.
+    while bytes.get(at).is_some_and(|byte| *byte != 0) {
+        let text =
+            |from: usize| bytes[from..].iter().position(|byte| *byte == 0).map(|length| from + length + 1);
+        let Some(length_at) = text(at).and_then(text) else { return };
+        let Some(length) = word(bytes, length_at) else { return };
+        let end = length_at + 4 + size(length);
+        let Some(attribute) = bytes.get(at..end) else { return };
+        attributes.push(attribute.to_vec());
+        at = end;
+    }
+    // A name ends with NUL, which is below every other byte, so that bytes are in the order of names.
+    attributes.sort_unstable();
+    bytes[START..at].copy_from_slice(&attributes.concat());
+}
+
+/// A block's samples in the order of this machine's bytes, each row channel after channel.
+fn samples(
+    width: usize,
+    channels: &[(String, &[[f32; 3]], usize)],
+    index: BlockIndex,
+    precision: Precision,
+) -> Vec<u8> {
+    let mut data = Vec::new();
+    let (x, y) = (index.pixel_position.0, index.pixel_position.1);
+    for row in y..y + index.pixel_size.1 {
+        for (_, pixels, channel) in channels {
+            for pixel in &pixels[row * width..][x..x + index.pixel_size.0] {
+                let value = pixel[*channel];
+                match precision {
+                    Precision::Float => data.extend_from_slice(&value.to_ne_bytes()),
+                    Precision::Half => data.extend_from_slice(&to_half(value).to_ne_bytes()),
+                }
+            }
+        }
+    }
+    data
+}

@@ -1,0 +1,70 @@
+//! Reading a picture of any format.
+
+use super::decoded::{Decoded, ReadOptions};
+use super::{jpeg, open_exr, pfm, png, radiance, raster, tiff};
+use crate::error::Error;
+use crate::format::{Format, identify};
+
+/// Reads a picture: OpenEXR, Radiance, PNG, JPEG, TIFF, TGA, WebP or PFM, known by its content.
+///
+/// Values come out linear and in Rec. 709 primaries; alpha is ignored. PNG, JPEG, TIFF, TGA and WebP are
+/// converted by their ICC profile, or PNG by its cICP; without one, integers are taken for sRGB and floats
+/// for linear Rec. 709. A JPEG with a gain map becomes its full rendition in HDR. A warning says if a picture
+/// holds no high dynamic range. Colours outside of Rec. 709 are brought in, counted in a warning or, if
+/// hardly any light moves, in a note. NaN, infinite and negative values of floats are given as they are
+/// stored: judging them is up to the caller. Of several frames, the first is read, and of a TIFF's pages the
+/// largest. Pictures are turned upright as Exif and TIFF say.
+///
+/// Memory: 12 bytes for each pixel of the result, about as much more while it is decoded (twice with 64 bits
+/// in a sample), and the compressed blocks in work. The result has at most [`crate::limits::MAX_PIXELS`], and a
+/// header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
+/// any length can hold any picture.
+///
+/// # Errors
+/// If the file is empty, a Git LFS pointer, of another format, truncated, damaged or too large, uses
+/// something that is not read (deep data, subsampled RGB, signed integers), or has no layer of the
+/// wanted name.
+///
+/// # Example: content decides, not a name
+/// ```
+/// use containers::{ErrorKind, Format, ReadOptions, read_image, write_rgbe};
+/// let grey = envmap::Image::new(1, 1, vec![[0.5; 3]]).unwrap();
+/// let bytes = write_rgbe(&grey, None)?.bytes;
+/// assert_eq!(read_image(&bytes, &ReadOptions::default())?.format, Format::Radiance);
+/// assert_eq!(read_image(b"PK..", &ReadOptions::default()).unwrap_err().kind(), ErrorKind::UnknownFormat);
+/// # Ok::<(), containers::Error>(())
+/// ```
+pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
+    let format = identify(bytes)?;
+    let decoded = match format {
+        Format::OpenExr => open_exr::read(bytes, options),
+        Format::Radiance => radiance::read(bytes, options.colour_space),
+        Format::Jpeg => jpeg::read(bytes, options.colour_space),
+        Format::Tiff => tiff::read(bytes, options.colour_space),
+        Format::Png | Format::Tga | Format::WebP => raster::read(bytes, format, options.colour_space),
+        Format::Pfm => pfm::read(bytes, options.colour_space),
+    };
+    let mut decoded = decoded.map_err(|error| error.within(format.name()))?;
+    if format == Format::Png {
+        png::complete(&mut decoded, bytes);
+    }
+    if !decoded.high_dynamic_range {
+        let encoding = match &decoded.profile {
+            Some(name) if options.colour_space.is_some() => {
+                let source = if name.starts_with("cICP ") { "" } else { "ICC profile, " };
+                format!("with the curve of its {source}{name}")
+            }
+            Some(name) if name.starts_with("cICP ") => format!("as its {name} says"),
+            Some(name) => format!("by its ICC profile, {name}"),
+            None => "from sRGB".into(),
+        };
+        decoded.warnings.push(format!(
+            "{} holds no high dynamic range: no light in it is brighter than its white; it was decoded {encoding}",
+            format.name()
+        ));
+    }
+    if let Some(layer) = options.layer.as_deref().filter(|_| format != Format::OpenExr) {
+        decoded.warnings.push(format!("{} has no layers; `{layer}` was ignored", format.name()));
+    }
+    Ok(decoded)
+}

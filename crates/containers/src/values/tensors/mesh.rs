@@ -1,0 +1,143 @@
+//! A triangle mesh.
+
+use mesh::Mesh;
+use safetensors::tensor::Dtype;
+
+use super::file::{File, Writer, wrong_shape};
+use crate::error::Error;
+
+/// A mesh of V vertices and T triangles: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4] and, if
+/// there are any, `coordinates` [V, 2], all f32; `triangles` [T, 3] u32.
+pub fn encode_mesh(mesh: &Mesh, recipe: Option<&str>) -> Vec<u8> {
+    let mut file = Writer::new("mesh", recipe);
+    file.vectors("positions", mesh.positions());
+    file.vectors("normals", mesh.normals());
+    file.vectors("tangents", mesh.tangents());
+    if let Some(coordinates) = mesh.coordinates() {
+        file.vectors("coordinates", coordinates);
+    }
+    let corners = mesh.triangles().as_flattened();
+    file.data.extend(corners.iter().flat_map(|corner| corner.to_le_bytes()));
+    file.tensor("triangles", "U32", &[mesh.triangles().len(), 3]);
+    file.finish()
+}
+
+/// A mesh, from a file of kind `mesh`.
+///
+/// # Errors
+/// As [`super::decode_lighting`], and as [`Mesh::new`].
+pub fn decode_mesh(bytes: &[u8]) -> Result<Mesh, Error> {
+    let file = File::open_as(bytes, "mesh")?;
+    let coordinates = file.tensors.names().contains(&"coordinates");
+    Mesh::new(
+        file.vectors("positions", Dtype::F32, f32::from_le_bytes)?,
+        file.vectors("normals", Dtype::F32, f32::from_le_bytes)?,
+        file.vectors("tangents", Dtype::F32, f32::from_le_bytes)?,
+        coordinates.then(|| file.vectors("coordinates", Dtype::F32, f32::from_le_bytes)).transpose()?,
+        file.vectors("triangles", Dtype::U32, u32::from_le_bytes)?,
+    )
+    .map_err(|error| Error::damaged(error.to_string()))
+}
+
+impl Writer {
+    fn vectors<const N: usize>(&mut self, name: &str, vectors: &[[f32; N]]) {
+        self.extend_f32(vectors.as_flattened());
+        self.tensor(name, "F32", &[vectors.len(), N]);
+    }
+}
+
+impl File<'_> {
+    /// A tensor of rows of N numbers, four bytes each.
+    fn vectors<T, const N: usize>(
+        &self,
+        name: &str,
+        dtype: Dtype,
+        number: impl Fn([u8; 4]) -> T,
+    ) -> Result<Vec<[T; N]>, Error> {
+        let shape = format!("[{}, {N}]", if dtype == Dtype::U32 { "T" } else { "V" });
+        let tensor = self.tensor(name, dtype, &shape)?;
+        if !matches!(tensor.shape(), &[_, width] if width == N) {
+            return Err(wrong_shape(name, &shape, tensor.shape()));
+        }
+        let (words, _) = tensor.data().as_chunks::<4>();
+        let (rows, _) = words.as_chunks::<N>();
+        Ok(rows.iter().map(|row| row.map(&number)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::values::tensors::{describe, read_recipe};
+
+    #[test]
+    fn meshes_come_back() {
+        let shapes = mesh::SHAPES.map(|name| mesh::shape(name).unwrap());
+        let bare = Mesh::new(vec![[1.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0; 4]], None, vec![]).unwrap();
+        let empty = Mesh::joined(&[]).unwrap();
+        for mesh in shapes.into_iter().chain([bare, empty]) {
+            let bytes = encode_mesh(&mesh, Some("{}"));
+            assert_eq!(decode_mesh(&bytes).unwrap(), mesh);
+            assert_eq!(read_recipe(&bytes).as_deref(), Some("{}"));
+        }
+    }
+
+    #[test]
+    fn the_names_and_shapes_are_those_of_the_contract() {
+        let mesh = mesh::shape("plane").unwrap();
+        let tensors = describe(&encode_mesh(&mesh, None)).unwrap().tensors;
+        let expected = [
+            ("positions", "F32", [4, 3]),
+            ("normals", "F32", [4, 3]),
+            ("tangents", "F32", [4, 4]),
+            ("coordinates", "F32", [4, 2]),
+            ("triangles", "U32", [2, 3]),
+        ];
+        let expected =
+            expected.map(|(name, dtype, shape)| (name.to_owned(), dtype.to_owned(), shape.to_vec()));
+        assert_eq!(tensors, expected);
+    }
+
+    #[test]
+    fn errors_name_the_tensor() {
+        let error_of = |change: fn(&mut Writer)| {
+            let mut file = Writer::new("mesh", None);
+            file.vectors("positions", &[[0.0; 3]]);
+            file.vectors("normals", &[[0.0; 3]]);
+            change(&mut file);
+            decode_mesh(&file.finish()).unwrap_err().to_string()
+        };
+        let triangle = |file: &mut Writer| {
+            file.data.extend([0; 11]);
+            file.data.push(1);
+            file.tensor("triangles", "U32", &[1, 3]);
+        };
+        let nan = Mesh::new(vec![[0.0; 3]], vec![[1.0, 0.0, 0.0]], vec![[0.0; 4]], None, vec![]).unwrap();
+        let mut bytes = encode_mesh(&nan, None);
+        let last = bytes.len() - 4;
+        bytes[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+        let message = decode_mesh(&bytes).unwrap_err().to_string();
+        assert_eq!(message, "the tangents of vertex 0 hold a number that is not finite");
+        let message = error_of(|_| {});
+        assert!(
+            message.starts_with("expected a tensor `tangents` [V, 4] F32, found the tensors: "),
+            "{message}"
+        );
+        assert_eq!(
+            error_of(|file| file.vectors("tangents", &[[0.0; 3]])),
+            "tensor `tangents`: expected the shape [V, 4], found [1, 3]"
+        );
+        let message = error_of(|file| {
+            file.vectors("tangents", &[[0.0; 4]; 2]);
+            file.tensor("triangles", "U32", &[0, 3]);
+        });
+        assert_eq!(message, "2 tangents for 1 positions");
+        let mut file = Writer::new("mesh", None);
+        file.vectors("positions", &[[0.0; 3]]);
+        file.vectors("normals", &[[0.0; 3]]);
+        file.vectors("tangents", &[[0.0; 4]]);
+        triangle(&mut file);
+        let message = "triangle 0 has corners [0, 0, 16777216], and there are 1 vertices";
+        assert_eq!(decode_mesh(&file.finish()).unwrap_err().to_string(), message);
+    }
+}

@@ -1,0 +1,546 @@
+//! One run of one item: its context, its outcome, what is stored and recorded of it.
+
+use std::any::Any;
+use std::collections::HashMap;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use super::publish::{PublishError, PublishEvent, Publisher};
+use super::running::{Dependencies, RunningBuild};
+use super::session::WatchedChanges;
+use super::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action, list};
+use super::up_to_date::UpToDateCheck;
+use crate::cancel::Cancel;
+use crate::error::Error;
+use crate::event::Reason;
+use crate::key::{Digest, ItemKey};
+use crate::kinds::{Context, Failure, Gate, Handle, Output, Product, ShareDone, WHEN_WRITTEN};
+use crate::own_time::own_time;
+use crate::plan::{ItemIndex, Wanted};
+use crate::platform::Stamp;
+use crate::shared::{Place, Shared, SharedCacheOptions, Upload, UploadOutputs};
+use crate::storage::{
+    Blob, Cause, Disk, FileRead, InputUsed, Line, Memory, Read, ReadKind, Reader, Record, Tag, path_name,
+    recipe, short, worth_keeping,
+};
+use crate::timestamp::Timestamp;
+
+/// What all running items share.
+pub(crate) struct RunContext<'a> {
+    pub(crate) check: &'a UpToDateCheck<'a>,
+    pub(crate) disk: &'a Disk,
+    pub(crate) publisher: &'a Publisher<'a>,
+    pub(crate) cancel: &'a Cancel,
+    pub(crate) memory: &'a Memory,
+    pub(crate) running: &'a Arc<RunningBuild>,
+    /// What a watcher knows of changes, if there is one.
+    pub(crate) watched: Option<&'a WatchedChanges>,
+    /// What goes first.
+    pub(crate) wanted: &'a Wanted,
+    /// Where items pause while wanted ones run.
+    pub(crate) gate: Arc<Gate>,
+    /// Whether the warnings of results that are up to date are reported again.
+    pub(crate) repeat_warnings: bool,
+    /// Whether the scratch folders of items that fail are kept.
+    pub(crate) keep_scratch: bool,
+    /// Where results are also stored, and found.
+    pub(crate) shared: Option<&'a SharedCacheOptions>,
+    /// What is known of its blobs.
+    pub(crate) shared_blobs: Option<&'a SharedBlobs>,
+}
+
+/// The artifacts at a port, sorted by key.
+pub(crate) type Inputs = Vec<(ItemKey, Arc<Handle>)>;
+
+/// An item that is to run, with its inputs.
+pub(crate) struct RunRequest {
+    pub(crate) item: ItemIndex,
+    pub(crate) key: Digest,
+    pub(crate) inputs: Vec<InputUsed>,
+    pub(crate) handles: Vec<(String, Inputs)>,
+    pub(crate) reasons: Vec<Reason>,
+    pub(crate) causes: Vec<Cause>,
+    /// Whether somebody looks at it.
+    pub(crate) is_wanted: bool,
+    /// Why it runs here, if other items run elsewhere.
+    pub(crate) why_here: Option<String>,
+    /// The share of its work that is done.
+    pub(crate) share: Arc<ShareDone>,
+}
+
+/// The outcome of a run.
+pub(crate) struct Outcome {
+    pub(crate) made: Result<Made, Failure>,
+    pub(crate) milliseconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) notes: Vec<String>,
+    pub(crate) events: Vec<PublishEvent>,
+}
+
+/// The output of a successful run.
+pub(crate) struct Made {
+    pub(crate) outputs: Vec<Blob>,
+    pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
+    /// Why its files could not be published although they are stored.
+    pub(crate) unpublished: Option<Failure>,
+    /// Whether that is because its outputs are gone again.
+    pub(crate) is_lost: bool,
+}
+
+/// An item runs at most this many times if the files that it reads keep changing.
+const ATTEMPTS: usize = 3;
+
+/// One call of a kind.
+struct Attempt {
+    output: Result<Output, Failure>,
+    /// A file that was read twice with different contents.
+    changing: Option<PathBuf>,
+    reader: Reader,
+    reads: Vec<Read>,
+    warnings: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl Attempt {
+    fn is_cancelled(&self) -> bool {
+        self.output.as_ref().is_err_and(|failure| failure.cancelled)
+    }
+}
+
+/// What a run made, and what it was.
+pub(crate) struct Ran {
+    pub(crate) stored: Result<Stored, Failure>,
+    pub(crate) reads: Vec<FileRead>,
+    /// The lines of the journal with the stamps of the files that it read.
+    pub(crate) stamps: Vec<Line>,
+    pub(crate) started: Timestamp,
+    pub(crate) milliseconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) notes: Vec<String>,
+    pub(crate) place: Option<Place>,
+    /// Where the outputs are, if they are perhaps not here.
+    pub(crate) shared: Option<Shared>,
+}
+
+impl Ran {
+    /// A run that began then and has come to nothing so far.
+    pub(crate) fn without_result(started: Timestamp) -> Self {
+        Self {
+            stored: Err(Failure::cancelled()),
+            reads: Vec::new(),
+            stamps: Vec::new(),
+            started,
+            milliseconds: 0.0,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+            place: None,
+            shared: None,
+        }
+    }
+}
+
+/// An output that is in the store, or known to be on a server.
+pub(crate) struct Stored {
+    pub(crate) outputs: Vec<Blob>,
+    /// The value of an artifact.
+    pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
+    /// The contents of exported files.
+    pub(crate) files: Option<Vec<Vec<u8>>>,
+}
+
+impl RunContext<'_> {
+    /// Runs an item here, stores and records its outputs, and publishes its files.
+    ///
+    /// # Errors
+    /// If the journal cannot be written, so that nothing can be recorded.
+    pub(crate) fn run(&self, request: RunRequest) -> Result<Outcome, Error> {
+        let started = Timestamp::now();
+        let (attempt, time) = own_time(|| {
+            let mut attempt = self.attempt(&request);
+            for _ in 1..ATTEMPTS {
+                if attempt.changing.is_none() || attempt.is_cancelled() {
+                    break;
+                }
+                attempt = self.attempt(&request);
+            }
+            attempt
+        });
+        let Attempt { output, changing, reader, reads, warnings, notes } = attempt;
+        let output = match changing {
+            Some(path) if output.is_ok() => {
+                let message = format!("{} changed each time that it was read", path.display());
+                Err(Failure::new(message).help(WHEN_WRITTEN))
+            }
+            _ => output,
+        };
+        let output = match output {
+            Err(failure) if !failure.system_error && self.will_rebuild(&reader, &reads) => {
+                Err(Failure::cancelled())
+            }
+            Ok(_) if self.is_unfinished(&reader, &reads) => Err(Failure::cancelled()),
+            output => output,
+        };
+        let made = Ran {
+            stored: output.and_then(|output| self.stored(output)),
+            reads: self.reads(&reader, &reads),
+            stamps: self.disk.stamps_of(&reader, &reads),
+            started,
+            milliseconds: time.as_secs_f64() * 1e3,
+            warnings,
+            notes,
+            place: request.why_here.clone().map(|because| Place::Here { because }),
+            shared: None,
+        };
+        self.conclude(request, made)
+    }
+
+    /// Records what a run made, wherever it ran, and publishes its files.
+    ///
+    /// # Errors
+    /// If the journal cannot be written, so that nothing can be recorded.
+    pub(crate) fn conclude(&self, request: RunRequest, ran: Ran) -> Result<Outcome, Error> {
+        let state = self.check.state;
+        let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
+        let info = &self.check.stages[self.check.plan.items[request.item].stage];
+        let Ran { stored, reads, stamps, started, milliseconds, warnings, notes, place, shared } = ran;
+        // A kind says what is wrong inside its source; which file of the project that is, is known only here.
+        let stored = stored.map_err(|failure| match self.check.source(request.item) {
+            Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
+            _ => failure,
+        });
+        let mut outcome =
+            Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, events: Vec::new() };
+        if let Err(failure) = &stored
+            && failure.cancelled
+        {
+            return Ok(outcome);
+        }
+        let before =
+            self.check.latest(request.item).map_or_else(Vec::new, |latest| latest.outputs().to_vec());
+        let record = Record {
+            manifest: self.check.plan.manifest_name(),
+            item: self.check.name(request.item),
+            gone: false,
+            key: request.key,
+            version: env!("CARGO_PKG_VERSION").into(),
+            kind: stage.kind.name().into(),
+            revision: info.revision,
+            parameters: info.parameters.clone(),
+            source: self.check.source(request.item),
+            mount: self.check.mount(request.item),
+            inputs: request.inputs,
+            reads,
+            outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
+            started,
+            milliseconds,
+            reasons: request.reasons,
+            causes: worth_keeping(&request.causes),
+            from_cache: None,
+            place,
+            shared,
+            warnings: outcome.warnings.clone(),
+            notes: outcome.notes.clone(),
+            failure: stored.as_ref().err().map(|failure| failure.chain.clone()),
+        };
+        let mut lines = stamps;
+        if stored.is_ok() {
+            lines.push(Line::new(Tag::Result, short(record.key), Some(&record)));
+        }
+        lines.push(Line::new(Tag::Item, self.check.subject(request.item), Some(&record)));
+        state.journal.append(&lines)?;
+        if stored.is_ok() {
+            self.share(request.item, &record);
+        }
+        outcome.made = match stored {
+            Err(failure) => Err(failure),
+            Ok(Stored { outputs, value, files }) => {
+                if let (Some((name, Some(_))), Some(value)) = (info.artifact, &value) {
+                    self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
+                }
+                let published = self.publish(request.item, &outputs, files, &mut outcome.events);
+                let is_lost = matches!(published, Err(PublishError::ResultLost));
+                let unpublished = match published {
+                    Ok(()) => None,
+                    Err(PublishError::ResultLost) => {
+                        Some(Failure::new("a result that was just stored is gone").system_error())
+                    }
+                    Err(PublishError::Error(error)) => Some(failure_of(error)),
+                };
+                Ok(Made { outputs, value, unpublished, is_lost })
+            }
+        };
+        Ok(outcome)
+    }
+
+    /// Looks for the result of an item in the shared cache.
+    pub(crate) fn find(&self, item: ItemIndex, key: Digest) -> Option<Record> {
+        let record = self.check.shared_record(item, key, self.shared?)?;
+        self.shared_blobs?.add(&record);
+        Some(record)
+    }
+
+    /// Gives a result to the shared cache.
+    fn share(&self, item: ItemIndex, record: &Record) {
+        let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
+        let Some(options) = self.shared.filter(|_| stage.configured.is_shared()) else { return };
+        let files = |reads: &[FileRead]| -> NamedFiles {
+            reads.iter().map(|read| (read.path.clone(), read.kind, read.digest)).collect()
+        };
+        let (expected, read) = (self.check.expected_reads(item), files(&record.reads));
+        let described = |description: Description| serde_json::to_vec(&description).unwrap_or_default();
+        let mut entries = Vec::new();
+        let mut all = expected.clone();
+        let further = read.difference(&expected).map(|(path, kind, _)| (path.clone(), *kind));
+        let further = further.collect::<Vec<_>>();
+        if !further.is_empty() {
+            all.extend(read);
+            let first = action(&options.version, record.key, &expected);
+            entries.push((first, described(Description::Reads(further))));
+        }
+        let result = Description::Result(Box::new(ResultDescription::of(record, &options.machine)));
+        entries.push((action(&options.version, record.key, &all), described(result)));
+        let digests = record.outputs.iter().map(|blob| blob.digest).collect::<Vec<_>>();
+        let store = Arc::clone(&self.check.state.store);
+        let outputs = match &record.shared {
+            Some(shared) => UploadOutputs::There(shared.blobs.clone()),
+            None => UploadOutputs::Here {
+                count: digests.len(),
+                read: Box::new(move |index| store.get(digests[index]).ok().flatten()),
+            },
+        };
+        let this = &self.check.plan.items[item];
+        let (list, item) = (list(&options.version, self.check.plan, this.stage), this.key.to_string());
+        options.cache.store(Upload { list, item, entries, outputs });
+    }
+
+    /// Whether an item's files are published with these outputs, and no file is left that it exported before.
+    pub(crate) fn is_published(&self, item: ItemIndex, outputs: &[Blob]) -> bool {
+        let files = &self.check.plan.items[item].files;
+        files.len() <= outputs.len()
+            && files.iter().zip(outputs).all(|(file, blob)| self.publisher.is_intact(file, blob.digest))
+            && !self.publisher.has_stale(&|| self.check.name(item))
+    }
+
+    /// Puts an item's files in place, and removes those that it no longer exports.
+    ///
+    /// # Errors
+    /// As [`Publisher::publish`].
+    pub(crate) fn publish(
+        &self,
+        item: ItemIndex,
+        outputs: &[Blob],
+        bytes: Option<Vec<Vec<u8>>>,
+        events: &mut Vec<PublishEvent>,
+    ) -> Result<(), PublishError> {
+        let files = self.check.plan.items[item].files.iter().cloned().zip(outputs.iter().copied());
+        let name = self.check.name(item);
+        self.publisher.publish(&name, &files.collect::<Vec<_>>(), bytes, events)?;
+        Ok(self.publisher.remove_stale(&name, events)?)
+    }
+
+    /// The value of a stored artifact; `None` if it is lost or cannot be decoded.
+    pub(crate) fn fetch(&self, item: ItemIndex, digest: Digest) -> Result<Option<Arc<Handle>>, Error> {
+        let Some(bytes) = self.check.state.store.get(digest)? else { return Ok(None) };
+        let Some((name, decoder)) = self.check.stages[self.check.plan.items[item].stage].artifact else {
+            return Ok(None);
+        };
+        // Its consumers take the bytes.
+        let Some(decoder) = decoder else { return Ok(Some(Arc::new(self.handle(name, digest)))) };
+        // An artifact that another version encoded differently is made again.
+        match catch_unwind(AssertUnwindSafe(|| decoder(&bytes))) {
+            Ok(Ok(value)) => {
+                self.memory.put(name, digest, bytes.len() as u64, Arc::clone(&value));
+                Ok(Some(Arc::new(self.handle(name, digest).with_value(value))))
+            }
+            _ => {
+                self.check.state.store.remove(digest);
+                Ok(None)
+            }
+        }
+    }
+
+    /// The value of a stored artifact that an earlier build left in memory. The stored bytes may have been
+    /// damaged since; the value is still good, and a consumer that asks for the bytes gets an error.
+    pub(crate) fn value_in_memory(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
+        let (name, _) = self.check.stages[self.check.plan.items[item].stage].artifact?;
+        let value = self.memory.get(name, digest)?;
+        Some(Arc::new(self.handle(name, digest).with_value(value)))
+    }
+
+    /// A handle on a stored artifact.
+    pub(crate) fn handle(&self, type_name: &'static str, digest: Digest) -> Handle {
+        let store = Arc::clone(&self.check.state.store);
+        Handle::new(type_name, digest, move || match store.get(digest) {
+            Ok(Some(bytes)) => Ok(bytes),
+            Ok(None) => {
+                let message = format!("the stored artifact {digest} is gone");
+                Err(Failure::new(message).help("build again").system_error())
+            }
+            Err(error) => Err(failure_of(error)),
+        })
+    }
+
+    /// Runs an item once and collects its output or failure.
+    fn attempt(&self, request: &RunRequest) -> Attempt {
+        let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
+        let reader = self.disk.reader();
+        let context = self.context(request, &reader);
+        let ran = catch_unwind(AssertUnwindSafe(|| stage.configured.run(&context)));
+        let stopped = context.stopped.load(Ordering::Relaxed);
+        let output = match ran {
+            Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
+            Ok(_) if stopped => Err(Failure::cancelled()),
+            // A failure on half an edit is not reported: the next build reports what is wrong with the whole.
+            Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
+            Ok(output) => output.and_then(|output| self.checked(request.item, output)),
+        };
+        let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
+        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.kind)));
+        let changing = changing(&reads).cloned();
+        Attempt { output, changing, reader, reads, warnings, notes }
+    }
+
+    fn context<'c>(&self, request: &RunRequest, reader: &'c Reader) -> Context<'c> {
+        let item = &self.check.plan.items[request.item];
+        let stage = &self.check.plan.stages[item.stage];
+        let info = &self.check.stages[item.stage];
+        let mut context = Context::new(reader)
+            .with_cancel(self.cancel.clone())
+            .with_folder(self.check.folder.to_path_buf())
+            .with_out(self.check.plan.out.clone())
+            .with_scratch(self.check.state.store.temporary_folder());
+        context.kept =
+            self.keep_scratch.then(|| self.check.state.store.kept_folder(&self.check.name(request.item)));
+        context.stale = Some(self.running.stale_flag(request.item));
+        context.share = Arc::clone(&request.share);
+        context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
+        self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.reads)));
+        for (port, handles) in &request.handles {
+            let shown = |key: &ItemKey| if info.shows_keys { key.clone() } else { ItemKey::default() };
+            let handles = handles.iter().map(|(key, handle)| (shown(key), Arc::clone(handle)));
+            context = context.with_input(port, handles.collect());
+        }
+        if let Some(source) = &item.source {
+            context = context.with_source(source.clone());
+        }
+        if info.shows_keys {
+            context = context.with_key(item.key.clone());
+        }
+        // An artifact holds no provenance, so only kinds that export see a recipe.
+        if matches!(stage.product, Product::Files(_)) {
+            let is_many = |port: &str| info.many.contains(port);
+            let kind = stage.kind.name();
+            context =
+                context.with_recipe(recipe(kind, info.revision, &info.parameters, &request.inputs, is_many));
+        }
+        context
+    }
+
+    /// The output, if it is what the plan says.
+    fn checked(&self, item: ItemIndex, output: Output) -> Result<Output, Failure> {
+        let item = &self.check.plan.items[item];
+        let stage = &self.check.plan.stages[item.stage];
+        let fits = match (&output, &stage.product) {
+            (Output::Artifact { .. }, Product::Artifact(_)) => true,
+            (Output::Files(made), Product::Files(_)) => made.len() == item.files.len(),
+            _ => false,
+        };
+        if !fits {
+            return Err(undeclared(stage.kind.name()));
+        }
+        Ok(output)
+    }
+
+    fn stored(&self, output: Output) -> Result<Stored, Failure> {
+        let store = &self.check.state.store;
+        match output {
+            Output::Artifact { bytes, value } => {
+                let outputs = vec![store.put(&bytes).map_err(failure_of)?];
+                Ok(Stored { outputs, value: Some(value), files: None })
+            }
+            Output::Files(files) => {
+                let outputs = files.iter().map(|bytes| store.put(bytes)).collect::<Result<Vec<_>, _>>();
+                Ok(Stored { outputs: outputs.map_err(failure_of)?, value: None, files: Some(files) })
+            }
+        }
+    }
+
+    /// Whether a watcher will build again because one of these files has changed since, or is still being
+    /// written. If so, a failure on what was read is not reported.
+    fn will_rebuild(&self, reader: &Reader, reads: &[Read]) -> bool {
+        let Some(watched) = self.watched else { return false };
+        let is_pending = {
+            let pending = watched.pending.lock();
+            !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
+        };
+        // The watcher may not have heard of the change yet.
+        is_pending
+            || self.is_unfinished(reader, reads)
+            || reads.iter().any(|read| {
+                reader.stamp(&read.path).is_some_and(|stamp| {
+                    fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
+                })
+            })
+    }
+
+    /// Whether a program is still writing a file that was read, and a watcher will build again when it is
+    /// done.
+    fn is_unfinished(&self, reader: &Reader, reads: &[Read]) -> bool {
+        self.watched.is_some_and(|watched| watched.are_unfinished(reads, |path| reader.modified(path)))
+    }
+
+    fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {
+        let named = reads.iter().map(|read| FileRead {
+            path: path_name(self.check.folder, &read.path),
+            kind: read.kind,
+            digest: read.digest,
+            found: read.found.as_deref().map(|found| path_name(self.check.folder, found)),
+            modified: reader.modified(&read.path),
+        });
+        named.collect()
+    }
+}
+
+/// A file that was read twice with different contents.
+fn changing<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
+    let mut digests = HashMap::<(&'r PathBuf, ReadKind), Option<Digest>>::new();
+    let mut differs =
+        |read: &'r Read| *digests.entry((&read.path, read.kind)).or_insert(read.digest) != read.digest;
+    reads.iter().find_map(|read| differs(read).then_some(&read.path))
+}
+
+/// The failure of an item because of an error of the engine.
+pub(crate) fn failure_of(error: Error) -> Failure {
+    Failure {
+        chain: error.chain().to_vec(),
+        help: error.help().map(str::to_owned),
+        cancelled: false,
+        system_error: error.kind().is_of_system(),
+    }
+}
+
+/// The failure of an item whose kind panicked.
+pub(crate) fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
+    bug(kind, &format!("panicked: {}", message_of(panic)))
+}
+
+/// The message of a panic.
+pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
+    let message = panic.downcast_ref::<String>().map(String::as_str);
+    message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
+}
+
+/// The failure of an item whose kind made something else than it declared.
+pub(crate) fn undeclared(kind: &str) -> Failure {
+    bug(kind, "its output is not what it declared")
+}
+
+fn bug(kind: &str, what: &str) -> Failure {
+    Failure::new(format!("a bug in kind {kind}: {what}")).help(
+        "report it to the kind's author with the output of RUST_BACKTRACE=1; its other items and the last \
+             good outputs are not affected",
+    )
+}

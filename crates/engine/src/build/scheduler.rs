@@ -1,0 +1,602 @@
+//! Decides which item does what, and when.
+//!
+//! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
+//! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
+//! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
+//! first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and `wanted.rs`
+//! what becomes of those that somebody waits for. An artifact is kept in memory only while an item may need
+//! it, except for those that the session keeps.
+//!
+//! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
+//! be the one that has to do the work.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use rayon::{Scope, ThreadPool};
+
+use super::publish::{PublishError, PublishEvent};
+use super::run::{Outcome, RunContext, RunRequest, message_of};
+use super::run_elsewhere::Elsewhere;
+use super::running::Dependencies;
+use super::session::WORKER;
+use super::up_to_date::{Freshness, UpToDateCheck};
+use crate::error::Error;
+use crate::event::{Event, ItemName, Summary, Work};
+use crate::key::Digest;
+use crate::kinds::Handle;
+use crate::own_time::own_time;
+use crate::parallel;
+use crate::plan::{ItemIndex, Selection};
+use crate::shared::Shared;
+use crate::storage::{Blob, Cause, FromCache, Line, Record, Tag, short, worth_keeping};
+use crate::timestamp::Timestamp;
+
+mod lanes;
+mod outcomes;
+mod progress;
+mod reports;
+mod tasks;
+
+use progress::RunningItems;
+use tasks::{Lane, Task, Tasks};
+
+pub(crate) use reports::event_of;
+
+/// The progress of an item.
+#[derive(Clone, Debug, PartialEq)]
+enum Phase {
+    /// It waits for its inputs, or for its turn.
+    Waiting,
+    /// It is being run or published, or its inputs are being fetched.
+    Busy,
+    /// Its result is complete.
+    Done,
+    /// It failed, or was skipped because of the named item.
+    Failed(ItemName),
+    /// It was stopped.
+    Stopped,
+}
+
+/// An item as the scheduler sees it.
+struct Progress {
+    phase: Phase,
+    /// The number of inputs that are not finished.
+    waiting: usize,
+    /// The number of consumers that may still need the artifact.
+    users: usize,
+    /// The number of inputs that have to be fetched before it can run.
+    missing: usize,
+    /// Its outputs, new or found; `None`: those of its latest record.
+    outputs: Option<Vec<Blob>>,
+    handle: Option<Arc<Handle>>,
+    /// The consumers that cannot run before the artifact is fetched or made again.
+    fetchers: Vec<ItemIndex>,
+    /// Whether its consumers know that it is finished.
+    announced: bool,
+    /// Whether its stored result turned out to be lost.
+    lost: bool,
+    /// Whether a shared cache was asked for its result, and had it or not.
+    is_found: bool,
+    is_missed: bool,
+    /// The causes of the change of its artifact in this build.
+    causes: Vec<Cause>,
+    /// Whether it ran in this build.
+    ran: bool,
+    /// Why it runs here, if other items run elsewhere.
+    why_here: Option<String>,
+}
+
+enum Message {
+    Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
+    Found(ItemIndex, Option<Box<Record>>),
+    Ran(ItemIndex, Result<Outcome, Error>),
+    RanElsewhere(ItemIndex, Result<Elsewhere, Error>),
+    Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
+    /// The engine itself panicked in a task, with this message.
+    Panicked(ItemIndex, String),
+}
+
+/// The time that a worker spent on a task.
+struct WorkSpan {
+    item: ItemIndex,
+    work: Work,
+    lane: Lane,
+    worker: usize,
+    begun: Instant,
+    took: Duration,
+}
+
+/// How often a build that works looks at what is wanted.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A running build.
+pub(crate) struct Scheduler<'a, 'e> {
+    context: &'a RunContext<'a>,
+    check: &'a UpToDateCheck<'a>,
+    keep_going: bool,
+    /// The version of what is wanted that this is: whether each item is.
+    wanted_version: Option<u64>,
+    is_wanted: Vec<bool>,
+    jobs: usize,
+    /// Started at the begin of the build.
+    clock: Instant,
+    events: &'e (dyn Fn(Event) + Sync),
+    items: Vec<Progress>,
+    /// The items that need each item's artifact.
+    consumers: Vec<Vec<ItemIndex>>,
+    selected: Vec<ItemIndex>,
+    /// Whether nothing has to be done for an item.
+    was_complete: Vec<bool>,
+    to_check: BinaryHeap<Reverse<ItemIndex>>,
+    tasks: Tasks,
+    /// The tasks for other machines.
+    elsewhere: Tasks,
+    /// Whether it was said that items cannot run there.
+    has_told: bool,
+    /// The threads that wait for other machines: whether each does now.
+    waiting: Vec<bool>,
+    /// The tasks in work, by lane.
+    busy: [usize; 3],
+    running: RunningItems,
+    pub(crate) summary: Summary,
+    /// The items that failed, except for those that failed because of the system.
+    pub(crate) failed: Vec<ItemIndex>,
+    fatal: Option<Error>,
+}
+
+impl<'a, 'e> Scheduler<'a, 'e> {
+    pub(crate) fn new(
+        context: &'a RunContext<'a>,
+        selected: &Selection,
+        keep_going: bool,
+        jobs: usize,
+        clock: Instant,
+        events: &'e (dyn Fn(Event) + Sync),
+    ) -> Self {
+        let check = context.check;
+        let plan = check.plan;
+        // For most items of most builds this is the only check, so all are checked in parallel.
+        let is_complete = parallel::map(plan.items.len(), &|item| {
+            check.is_complete(item)
+                || check.is_current(item)
+                    && context.is_published(item, check.latest(item).map_or(&[], |latest| latest.outputs()))
+        });
+        let mut consumers = vec![Vec::new(); plan.items.len()];
+        let mut items = Vec::with_capacity(plan.items.len());
+        let mut chosen = Vec::new();
+        for (index, item) in plan.items.iter().enumerate() {
+            let mut waiting = 0;
+            if selected.has(index) {
+                chosen.push(index);
+                if !is_complete[index] {
+                    for input in distinct(&item.inputs) {
+                        consumers[input].push(index);
+                        waiting += usize::from(!is_complete[input]);
+                    }
+                }
+            }
+            items.push(Progress {
+                phase: Phase::Waiting,
+                waiting,
+                users: 0,
+                missing: 0,
+                outputs: None,
+                handle: None,
+                fetchers: Vec::new(),
+                announced: is_complete[index],
+                lost: false,
+                is_found: false,
+                is_missed: false,
+                causes: Vec::new(),
+                ran: false,
+                why_here: None,
+            });
+        }
+        for (progress, consumers) in items.iter_mut().zip(&consumers) {
+            progress.users = consumers.len();
+        }
+        let is_first = |item: &ItemIndex| !is_complete[*item] && items[*item].waiting == 0;
+        let to_check = chosen.iter().copied().filter(is_first).map(Reverse).collect();
+        Self {
+            context,
+            check,
+            keep_going,
+            wanted_version: None,
+            is_wanted: vec![false; plan.items.len()],
+            jobs,
+            clock,
+            events,
+            items,
+            consumers,
+            selected: chosen,
+            was_complete: is_complete,
+            to_check,
+            tasks: Tasks::default(),
+            elsewhere: Tasks::default(),
+            has_told: false,
+            waiting: Vec::new(),
+            busy: [0; 3],
+            running: RunningItems::default(),
+            summary: Summary::default(),
+            failed: Vec::new(),
+            fatal: None,
+        }
+    }
+
+    /// Finishes every item: those that are wanted on threads of their own.
+    ///
+    /// # Errors
+    /// If the journal cannot be written.
+    pub(crate) fn finish_all(&mut self, pool: &ThreadPool, wanted: &ThreadPool) -> Result<(), Error> {
+        for index in 0..self.selected.len() {
+            let item = self.selected[index];
+            if self.is_stopping() {
+                break;
+            }
+            if !self.was_complete[item] {
+                continue;
+            }
+            self.items[item].phase = Phase::Done;
+            self.summary.up_to_date += 1;
+            if !self.check.is_complete(item) {
+                self.report_up_to_date(item);
+            }
+        }
+        let (sender, receiver) = channel();
+        std::thread::scope(|waiting| {
+            pool.in_place_scope(|scope| {
+                wanted.in_place_scope(|wanted| self.run_tasks([scope, wanted], waiting, &sender, &receiver));
+            });
+        });
+        if let Some(error) = self.fatal.take() {
+            return Err(error);
+        }
+        self.skip_the_rest();
+        Ok(())
+    }
+
+    /// Runs all tasks: each in the scope for items that are not wanted, or in that for those that are, or
+    /// on a thread that waits for another machine.
+    fn run_tasks<'s, 't>(
+        &mut self,
+        scopes: [&Scope<'s>; 2],
+        waiting: &'t std::thread::Scope<'t, '_>,
+        sender: &Sender<(WorkSpan, Message)>,
+        receiver: &Receiver<(WorkSpan, Message)>,
+    ) where
+        'a: 's + 't,
+    {
+        loop {
+            self.look();
+            self.report_progress();
+            while let Some(item) = self.next_to_check() {
+                self.check_item(item);
+            }
+            while let Some((task, lane)) = self.next_task() {
+                self.start(task, lane, scopes, waiting, sender);
+            }
+            if self.busy == [0; 3] {
+                break;
+            }
+            // Meanwhile something else may be wanted.
+            if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
+                self.busy[span.lane as usize] -= 1;
+                if span.lane == Lane::Elsewhere {
+                    let thread = span.worker - self.first_worker(span.lane);
+                    self.waiting[thread] = false;
+                }
+                if span.work == Work::Run {
+                    self.running.ended(span.item);
+                }
+                self.report_span(&span);
+                self.handle(message);
+            }
+        }
+    }
+
+    /// Which items have complete results and files. For an item that a stopped build did not reach, `before`
+    /// says so.
+    pub(crate) fn complete_items(&self, before: Option<&[bool]>) -> Vec<bool> {
+        let had = |item: ItemIndex| before.is_some_and(|before| before[item]);
+        let items = self.items.iter().enumerate();
+        let is_complete = items.map(|(item, progress)| match progress.phase {
+            Phase::Done => true,
+            Phase::Waiting => had(item),
+            _ => false,
+        });
+        is_complete.collect()
+    }
+
+    /// The items of selected stages for which something had to be done.
+    pub(crate) fn handled_items(&self) -> impl Iterator<Item = ItemIndex> {
+        self.selected.iter().copied().filter(|item| !self.was_complete[*item])
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.fatal.is_some() || self.is_cancelled() || (!self.keep_going && self.summary.failed > 0)
+    }
+
+    /// Whether the build was cancelled, or a change has made it out of date.
+    fn is_cancelled(&self) -> bool {
+        self.context.cancel.is_cancelled() || self.context.running.is_outdated()
+    }
+
+    /// Sees what is wanted now.
+    fn look(&mut self) {
+        let version = self.context.wanted.version();
+        if self.wanted_version != Some(version) {
+            self.wanted_version = Some(version);
+            self.is_wanted = self.context.wanted.among(self.check.plan);
+            self.tasks.want(&self.is_wanted);
+            self.elsewhere.want(&self.is_wanted);
+        }
+    }
+
+    fn next_to_check(&mut self) -> Option<ItemIndex> {
+        if self.is_stopping() { None } else { self.to_check.pop().map(|Reverse(item)| item) }
+    }
+
+    fn check_item(&mut self, item: ItemIndex) {
+        if let Some(root) = self.failed_input(item) {
+            return self.skip(item, Some(root));
+        }
+        // Before the files are read: a change between the two would be missed.
+        self.context.running.set_dependencies(item, self.check.recorded_dependencies(item));
+        let freshness = self.check.freshness(item, self.key(item));
+        match freshness {
+            Freshness::Run => {
+                self.context.running.set_dependencies(item, Dependencies::None);
+                let is_missed = |item: ItemIndex| self.items[item].is_missed;
+                let in_vain = self.check.is_missed(item, is_missed);
+                if self.context.shared.is_some() && !in_vain && self.check.may_be_shared(item) {
+                    self.items[item].phase = Phase::Busy;
+                    self.push(item, Task::Find(item));
+                } else {
+                    self.items[item].is_missed = in_vain;
+                    self.run_when_ready(item);
+                }
+            }
+            Freshness::Current { outputs, restored } => self.take_result(item, outputs, restored),
+        }
+    }
+
+    /// Gives an item the outputs of an earlier run, or of another item or machine.
+    fn take_result(&mut self, item: ItemIndex, outputs: Vec<Blob>, restored: Option<Box<Record>>) {
+        if let Some(record) = restored {
+            let record = self.restore(item, *record);
+            self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
+        }
+        let is_published = self.context.is_published(item, &outputs);
+        self.items[item].outputs = Some(outputs);
+        if is_published {
+            self.up_to_date(item, Vec::new());
+        } else {
+            self.items[item].phase = Phase::Busy;
+            self.push(item, Task::Publish(item));
+        }
+    }
+
+    /// Makes an earlier result, or one of another item, the item's latest record; the next run is compared
+    /// with it.
+    fn restore(&mut self, item: ItemIndex, found: Record) -> Record {
+        let reasons = self.check.reasons(item, |input| Some(self.digest(input)));
+        let causes = self.check.causes(item, &reasons, |input| self.causes(input));
+        let (maker, made_by) = found.maker();
+        let since = Timestamp::now();
+        let record = Record {
+            manifest: self.check.plan.manifest_name(),
+            item: self.check.name(item),
+            gone: false,
+            inputs: self.check.inputs(item, |input| self.digest(input)),
+            source: self.check.source(item),
+            mount: self.check.mount(item),
+            reasons,
+            causes: worth_keeping(&causes),
+            from_cache: Some(FromCache {
+                since,
+                item: maker.clone(),
+                manifest: made_by.into(),
+                shared: found.shared.as_ref().map(Shared::origin),
+            }),
+            ..found.clone()
+        };
+        self.items[item].causes = causes;
+        // Written again, so that it counts as the most recently used result. If it is this item's own, the
+        // text stays the same, so that it replaces the line before.
+        let result = if self.check.is_of(item, &found) { &found } else { &record };
+        let again = Line::new(Tag::Result, short(record.key), Some(result));
+        let line = Line::new(Tag::Item, self.check.subject(item), Some(&record));
+        if let Err(error) = self.check.state.journal.append(&[again, line]) {
+            self.fatal = Some(error);
+        }
+        record
+    }
+
+    /// Runs an item as soon as the artifacts that it needs are in memory, or on another machine.
+    fn run_when_ready(&mut self, item: ItemIndex) {
+        self.items[item].phase = Phase::Busy;
+        if self.runs_elsewhere(item) {
+            return self.elsewhere.push(item, Task::Run(item), self.check, &self.is_wanted);
+        }
+        for input in distinct(&self.check.plan.items[item].inputs) {
+            if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
+                self.items[input].handle = self.context.value_in_memory(input, self.digest(input));
+            }
+            if self.items[input].handle.is_some() {
+                continue;
+            }
+            self.items[item].missing += 1;
+            self.items[input].fetchers.push(item);
+            if self.items[input].fetchers.len() == 1 && self.items[input].phase == Phase::Done {
+                self.push(item, Task::Fetch(input));
+            }
+        }
+        if self.items[item].missing == 0 {
+            self.push(item, Task::Run(item));
+        }
+    }
+
+    fn push(&mut self, item: ItemIndex, task: Task) {
+        self.tasks.push(item, task, self.check, &self.is_wanted);
+    }
+
+    fn start<'s, 't>(
+        &mut self,
+        task: Task,
+        lane: Lane,
+        [others, wanted]: [&Scope<'s>; 2],
+        waiting: &'t std::thread::Scope<'t, '_>,
+        sender: &Sender<(WorkSpan, Message)>,
+    ) where
+        'a: 's + 't,
+    {
+        let context = self.context;
+        let sender = sender.clone();
+        self.busy[lane as usize] += 1;
+        let is_wanted = lane == Lane::Wanted;
+        let gate = is_wanted.then(|| self.context.gate.close());
+        let first_worker = self.first_worker(lane);
+        let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
+            Task::Fetch(item) => {
+                let digest = self.digest(item);
+                (item, Work::Fetch, Box::new(move || Message::Fetched(item, context.fetch(item, digest))))
+            }
+            Task::Find(item) => {
+                let key = self.key(item);
+                (
+                    item,
+                    Work::Fetch,
+                    Box::new(move || Message::Found(item, context.find(item, key).map(Box::new))),
+                )
+            }
+            Task::Publish(item) => {
+                let outputs = self.outputs(item).to_vec();
+                let act = move || {
+                    let mut events = Vec::new();
+                    let result = context.publish(item, &outputs, None, &mut events);
+                    Message::Published(item, events, result)
+                };
+                (item, Work::Publish, Box::new(act))
+            }
+            Task::Run(item) => {
+                let request = self.request(item, is_wanted);
+                self.items[item].causes.clone_from(&request.causes);
+                self.running.started(item, Arc::clone(&request.share), self.clock.elapsed());
+                let elsewhere = self.executor().filter(|_| lane == Lane::Elsewhere);
+                let host = elsewhere.map(|options| options.executor.host());
+                let (name, reasons) = (self.check.name(item), request.reasons.clone());
+                self.report(Event::Started { item: name, reasons, host });
+                let act: Box<dyn FnOnce() -> Message + Send + 'a> = match elsewhere {
+                    None => Box::new(move || Message::Ran(item, context.run(request))),
+                    Some(options) => {
+                        Box::new(move || Message::RanElsewhere(item, context.run_elsewhere(request, options)))
+                    }
+                };
+                (item, Work::Run, act)
+            }
+        };
+        let unstarted = sender.clone();
+        let act = move |worker: usize| {
+            let begun = Instant::now();
+            let (message, _) = own_time(|| catch_unwind(AssertUnwindSafe(act)));
+            let message = message
+                .unwrap_or_else(|panic| Message::Panicked(item, message_of(panic.as_ref()).to_owned()));
+            drop(gate);
+            let span = WorkSpan { item, work, lane, worker, begun, took: begun.elapsed() };
+            let _ = sender.send((span, message));
+        };
+        let of_pool = move || first_worker + rayon::current_thread_index().unwrap_or(0);
+        match lane {
+            Lane::Others => others.spawn(move |_| act(of_pool())),
+            Lane::Wanted => wanted.spawn(move |_| act(of_pool())),
+            Lane::Elsewhere => {
+                let worker = first_worker + self.free_thread();
+                let thread = std::thread::Builder::new().name(format!("{WORKER} e{worker}"));
+                if let Err(error) = thread.spawn_scoped(waiting, move || act(worker)) {
+                    let why = Elsewhere::Unable(format!("a thread cannot be started: {error}"));
+                    let span =
+                        WorkSpan { item, work, lane, worker, begun: Instant::now(), took: Duration::ZERO };
+                    let _ = unstarted.send((span, Message::RanElsewhere(item, Ok(why))));
+                }
+            }
+        }
+    }
+
+    /// The number of the first worker of a lane.
+    fn first_worker(&self, lane: Lane) -> usize {
+        lane as usize * self.jobs
+    }
+
+    /// A number for a thread that waits for another machine, which no other has now.
+    fn free_thread(&mut self) -> usize {
+        let free = self.waiting.iter().position(|is_used| !is_used).unwrap_or(self.waiting.len());
+        self.waiting.resize(self.waiting.len().max(free + 1), false);
+        self.waiting[free] = true;
+        free
+    }
+
+    fn request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {
+        let plan = self.check.plan;
+        let this = &plan.items[item];
+        let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
+        let handles = ports.map(|((port, _), inputs)| {
+            let handles = inputs.iter().filter_map(|input| {
+                Some((plan.items[*input].key.clone(), Arc::clone(self.items[*input].handle.as_ref()?)))
+            });
+            (port.clone(), handles.collect())
+        });
+        let reasons = if self.items[item].lost {
+            vec![crate::Reason::ResultLost]
+        } else {
+            self.check.reasons(item, |input| Some(self.digest(input)))
+        };
+        let causes = self.check.causes(item, &reasons, |input| self.causes(input));
+        RunRequest {
+            item,
+            key: self.key(item),
+            inputs: self.check.inputs(item, |input| self.digest(input)),
+            handles: handles.collect(),
+            reasons,
+            causes,
+            is_wanted,
+            why_here: self.items[item].why_here.clone(),
+            share: Arc::default(),
+        }
+    }
+
+    /// The causes of an item's present artifact: those of this build, or of the build that ran it last.
+    fn causes(&self, item: ItemIndex) -> Vec<Cause> {
+        match &self.items[item].causes[..] {
+            [] => self.check.last_causes(item),
+            causes => causes.to_vec(),
+        }
+    }
+
+    fn key(&self, item: ItemIndex) -> Digest {
+        self.check.key(item, |input| self.digest(input))
+    }
+
+    fn outputs(&self, item: ItemIndex) -> &[Blob] {
+        match &self.items[item].outputs {
+            Some(outputs) => outputs,
+            None => self.check.latest(item).map_or(&[], |latest| latest.outputs()),
+        }
+    }
+
+    fn digest(&self, item: ItemIndex) -> Digest {
+        self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
+    }
+}
+
+/// The items at all ports, each once.
+fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
+    let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
+    all.sort_unstable();
+    all.dedup();
+    all
+}

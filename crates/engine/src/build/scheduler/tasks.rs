@@ -1,0 +1,97 @@
+//! The tasks that are ready, the most urgent first.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::build::up_to_date::UpToDateCheck;
+use crate::kinds::Product;
+use crate::plan::{ItemIndex, Stage};
+
+/// A task of a worker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Task {
+    Run(ItemIndex),
+    Publish(ItemIndex),
+    Fetch(ItemIndex),
+    /// Look for the result in a shared cache.
+    Find(ItemIndex),
+}
+
+/// Where a task is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lane {
+    /// On the threads for items that nobody waits for.
+    Others,
+    /// On those for items that somebody looks at.
+    Wanted,
+    /// On another machine; a thread here waits for it.
+    Elsewhere,
+}
+
+/// What is wanted goes first, and what takes long goes last.
+///
+/// Of the rest, exports go before artifacts, and artifacts of later stages before those of earlier ones, so
+/// that the inputs kept for them can be dropped soon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Urgency {
+    is_wanted: bool,
+    /// How long it takes, if that is noticed.
+    long: Reverse<u32>,
+    is_export: bool,
+    stage: usize,
+}
+
+/// Milliseconds that nobody notices: what takes less is not worth a place of its own in the order.
+const NOTICED: f64 = 32.0;
+
+/// Milliseconds of an item of a slow kind that never ran.
+const SLOW: f64 = 1e4;
+
+impl Urgency {
+    fn of(item: ItemIndex, task: Task, check: &UpToDateCheck<'_>, wanted: &[bool]) -> Self {
+        let stage = check.plan.items[item].stage;
+        let Stage { kind, product, .. } = &check.plan.stages[stage];
+        let milliseconds = match (task, check.latest(item)) {
+            (Task::Run(_), Some(latest)) => latest.milliseconds(),
+            (Task::Run(_), None) if kind.is_slow() => SLOW,
+            _ => 0.0,
+        };
+        // In doublings: small differences are chance.
+        let doublings = (milliseconds / NOTICED).max(1.0).log2() as u32;
+        Self {
+            is_wanted: wanted[item],
+            long: Reverse(doublings),
+            is_export: matches!(product, Product::Files(_)),
+            stage,
+        }
+    }
+}
+
+/// The tasks that are ready.
+#[derive(Default)]
+pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
+
+impl Tasks {
+    /// Adds a task of an item. Of equally urgent tasks, that of the earlier item goes first.
+    pub(super) fn push(&mut self, item: ItemIndex, task: Task, check: &UpToDateCheck<'_>, wanted: &[bool]) {
+        self.0.push((Urgency::of(item, task, check, wanted), Reverse(item), task));
+    }
+
+    /// Sorts the tasks again: other items are wanted.
+    pub(super) fn want(&mut self, wanted: &[bool]) {
+        let again = |(urgency, item, task): (Urgency, Reverse<ItemIndex>, Task)| {
+            (Urgency { is_wanted: wanted[item.0], ..urgency }, item, task)
+        };
+        self.0 = std::mem::take(&mut self.0).into_iter().map(again).collect();
+    }
+
+    /// Whether the most urgent task is wanted.
+    pub(super) fn has_wanted(&self) -> bool {
+        self.0.peek().is_some_and(|(urgency, ..)| urgency.is_wanted)
+    }
+
+    /// Takes the most urgent task, and whether it is wanted.
+    pub(super) fn pop(&mut self) -> Option<(Task, bool)> {
+        self.0.pop().map(|(urgency, _, task)| (task, urgency.is_wanted))
+    }
+}

@@ -1,0 +1,311 @@
+//! Writes an environment as the files that an engine loads as light: prefiltered, turned, and in its format.
+//!
+//! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
+//! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
+//! `export-environment`.
+//!
+//! | `preset` | files | level l of 0 to n holds | formats |
+//! | --- | --- | --- | --- |
+//! | `three` (r187 or later) | `.ktx2`, or `.dds` for BC6H; `-irradiance.json` | r = 1 - sqrt(1 - l / n), to 8 texels | `rgba16f`, `bc6h` |
+//! | `filament` | `.ktx`, with the irradiance under the key `sh`; `-sh.txt` | the same r, to 16 texels | `r11g11b10f`, `rgba16f` |
+//! | `babylon` | `.env`, with the irradiance; or `.dds` and `-irradiance.json` | r^2 = 2^(l / 0.8) / size, to 1 texel | `rgbd`, `rgba16f`, `rgba32f` |
+//! | `bevy` | `-specular.ktx2`, `-diffuse.ktx2` | r = l / n, to 16 texels; one level of irradiance over pi | `rgb9e5`, `rgba16f`, `bc6h` |
+//! | `gltf` | `.gltf` with EXT_lights_image_based | r^2 = size^(l / n - 1), to 16 texels | `rgbd` |
+//! | `godot`, `blender` | `.exr` or `.hdr`, lat-long | the engine filters | `exr`, `hdr` |
+//! | `unity` | the same, and `-irradiance.json` | the engine filters | `exr`, `hdr` |
+//! | `unreal` | `.hdr`, lat-long, and `-irradiance.json` | the engine filters | `hdr` |
+//!
+//! The first format is the default. r is the roughness of GGX; level 0 is a mirror, the last level
+//! irradiance over pi. KTX2 files are compressed with Zstandard.
+//!
+//! ## Where the light comes from
+//!
+//! A cube lies in each engine as the same lat-long image does. With d the direction in the frame of files (+Y
+//! up, the centre of a lat-long image looks along +Z) and c the coordinates of a cube's faces (KTX2), the
+//! texel at c holds the light from
+//!
+//! | `preset` | d at c |
+//! | --- | --- |
+//! | `three` | (-c.z, c.y, -c.x) |
+//! | `filament` | (c.x, c.y, c.z): mirrored in relation to KTX2, as the engine wants it |
+//! | `babylon`, `gltf` | (-c.x, c.y, c.z) |
+//! | `bevy` | (c.z, c.y, c.x) |
+//!
+//! So the centre of a lat-long image is +X in three.js and Bevy, and +Z in Filament and Babylon.js.
+//! `test-pattern` makes files by which you can see that in your engine.
+//!
+//! ## What does not fit
+//!
+//! `hdr` and `rgba32f` hold every value, and so does `exr`: its numbers are halves, or 32-bit floats if a
+//! value exceeds 65504, which a note of the build says. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408,
+//! `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped, and a warning says which share of the
+//! red, green and blue light is lost; with `overflow = "error"` the item fails instead. Another format of the
+//! engine may hold it. In every engine the sun can be a light beside the map: `project-sh` finds it,
+//! `subtract-lights` takes it out of the environment that is exported here, and `export-light-rig` writes it.
+//!
+//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel
+//! would change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie
+//! between two numbers take the farther one if that is needed. A block of `bc6h` holds a line of colours, and
+//! passes on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as
+//! it does if a few texels hold all light, a warning says by how much.
+//!
+//! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
+//! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),
+//! and what the format rounds as it is read back (`stored_error`), both as RMS in relation to the level's
+//! largest value; and what rounding adds to the light of red, green and blue, as a share of it
+//! (`rounded_light`).
+//!
+//! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
+//! which it is nowhere negative is applied here, too.
+//!
+//! ## Files
+//!
+//! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
+//! and `bounds.json`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.light]
+//! kind = "export-engine"
+//! input = "environment"
+//! preset = "babylon"
+//! path = "{environment}/babylon"
+//! ```
+
+use containers::Precision;
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use envmap::Environment;
+use serde_json::{Value, json};
+use sh::{Degree, Expansion, Transform};
+use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter_unless};
+use sphere::LatLong;
+
+use super::engine_files;
+use super::engine_files::{EngineFiles, names, report};
+use super::engine_readme::readme;
+use super::irradiance::windowed;
+use crate::values::{EngineFormat, EnginePreset, MOST, Overflow, artifacts, check_format};
+
+/// What files are called before their endings.
+const STEM: &str = "environment";
+
+/// The port of the light.
+const LIGHT: &str = "light";
+
+/// Texels along the edge of a face, if nothing says how many.
+const DEFAULT_EDGE: usize = 256;
+
+parameters! {
+    /// Parameters of `export-engine`.
+    pub(crate) struct Parameters {
+        /// The engine.
+        preset: EnginePreset = EnginePreset::Three,
+        /// How texels are stored. Default: the first of the preset's formats.
+        format: Option<EngineFormat> = None,
+        /// Of an environment: texels along the edge of a face, 256 if it is not given; rows of a lat-long
+        /// image, by default those of the environment.
+        #[range(1..=MOST)]
+        resolution: Option<usize> = None,
+        /// What happens to values past the largest that the format holds: they become it, with a warning that
+        /// says how much light is lost, or the item fails.
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+impl Parameters {
+    fn format(&self) -> EngineFormat {
+        self.format.unwrap_or(self.preset.formats()[0])
+    }
+}
+
+/// The kind `export-engine`.
+pub(crate) struct ExportEngine;
+
+impl Kind for ExportEngine {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-engine";
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[
+        shrm::revisions::PREFILTER,
+        sh::revisions::TRANSFORM,
+        sh::revisions::WINDOW,
+        envmap::revisions::CUBE_MAP,
+    ];
+    const TEXT: &'static str = include_str!("export_engine.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>(LIGHT).or::<artifacts::Prefiltered>()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let mut files = names(parameters.preset, parameters.format(), STEM);
+        files.extend(["/README.txt".into(), "/bounds.json".into()]);
+        Product::Files(files)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let preset = parameters.preset;
+        let size = parameters.resolution.filter(|_| preset.has_levels());
+        let size = size.and_then(|size| preset.roughness(size).err()).map(|error| ("resolution", error));
+        check_format(preset, parameters.format).into_iter().chain(size).collect()
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let is_cube = types.contains(&(LIGHT, artifacts::Prefiltered::TYPE));
+        let mut errors = Vec::new();
+        if is_cube && !parameters.preset.has_levels() {
+            let name = parameters.preset.name();
+            errors
+                .push(("preset", format!("{name} filters a lat-long image itself; connect an environment")));
+        }
+        if is_cube && parameters.resolution.is_some() {
+            errors.push(("resolution", "a prefiltered cube has its size already".into()));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let (preset, format) = (parameters.preset, parameters.format());
+        let recipe = Some(context.recipe());
+        let (made, levels) = if context.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
+            let cube = context.get::<artifacts::Prefiltered>(LIGHT)?;
+            check_levels(preset, &cube.0)?;
+            cube_files((preset, format), &cube.0, context)?
+        } else {
+            let environment = &context.get::<artifacts::Environment>(LIGHT)?.0;
+            if preset.has_levels() {
+                let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
+                let cube = prefiltered(preset, environment, edge, context)?;
+                cube_files((preset, format), &cube, context)?
+            } else {
+                // The irradiance is that of the whole picture, whatever the size of the written one is.
+                let irradiance = nine(&light_of(environment)?, context);
+                let resized = match parameters.resolution {
+                    Some(rows) if rows != environment.grid().height => {
+                        Some(environment.resized(LatLong::with_rows(rows))?)
+                    }
+                    _ => None,
+                };
+                let environment = resized.as_ref().unwrap_or(environment);
+                let made = engine_files::of_lat_long((preset, format), environment, &irradiance, recipe)?;
+                (made, vec![json!({ "rows": environment.grid().height })])
+            }
+        };
+        context.check_cancelled()?;
+        report(&made, (preset, format), parameters.overflow, context)?;
+        let bounds = bounds((preset, format), &made, levels, context)?;
+        let text = readme(preset, format, &names(preset, format, STEM));
+        Ok(Output::Files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
+    }
+}
+
+/// An environment prefiltered with an engine's levels.
+fn prefiltered(
+    preset: EnginePreset,
+    environment: &Environment,
+    edge: usize,
+    context: &Context<'_>,
+) -> Result<Prefiltered, Failure> {
+    let roughness = preset.roughness(edge).map_err(Failure::new)?;
+    let stop = || context.check_cancelled().is_err();
+    let made =
+        prefilter_unless(environment, None, Distribution::Ggx, &roughness, edge, MethodChoice::Auto, &stop);
+    context.check_cancelled()?;
+    made.map_err(|error| Failure::new(error.to_string()))
+}
+
+/// Whether a cube has the levels that an engine looks for.
+fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure> {
+    let edge = cube.levels.first().map_or(0, |level| level.map.cube().edge);
+    let help = format!("give preset = {:?} to the stage of kind prefilter", preset.name());
+    let expected = preset.roughness(edge).map_err(|error| Failure::new(error).help(help.as_str()))?;
+    if cube.levels.len() != expected.len() {
+        let fits = preset.size_with(cube.levels.len()).unwrap_or(edge);
+        let (found, name, wanted) = (cube.levels.len(), preset.name(), expected.len());
+        return Err(Failure::new(format!(
+            "the cube has {found} levels; {name} looks for {wanted} in a cube of {edge}; the nearest size that fits \
+             {found} is {fits}"
+        ))
+        .help(help.as_str()));
+    }
+    for (l, (level, expected)) in cube.levels.iter().zip(&expected).enumerate() {
+        if (level.roughness - expected).abs() > 1e-6 {
+            let (found, name) = (level.roughness, preset.name());
+            let text = format!("level {l} has roughness {found:.4}; {name} looks for {expected:.4} there");
+            return Err(Failure::new(text).help(help.as_str()));
+        }
+    }
+    if cube.distribution != Distribution::Ggx {
+        return Err(Failure::new(
+            "the cube is not prefiltered with GGX, the lobe of the engines' reflections",
+        )
+        .help("give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for a renderer of your own: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\""));
+    }
+    Ok(())
+}
+
+/// An environment's series of degree 2.
+fn light_of(environment: &Environment) -> Result<Expansion, Failure> {
+    Ok(Transform::new(environment.grid(), Degree::new(2)?)?.analyse(environment.pixels()))
+}
+
+/// Nine coefficients, without ringing.
+fn nine(light: &Expansion, context: &Context<'_>) -> Expansion {
+    windowed(light.to_degree(Degree::new(2).unwrap_or(light.degree())), context)
+}
+
+/// The files of a cube, and what `bounds.json` says of its levels.
+fn cube_files(
+    of: (EnginePreset, EngineFormat),
+    cube: &Prefiltered,
+    context: &Context<'_>,
+) -> Result<(EngineFiles, Vec<Value>), Failure> {
+    let maps: Vec<_> = cube.levels.iter().map(|level| &level.map).collect();
+    let irradiance = nine(&cube.series, context);
+    let made = engine_files::of_levels(of, &maps, (&cube.series, &irradiance), Some(context.recipe()))?;
+    let level = |level: &shrm::PrefilteredLevel| {
+        let (method, degree) = match level.method {
+            LevelMethod::Resampled => ("resampled", None),
+            LevelMethod::Series { degree } => ("sh", Some(degree)),
+            LevelMethod::Quadrature => ("quadrature", None),
+            LevelMethod::Fast { .. } => ("fast", None),
+        };
+        json!({
+            "size": level.map.cube().edge, "roughness": level.roughness, "method": method, "degree": degree,
+            "negative": level.negative, "error": level.error,
+        })
+    };
+    Ok((made, cube.levels.iter().map(level).collect()))
+}
+
+/// The JSON with the largest value, what was clamped, and the error of each level.
+fn bounds(
+    (preset, format): (EnginePreset, EngineFormat),
+    made: &EngineFiles,
+    mut levels: Vec<Value>,
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Failure> {
+    for (level, (stored, rounded)) in levels.iter_mut().zip(made.errors.iter().zip(&made.rounded)) {
+        level["stored_error"] = json!(stored);
+        level["rounded_light"] = json!(rounded);
+    }
+    let recipe: Value = serde_json::from_str(context.recipe())?;
+    let bounds = json!({
+        "preset": preset.name(),
+        "format": format.name(),
+        "precision": made.precision.map(|precision| match precision {
+            Precision::Half => "half",
+            Precision::Float => "float",
+        }),
+        "largest": made.excess.largest,
+        "format_largest": made.limit,
+        "clamped": if made.precision.is_some() { 0 } else { made.excess.count },
+        "lost_light": if made.precision.is_some() { [0.0; 3] } else { made.excess.lost },
+        "negative": made.negative,
+        "levels": levels,
+        "specula": recipe,
+    });
+    Ok((serde_json::to_string_pretty(&bounds)? + "\n").into_bytes())
+}

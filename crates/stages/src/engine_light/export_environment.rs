@@ -1,0 +1,296 @@
+//! Writes an environment as an image or a texture: another layout, size or format, the same light.
+//!
+//! With `import-environment` before it, and `rotate` between them where the light has to be turned, it
+//! converts any environment that Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula
+//! convert` does the same without a manifest.
+//!
+//! A lat-long image of the environment's own size has its pixels unchanged. Every other image is resampled
+//! with antialiasing: each texel is the mean of the light over the texel's area, so a small lamp keeps its
+//! energy.
+//!
+//! ## Files
+//!
+//! | `layout` | files, after the item's `path` |
+//! | --- | --- |
+//! | `lat-long` | `.exr`: twice as wide as high, the image centre looks along +X |
+//! | `cube` | `/px.exr`, `/nx.exr`, `/py.exr`, `/ny.exr`, `/pz.exr`, `/nz.exr`: a folder of six faces |
+//! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
+//! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
+//!
+//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures of one
+//! level of detail: a `cube` is one file with six faces in it, and there are no strips and crosses.
+//! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
+//!
+//! Half floats end at 65504. If a value exceeds that, the file has 32-bit floats, and a note says so, unless
+//! `precision` is named: then a warning says which share of the light is lost.
+//!
+//! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
+//! `contact-sheet`, and is for looking only.
+//!
+//! ## Prefiltered cubes
+//!
+//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, of any
+//! lobe and any list of roughnesses, for a renderer of your own:
+//!
+//! ```toml
+//! [stage.sheen]
+//! kind = "export-environment"
+//! input = "prefiltered"
+//! layout = "cube"
+//! format = "ktx2"
+//! path = "{environment}/sheen"
+//! ```
+//!
+//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
+//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe
+//! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
+//! build notes them. `export-engine` writes cubes for the engines that it knows.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.skybox]
+//! kind = "export-environment"
+//! input = "environment"
+//! layout = "cube"
+//! resolution = 512
+//! format = "ktx2"
+//! path = "{environment}/skybox"
+//! ```
+
+use std::borrow::Cow;
+
+use containers::{Texture, write_dds, write_ktx2};
+use engine::{Artifact, Choice, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use envmap::Environment;
+use shrm::{MapGrid, Prefiltered};
+use sphere::{Cube, Face, LatLong};
+
+use crate::map::{Layout, MapPictures, PictureFormat, map_source};
+use crate::values::{
+    Content, DistributionName, MOST, MapsFormat, Overflow, PrecisionName, STOPS, artifacts, overflow,
+};
+
+choice! {
+    /// The container of the written images.
+    pub(crate) enum Format {
+        /// OpenEXR.
+        Exr = "exr",
+        /// Radiance.
+        Rgbe = "rgbe",
+        /// PNG, tone-mapped.
+        Png = "png",
+        /// One KTX2 texture.
+        Ktx2 = "ktx2",
+        /// One DDS texture.
+        Dds = "dds",
+    }
+}
+
+impl Format {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Exr => ".exr",
+            Self::Rgbe => ".hdr",
+            Self::Png => ".png",
+            Self::Ktx2 => ".ktx2",
+            Self::Dds => ".dds",
+        }
+    }
+
+    /// The format of a picture, if it is not a texture.
+    fn picture(self) -> Result<PictureFormat, MapsFormat> {
+        match self {
+            Self::Exr => Ok(PictureFormat::Exr),
+            Self::Rgbe => Ok(PictureFormat::Rgbe),
+            Self::Png => Ok(PictureFormat::Png),
+            Self::Ktx2 => Err(MapsFormat::Ktx2),
+            Self::Dds => Err(MapsFormat::Dds),
+        }
+    }
+}
+
+parameters! {
+    /// Parameters of `export-environment`.
+    pub(crate) struct Parameters {
+        /// How the sphere lies on the written images; see Files.
+        layout: Layout = Layout::LatLong,
+        /// Rows of a lat-long image, which has twice as many columns; texels along the edge of a cube's face.
+        /// Default: as fine as the environment.
+        #[range(1..=MOST)]
+        resolution: Option<usize> = None,
+        /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
+        format: Format = Format::Exr,
+        /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504;
+        /// "auto" is half unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
+        /// become 65504; with "error" here the item fails, also if precision is "auto".
+        overflow: Overflow = Overflow::Clamp,
+        /// Stops by which radiance is multiplied.
+        #[range(STOPS)]
+        exposure: f64 = 0.0,
+    }
+}
+
+impl Parameters {
+    /// How pictures of this resolution are written.
+    fn pictures(&self, format: PictureFormat, resolution: usize) -> MapPictures {
+        let Self { layout, precision, overflow, .. } = *self;
+        MapPictures { layout, resolution, format, precision, overflow, exposure: 0.0 }
+    }
+
+    /// The texels, and the resolution.
+    fn texels(&self, environment: &Environment) -> Result<(Vec<[f32; 3]>, usize), Failure> {
+        let rows = environment.grid().height;
+        if self.layout == Layout::LatLong {
+            let rows = self.resolution.unwrap_or(rows.min(MOST));
+            let grid = LatLong::with_rows(rows);
+            let is_as_it_is = grid == environment.grid();
+            let pixels = if is_as_it_is {
+                environment.pixels().to_vec()
+            } else {
+                environment.resized(grid)?.pixels().to_vec()
+            };
+            return Ok((pixels, rows));
+        }
+        // A face looks at half of the angle of a lat-long image's rows.
+        let edge = self.resolution.unwrap_or(rows.div_ceil(2).min(MOST));
+        Ok((environment.cube_map(Cube { edge })?.pixels().to_vec(), edge))
+    }
+}
+
+/// The port of the light.
+const ENVIRONMENT: &str = "environment";
+
+/// The kind `export-environment`.
+pub(crate) struct ExportEnvironment;
+
+impl Kind for ExportEnvironment {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-environment";
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING, envmap::revisions::CUBE_MAP];
+    const TEXT: &'static str = include_str!("export_environment.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>(ENVIRONMENT).or::<artifacts::Prefiltered>()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let extension = parameters.format.extension();
+        Product::Files(match (parameters.layout, parameters.format.picture()) {
+            (Layout::Cube, Ok(_)) => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
+            _ => vec![extension.to_owned()],
+        })
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let Parameters { format, layout, precision, .. } = *parameters;
+        let mut errors = Vec::new();
+        if format.picture().is_err() && matches!(layout, Layout::CubeStrip | Layout::CubeCross) {
+            errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
+        }
+        let holds_floats = !matches!(format, Format::Rgbe | Format::Png);
+        if precision != PrecisionName::Auto && !holds_floats {
+            errors.push(("precision", "only formats \"exr\", \"ktx2\" and \"dds\" use it".into()));
+        }
+        errors.extend(overflow::check(parameters.overflow, precision, holds_floats));
+        errors
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let mut errors = Vec::new();
+        if types.contains(&(ENVIRONMENT, artifacts::Prefiltered::TYPE)) {
+            if parameters.layout != Layout::Cube {
+                errors.push(("layout", "a prefiltered cube is written as layout = \"cube\"".into()));
+            }
+            if parameters.format.picture().is_ok() {
+                let text = "the levels of a prefiltered cube need a texture: format = \"ktx2\" or \"dds\"";
+                errors.push(("format", text.into()));
+            }
+            if parameters.resolution.is_some() {
+                errors.push(("resolution", "a prefiltered cube has its size already".into()));
+            }
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        if context.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
+            return with_levels(&context.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0, parameters, context);
+        }
+        let environment = &context.get::<artifacts::Environment>(ENVIRONMENT)?.0;
+        let exposed = match parameters.exposure {
+            0.0 => Cow::Borrowed(environment),
+            stops => Cow::Owned(environment.exposed(stops).ok_or_else(|| {
+                Failure::new(format!("{stops} stops make a value infinite")).help("choose a lower exposure")
+            })?),
+        };
+        context.check_cancelled()?;
+        let (pixels, resolution) = parameters.texels(&exposed)?;
+        context.check_cancelled()?;
+        let format = match parameters.format.picture() {
+            Ok(format) => {
+                return Ok(Output::Files(parameters.pictures(format, resolution).files(pixels, context)?));
+            }
+            Err(format) => format,
+        };
+        let (width, faces) =
+            if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
+        let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
+        let format = (format, parameters.precision, parameters.overflow);
+        Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
+    }
+}
+
+/// A prefiltered cube as one texture.
+fn with_levels(
+    cube: &Prefiltered,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<Output, Failure> {
+    let factor = math::exp2(parameters.exposure) as f32;
+    let mut levels = cube.levels.iter().map(|level| -> Vec<[f32; 3]> {
+        level.map.pixels().iter().map(|texel| texel.map(|value| value * factor)).collect()
+    });
+    let edge = cube.levels.first().map_or(1, |level| level.map.cube().edge);
+    let texture = Texture {
+        width: edge,
+        height: edge,
+        faces: 6,
+        pixels: levels.next().unwrap_or_default(),
+        smaller_levels: levels.collect(),
+        ..Texture::default()
+    };
+    if let Some(place) = texture.first_not_finite() {
+        return Err(Failure::new(format!("{place}: the value is not finite")).help(
+            "choose a lower exposure, or repair the environment with bad-pixels of import-environment",
+        ));
+    }
+    let words = DistributionName::words();
+    let lobe = words.into_iter().find(|(.., lobe)| lobe.0 == cube.distribution).map_or("", |(word, ..)| word);
+    let roughness: Vec<String> = cube.levels.iter().map(|level| level.roughness.to_string()).collect();
+    let roughness = roughness.join(" ");
+    context.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
+    // One precision for all levels: that of the brightest, which is the sharpest, wherever it is in the list.
+    let peak =
+        |pixels: &[[f32; 3]]| pixels.as_flattened().iter().fold(0.0_f32, |most, value| most.max(*value));
+    let brightest = texture.levels().max_by(|a, b| peak(a).total_cmp(&peak(b))).unwrap_or_default();
+    let content = Content::Light(MapGrid::Cube(Cube { edge: (brightest.len() / 6).isqrt() }));
+    let precision =
+        overflow::precision(brightest, content, (parameters.precision, parameters.overflow), context)?;
+    let encoded = match parameters.format {
+        Format::Dds => write_dds(&texture, precision)?,
+        _ => {
+            let entries = [
+                ("specula.kind", ExportEnvironment::NAME),
+                ("specula.distribution", lobe),
+                ("specula.roughness", roughness.as_str()),
+            ];
+            write_ktx2(&texture, precision, Some(context.recipe()), &entries)?
+        }
+    };
+    Ok(Output::Files(vec![encoded.bytes]))
+}

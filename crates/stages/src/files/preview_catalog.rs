@@ -1,0 +1,596 @@
+//! What a preview of a graph can show: every material under every light that the graph reflects, on every
+//! mesh.
+//!
+//! Entries are found by what the stages make, not by what the stages are called. Each item of a stage that
+//! makes a `reflection` or an `shrm` is an entry. Upstream of the item, the nearest environment is the light
+//! that it reflects, and the nearest material is what reflects it. If the lighting was turned on the way, the
+//! environment is turned too. Light that no environment made, such as that of `circular-lights`, is its own
+//! environment.
+//!
+//! A `brdf-table` of an entry's material belongs to the entry. Each item of `shade-vertices` makes an entry
+//! of its table and its lighting, unless the material is reflected under that light anyway. A mesh has the
+//! `transfer` that was made of it, and the `vertex-blend`.
+//!
+//! An entry has two names. The name of its light is that of the environment's item. The name of its material
+//! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
+//! (matte)`. If several stages reflect the same material and some of them are exported, the others are
+//! intermediate steps and are not shown.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use engine::{Artifact, ItemIndex, ItemKey, Kind, Plan, Product, Stage, StageIndex};
+use preview::Catalog;
+use preview::MapSizes;
+use sphere::Rotation;
+
+use crate::light::rotate;
+use crate::material::ImportMaterial;
+use crate::values::artifacts;
+
+pub use scenes::SceneCache;
+
+mod scenes;
+
+/// The materials, lights and meshes of a graph that a preview can show.
+pub struct PreviewCatalog {
+    plan: Plan,
+    environments: Vec<String>,
+    materials: Vec<String>,
+    /// By the positions of their names.
+    entries: BTreeMap<(usize, usize), CatalogEntry>,
+    meshes: Vec<(String, MeshSource)>,
+    /// The transfer of meshes, by the item that makes the mesh.
+    transfers: BTreeMap<ItemIndex, ItemIndex>,
+    /// Where tables of several materials are which on meshes, likewise.
+    blends: BTreeMap<ItemIndex, ItemIndex>,
+}
+
+/// A material under a light, by the items that made it.
+#[derive(Clone, Debug)]
+pub struct CatalogEntry {
+    /// The item that makes a `reflection` or an `shrm`; `None` if there is only a table.
+    pub reflection: Option<ItemIndex>,
+    /// The item that makes a `brdf-table` of the material.
+    pub table: Option<ItemIndex>,
+    /// The item that makes the light: an environment, or lighting that none was needed for.
+    pub environment: ItemIndex,
+    /// Lights without an environment that were added to it, and how the graph turns each.
+    pub added: Vec<(ItemIndex, Rotation)>,
+    /// The light's coefficients, before they are cut to the material's degree.
+    pub lighting: Option<ItemIndex>,
+    /// The item that makes the material.
+    pub material: Option<ItemIndex>,
+    /// How the graph turns the light before it is reflected.
+    pub turn: Rotation,
+    /// The sizes of the maps that are exported of it.
+    pub sizes: MapSizes,
+    /// Whether its spherical harmonic reflection maps are exported with the lamps in them, and none without.
+    pub holds_lamps: bool,
+    /// The items that export it and nothing else, in the manifest's order.
+    pub exports: Vec<ItemIndex>,
+    /// The items that it was made of, and the item itself, each after those that it needs.
+    pub ancestry: Vec<ItemIndex>,
+    /// Those of them that make its maps and its table of the light and the material: what neither of the two
+    /// needs.
+    pub maps: Vec<ItemIndex>,
+}
+
+/// Where a mesh comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MeshSource {
+    /// An item makes it.
+    Item(ItemIndex),
+    /// A shape of [`mesh::SHAPES`].
+    BuiltIn(&'static str),
+}
+
+/// Why a subject cannot be shown: there is nothing of that name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unknown {
+    /// What was looked for: `material`.
+    pub what: &'static str,
+    /// Its name.
+    pub name: String,
+    /// The names that exist.
+    pub known: Vec<String>,
+}
+
+impl PreviewCatalog {
+    /// The catalog of a plan.
+    pub fn of(plan: Plan) -> Self {
+        Self::among(plan, &[])
+    }
+
+    /// The catalog of these stages of a plan and all that they need; no names mean all stages.
+    pub fn among(plan: Plan, built: &[String]) -> Self {
+        let graph = Connections::of(&plan);
+        let built = with_dependencies(&plan, built);
+        let items = (0..plan.items.len()).filter(|item| built[plan.items[*item].stage]);
+        let tables = tables(&plan, items.clone());
+        let found = items.clone().filter_map(|item| graph.entry(&plan, item, &tables)).collect();
+        let found = without_steps(&plan, &graph, found);
+        let lights = found.iter().map(|entry| entry.environment).collect::<BTreeSet<_>>();
+        let lights = lights.into_iter().collect::<Vec<_>>();
+        let labels = lights.iter().map(|item| Label::of(&plan, *item));
+        let environments = distinct(&labels.collect::<Vec<_>>());
+        // The rest of a key distinguishes the materials of a stage.
+        let keys = found.iter().map(|entry| MaterialKey::of(&plan, entry)).collect::<Vec<_>>();
+        let each = keys.iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
+        let materials = distinct(&each.iter().map(|key| key.label(&plan)).collect::<Vec<_>>());
+        let position = |entry: &CatalogEntry, key: &MaterialKey| {
+            let environment = lights.binary_search(&entry.environment).unwrap_or_default();
+            (environment, each.binary_search(&key).unwrap_or_default())
+        };
+        let positions = found.iter().zip(&keys).map(|(entry, key)| position(entry, key));
+        let entries = positions.collect::<Vec<_>>().into_iter().zip(found).collect();
+        let transfers = of_meshes(&plan, items.clone(), artifacts::Transfer::TYPE);
+        let blends = of_meshes(&plan, items.clone(), artifacts::VertexBlend::TYPE);
+        let meshes = meshes(&plan, items);
+        Self { plan, environments, materials, entries, meshes, transfers, blends }
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Whether there is nothing to show: no stage makes a reflection of an environment, or shades vertices.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The names of all that can be shown, and which of them go together.
+    pub fn catalog(&self) -> Catalog {
+        Catalog {
+            environments: self.environments.clone(),
+            materials: self.materials.clone(),
+            meshes: self.meshes(),
+            pairs: self.entries.keys().copied().collect(),
+        }
+    }
+
+    /// The names of the environments, as the manifest has them.
+    pub fn environments(&self) -> &[String] {
+        &self.environments
+    }
+
+    /// The names of the materials, as the manifest has them.
+    pub fn materials(&self) -> &[String] {
+        &self.materials
+    }
+
+    /// The names of the meshes: those of the manifest, then the built-in ones.
+    pub fn meshes(&self) -> Vec<String> {
+        self.meshes.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// A material under an environment; `None` if the graph does not combine the two.
+    ///
+    /// # Errors
+    /// If one of them is not known at all.
+    pub fn entry(&self, environment: &str, material: &str) -> Result<Option<&CatalogEntry>, Unknown> {
+        let environment = position("environment", &self.environments, environment)?;
+        let material = position("material", &self.materials, material)?;
+        Ok(self.entries.get(&(environment, material)))
+    }
+
+    /// All that can be shown, each with the name of its environment.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (&str, &CatalogEntry)> {
+        self.entries.iter().map(|((environment, _), entry)| (self.environments[*environment].as_str(), entry))
+    }
+
+    /// The first entry of a material.
+    pub fn with_material(&self, material: &str) -> Option<&CatalogEntry> {
+        let is_of = |(_, of): &(usize, usize)| self.materials[*of] == material;
+        self.entries.iter().find(|(pair, _)| is_of(pair)).map(|(_, entry)| entry)
+    }
+
+    /// Checks that an environment is known.
+    ///
+    /// # Errors
+    /// If it is not.
+    pub fn check_environment(&self, name: &str) -> Result<(), Unknown> {
+        position("environment", &self.environments, name).map(|_| ())
+    }
+
+    /// Checks that a material is known.
+    ///
+    /// # Errors
+    /// If it is not.
+    pub fn check_material(&self, name: &str) -> Result<(), Unknown> {
+        position("material", &self.materials, name).map(|_| ())
+    }
+
+    /// Checks that a mesh is known.
+    ///
+    /// # Errors
+    /// If it is not.
+    pub fn check_mesh(&self, name: &str) -> Result<(), Unknown> {
+        position("mesh", &self.meshes(), name).map(|_| ())
+    }
+
+    /// The items that make an entry and a mesh, and those that they need.
+    pub fn items(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
+        entry.ancestry.iter().copied().chain(self.mesh_items(mesh)).collect()
+    }
+
+    /// The items that a scene is read from: the environment, the material, the mesh with its transfer and its
+    /// blend, the table and the reflection.
+    pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
+        let added = entry.added.iter().map(|(item, _)| *item);
+        let sources = [Some(entry.environment), entry.material].into_iter().flatten().chain(added);
+        let made = [entry.table, entry.reflection].into_iter().flatten();
+        sources.chain(self.mesh_items(mesh)).chain(made).collect()
+    }
+
+    /// The item that makes a mesh, and those that make its transfer and its blend.
+    fn mesh_items(&self, mesh: &str) -> impl Iterator<Item = ItemIndex> {
+        self.mesh_item(mesh).into_iter().chain(self.transfer_item(mesh)).chain(self.blend_item(mesh))
+    }
+
+    /// The item that says which material of a table is where on a mesh.
+    pub fn blend_item(&self, mesh: &str) -> Option<ItemIndex> {
+        self.blends.get(&self.mesh_item(mesh)?).copied()
+    }
+
+    /// The item that makes the transfer of a mesh.
+    pub fn transfer_item(&self, mesh: &str) -> Option<ItemIndex> {
+        self.transfers.get(&self.mesh_item(mesh)?).copied()
+    }
+
+    /// The file that the material of an entry is read from.
+    ///
+    /// # Errors
+    /// Why there is none: one line.
+    pub fn material_file(&self, entry: &CatalogEntry) -> Result<&Path, String> {
+        let item = entry.material.ok_or("the reflection has no material of this pipeline")?;
+        let stage = &self.plan.stages[self.plan.items[item].stage];
+        let source = self.plan.items[item].source.as_deref();
+        let source = source.filter(|_| stage.kind.name() == ImportMaterial::NAME);
+        source.ok_or_else(|| format!("{} makes this material, not a material file", stage.name))
+    }
+
+    /// The item that makes a mesh; `None` if the mesh is built in.
+    pub fn mesh_item(&self, mesh: &str) -> Option<ItemIndex> {
+        match self.meshes.iter().find(|(name, _)| name == mesh)?.1 {
+            MeshSource::Item(item) => Some(item),
+            MeshSource::BuiltIn(_) => None,
+        }
+    }
+
+    /// The stages of these items.
+    pub fn stages(&self, entry: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
+        self.items(entry, mesh).into_iter().map(|item| stage_name(&self.plan, item)).collect()
+    }
+}
+
+/// For each stage, whether it is named or needed by one that is named; no names mean all stages.
+fn with_dependencies(plan: &Plan, names: &[String]) -> Vec<bool> {
+    let is_named = |stage: &Stage| names.is_empty() || names.contains(&stage.name);
+    let mut chosen = plan.stages.iter().map(is_named).collect::<Vec<_>>();
+    // Each stage comes after those that it needs.
+    for (index, stage) in plan.stages.iter().enumerate().rev() {
+        if chosen[index] {
+            stage.inputs.iter().for_each(|(_, from)| chosen[*from] = true);
+        }
+    }
+    chosen
+}
+
+fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, Unknown> {
+    let found = names.iter().position(|known| known == name);
+    found.ok_or_else(|| Unknown { what, name: name.into(), known: names.to_vec() })
+}
+
+/// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not
+/// the environment's.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct MaterialKey {
+    made: StageIndex,
+    rest: ItemKey,
+    /// The stage of the material, if there is one.
+    material: Option<StageIndex>,
+}
+
+impl MaterialKey {
+    fn of(plan: &Plan, entry: &CatalogEntry) -> Self {
+        // An entry has one of the two.
+        let made = entry.reflection.or(entry.table).unwrap_or(entry.environment);
+        let (item, environment) = (&plan.items[made], &plan.items[entry.environment]);
+        let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
+        let material = entry.material.map(|item| plan.items[item].stage);
+        Self { made: item.stage, rest, material }
+    }
+
+    /// Its name, and the stages that distinguish it from others of that name.
+    fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
+        let name = |stage: StageIndex| plan.stages[stage].name.as_str();
+        let stages = self.material.into_iter().chain([self.made]).map(name).collect::<Vec<_>>();
+        let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
+        Label { name, stages }
+    }
+}
+
+/// A name, and the stages that may distinguish it from others.
+struct Label<'p> {
+    name: String,
+    stages: Vec<&'p str>,
+}
+
+impl<'p> Label<'p> {
+    /// An item, by its key.
+    fn of(plan: &'p Plan, item: ItemIndex) -> Self {
+        let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
+        let name = if key.is_empty() { stage.to_owned() } else { key.to_string() };
+        Self { name, stages: vec![stage] }
+    }
+
+    /// From the shortest to the longest: the name alone, with one stage, with all stages.
+    fn forms(&self) -> Vec<String> {
+        let Self { name, stages } = self;
+        let with = |stages: &str| format!("{name} ({stages})");
+        let mut forms = vec![name.clone()];
+        forms.extend(stages.iter().map(|stage| with(stage)));
+        forms.push(with(&stages.join(", ")));
+        forms
+    }
+}
+
+/// The meshes among some items, then the built-in ones.
+fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, MeshSource)> {
+    let items = items.filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
+    let made = items.map(|item| (Label::of(plan, item), MeshSource::Item(item)));
+    let built_in = |name: &'static str| Label { name: name.into(), stages: vec!["built-in"] };
+    let built_in = mesh::SHAPES.into_iter().map(|name| (built_in(name), MeshSource::BuiltIn(name)));
+    let (labels, sources): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
+    distinct(&labels).into_iter().zip(sources).collect()
+}
+
+/// For each label the first of its forms that no other label has at the same length.
+fn distinct(labels: &[Label<'_>]) -> Vec<String> {
+    let all = labels.iter().map(Label::forms).collect::<Vec<_>>();
+    let mut counts = BTreeMap::<(usize, &str), usize>::new();
+    for (length, form) in all.iter().flat_map(|forms| forms.iter().enumerate()) {
+        *counts.entry((length, form)).or_default() += 1;
+    }
+    let is_unique = |(length, form): &(usize, &String)| counts[&(*length, form.as_str())] == 1;
+    let chosen = all.iter().map(|forms| {
+        let unique = forms.iter().enumerate().find(is_unique).map(|(_, form)| form);
+        unique.or(forms.last()).cloned().unwrap_or_default()
+    });
+    chosen.collect()
+}
+
+fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
+    &plan.stages[plan.items[item].stage].name
+}
+
+/// Of the stages that reflect one material, those that lead to files; if none does, all; and if no stage
+/// reflects it, its table.
+fn without_steps(plan: &Plan, graph: &Connections, found: Vec<CatalogEntry>) -> Vec<CatalogEntry> {
+    let leads_to_files =
+        |entry: &CatalogEntry| entry.reflection.map(|item| graph.leads_to_files[plan.items[item].stage]);
+    let pairs = |leads: fn(bool) -> bool| {
+        let pairs = found.iter().filter(|entry| leads_to_files(entry).is_some_and(leads));
+        pairs.map(|entry| (entry.environment, entry.material)).collect::<BTreeSet<_>>()
+    };
+    let (exported, reflected) = (pairs(|leads| leads), pairs(|_| true));
+    let is_shown = |entry: &CatalogEntry| {
+        let pair = (entry.environment, entry.material);
+        match leads_to_files(entry) {
+            Some(leads) => leads || !exported.contains(&pair),
+            None => !reflected.contains(&pair),
+        }
+    };
+    found.iter().filter(|entry| is_shown(entry)).cloned().collect()
+}
+
+/// The first table of each material.
+fn tables(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> BTreeMap<ItemIndex, ItemIndex> {
+    let mut tables = BTreeMap::new();
+    for item in items.filter(|item| artifact(plan, *item) == Some(artifacts::BrdfTable::TYPE)) {
+        let mut origin = Origin::default();
+        origin.follow(plan, item, Rotation::IDENTITY);
+        if let Some(material) = origin.material {
+            tables.entry(material).or_insert(item);
+        }
+    }
+    tables
+}
+
+/// The first artifact of a type that is made of each mesh.
+fn of_meshes(
+    plan: &Plan,
+    items: impl Iterator<Item = ItemIndex>,
+    made: &'static str,
+) -> BTreeMap<ItemIndex, ItemIndex> {
+    let mut found = BTreeMap::new();
+    for item in items.filter(|item| artifact(plan, *item) == Some(made)) {
+        let mesh =
+            single_inputs(plan, item).find(|input| artifact(plan, *input) == Some(artifacts::Mesh::TYPE));
+        if let Some(mesh) = mesh {
+            found.entry(mesh).or_insert(item);
+        }
+    }
+    found
+}
+
+/// Which items are made from which.
+struct Connections {
+    /// For each item, the items that receive it at a port for one item.
+    consumers: Vec<Vec<ItemIndex>>,
+    /// For each stage, whether a later stage exports its items, each by itself.
+    leads_to_files: Vec<bool>,
+}
+
+impl Connections {
+    fn of(plan: &Plan) -> Self {
+        let mut consumers = vec![Vec::new(); plan.items.len()];
+        for item in 0..plan.items.len() {
+            single_inputs(plan, item).for_each(|arriving| consumers[arriving].push(item));
+        }
+        let mut leads_to_files = vec![false; plan.stages.len()];
+        for (index, stage) in plan.stages.iter().enumerate().rev() {
+            let leads = matches!(stage.product, Product::Files(_)) || leads_to_files[index];
+            for (port, from) in stage.inputs.iter().filter(|_| leads) {
+                leads_to_files[*from] |= !is_many(stage, port);
+            }
+        }
+        Self { consumers, leads_to_files }
+    }
+
+    /// The entry of an item that reflects a light, or shades vertices under it.
+    fn entry(
+        &self,
+        plan: &Plan,
+        item: ItemIndex,
+        tables: &BTreeMap<ItemIndex, ItemIndex>,
+    ) -> Option<CatalogEntry> {
+        let mut origin = Origin::default();
+        let reflection = match artifact(plan, item)? {
+            artifacts::Reflection::TYPE | artifacts::Shrm::TYPE => {
+                origin.follow(plan, item, Rotation::IDENTITY);
+                Some(item)
+            }
+            artifacts::VertexRadiance::TYPE => {
+                // Any mesh can be shown, so its own are no part of the entry.
+                let is_part = |item: &ItemIndex| {
+                    let parts = [artifacts::BrdfTable::TYPE, artifacts::Lighting::TYPE];
+                    artifact(plan, *item).is_some_and(|made| parts.contains(&made))
+                };
+                single_inputs(plan, item)
+                    .filter(is_part)
+                    .for_each(|part| origin.follow(plan, part, Rotation::IDENTITY));
+                None
+            }
+            _ => return None,
+        };
+        let mut disks = std::mem::take(&mut origin.disks);
+        let (environment, turn) = match origin.environment {
+            Some(environment) => environment,
+            // All disks and their turns are in the lighting that arrives.
+            None => (disks.drain(..).next()?.0, Rotation::IDENTITY),
+        };
+        let table = origin.table.or(origin.material.and_then(|material| tables.get(&material).copied()));
+        if let Some(table) = table {
+            origin.follow(plan, table, Rotation::IDENTITY);
+        }
+        if reflection.is_none() && table.is_none() {
+            return None;
+        }
+        let exports = self.exports(plan, item);
+        origin.ancestry.sort_unstable();
+        let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
+        let mut sources = Origin::default();
+        for source in [Some(environment), material].into_iter().flatten() {
+            sources.follow(plan, source, Rotation::IDENTITY);
+        }
+        let maps = ancestry.iter().copied().filter(|item| !sources.ancestry.contains(item)).collect();
+        let exported =
+            exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes());
+        let holds_lamps: Vec<bool> = exported.clone().filter_map(|sizes| sizes.holds_lamps).collect();
+        let holds_lamps = !holds_lamps.is_empty() && holds_lamps.into_iter().all(|holds| holds);
+        let sizes = sizes(exported);
+        Some(CatalogEntry {
+            reflection,
+            table,
+            environment,
+            added: disks,
+            lighting,
+            material,
+            turn,
+            sizes,
+            holds_lamps,
+            exports,
+            ancestry,
+            maps,
+        })
+    }
+
+    /// The items that export what an item made, as it is or as maps.
+    fn exports(&self, plan: &Plan, item: ItemIndex) -> Vec<ItemIndex> {
+        let (mut open, mut exports) = (vec![item], BTreeSet::new());
+        while let Some(item) = open.pop() {
+            for &consumer in &self.consumers[item] {
+                match plan.stages[plan.items[consumer].stage].product {
+                    Product::Files(_) => _ = exports.insert(consumer),
+                    Product::Artifact(_) => open.push(consumer),
+                }
+            }
+        }
+        exports.into_iter().collect()
+    }
+}
+
+fn is_many(stage: &Stage, port: &str) -> bool {
+    stage.ports.iter().any(|known| known.name == port && known.many)
+}
+
+/// The items that arrive at those ports of an item that take one item.
+fn single_inputs(plan: &Plan, item: ItemIndex) -> impl Iterator<Item = ItemIndex> {
+    let (item, stage) = (&plan.items[item], &plan.stages[plan.items[item].stage]);
+    let ports = stage.inputs.iter().zip(&item.inputs).filter(|((port, _), _)| !is_many(stage, port));
+    ports.flat_map(|(_, items)| items.iter().copied())
+}
+
+/// The type of the artifact that an item makes.
+fn artifact(plan: &Plan, item: ItemIndex) -> Option<&'static str> {
+    match plan.stages[plan.items[item].stage].product {
+        Product::Artifact(name) => Some(name),
+        Product::Files(_) => None,
+    }
+}
+
+/// Where a reflection comes from, as far as it has been followed.
+#[derive(Default)]
+struct Origin {
+    environment: Option<(ItemIndex, Rotation)>,
+    lighting: Option<ItemIndex>,
+    /// Lighting that was made of nothing, and its turn.
+    disks: Vec<(ItemIndex, Rotation)>,
+    material: Option<ItemIndex>,
+    table: Option<ItemIndex>,
+    ancestry: Vec<ItemIndex>,
+}
+
+impl Origin {
+    /// Follows an item upstream. `turn` is how the light is turned after it.
+    fn follow(&mut self, plan: &Plan, item: ItemIndex, mut turn: Rotation) {
+        if self.ancestry.contains(&item) {
+            return;
+        }
+        self.ancestry.push(item);
+        match artifact(plan, item) {
+            Some(artifacts::Environment::TYPE) if self.environment.is_none() => {
+                self.environment = Some((item, turn))
+            }
+            Some(artifacts::Material::TYPE) if self.material.is_none() => self.material = Some(item),
+            Some(artifacts::BrdfTable::TYPE) => self.table = self.table.or(Some(item)),
+            Some(artifacts::Lighting::TYPE) => {
+                if plan.items[item].inputs.iter().all(Vec::is_empty) {
+                    self.disks.push((item, turn));
+                }
+                self.lighting = self.lighting.or(Some(item));
+                let stage = &plan.stages[plan.items[item].stage];
+                turn = turn.after(rotate::turn_of(stage));
+            }
+            _ => {}
+        }
+        for input in plan.items[item].inputs.iter().filter_map(|arriving| arriving.first()) {
+            self.follow(plan, *input, turn);
+        }
+    }
+}
+
+/// The first sizes that exports fix, and the default for the rest.
+fn sizes(exports: impl Iterator<Item = engine::MapSizes> + Clone) -> MapSizes {
+    let default = MapSizes::default();
+    MapSizes {
+        edge: exports.clone().find_map(|sizes| sizes.edge).unwrap_or(default.edge),
+        slices: exports.clone().find_map(|sizes| sizes.slices).unwrap_or(default.slices),
+    }
+}
+
+#[cfg(test)]
+mod tests;

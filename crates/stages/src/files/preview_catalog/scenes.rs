@@ -1,0 +1,364 @@
+//! Scenes, read from the results of the last build. The latest values are kept: a window switches between a
+//! few of them, and a renderer recognises what is on its device by the value's address.
+
+use std::sync::Arc;
+
+use brdf::{BrdfTable, Material};
+use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
+use mesh::Mesh;
+use preview::{Export, SubjectDetails};
+use preview::{Light, Look, MapSizes, Scene};
+use transfer::{Frames, Transfer};
+
+use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
+use crate::values::artifacts;
+
+/// How many looks are kept, with their maps.
+const LOOKS: usize = 4;
+/// How many lights are kept.
+const LIGHTS: usize = 4;
+/// How many meshes are kept.
+const MESHES: usize = 4;
+/// How many tables, transfers and blends are kept.
+const TABLES: usize = 2;
+
+/// The looks, lights and meshes that were shown last.
+#[derive(Default)]
+pub struct SceneCache {
+    looks: Recent<LookKey, Look>,
+    lights: Recent<LightKey, Light>,
+    meshes: Recent<MeshKey, Mesh>,
+    tables: Recent<Digest, BrdfTable>,
+    transfers: Recent<Digest, Vec<Transfer>>,
+    blends: Recent<Digest, Vec<f32>>,
+    /// The look of the material that was edited last.
+    edited: Option<(LightKey, Material, Arc<Look>)>,
+}
+
+/// What a mesh is made from.
+#[derive(PartialEq)]
+enum MeshKey {
+    Made(Digest),
+    BuiltIn(&'static str),
+}
+
+/// What a light is made from: environment, lighting, turn, added lights.
+type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
+/// What a look is made from: light, reflection, material, table, sizes, and whether its maps hold the lamps.
+type LookKey = (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, (MapSizes, bool));
+
+impl SceneCache {
+    /// An entry on a mesh.
+    ///
+    /// # Errors
+    /// If something that it needs has not been built or cannot be read.
+    pub fn scene(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+        mesh: &str,
+    ) -> Result<Scene, Failure> {
+        let look = self.look(catalog.plan(), results, entry)?;
+        let transfer = self.transfer(catalog, results, mesh);
+        let blend = self.blend(catalog, results, mesh);
+        let scene = Scene::of(self.mesh(catalog, results, mesh)?, look);
+        Ok(scene.with_transfer(transfer).with_blend(blend))
+    }
+
+    /// Where each vertex of a mesh is between the materials of a table, if it was made of the present mesh
+    /// and can be read.
+    fn blend(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        mesh: &str,
+    ) -> Option<Arc<Vec<f32>>> {
+        let (mesh, item) = (catalog.mesh_item(mesh)?, catalog.blend_item(mesh)?);
+        let made = results.get(item)?;
+        let of_mesh = results.get(mesh)?.digest().to_string();
+        let found = self.blends.get(TABLES, made.digest(), || {
+            let blend = made.get::<artifacts::VertexBlend>()?;
+            let is_same = blend.0.mesh == of_mesh;
+            is_same.then(|| blend.0.value.clone()).ok_or_else(|| Failure::new("it is of another mesh"))
+        });
+        found.ok()
+    }
+
+    /// The transfer of a mesh, if it was made of the present one, can be read and stands for matrices.
+    fn transfer(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        mesh: &str,
+    ) -> Option<Arc<Vec<Transfer>>> {
+        let shape = self.mesh(catalog, results, mesh).ok()?;
+        let (mesh, item) = (catalog.mesh_item(mesh)?, catalog.transfer_item(mesh)?);
+        let made = results.get(item)?;
+        let of_mesh = results.get(mesh)?.digest().to_string();
+        let found = self.transfers.get(TABLES, made.digest(), || {
+            let transfer = made.get::<artifacts::Transfer>()?;
+            let is_same = transfer.0.mesh == of_mesh;
+            let matrices = is_same.then(|| transfer.0.value.matrices(&Frames::of(&shape).ok()?)).flatten();
+            matrices.ok_or_else(|| Failure::new("it is of another mesh, or matte"))
+        });
+        found.ok()
+    }
+
+    /// An entry on a mesh with another material, whose maps do not exist.
+    ///
+    /// # Errors
+    /// If the environment or the mesh has not been built or cannot be read.
+    pub fn edited(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+        mesh: &str,
+        material: &Material,
+    ) -> Result<Scene, Failure> {
+        let (key, light) = self.light(catalog.plan(), results, entry)?;
+        let same = self.edited.take().filter(|(of, edited, _)| *of == key && edited == material);
+        let (_, _, look) = self.edited.insert(same.unwrap_or_else(|| {
+            let look = Look::without_maps(light, material.clone(), entry.sizes);
+            (key, material.clone(), Arc::new(look))
+        }));
+        let look = Arc::clone(look);
+        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
+    }
+
+    /// The look of an entry. It has no maps if they were not made from the present light and material, and
+    /// both of these are known. It is the same value as long as nothing that it is made from has changed.
+    ///
+    /// If the material is unknown, there must be maps: those of the last build, as long as there are no newer
+    /// ones.
+    ///
+    /// # Errors
+    /// As [`SceneCache::scene`].
+    pub fn look(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+    ) -> Result<Arc<Look>, Failure> {
+        let is_made = entry.reflection.is_some_and(|item| is_current(plan, results, entry, item));
+        let reflection = entry.reflection.and_then(|item| results.get(item));
+        let reflection_digest = reflection.as_ref().map(|reflection| reflection.digest());
+        let kept = (entry.sizes, entry.holds_lamps);
+        let is_same =
+            |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == kept;
+        if !is_made
+            && entry.material.is_none()
+            && let Some(look) = self.looks.find(is_same)
+        {
+            return Ok(look);
+        }
+        let (light_key, light) = self.light(plan, results, entry)?;
+        let material = entry.material.map(|item| handle(plan, results, item)).transpose()?;
+        let material_digest = material.as_ref().map(|material| material.digest());
+        let read = |material: &engine::Handle| -> Result<Material, Failure> {
+            Ok(material.get::<artifacts::Material>()?.0.clone())
+        };
+        let table = self.table(plan, results, entry);
+        let table_digest = table.as_ref().map(|(digest, _)| *digest);
+        let table = table.map(|(_, table)| table);
+        if let (false, Some(material)) = (is_made, &material) {
+            let key = (light_key, None, material_digest, table_digest, kept);
+            let make = || Ok(Look::without_maps(light, read(material)?, entry.sizes).with_table(table));
+            return self.looks.get(LOOKS, key, make);
+        }
+        let item = entry.reflection.ok_or_else(|| Failure::new("nothing reflects this material"))?;
+        let reflection = handle(plan, results, item)?;
+        let key = (light_key, Some(reflection.digest()), material_digest, table_digest, kept);
+        self.looks.get(LOOKS, key, || {
+            let material = material.as_deref().map(read).transpose()?;
+            let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
+                let map = reflection.get::<artifacts::Shrm>()?.0.clone();
+                Look::from_map(light, map, material, entry.sizes)
+            } else {
+                let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
+                Look::new(light, reflection, material, entry.sizes).with_lamps_in_maps(entry.holds_lamps)
+            };
+            Ok(look.with_table(table))
+        })
+    }
+
+    /// The table of an entry, if it was made of the present material and can be read.
+    fn table(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+    ) -> Option<(Digest, Arc<BrdfTable>)> {
+        let item = entry.table.filter(|item| is_current(plan, results, entry, *item))?;
+        let made = results.get(item)?;
+        let digest = made.digest();
+        let read = || Ok(made.get::<artifacts::BrdfTable>()?.0.clone());
+        Some((digest, self.tables.get(TABLES, digest, read).ok()?))
+    }
+
+    /// The light of an entry, and its key. Coefficients that were not made from the present environment are
+    /// not part of it.
+    fn light(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+    ) -> Result<(LightKey, Arc<Light>), Failure> {
+        let environment = handle(plan, results, entry.environment)?;
+        let lighting = entry.lighting.filter(|item| is_current(plan, results, entry, *item));
+        let lighting = lighting.and_then(|item| results.get(item));
+        let turn = entry.turn.matrix().to_cols_array().map(f64::to_bits);
+        let added = entry.added.iter().map(|(item, turn)| Ok((handle(plan, results, *item)?, *turn)));
+        let added = added.collect::<Result<Vec<_>, Failure>>()?;
+        let digests = added.iter().map(|(added, _)| added.digest()).collect();
+        let key = (environment.digest(), lighting.as_ref().map(|lighting| lighting.digest()), turn, digests);
+        let light = self.lights.get(LIGHTS, key.clone(), || {
+            if artifact(plan, entry.environment) == Some(artifacts::Lighting::TYPE) {
+                let lighting = lighting.as_ref().unwrap_or(&environment).get::<artifacts::Lighting>()?;
+                return Light::of_lighting(lighting.0.clone()).ok_or_else(not_finite);
+            }
+            let environment = environment.get::<artifacts::Environment>()?;
+            let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
+            let environment =
+                if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
+            let mut environment = environment;
+            for (added, turn) in &added {
+                let added = added.get::<artifacts::Lighting>()?.0.rotated(*turn);
+                environment = preview::lit(&environment, &added).ok_or_else(not_finite)?;
+            }
+            let lighting = lighting.map(|lighting| lighting.get::<artifacts::Lighting>()).transpose()?;
+            Ok(Light::new(environment, lighting.map(|lighting| lighting.0.whole())))
+        })?;
+        Ok((key, light))
+    }
+
+    /// A mesh by its name in [`PreviewCatalog::meshes`].
+    ///
+    /// # Errors
+    /// If there is none of that name, it has not been built or cannot be read.
+    pub fn mesh(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        name: &str,
+    ) -> Result<Arc<Mesh>, Failure> {
+        let missing = || Failure::new(format!("there is no mesh {name:?}"));
+        let (_, source) = catalog.meshes.iter().find(|(known, _)| known == name).ok_or_else(missing)?;
+        match *source {
+            MeshSource::Item(item) => {
+                let mesh = handle(catalog.plan(), results, item)?;
+                self.meshes.get(MESHES, MeshKey::Made(mesh.digest()), || {
+                    Ok(mesh.get::<artifacts::Mesh>()?.0.clone())
+                })
+            }
+            MeshSource::BuiltIn(name) => {
+                self.meshes.get(MESHES, MeshKey::BuiltIn(name), || mesh::shape(name).ok_or_else(missing))
+            }
+        }
+    }
+}
+
+impl PreviewCatalog {
+    /// Whether the light of a scene of an entry is turned as the manifest says. Light that no environment
+    /// made only is when its `rotate` stage has run.
+    pub fn is_light_turned(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> bool {
+        let plan = self.plan();
+        artifact(plan, entry.environment) == Some(artifacts::Environment::TYPE)
+            || entry.lighting.is_some_and(|item| is_current(plan, results, entry, item))
+    }
+
+    /// The material of an entry, as the last build made it.
+    pub fn material(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> Option<Material> {
+        let material = results.get(entry.material?)?.get::<artifacts::Material>().ok()?;
+        Some(material.0.clone())
+    }
+
+    /// What the inspector shows about an entry: the sizes of its exported files, the warnings and notes of
+    /// its stages, and the warnings of its exports.
+    pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
+        let plan = self.plan();
+        let exports = entry.exports.iter().filter_map(|&item| {
+            let stage = &plan.stages[plan.items[item].stage];
+            let parameters = stage.configured.canonical();
+            let format =
+                parameters["format"].as_str().map_or_else(String::new, |format| format!(", {format}"));
+            let sizes = results.file_sizes(item);
+            let name = format!("{}{format}", stage.kind.name());
+            (!sizes.is_empty()).then(|| Export { name, bytes: sizes.iter().sum() })
+        });
+        let warnings = |item| {
+            let stage = super::stage_name(plan, item);
+            results.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"))
+        };
+        let messages = entry.ancestry.iter().flat_map(|&item| {
+            let stage = super::stage_name(plan, item);
+            warnings(item).chain(results.notes(item).iter().map(move |note| format!("{stage}: {note}")))
+        });
+        let messages = messages.chain(entry.exports.iter().flat_map(|&item| warnings(item)));
+        let outdated = outdated(plan, results, entry).map(|item| {
+            let stage = super::stage_name(plan, item);
+            format!("{stage}: this is older than its inputs")
+        });
+        SubjectDetails { exports: exports.collect(), notes: outdated.chain(messages).collect() }
+    }
+}
+
+/// The failure of a light that no picture can show.
+fn not_finite() -> Failure {
+    Failure::new("the light has a radiance that is not finite")
+}
+
+/// What the last build made of an item.
+fn handle(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
+    results.get(item).ok_or_else(|| {
+        let (stage, key) = (super::stage_name(plan, item), &plan.items[item].key);
+        Failure::new(format!("{stage} [{key}] has not been built yet, or its result was removed"))
+            .help("run `specula build` and fix what it reports")
+    })
+}
+
+/// Whether one of the items that make the maps of an entry was made from the present light and material.
+fn is_current(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry, item: ItemIndex) -> bool {
+    let inputs = || plan.items[item].inputs.iter().flatten();
+    !entry.maps.contains(&item)
+        || results.is_consistent(plan, item) && inputs().all(|input| is_current(plan, results, entry, *input))
+}
+
+/// The items of an entry that are older than their inputs.
+fn outdated(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
+    entry.ancestry.iter().copied().filter(|item| !results.is_consistent(plan, *item))
+}
+
+/// The values that were used last, the latest first.
+struct Recent<K, V>(Vec<(K, Arc<V>)>);
+
+impl<K, V> Default for Recent<K, V> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<K: PartialEq, V> Recent<K, V> {
+    /// The latest value of such a key.
+    fn find(&self, matches: impl Fn(&K) -> bool) -> Option<Arc<V>> {
+        self.0.iter().find(|(key, _)| matches(key)).map(|(_, value)| Arc::clone(value))
+    }
+
+    /// The value of a key, made if it is not there; at most `most` values are kept.
+    fn get(
+        &mut self,
+        most: usize,
+        key: K,
+        make: impl FnOnce() -> Result<V, Failure>,
+    ) -> Result<Arc<V>, Failure> {
+        let found = self.0.iter().position(|(known, _)| *known == key);
+        let entry = match found {
+            Some(place) => self.0.remove(place),
+            None => (key, Arc::new(make()?)),
+        };
+        self.0.insert(0, entry);
+        self.0.truncate(most);
+        Ok(Arc::clone(&self.0[0].1))
+    }
+}

@@ -1,0 +1,23 @@
+//! The lighting of an environment with more than enough degrees.
+
+use engine::Failure;
+use envmap::Environment;
+use sh::{Degree, Transform};
+use sphere::LatLong;
+
+/// The highest degree of a series that `convolve` cuts later: see [`brdf::Choice::Full`].
+pub(crate) const FULL: usize = 255;
+
+/// The lighting as the default parameters make it: lamps beside a series of more than enough degrees.
+pub(crate) fn full(environment: &Environment) -> Result<sh::Lighting, Failure> {
+    let separated = environment.separate_lamps();
+    let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
+    let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
+    Ok(sh::Lighting { series, lights: separated.lights })
+}
+
+/// The highest degree that an image can hold.
+pub(crate) fn highest_degree(grid: LatLong) -> Degree {
+    let highest = (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1));
+    Degree::new(highest).unwrap_or(Degree::MAX)
+}

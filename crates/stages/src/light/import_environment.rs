@@ -1,0 +1,555 @@
+//! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
+//!
+//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PFM, TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or
+//! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
+//! gives one item per file. The content of a file decides its format, not its name.
+//!
+//! - OpenEXR: scanlines or tiles; RGB (also `red green blue`), luminance and chroma, or Y as grey; half,
+//!   float or uint; every compression but ZSTD and HTJ2K. Chroma may have half the resolution, unless the
+//!   compression is PXR24, B44 or B44A. See Layers.
+//! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
+//!   warning.
+//! - PFM: RGB or grey, in either order of bytes.
+//! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
+//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the
+//!   picture.
+//! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
+//!   read as light of the scene, the reference white, a signal of 75 %.
+//! - JPEG with a gain map (Ultra HDR, Adobe's or ISO 21496-1): high dynamic range. It is the full rendition
+//!   in HDR, in which the white of the one in SDR is 1. A damaged map is an error; one that a program has
+//!   removed, or of Apple's own kind, is a warning. A picture whose map leads from HDR down to SDR stays as
+//!   it is.
+//! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than
+//!   their white.
+//!
+//! Alpha is ignored, with a warning if it is below 1. A picture that a camera holds sideways or upside down
+//! (the orientation of Exif in PNG, JPEG and WebP, or of TIFF and TGA) is turned upright.
+//!
+//! ## Layers
+//!
+//! Without `layer`, an OpenEXR file of several layers or parts gives the first of the first line that it has,
+//! with a warning that lists them:
+//!
+//! 1. the unnamed layer of R, G and B
+//! 2. one that is called `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
+//! 3. another of R, G and B
+//! 4. one of R, G and B whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`
+//! 5. luminance and chroma (Y RY BY)
+//! 6. grey (Y)
+//!
+//! X, Y and Z of one layer are a position or a direction, and never read as light.
+//!
+//! The picture is the display window. What the data window does not reach is black, with a warning; it is an
+//! error if it reaches nothing.
+//!
+//! ## Colours
+//!
+//! Everything becomes linear Rec. 709. The primaries are those of the file:
+//!
+//! - OpenEXR: the attribute `colorInteropID` (`lin_ap1_scene`), else `chromaticities`, else a name of a
+//!   linear space in `oiio:ColorSpace` or `colorspace`; without them Rec. 709.
+//! - Radiance: CIE XYZ of equal-energy white with FORMAT=32-bit_rle_xyze, else PRIMARIES, else Rec. 709.
+//! - TIFF, PNG, JPEG and WebP: the ICC profile (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones and
+//!   others), before which PNG's cICP counts. Without either, integers are taken for sRGB and floats for
+//!   linear Rec. 709.
+//!
+//! `colour-space` names them for a file that does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3`
+//! (white D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and
+//! `colorInteropID` are understood, too: `ACES - ACEScg`, `lin_rec2020_scene`. It counts before what the file
+//! says, with a warning if the two differ; the curve of a PNG or JPEG stays. A white other than D65 is
+//! adapted with the Bradford transform.
+//!
+//! Wider primaries hold colours that Rec. 709 cannot. Such a colour p moves toward its grey of the same
+//! luminance Y, by the least step that leaves no channel negative: p' = Y + t (p - Y) with t = Y / (Y - min
+//! p). A warning says how many pixels that were and how much light it changed; if that is below 0.01 %, as
+//! what 8 bits round, it is a note. Pixels with a negative channel in the file's own primaries are not moved:
+//! see Bad pixels.
+//!
+//! ## Layouts
+//!
+//! | `layout` | what the image is |
+//! | --- | --- |
+//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute has the layout that the attribute names; a picture whose file says that it shows a part of the sphere is placed, see below; everything else is `lat-long` |
+//! | `lat-long` | twice as wide as high, up at the top, pixel centres at half texels; the image centre is Specula's +X |
+//! | `openexr-lat-long` | the lat-long of OpenEXR's `envmap` attribute: the first and last rows lie on the poles, and the last column repeats the first |
+//! | `openexr-cube` | the cube of OpenEXR's `envmap` attribute: six faces below each other, +X -X +Y -Y +Z -Z, in OpenEXR's orientation |
+//! | `probe` | an angular map: the centre looks forward, the distance from it is the angle divided by pi |
+//! | `mirror-ball` | a photographed chrome ball: the distance from the centre is sin(angle / 2) |
+//! | `cube` | six files, see below |
+//! | `cube-cross` | 4 x 3 faces (horizontal cross) or 3 x 4 faces (vertical cross, its -Z turned by half a turn) in one file |
+//! | `cube-strip` | 6 x 1 or 1 x 6 faces in one file, +X -X +Y -Y +Z -Z |
+//!
+//! In Specula's frame +Z is up, and +X is *forward*: the centre of a lat-long image, a probe and a mirror
+//! ball, and the +Z face of a cube. A quarter to the left of a lat-long's centre is +Y. The right of a probe
+//! is -Y, as in a lat-long image; the right of a mirror ball is +Y, because a reflection is mirrored. Faces
+//! are seen from inside the cube: +X is to the right of forward, +Y is up. The crosses unfold around the +Z
+//! face.
+//!
+//! The layout is never guessed from an image's shape: a square image may be a probe or a mirror ball, and
+//! only its author knows which. If the image's shape does not fit the layout, the item fails.
+//!
+//! A lat-long image keeps its pixels. Every other layout is resampled with antialiasing: each texel is the
+//! mean of the image over the texel's area, so a small lamp keeps its energy.
+//!
+//! ## Parts of the sphere
+//!
+//! With `layout = "auto"`, a picture is placed where its file says that it belongs on the sphere. `fill` is
+//! the light of the rest, and a warning says how much of the sphere that is. Read are:
+//!
+//! - XMP in PNG, JPEG, WebP and TIFF: Google's photo sphere, the names GPano:... of the namespace
+//!   `http://ns.google.com/photos/1.0/panorama/`, as attributes or elements. In OpenEXR, attributes of these
+//!   names (`GPano:ProjectionType`), as OpenImageIO writes them.
+//! - Radiance: the header's VIEW.
+//!
+//! | GPano | what it says |
+//! | --- | --- |
+//! | `ProjectionType` | `equirectangular`, or a fisheye: `fisheye`, `equidistant`, `angular`, `hemispherical` (equidistant), `equisolid`, `stereographic`, `orthographic`; `dome`, `domemaster`, `fulldome` (equidistant, looking up, its lower side forward). Capitals and hyphens do not matter. Others, such as `cubestrip` and `cylindrical`, are an error |
+//! | `FullPanoWidthPixels`, `FullPanoHeightPixels` | the size of the whole, 360 x 180 degrees |
+//! | `CroppedAreaImageWidthPixels`, `CroppedAreaImageHeightPixels` | the size of the picture before it was resized |
+//! | `CroppedAreaLeftPixels`, `CroppedAreaTopPixels` | its place in the whole; it may reach past the right border, and continues at the left |
+//! | `PosePitchDegrees`, `PoseRollDegrees` | how the camera was tilted: the light is turned until the horizon is level, with a warning |
+//! | `PoseHeadingDegrees` | where the camera looked: the light is not turned by it, and a note says so |
+//!
+//! A missing size or place is assumed, with a warning: half or twice the other one, the picture's own size,
+//! the middle. It is an error if numbers contradict each other or the shape of the picture, or are none.
+//! With ProjectionType alone, the picture is the whole.
+//!
+//! A crop whose pixels are pixels of a whole of 2:1 keeps them; others are resampled. A fisheye is a square
+//! of 180 degrees, with a warning that this was assumed. The sizes change that: a full panorama of 2:1 has
+//! 360 x 180 degrees at the pixels of an equidistant fisheye, a square one 180 x 180.
+//!
+//! A VIEW of Radiance is read if its type is a fisheye: `-vta` (equidistant), `-vth` (orthographic) or `-vts`
+//! (stereographic), with the degrees `-vh` and `-vv`, the direction `-vd` and up `-vu`, the shift `-vs` and
+//! lift `-vl`. Radiance's +Y is Specula's +X, its +Z up. What lies farther from the axis than half of the
+//! larger of `-vh` and `-vv`, such as a square's corners, is not read. With other types, a warning says that
+//! the picture was taken for the whole sphere.
+//!
+//! `layout = "lat-long"` takes the picture for the whole sphere, whatever its file says.
+//!
+//! ## Six faces
+//!
+//! The source is a folder that holds one set of faces, or one face of a set (with `layout = "cube"`): the
+//! other five are in the same folder, so `source = "sets/*_px.hdr"` gives one item per set. The end of a
+//! file's name says which face it is, in upper or lower case, after any prefix that does not end in a letter:
+//!
+//! | face | by axes | by words | Quake, Source |
+//! | --- | --- | --- | --- |
+//! | +X | `px`, `posx`, `xpos`, `+X`, `c00` | `right` | `ft` |
+//! | -X | `nx`, `negx`, `xneg`, `-X`, `c01` | `left` | `bk` |
+//! | +Y | `py`, `posy`, `ypos`, `+Y`, `c02` | `top`, `up` | `up` |
+//! | -Y | `ny`, `negy`, `yneg`, `-Y`, `c03` | `bottom`, `down` | `dn` |
+//! | +Z | `pz`, `posz`, `zpos`, `+Z`, `c04` | `front` | `rt` |
+//! | -Z | `nz`, `negz`, `zneg`, `-Z`, `c05` | `back` | `lf` |
+//!
+//! Words mean different things in different programs. In Quake's and Source's frame, which is Specula's, `rt`
+//! is forward (+X, yaw 0), and what lies to the right of `ft` is `lf`. Unity's skybox of six sides
+//! (`_FrontTex`, `_LeftTex`) has its left at +X, to the right of the front, too. So the pictures decide: if
+//! their edges do not meet in the usual arrangement of the words, but do in another of these, they are
+//! arranged so, with a note. A letter before the word (`desertrt.tga`) is fine if all six are there.
+//!
+//! ## Textures
+//!
+//! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube,
+//! which in a prefiltered one is the mirror, or of one picture, which `layout` describes as that of any
+//! other. Texels are halves, floats, RGB9E5, R11G11B10F, BC6H (also signed), RGBD or bytes, which hold no
+//! high dynamic range, as a warning says. KTX2 may be compressed with Zstandard or zlib.
+//!
+//! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
+//! names the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that
+//! Specula wrote says so itself, in all containers but DDS.
+//!
+//! ## Bad pixels
+//!
+//! NaN, infinite and negative values spoil every coefficient that is computed from them. The message counts
+//! them, and names the pixel and the direction of the first of each:
+//!
+//! | `bad-pixels` | what happens |
+//! | --- | --- |
+//! | `zero-negative` | negative values become 0, with a warning that says which share of the light they are; NaN and infinite values are an error |
+//! | `error` | the item fails |
+//! | `zero` | each becomes 0, with a warning |
+//! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
+//!
+//! Lossy compression (DWA) and the filters of renderers leave a few negative values beside lamps, which is
+//! why they are no error by default.
+//!
+//! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist
+//! and a file that is not an image, but not bad pixels.
+//!
+//! ## Processors
+//!
+//! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last
+//! bits between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
+//! machines of different kinds do not share these items, and later ones if the pixels are equal.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.environment]
+//! kind = "import-environment"
+//! source = "assets/environments/*.{exr,hdr}"
+//! exposure = 0.5
+//! bad-pixels = "clamp"
+//! ```
+
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use containers::{
+    Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, is_light_texture, read_image,
+    read_image_header, read_light_texture,
+};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use envmap::{BadPixels, Coverage, Environment, Fill, Image, Layout, check_faces, stack_faces};
+use sphere::{Face, LatLong, Rotation};
+
+use super::bad_pixels::{BadPixelsName, repaired};
+use super::colour_space_name::ColourSpaceName;
+use super::panorama::{FillName, Shown};
+use super::six_faces;
+use super::six_faces::{FaceFiles, FaceName};
+use crate::values::{EnginePreset, STOPS, artifacts, turned_back};
+
+choice! {
+    /// How the sphere lies on an image.
+    pub(crate) enum LayoutName: Layout {
+        /// Latitude and longitude, pixel centres at half texels.
+        LatLong,
+        /// OpenEXR's lat-long, with pixels on the poles.
+        OpenExrLatLong,
+        /// OpenEXR's cube.
+        OpenExrCube,
+        /// An angular map.
+        Probe,
+        /// A chrome ball.
+        MirrorBall,
+        /// Six files.
+        Cube,
+        /// A cross of faces.
+        CubeCross,
+        /// A strip of faces.
+        CubeStrip,
+    }
+}
+
+parameters! {
+    /// Parameters of `import-environment`.
+    pub(crate) struct Parameters {
+        /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
+        /// cube, an `envmap` attribute names its layout, a part of the sphere is placed as its file says, and
+        /// everything else is lat-long.
+        layout: OrAuto<LayoutName> = OrAuto::Auto,
+        /// The light from where a picture of a part of the sphere shows nothing: "black"; "mean", the mean of
+        /// what it shows; "edge", that of the nearest pixel; or linear Rec. 709 radiance, [red, green, blue]
+        /// or one number, before `exposure`. See Parts of the sphere.
+        fill: FillName = FillName(Fill::Black),
+        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
+        /// Layers.
+        layer: Option<String> = None,
+        /// Stops by which the radiance is multiplied: 1 doubles it.
+        #[range(STOPS)]
+        exposure: f64 = 0.0,
+        /// Rows of the result, which has twice as many columns. Default: a lat-long image keeps its size, and
+        /// the others keep the density of pixels at the centre of the image or face: half the rows of a
+        /// probe, 0.79 times those of a mirror ball, twice those of a cube's face.
+        #[range(1..=MOST_ROWS)]
+        resolution: Option<usize> = None,
+        /// What happens to NaN, infinite and negative values; see Bad pixels.
+        bad_pixels: BadPixelsName = BadPixelsName(BadPixels::ZeroNegative),
+        /// The primaries of the values: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb or xyz,
+        /// or such a space's name in OCIO or `colorInteropID`; see Colours. Default: what the file says, or
+        /// else rec709.
+        colour_space: Option<ColourSpaceName> = None,
+        /// The engine for which a cube in a texture was made; see Textures. Default: what the file says, or
+        /// else the frame of KTX2's table.
+        preset: Option<EnginePreset> = None,
+    }
+}
+
+/// The largest `resolution`: 16384 x 8192 pixels, as many as the largest image that is read.
+const MOST_ROWS: usize = 8192;
+
+/// The kind `import-environment`.
+pub(crate) struct ImportEnvironment;
+
+impl Kind for ImportEnvironment {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "import-environment";
+    const REVISION: u32 = 5;
+    const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
+    const TEXT: &'static str = include_str!("import_environment.rs");
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn processor(_: &Parameters) -> Option<&'static str> {
+        Some(decoder_level())
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::Environment::TYPE)
+    }
+
+    fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let source = context.source()?;
+        match Pictures::find(source, false, parameters, context)? {
+            Pictures::One => {
+                let header = read_header(source, parameters, context)?;
+                let ImageHeader { width, height, openexr_envmap, panorama, .. } = header;
+                let within = |failure: Failure| failure.context(format!("cannot import {}", name(source)));
+                let wanted = wanted(parameters);
+                let shown = Shown::of(wanted, openexr_envmap, panorama, &name(source), context);
+                match shown.map_err(within)?.coverage {
+                    Coverage::Whole(layout) => {
+                        layout.check(width, height).map_err(|error| within(error.into()))
+                    }
+                    Coverage::Part(_) => Ok(()),
+                }
+            }
+            Pictures::Faces(_, paths) => {
+                let mut sizes = [[0; 2]; Face::ALL.len()];
+                for (size, path) in sizes.iter_mut().zip(&paths) {
+                    let header = read_header(path, parameters, context)?;
+                    *size = [header.width, header.height];
+                }
+                check_faces(sizes)?;
+                Ok(())
+            }
+            Pictures::Texture => {
+                let (image, layout) = read_texture(source, parameters, context)?;
+                let checked = layout.check(image.width(), image.height());
+                checked
+                    .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(source))))
+            }
+        }
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let source = context.source()?;
+        let (image, shown) = read_source(source, parameters, context)?;
+        context.check_cancelled()?;
+        let image = repaired(image, shown.coverage, parameters.bad_pixels.0, context).map_err(|error| {
+            let bad = matches!(error, envmap::Error::BadPixels(_));
+            let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
+            match bad {
+                true => failure.help(
+                    "bad-pixels = \"zero\" or \"clamp\" replaces them; it is better to repair the image",
+                ),
+                false => failure,
+            }
+        })?;
+        let grid = parameters.resolution.map(LatLong::with_rows);
+        let mut environment = match shown.coverage {
+            Coverage::Whole(layout) => {
+                if layout != Layout::LatLong {
+                    let LatLong { width, height } =
+                        grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
+                    context.note(format!(
+                        "layout {}: {} x {} pixels resampled to {width} x {height}",
+                        layout.name(),
+                        image.width(),
+                        image.height()
+                    ));
+                }
+                Environment::from_image(image, layout, grid)?
+            }
+            Coverage::Part(part) => {
+                shown.report(&part, parameters.fill.0, context);
+                Environment::from_part(image, &part, parameters.fill.0, grid)?
+            }
+        };
+        context.check_cancelled()?;
+        if shown.turn != Rotation::IDENTITY {
+            environment = environment.rotated_unless(shown.turn, &|| context.check_cancelled().is_err());
+            context.check_cancelled()?;
+        }
+        let environment = environment.exposed(parameters.exposure).ok_or_else(|| {
+            Failure::new(format!("exposure {} makes a value infinite", parameters.exposure))
+        })?;
+        Output::artifact(artifacts::Environment(environment))
+    }
+}
+
+/// The pictures of a source.
+enum Pictures {
+    /// The source itself.
+    One,
+    /// The faces of a cube, and their files.
+    Faces(FaceFiles, Vec<PathBuf>),
+    /// A texture that holds light.
+    Texture,
+}
+
+impl Pictures {
+    /// The pictures of a source; `reads_whole` as of [`is_texture`].
+    fn find(
+        source: &Path,
+        reads_whole: bool,
+        parameters: &Parameters,
+        context: &Context<'_>,
+    ) -> Result<Self, Failure> {
+        if context.is_folder(source) {
+            return match parameters.layout {
+                OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, context),
+                _ => Err(Failure::new(format!(
+                    "{} is a folder, but only six cube faces can be read from a folder",
+                    name(source)
+                ))
+                .help("name a file as the source, or remove layout")),
+            };
+        }
+        if is_texture(source, reads_whole, context)? {
+            return Ok(Self::Texture);
+        }
+        if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
+            let face = FaceName::parse(&name(source)).ok_or_else(|| {
+                Failure::new(format!(
+                    "{} is not a folder of six faces, and its name does not end in a face's word",
+                    name(source)
+                ))
+                .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
+            })?;
+            let folder = source.parent().unwrap_or(Path::new(""));
+            return Self::faces(folder, Some(&face), context);
+        }
+        Ok(Self::One)
+    }
+
+    /// The six images of one set in a folder.
+    fn faces(folder: &Path, like: Option<&FaceName>, context: &Context<'_>) -> Result<Self, Failure> {
+        let files = six_faces::find(&context.list(folder)?, like, &name(folder))?;
+        let paths = files.names.iter().map(|name| folder.join(name)).collect();
+        Ok(Self::Faces(files, paths))
+    }
+}
+
+/// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
+/// the whole file, which is why a run reads all of it.
+fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<bool, Failure> {
+    /// Of the longest signature.
+    const SIGNATURE: u64 = 12;
+    if reads_whole {
+        return Ok(is_light_texture(&context.read(path)?));
+    }
+    let mut first = Vec::new();
+    context.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
+    // What glTF holds is known only by the whole document.
+    let is_document = first.starts_with(b"glTF") || first.trim_ascii_start().starts_with(b"{");
+    Ok(is_light_texture(&first) || is_document && is_light_texture(&context.read(path)?))
+}
+
+/// The image of the source, and what it shows.
+fn read_source(
+    source: &Path,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<(Image, Shown), Failure> {
+    match Pictures::find(source, true, parameters, context)? {
+        Pictures::One => {
+            let decoded = read_picture(source, parameters, context)?;
+            let Decoded { image, openexr_envmap, panorama, .. } = decoded;
+            let shown = Shown::of(wanted(parameters), openexr_envmap, panorama, &name(source), context);
+            let shown =
+                shown.map_err(|failure| failure.context(format!("cannot import {}", name(source))))?;
+            Ok((image, shown))
+        }
+        Pictures::Faces(files, paths) => {
+            let faces = paths.iter().map(|path| Ok(read_picture(path, parameters, context)?.image));
+            let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
+            let faces = <[Image; Face::ALL.len()]>::try_from(faces)
+                .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
+            check_faces(faces.each_ref().map(|face| [face.width(), face.height()]))?;
+            let (faces, arranged) = files.arrange(faces);
+            arranged.into_iter().for_each(|note| context.note(note));
+            Ok((stack_faces(faces)?, Shown::whole(Layout::Cube)))
+        }
+        Pictures::Texture => {
+            let (image, layout) = read_texture(source, parameters, context)?;
+            Ok((image, Shown::whole(layout)))
+        }
+    }
+}
+
+/// The light in a texture, and its layout.
+fn read_texture(
+    path: &Path,
+    parameters: &Parameters,
+    context: &Context<'_>,
+) -> Result<(Image, Layout), Failure> {
+    let within = |failure: Failure| failure.context(format!("cannot import {}", name(path)));
+    let read = read_light_texture(&context.read(path)?, &parameters.options());
+    let LightTexture { mut image, is_cube, is_for_babylon, format, levels, warnings, notes, recipe } =
+        read.map_err(|error| within(error.into()))?;
+    warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
+    notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
+    let levels = if levels > 1 { format!(", level 0 of {levels}") } else { String::new() };
+    if !is_cube {
+        context.note(format!("{}: {format}, one picture{levels}", name(path)));
+        return Ok((image, wanted(parameters).unwrap_or(Layout::LatLong)));
+    }
+    if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
+        && layout != Layout::Cube
+    {
+        let message = format!("the file holds a cube, which layout = \"{}\" is not", layout.name());
+        return Err(within(Failure::new(message).help("remove `layout`")));
+    }
+    let declared = recipe.as_deref().and_then(EnginePreset::of_recipe);
+    if let (Some(declared), Some(wanted)) = (declared, parameters.preset)
+        && declared != wanted
+    {
+        let (declared, wanted) = (declared.name(), wanted.name());
+        context.warn(format!(
+            "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
+            name(path)
+        ));
+    }
+    let usual = is_for_babylon.then_some(EnginePreset::Babylon);
+    let preset = parameters.preset.or(declared).or(usual);
+    let frame =
+        preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name()));
+    context.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
+    if let Some(preset) = preset {
+        let pixels = turned_back(&image, preset);
+        image.pixels_mut().copy_from_slice(&pixels);
+    }
+    Ok((image, Layout::Cube))
+}
+
+impl Parameters {
+    /// What the decoders have to know.
+    fn options(&self) -> ReadOptions {
+        ReadOptions { layer: self.layer.clone(), colour_space: self.colour_space.map(|name| name.0) }
+    }
+}
+
+/// The header of one file.
+fn read_header(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<ImageHeader, Failure> {
+    read_image_header(&mut context.open(path)?, &parameters.options())
+        .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))
+}
+
+/// The image of one file; the messages of its decoder become warnings and notes.
+fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
+    context.check_cancelled()?;
+    let decoded = read_image(&context.read(path)?, &parameters.options())
+        .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))?;
+    decoded.warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
+    decoded.notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
+    Ok(decoded)
+}
+
+/// The layout that the manifest names.
+fn wanted(parameters: &Parameters) -> Option<Layout> {
+    match parameters.layout {
+        OrAuto::Auto => None,
+        OrAuto::Fixed(LayoutName(layout)) => Some(layout),
+    }
+}
+
+/// The last part of a path, for messages.
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}

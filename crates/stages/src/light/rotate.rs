@@ -1,0 +1,151 @@
+//! Turns a lighting or an environment.
+//!
+//! The rotation is active and right-handed in Specula's frame (+Z up, +X the image centre):
+//!
+//! > R = R_z(yaw) R_y(pitch) R_x(roll)
+//!
+//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch
+//! lowers what was at +X. A `quaternion` may be given instead of angles.
+//!
+//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever
+//! the angles. An environment's pixels are resampled, which loses a little sharpness: if both would do,
+//! rotate the lighting.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.turned]
+//! kind = "rotate"
+//! input = "lighting"
+//! yaw = 30.0
+//! ```
+
+use engine::{
+    Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,
+    unexpected,
+};
+use serde_json::json;
+use sphere::Rotation;
+
+use crate::values::artifacts;
+
+/// A rotation as [x, y, z, w].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Quaternion([f64; 4]);
+
+impl Parameter for Quaternion {
+    fn expected() -> String {
+        "[x, y, z, w], not all 0".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let numbers = Vec::<f64>::parse(value)?;
+        <[f64; 4]>::try_from(numbers)
+            .ok()
+            .filter(|&[x, y, z, w]| Rotation::from_quaternion(x, y, z, w).is_some())
+            .map(Self)
+            .ok_or_else(|| unexpected(value, &Self::expected()))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.0.iter().map(Parameter::canonical).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "array", "items": f64::schema(), "minItems": 4, "maxItems": 4 })
+    }
+}
+
+parameters! {
+    /// Parameters of `rotate`.
+    pub(crate) struct Parameters {
+        /// The turn about +Z, in degrees, counter-clockwise as seen from above.
+        yaw: f64 = 0.0,
+        /// The turn about +Y, in degrees, applied before yaw; positive lowers +X.
+        pitch: f64 = 0.0,
+        /// The turn about +X, in degrees, applied first.
+        roll: f64 = 0.0,
+        /// The rotation as a quaternion [x, y, z, w] instead of angles; its length does not matter.
+        quaternion: Option<Quaternion> = None,
+    }
+}
+
+impl Parameters {
+    pub(crate) fn rotation(&self) -> Rotation {
+        let Some(Quaternion([x, y, z, w])) = self.quaternion else {
+            let [yaw, pitch, roll] = self.angles().map(f64::to_radians);
+            return Rotation::from_yaw_pitch_roll(yaw, pitch, roll);
+        };
+        Rotation::from_quaternion(x, y, z, w).unwrap_or(Rotation::IDENTITY)
+    }
+
+    /// Yaw, pitch and roll, in degrees.
+    pub(crate) fn angles(&self) -> [f64; 3] {
+        [self.yaw, self.pitch, self.roll]
+    }
+
+    /// What is given instead of angles: [x, y, z, w].
+    pub(crate) fn quaternion(&self) -> Option<[f64; 4]> {
+        self.quaternion.map(|Quaternion(quaternion)| quaternion)
+    }
+}
+
+/// How a stage turns the lighting that arrives; the identity if the stage is of another kind.
+pub(crate) fn turn_of(stage: &Stage) -> Rotation {
+    match stage.kind.name() {
+        Rotate::NAME => parameters_of(stage).rotation(),
+        _ => Rotation::IDENTITY,
+    }
+}
+
+/// The parameters of a stage of this kind.
+pub(crate) fn parameters_of(stage: &Stage) -> Parameters {
+    let parameters = stage.configured.canonical();
+    let angle = |name: &str| parameters[name].as_f64().unwrap_or_default();
+    let quaternion = serde_json::from_value::<[f64; 4]>(parameters["quaternion"].clone());
+    let quaternion = quaternion.ok().map(Quaternion);
+    Parameters { yaw: angle("yaw"), pitch: angle("pitch"), roll: angle("roll"), quaternion }
+}
+
+/// The kind `rotate`.
+pub(crate) struct Rotate;
+
+impl Kind for Rotate {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "rotate";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[sh::revisions::ROTATION, envmap::revisions::RESAMPLING];
+    const TEXT: &'static str = include_str!("rotate.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Lighting>("lighting").or::<artifacts::Environment>()]
+    }
+
+    /// The same type as arrives.
+    fn product(_: &Parameters, types: &[(&str, &'static str)]) -> Product {
+        let arrives = types.iter().find(|(port, _)| *port == "lighting").map(|(_, arrives)| *arrives);
+        Product::Artifact(arrives.unwrap_or(artifacts::Lighting::TYPE))
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let angles = [parameters.yaw, parameters.pitch, parameters.roll];
+        if parameters.quaternion.is_some() && angles != [0.0; 3] {
+            return vec![("quaternion", "the rotation is already given by yaw, pitch or roll".into())];
+        }
+        Vec::new()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let rotation = parameters.rotation();
+        if context.type_at("lighting") == Some(artifacts::Environment::TYPE) {
+            let environment = context.get::<artifacts::Environment>("lighting")?;
+            let stop = || context.check_cancelled().is_err();
+            let turned = environment.0.rotated_unless(rotation, &stop);
+            context.check_cancelled()?;
+            return Output::artifact(artifacts::Environment(turned));
+        }
+        let lighting = context.get::<artifacts::Lighting>("lighting")?;
+        Output::artifact(artifacts::Lighting(lighting.0.rotated(rotation)))
+    }
+}

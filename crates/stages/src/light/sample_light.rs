@@ -1,0 +1,200 @@
+//! Makes a light rig: a few lights in place of an environment, a lighting or a reflection.
+//!
+//! The light is divided into regions, and each becomes a disk: with the light of its region, in the direction
+//! of its centroid, as wide as that light is spread. All disks together have the whole light, in each colour.
+//! So a renderer with shadows for some lights, but without environments, can show it.
+//!
+//! | `method` | regions |
+//! | --- | --- |
+//! | `median-cut` | rectangles: the one with the most light is cut into two halves of equal light, across its longer side, until there are enough (Debevec 2005) |
+//! | `warped` | all that is nearest to one of a set of points, which lie as densely as there is light |
+//!
+//! Median cuts are even: each light has about the same light, and there are as many as asked for. Warped
+//! points follow soft light a little better; several that fall into one small sun are one light. The report's
+//! section `rigs` shows how many lights your materials need; docs/sampling.md is about sampling in general.
+//!
+//! ## What is sampled
+//!
+//! An environment as its texels are. A lighting by the exact integrals of its series, and the lights beside
+//! it, which become part of the rig. A reflection as the map that `export-reflection-map` would write of it,
+//! with all lamps in the series: the radiance for each central direction, in the mean over all views or, with
+//! `view = "head-on"`, as seen straight on. Where a series is negative there is no light; the positive part
+//! is made as much weaker as keeps the whole.
+//!
+//! ## The number of lights
+//!
+//! `count = "auto"` tries 1, 2, 4 ... 1024 lights, and takes the first number whose irradiance is right to
+//! `tolerance`: the root mean square error over 128 normals all around, as a share of the mean irradiance.
+//! The lights are then taken to be without size. A note tells the errors. If fewer texels are lit than
+//! `count`, there are fewer lights, with a warning.
+//!
+//! ## What comes out
+//!
+//! A lighting: the disks beside an empty series, as `circular-lights` makes them. All that takes a lighting
+//! takes it, `export-light-rig` writes it for other programs, and `subtract-lights` takes the lights out of
+//! their environment.
+//!
+//! A disk whose irradiance is E and whose angular radius is a has the light (flux) 2 E / (1 + cos(a)). The
+//! irradiance of each surface that sees a whole region is that of the region exactly.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.rig]
+//! kind = "sample-light"
+//! input = "environment"
+//! count = 16
+//! ```
+
+use std::num::NonZeroU32;
+
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use sampling::{Error, Irradiance, LightMasses, Method, Rig, rig, rig_within};
+use sh::{Degree, Expansion, Lighting};
+use shrm::Plain;
+
+use crate::values::{PlainName, SHARE, artifacts, percent, report_loss};
+
+choice! {
+    /// How light is divided into regions.
+    pub(crate) enum MethodName: Method {
+        /// Rectangles of equal light.
+        MedianCut = "median-cut",
+        /// What is nearest to each of a set of points.
+        Warped = "warped",
+    }
+}
+
+/// The most lights.
+const MOST: usize = 4096;
+
+/// The most that `count = "auto"` tries.
+const MOST_TRIED: u32 = 1024;
+
+/// The tolerance of `count = "auto"`.
+const TOLERANCE: f64 = 0.01;
+
+parameters! {
+    /// Parameters of `sample-light`.
+    pub(crate) struct Parameters {
+        /// How light is divided into regions; see the table.
+        method: MethodName = MethodName(Method::MedianCut),
+        /// The number of lights, or "auto": as few as meet `tolerance`.
+        #[range(1..=MOST)]
+        count: OrAuto<usize> = OrAuto::Fixed(64),
+        /// With count "auto": the error of the irradiance, as a share of its mean. Default: 0.01.
+        #[range(SHARE)]
+        tolerance: Option<f64> = None,
+        /// Of a reflection that changes with the view: the mean over all views, or the surface viewed
+        /// straight on.
+        view: PlainName = PlainName(Plain::Mean),
+    }
+}
+
+/// The kind `sample-light`.
+pub(crate) struct SampleLight;
+
+impl Kind for SampleLight {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "sample-light";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[sampling::revisions::RIG];
+    const TEXT: &'static str = include_str!("sample_light.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::one::<artifacts::Environment>("light")
+                .or::<artifacts::Lighting>()
+                .or::<artifacts::Reflection>(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::Lighting::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        if parameters.tolerance.is_some() && parameters.count != OrAuto::Auto {
+            return vec![("tolerance", "only count = \"auto\" uses it".into())];
+        }
+        Vec::new()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let masses = masses(parameters, context)?;
+        if masses.negative_share() > 0.0 {
+            let help = "set non-negative = \"nearest\" in project-sh, or connect the environment itself";
+            report_loss(context, masses.negative_share(), "the series is negative, and left out", help);
+        }
+        context.check_cancelled()?;
+        let MethodName(method) = parameters.method;
+        let lights = match parameters.count {
+            OrAuto::Fixed(count) => {
+                let lights = rig(&masses, number(count), method);
+                if lights.len() < count {
+                    let (found, why) = (lights.len(), why(method));
+                    context.warn(format!("{found} lights instead of {count}: {why}"));
+                }
+                let error = Irradiance::of(&masses).error(&lights);
+                context.note(format!("{}: irradiance to {}", lights_text(lights.len()), percent(error)));
+                lights
+            }
+            OrAuto::Auto => {
+                let tolerance = parameters.tolerance.unwrap_or(TOLERANCE);
+                let most = number(MOST_TRIED as usize);
+                let Rig { lights, error, tried } = rig_within(&masses, tolerance, most, method);
+                let tried = tried.iter().map(|(count, error)| format!("{count}: {}", percent(*error)));
+                let tried = tried.collect::<Vec<_>>().join(", ");
+                context.note(format!("{}: error of the irradiance {tried}", lights_text(lights.len())));
+                if error > tolerance {
+                    let (most, error) = (MOST_TRIED, percent(error));
+                    context.warn(format!(
+                        "{most} lights are too few for tolerance {tolerance}: surfaces are off by up to {error}; raise \
+                         `tolerance` to that, or set a larger `count`"
+                    ));
+                }
+                lights
+            }
+        };
+        let series = Expansion::zero(Degree::ZERO);
+        Output::artifact(artifacts::Lighting(Lighting { series, lights }))
+    }
+}
+
+/// The light that is connected.
+fn masses(parameters: &Parameters, context: &Context<'_>) -> Result<LightMasses, Failure> {
+    let masses = match context.type_at("light") {
+        Some(artifacts::Environment::TYPE) => {
+            LightMasses::of_environment(&context.get::<artifacts::Environment>("light")?.0)
+        }
+        Some(artifacts::Reflection::TYPE) => {
+            let reflection = context.get::<artifacts::Reflection>("light")?;
+            LightMasses::of_lighting(&reflection.0.with_whole_light().plain(parameters.view.0).into())
+        }
+        _ => LightMasses::of_lighting(&context.get::<artifacts::Lighting>("light")?.0),
+    };
+    masses.map_err(|error| {
+        let failure = Failure::from(error);
+        match error {
+            Error::NoMass => failure.help("connect light that is not black"),
+            Error::NotFinite { .. } | Error::LightNotFinite { .. } | Error::TexelNotFinite { .. } => failure,
+        }
+    })
+}
+
+/// A number of lights, of the range of `count`.
+fn number(count: usize) -> NonZeroU32 {
+    u32::try_from(count).ok().and_then(NonZeroU32::new).unwrap_or(NonZeroU32::MIN)
+}
+
+fn lights_text(count: usize) -> String {
+    if count == 1 { "1 light".into() } else { format!("{count} lights") }
+}
+
+fn why(method: Method) -> &'static str {
+    match method {
+        Method::MedianCut => "no more texels are lit",
+        Method::Warped => "several points lie in one texel",
+    }
+}

@@ -1,0 +1,155 @@
+//! Writes the table of directional albedos that engines look up beside a prefiltered environment.
+//!
+//! A texel holds A and B of E = F0 A + B, the share of light that a GGX lobe reflects when all directions are
+//! equally bright, F0 being the reflectance seen straight on (Karis 2013, "Real Shading in Unreal Engine 4";
+//! glTF and Filament call the table DFG). The column is n.v, the row the roughness r, a = r^2; both at the
+//! centres of texels, the first row smooth.
+//!
+//! | `variant` | masking and shadowing | red, green |
+//! | --- | --- | --- |
+//! | `correlated` | Smith's of correlated heights (Heitz 2014): glTF, Bevy, Unity HDRP, Godot | A, B |
+//! | `uncorrelated` | Smith's, G1(v) G1(l) | A, B |
+//! | `karis` | Schlick's with k = a / 2: Unreal, three.js before r160 | A, B |
+//! | `filament` | as `correlated`, for multiple scattering: E = mix(x, y, F0), times 1 + F0 (1 / y - 1); the first row is rough, r = min((rows - row + 0.5) / rows, 1) | B, A + B |
+//!
+//! Multiple scattering after Fdez-Aguera 2019 uses A and B of `correlated` at run time.
+//!
+//! With `sheen` the third channel is the albedo of the sheen lobe of Estevez and Kulla 2017 ("Charlie") with
+//! the visibility of Neubelt and Pettineo 2013. It may pass 1.
+//!
+//! Values are accurate to 1e-6, and are rounded to halves by the formats KTX2 and DDS: RG16F, or RGBA16F with
+//! sheen. OpenEXR holds floats. The table depends on nothing, so that it is computed once.
+//!
+//! ## Files
+//!
+//! `.ktx2`, `.exr` or `.dds` after the item's `path`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.dfg]
+//! kind = "dfg"
+//! variant = "correlated"
+//! path = "dfg"
+//! ```
+
+use brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo};
+use containers::{Precision, TexelFormat, Texture, write_dds, write_exr, write_ktx2};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use rayon::prelude::*;
+
+use super::map_pictures::image;
+
+choice! {
+    /// Masking and shadowing, and what the channels hold.
+    pub(crate) enum Variant {
+        /// Smith's of correlated heights.
+        Correlated = "correlated",
+        /// Smith's, of light and view by themselves.
+        Uncorrelated = "uncorrelated",
+        /// Schlick's approximation with k = a / 2.
+        Karis = "karis",
+        /// As Filament has it.
+        Filament = "filament",
+    }
+}
+
+choice! {
+    /// The container.
+    pub(crate) enum Format {
+        /// KTX2 in halves.
+        Ktx2 = "ktx2",
+        /// OpenEXR in floats.
+        Exr = "exr",
+        /// DDS in halves.
+        Dds = "dds",
+    }
+}
+
+parameters! {
+    /// Parameters of `dfg`.
+    pub(crate) struct Parameters {
+        /// Masking and shadowing, and what the channels hold; see the table.
+        variant: Variant = Variant::Correlated,
+        /// Columns and rows.
+        #[range(2..=1024)]
+        size: usize = 128,
+        /// Whether the third channel is the albedo of sheen.
+        sheen: bool = false,
+        /// The container.
+        format: Format = Format::Ktx2,
+    }
+}
+
+impl Parameters {
+    fn texel(&self, row: usize, column: usize) -> [f32; 3] {
+        let size = self.size as f64;
+        let view = (column as f64 + 0.5) / size;
+        let roughness = match self.variant {
+            Variant::Filament => ((size - row as f64 + 0.5) / size).min(1.0),
+            _ => (row as f64 + 0.5) / size,
+        };
+        let visibility = match self.variant {
+            Variant::Correlated | Variant::Filament => Visibility::Correlated,
+            Variant::Uncorrelated => Visibility::Uncorrelated,
+            Variant::Karis => Visibility::Karis,
+        };
+        let ScaleBias { scale, bias } = environment_brdf(visibility, roughness, view);
+        let [red, green] = match self.variant {
+            Variant::Filament => [bias, scale + bias],
+            _ => [scale, bias],
+        };
+        let blue = if self.sheen { sheen_albedo(roughness, view) } else { 0.0 };
+        [red as f32, green as f32, blue as f32]
+    }
+}
+
+/// The kind `dfg`.
+pub(crate) struct Dfg;
+
+impl Kind for Dfg {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "dfg";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[brdf::revisions::ENVIRONMENT_BRDF];
+    const TEXT: &'static str = include_str!("dfg.rs");
+    const SLOW: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![
+            match parameters.format {
+                Format::Ktx2 => ".ktx2",
+                Format::Exr => ".exr",
+                Format::Dds => ".dds",
+            }
+            .into(),
+        ])
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let size = parameters.size;
+        let row = |row: usize| -> Result<Vec<[f32; 3]>, Failure> {
+            context.check_cancelled()?;
+            Ok((0..size).map(|column| parameters.texel(row, column)).collect())
+        };
+        let pixels = (0..size).into_par_iter().map(row).collect::<Result<Vec<_>, _>>()?.concat();
+        let format = if parameters.sheen { TexelFormat::Rgba16F } else { TexelFormat::Rg16F };
+        let recipe = Some(context.recipe());
+        let encoded = match parameters.format {
+            Format::Exr => write_exr(&image(size, size, pixels)?, Precision::Float, recipe)?,
+            other => {
+                let texture = Texture { width: size, height: size, pixels, ..Texture::default() };
+                match other {
+                    Format::Dds => write_dds(&texture, format)?,
+                    _ => write_ktx2(&texture, format, recipe, &[])?,
+                }
+            }
+        };
+        Ok(Output::Files(vec![encoded.bytes]))
+    }
+}

@@ -1,0 +1,350 @@
+//! Writes Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view.
+//!
+//! A renderer that can look up a reflection map can show a material that changes with the view by blending
+//! three of twelve (Cabral, Olano and Nemec 1999). Map k holds the radiance toward the view V_k for every
+//! central direction of the surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is
+//! the reflection vector R: all maps are looked up at the R of the pixel, with no warp between them.
+//!
+//! Twelve views hold a field up to P = 2 in the view. The share of the reflected energy beyond that blurs or
+//! is lost between the vertices: a note says how much it is, or above 1 % a warning. `export-shrm` keeps all
+//! of it in fewer numbers.
+//!
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
+//! and an SHRM keeps its own.
+//!
+//! ## Files
+//!
+//! After the item's `path`, a folder: `/view-00.exr` to `/view-11.exr` (or `.hdr`, `.dds`), and last
+//! `/cabral.json`.
+//!
+//! | `layout` | one file holds |
+//! | --- | --- |
+//! | `cube` | six faces +X -X +Y -Y +Z -Z, below each other in a picture, the faces of a cube map in DDS |
+//! | `lat-long` | an image twice as wide as high, its centre along +X |
+//! | `sphere` | the image of a mirror ball seen from the view V_k: the centre is R = V_k, the whole rim is R = -V_k |
+//!
+//! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216
+//! and 288 degrees; vertices 6 to 10 at z = -1 / sqrt(5), at azimuths 36, 108, 180, 252 and 324 degrees.
+//!
+//! In a sphere map up is toward +Z (against theta of the view) and right is along phi; for the views +-Z phi
+//! is 0. The radius is sin(t / 2) at the angle t from the centre. Texels outside the disk repeat the rim.
+//!
+//! A ball's rim is coarse: with 96 x 96 texels, the error of look-ups within 30 degrees of -V_k is at least
+//! 20 times that in the middle of the ball. Prefer `cube` if the renderer supports it.
+//!
+//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! `parts = "together"` one folder holds the sum, about the reflection vector.
+//!
+//! ## The index
+//!
+//! `/cabral.json` holds everything that a renderer needs: for each map its file and view (in Specula's frame
+//! and, with +Y up, in the file frame) and the axes of sphere maps; the twenty triangles; how to look up a
+//! direction; and how to blend. The manual of `import-reflection-maps` lists its members. To blend: a view V
+//! lies in one triangle (a, b, c); there
+//!
+//! > w_a = V.(b x c), w_b = V.(c x a), w_c = V.(a x b), divided by their sum
+//!
+//! are not negative, and are the weights of the three maps.
+//!
+//! ## Numbers
+//!
+//! Half floats hold 3 digits up to 65504. If a value exceeds that, all twelve maps have 32-bit floats, and a
+//! note says so. With `precision = "half"` larger values, of either sign, become +-65504 with a warning that
+//! says which share of the light is lost; with `overflow = "error"` the item fails instead. RGBE cannot hold
+//! negative values, which a truncated series can have: they become 0, with a warning.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.cabral]
+//! kind = "export-cabral"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! path = "{environment}/{material}/cabral"
+//! ```
+
+use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
+
+use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, choice, parameters};
+use shrm::{
+    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps_unless, icosahedron, sphere_map_axes,
+    sphere_map_rows, sphere_maps_unless,
+};
+use sphere::LatLong;
+
+use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
+use super::map_input::ERROR;
+use super::map_pictures::image;
+use super::map_source::MapSource;
+use super::{map_input, map_source};
+use crate::values::{
+    Content, MOST, Overflow, PartsName, PrecisionName, Resolution, artifacts, edge_of, overflow, parts,
+    report_loss,
+};
+
+choice! {
+    /// How the sphere of central directions lies on a file.
+    pub(crate) enum Layout {
+        /// Six faces.
+        Cube = "cube",
+        /// Latitude and longitude.
+        LatLong = "lat-long",
+        /// A mirror ball seen from the view.
+        Sphere = "sphere",
+    }
+}
+
+choice! {
+    /// The container of the maps.
+    pub(crate) enum Format {
+        /// OpenEXR.
+        Exr = "exr",
+        /// Radiance.
+        Rgbe = "rgbe",
+        /// DirectDraw surfaces.
+        Dds = "dds",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-cabral`.
+    pub(crate) struct Parameters {
+        /// How the sphere of central directions lies on a file; see Files.
+        layout: Layout = Layout::Cube,
+        /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
+        /// "auto".
+        #[range(1..=MOST)]
+        resolution: Option<Resolution> = None,
+        /// The container: OpenEXR, Radiance, or DDS for engines.
+        format: Format = Format::Exr,
+        /// With format "exr" or "dds": 16-bit or 32-bit numbers; "auto" is 16 unless a value exceeds the
+        /// largest half.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
+        /// What happens to values past 65504 if the file is to be of halves; see Numbers.
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+/// The kind `export-cabral`.
+pub(crate) struct ExportCabral;
+
+impl Kind for ExportCabral {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-cabral";
+    const REVISION: u32 = 4;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
+    const TEXT: &'static str = include_str!("export_cabral.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![MapSource::port()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let maps = (0..12).map(|vertex| format!("/{}", file(vertex, parameters.format)));
+        let files = maps.chain(["/cabral.json".to_owned()]).collect();
+        Product::Files(parts::endings(parameters.parts, files))
+    }
+
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let layout = match parameters.layout {
+            Layout::Cube => MapLayout::Cube,
+            Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
+        };
+        MapSizes { edge: edge_of(parameters.resolution, layout), ..MapSizes::default() }
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let precision = parameters.precision;
+        let holds_halves = parameters.format != Format::Rgbe;
+        let mut errors: Vec<_> =
+            overflow::check(parameters.overflow, precision, holds_halves).into_iter().collect();
+        if precision != PrecisionName::Auto && !holds_halves {
+            errors.push(("precision", "format = \"rgbe\" has a precision of its own".into()));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        MapSource::of(context)?
+            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+    }
+}
+
+/// The files of one field.
+fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
+    let (context, vertices) = (steps.context(), icosahedron::vertices());
+    // The lamps, and the files.
+    let work = steps.part(1, 2);
+    let on_grid = |layout| -> Result<_, Failure> {
+        let map = source.map(layout, parameters.resolution, View::Local, context)?;
+        map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
+        let maps = Cabral::from_shrm(&map.0);
+        let maps = match source.lamps() {
+            Some(lamps) => {
+                let steps = work.part(1, vertices.len() * shrm::blocks(maps.grid().len()));
+                maps.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+            }
+            None => maps,
+        };
+        Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
+    };
+    let (layout, (map, size, pixels)) = match parameters.layout {
+        Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
+        Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
+        Layout::Sphere => {
+            let (map, edge) = for_spheres(source, parameters.resolution, context)?;
+            map_source::check_total(edge * edge, vertices.len(), None)?;
+            let stop = || context.check_cancelled().is_err();
+            let mut pixels = sphere_maps_unless(&map.0, &vertices, edge, &stop)?;
+            context.check_cancelled()?;
+            if let Some(lamps) = source.lamps() {
+                let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
+                add_to_sphere_maps_unless(&mut pixels, lamps, &vertices, edge, &|| steps.stop())
+                    .ok_or_else(Failure::cancelled)?;
+            }
+            (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
+        }
+    };
+    let map = &map.0;
+    context.check_cancelled()?;
+    note_lost(map, context);
+    let content = match layout {
+        FileLayout::Sphere => Content::Values,
+        _ => Content::Light(map.grid()),
+    };
+    let choice = (parameters.precision, parameters.overflow);
+    let precision = match parameters.format {
+        Format::Rgbe => Precision::Float,
+        Format::Exr | Format::Dds => overflow::precision(&pixels, content, choice, context)?,
+    };
+    let files = pixels.chunks_exact(size[0] * size[1]);
+    let steps = work.part(1, vertices.len());
+    let encoded = files.map(|pixels| {
+        steps.step()?;
+        encode(parameters, precision, size, pixels, context)
+    });
+    let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
+    let negative: usize = encoded.iter().map(|file| file.negative).sum();
+    if negative > 0 {
+        context.warn(format!(
+            "{negative} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
+        ));
+    }
+    let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
+    let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
+        let entry = Entry::of_file(&file(vertex, parameters.format)).seen_from(view);
+        if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(view)) } else { entry }
+    });
+    let index = NewIndex {
+        method: "cabral",
+        centre: map.centre(),
+        views: Views::Global,
+        layout,
+        resolution: size[0],
+        degree: source.p(),
+        lookup: lookup_text(layout).into(),
+        interpolation: INTERPOLATION.into(),
+        maps: entries.collect(),
+        triangles: Some(icosahedron::TRIANGLES.to_vec()),
+    };
+    files.push(index.encode(context.recipe())?);
+    Ok(files)
+}
+
+const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indices into maps, where w_a = V.(b x c), w_b = V.(c x a) and \
+                             w_c = V.(a x b) are 0 or more; divided by their sum they weigh the three maps, all looked up at \
+                             the same central direction";
+
+/// The name of a vertex's file.
+fn file(vertex: usize, format: Format) -> String {
+    let extension = match format {
+        Format::Exr => "exr",
+        Format::Rgbe => "hdr",
+        Format::Dds => "dds",
+    };
+    format!("view-{vertex:02}.{extension}")
+}
+
+/// The map that sphere maps are evaluated from (an SHRM unchanged, a reflection on rows that lose nothing),
+/// and the edge of the sphere maps. `"auto"` makes a texel in the middle of a ball, 4 / N, as wide as a row.
+fn for_spheres(
+    source: &MapSource,
+    resolution: Option<Resolution>,
+    context: &Context<'_>,
+) -> Result<(Arc<artifacts::Shrm>, usize), Failure> {
+    let edge = |rows: usize| match resolution {
+        Some(Resolution::Fixed(edge)) => edge,
+        _ => ((rows as f64 / FRAC_PI_4).ceil() as usize).min(MOST),
+    };
+    match source {
+        MapSource::Shrm(map) => {
+            let rows = match map.0.grid() {
+                MapGrid::Cube(cube) => 2 * cube.edge,
+                MapGrid::LatLong(grid) => grid.height,
+            };
+            Ok((Arc::clone(map), edge(rows)))
+        }
+        MapSource::Reflection(reflection) => {
+            let reflection = &reflection.0;
+            let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
+            let grid = MapGrid::LatLong(LatLong::with_rows(rows));
+            let stop = || context.check_cancelled().is_err();
+            let map = reflection.synthesise_unless(grid, View::Local, &stop)?;
+            let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
+            Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
+        }
+    }
+}
+
+/// A note of the energy with p > 2.
+fn note_lost(map: &Shrm, context: &Context<'_>) {
+    let p_of = |row: usize| if map.terms() == Terms::Zonal { row } else { row.isqrt() };
+    let (mut lost, mut all) = (0.0, 0.0);
+    for texel in 0..map.grid().len() {
+        let solid_angle = map.grid().solid_angle(texel);
+        for (row, value) in map.texel(texel).iter().enumerate() {
+            let energy: f64 = value.iter().map(|&value| math::powi(f64::from(value), 2)).sum();
+            all += solid_angle * energy;
+            lost += if p_of(row) > 2 { solid_angle * energy } else { 0.0 };
+        }
+    }
+    if lost > 0.0 {
+        let what = format!(
+            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
+            map.p().get()
+        );
+        report_loss(context, lost / all, &what, "export-shrm keeps it");
+    }
+}
+
+/// The file of one map.
+fn encode(
+    parameters: &Parameters,
+    precision: Precision,
+    size: [usize; 2],
+    pixels: &[[f32; 3]],
+    context: &Context<'_>,
+) -> Result<Encoded, Failure> {
+    let recipe = Some(context.recipe());
+    let picture = || image(size[0], size[1], pixels.to_vec());
+    match parameters.format {
+        Format::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
+        Format::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
+        Format::Dds => {
+            let faces = if parameters.layout == Layout::Cube { 6 } else { 1 };
+            let [width, height] = size;
+            let height = height / faces;
+            let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };
+            Ok(write_dds(&texture, precision)?)
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Writes Kautz and McCool's 3D texture: reflection maps for angles between central direction and view.
+//!
+//! A material whose highlight looks the same from all around its central direction (for most materials the
+//! reflection vector R) needs one more dimension than a reflection map: the angle theta_o between R and the
+//! view (Kautz and McCool 2000). Slice k of the texture is the reflection map at the angle theta_k
+//! (Ramamoorthi and Hanrahan 2002, appendix C):
+//!
+//! > B(alpha, beta, theta_o) = sum over p of B_p0(alpha, beta) Y_p0(theta_o).
+//!
+//! For any other material the texture holds the mean around R: the terms with q > 0 are lost, and a warning
+//! says their share of the energy. `export-shrm` keeps them.
+//!
+//! The angle between R and the view is twice that between the normal and the view: theta_o = 0 is the surface
+//! seen head on, and pi is grazing. For materials about a normal or a tangent theta_o is the angle to that;
+//! about a normal, only angles up to pi / 2 are visible.
+//!
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! is lat-long and of this resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the fewest rows at which interpolation has an error of 1 %, and an
+//! SHRM keeps its own.
+//!
+//! ## Files
+//!
+//! After the item's `path`, a folder that holds
+//!
+//! | `format` | files |
+//! | --- | --- |
+//! | `dds`, `ktx2` | `/texture.dds` or `/texture.ktx2`: a volume, one slice for each angle |
+//! | `exr` | `/slice-00.exr` ...: a picture for each angle |
+//!
+//! and last `/kautz-mccool.json`, the index: the file and angle of each slice, how to look up a direction,
+//! how to interpolate. Slices are lat-long, twice as wide as high, their centre along +X, because a 3D
+//! texture has only two axes for the central direction. The angles are evenly spaced, theta_k = pi k /
+//! (slices - 1), both ends included, so a linear 3D filter interpolates them at w = (theta_o / pi (slices -
+//! 1) + 0.5) / slices.
+//!
+//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! `parts = "together"` one folder holds the sum, about the reflection vector.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.kautz-mccool]
+//! kind = "export-kautz-mccool"
+//! input = "reflection"
+//! resolution = 64
+//! slices = 16
+//! path = "{environment}/{material}/kautz-mccool"
+//! ```
+
+use containers::Texture;
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, parameters};
+use shrm::{KautzMcCool, MapLayout, View, azimuthal_share_unless};
+
+use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
+use super::map_source::MapSource;
+use super::{map_input, map_source};
+use crate::values::{
+    MOST, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, edge_of, overflow, parts, report_loss,
+};
+
+parameters! {
+    /// Parameters of `export-kautz-mccool`.
+    pub(crate) struct Parameters {
+        /// Rows of a slice, which has twice as many columns. Default: "auto".
+        #[range(1..=MOST)]
+        resolution: Option<Resolution> = None,
+        /// The number of angles. A field of degree P can be recovered from P + 1 slices, and needs several
+        /// times as many to look smooth when it is interpolated.
+        #[range(2..=256)]
+        slices: usize = 16,
+        /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
+        format: MapsFormat = MapsFormat::Dds,
+        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
+        /// exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
+        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
+        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+/// The kind `export-kautz-mccool`.
+pub(crate) struct ExportKautzMcCool;
+
+impl Kind for ExportKautzMcCool {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-kautz-mccool";
+    const REVISION: u32 = 4;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
+    const TEXT: &'static str = include_str!("export_kautz_mccool.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![MapSource::port()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let mut files: Vec<String> = match parameters.format {
+            MapsFormat::Exr => {
+                (0..parameters.slices).map(|slice| format!("/{}", file(slice, MapsFormat::Exr))).collect()
+            }
+            format => vec![format!("/{}", file(0, format))],
+        };
+        files.push("/kautz-mccool.json".into());
+        Product::Files(parts::endings(parameters.parts, files))
+    }
+
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let edge = edge_of(parameters.resolution, MapLayout::LatLong);
+        MapSizes { edge, slices: Some(parameters.slices), ..MapSizes::default() }
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let error = overflow::check(parameters.overflow, parameters.precision, true);
+        error.into_iter().collect()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        MapSource::of(context)?
+            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+    }
+}
+
+/// The files of one field.
+fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
+    let context = steps.context();
+    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
+    let stop = || context.check_cancelled().is_err();
+    let lost = azimuthal_share_unless(&map.0, source.lamps(), &stop).ok_or_else(Failure::cancelled)?;
+    // Rounding leaves a share of some 1e-14 in a map that was turned.
+    if lost > 1e-9 {
+        let what =
+            "the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture";
+        report_loss(context, lost, what, "export-shrm keeps it");
+    }
+    if parameters.slices <= source.p() {
+        context.note(format!(
+            "{} slices hold P = {}; the field has P = {}",
+            parameters.slices,
+            parameters.slices - 1,
+            source.p()
+        ));
+    }
+    map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
+    context.check_cancelled()?;
+    let texture =
+        KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices)).ok_or_else(|| {
+            Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
+        })?;
+    let texture = match source.lamps() {
+        Some(lamps) => {
+            let steps = steps.part(1, parameters.slices * shrm::blocks(texture.grid().len()));
+            texture.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+        }
+        None => texture,
+    };
+    let [width, height] = map_source::picture_size(texture.grid());
+    let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
+    let volume = Texture { width, height, depth, pixels, ..Texture::default() };
+    let format = (parameters.format, parameters.precision, parameters.overflow);
+    let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
+    let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
+        let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
+        Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
+    });
+    let index = NewIndex {
+        method: "kautz-mccool",
+        centre: texture.centre(),
+        views: Views::Angles,
+        layout: FileLayout::LatLong,
+        resolution: texture.grid().shape()[1],
+        degree: source.p(),
+        lookup: lookup_text(FileLayout::LatLong).into(),
+        interpolation: format!(
+            "linear in theta_o, the angle in radians between central direction and view, clamped; in a volume of \
+                 {0} slices at w = (theta_o / pi * {1} + 0.5) / {0}",
+            parameters.slices,
+            parameters.slices - 1
+        ),
+        maps: entries.collect(),
+        triangles: None,
+    };
+    files.push(index.encode(context.recipe())?);
+    Ok(files)
+}
+
+/// The name of the file that holds a slice.
+fn file(slice: usize, format: MapsFormat) -> String {
+    match format {
+        MapsFormat::Dds => "texture.dds".into(),
+        MapsFormat::Ktx2 => "texture.ktx2".into(),
+        MapsFormat::Exr => format!("slice-{slice:02}.exr"),
+    }
+}

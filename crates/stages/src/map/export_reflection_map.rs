@@ -1,0 +1,247 @@
+//! Writes a reflection map: the light that a material reflects, per direction.
+//!
+//! A texel in direction w holds the radiance that is reflected when the material's central direction is w.
+//! For a phong material that direction is the reflection vector: look the map up by it. For a lambert
+//! material it is the surface normal, and the map is an *irradiance map*: with albedo 1 it holds the
+//! irradiance divided by pi, which is what a renderer multiplies by a surface's albedo.
+//!
+//! ## Materials that change with the view
+//!
+//! A plain map has one value for each central direction. For a material whose highlight changes with the view
+//! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is
+//! viewed straight on (the view, the normal and the reflection vector are one; a kajiya-kay material is
+//! looked up by the tangent, and the view is at a right angle to it). The share of the
+//! reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a warning.
+//! `export-shrm` keeps it.
+//!
+//! ## Two maps
+//!
+//! A material with a matte base under a highlight has no one direction to look a map up by. It gets two:
+//! `{path}-diffuse` is looked up by the normal, `{path}`, with the highlight, by the reflection vector, and a
+//! renderer adds them. Other materials have no such file. With `parts = "together"` one map holds the sum
+//! about the reflection vector, where the base shows the light of the wrong direction. A note says by how
+//! many stops, or a warning if more than 5 % of the views are off by more than 0.1 stops.
+//!
+//! ## Lamps
+//!
+//! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the
+//! material reflects of its disk. A game whose sun is a light of its own, with shadows, would then have it
+//! twice. With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"`
+//! writes the lights themselves, in the engine's own frame.
+//!
+//! ## Texels
+//!
+//! The map is evaluated from coefficients at the centre of each texel. It holds every detail if a lat-long
+//! map has more rows than the degree, or the edge of a cube has more texels than two thirds of the degree.
+//! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
+//! `contact-sheet`, and is for looking only.
+//!
+//! ## Files
+//!
+//! | `layout` | files, after the item's `path` |
+//! | --- | --- |
+//! | `lat-long` | `.exr`: twice as wide as high, the image centre looks along +X |
+//! | `cube` | `/px.exr`, `/nx.exr`, `/py.exr`, `/ny.exr`, `/pz.exr`, `/nz.exr`: a folder of six faces |
+//! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
+//! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
+//!
+//! With the other formats the ending is `.hdr` or `.png`. `import-environment` reads each file back with the
+//! same `layout`.
+//!
+//! ## Negative values
+//!
+//! If `convolve` chose the degrees, what is negative is too little to be seen, and becomes 0. With degrees of
+//! yours a truncated series rings, so that a map of a material that is much sharper than its lighting's
+//! degree can hold negative values. A note counts them. OpenEXR keeps them, because they are part of the
+//! function; Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh`
+//! prevents them.
+//!
+//! ## Values past the largest half
+//!
+//! A half holds numbers up to 65504. If a value exceeds that, all files of the map have 32-bit floats, and a
+//! note says so. With `precision = "half"` larger values, of either sign, become +-65504, and a warning says
+//! which share of the red, green and blue light is lost. With `overflow = "error"` the item fails instead.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.irradiance]
+//! kind = "export-reflection-map"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! path = "{environment}/{material}/reflection"
+//! ```
+
+use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
+use sh::{energy_per_degree, lambda};
+use shrm::degrees::DARK;
+use shrm::{Plain, Reflection};
+
+use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
+use crate::values::{
+    LampsName, MOST, Overflow, PartsName, PlainName, PrecisionName, STOPS, artifacts, parts, report_loss,
+};
+
+parameters! {
+    /// Parameters of `export-reflection-map`.
+    pub(crate) struct Parameters {
+        /// How the sphere lies on the written images; see Files.
+        layout: Layout = Layout::LatLong,
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        #[range(1..=MOST)]
+        resolution: usize = 128,
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        format: PictureFormat = PictureFormat::Exr,
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
+        /// unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
+        /// half.
+        overflow: Overflow = Overflow::Clamp,
+        /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
+        /// as it is, so that the maps of several environments can be compared.
+        #[range(STOPS)]
+        exposure: f64 = 0.0,
+        /// For a material that changes with the view (P > 0): the mean over all views, or the surface viewed
+        /// straight on.
+        view: PlainName = PlainName(Plain::Mean),
+        /// Whether suns and lamps are in the map or left to the renderer; see Lamps.
+        lamps: LampsName = LampsName::Baked,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
+    }
+}
+
+impl Parameters {
+    fn pictures(&self) -> MapPictures {
+        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, precision, overflow, exposure }
+    }
+}
+
+/// The kind `export-reflection-map`.
+pub(crate) struct ExportReflectionMap;
+
+impl Kind for ExportReflectionMap {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-reflection-map";
+    const REVISION: u32 = 6;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
+    const TEXT: &'static str = include_str!("export_reflection_map.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Reflection>("reflection")]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(parts::endings(parameters.parts, parameters.pictures().endings()))
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        parameters.pictures().check()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
+        parts::note(parameters.parts, reflection, context);
+        if parameters.parts == PartsName::Together && reflection.parts().is_some() {
+            note_lost_together(reflection, parameters.view.0, context);
+        }
+        let split = reflection.parts().cloned();
+        parts::export(parameters.parts, reflection, split, context, |field, _, _| {
+            files(parameters, field, context)
+        })
+    }
+}
+
+/// The files of one map.
+fn files(
+    parameters: &Parameters,
+    reflection: &Reflection,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let PlainName(plain) = parameters.view;
+    let shown = match plain {
+        Plain::Mean => "the mean over all views",
+        Plain::HeadOn => "the surface viewed straight on",
+    };
+    let lost = view_dependent_share(reflection);
+    if lost > 0.0 {
+        let what = format!(
+            "the reflected energy changes with the view (P = 1 to {}) and is lost: the map holds {shown}",
+            reflection.brdf().p().get()
+        );
+        report_loss(context, lost, &what, "export-shrm keeps it");
+    }
+    let pictures = parameters.pictures();
+    let grid = pictures.grid();
+    let pixels = match parameters.lamps {
+        LampsName::Baked => texels(reflection, plain, grid)?,
+        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid)?,
+    };
+    context.check_cancelled()?;
+    report_negatives(parameters.format, &pixels, context);
+    pictures.files(pixels, context)
+}
+
+/// Stops at 5 % of the views from which a loss is a warning.
+const SHOWS: f64 = 0.1;
+
+/// Says what one map of both parts loses.
+fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) {
+    let dark = DARK * reflection.light_mean();
+    let lost = reflection.plain_samples(plain).error(&reflection.samples(), dark);
+    let found = format!(
+        "95 % of the views of a ball are within {:.2} stops of both parts, 99 % within {:.2}",
+        lost.p95, lost.p99
+    );
+    if lost.p95 > SHOWS {
+        context.warn(format!(
+            "{found}: the matte base shows the light of the wrong direction; leave out `parts`"
+        ));
+    } else {
+        context.note(found);
+    }
+}
+
+/// The share of the energy of the reflected field that has p > 0; 0 for a black one.
+///
+/// The energy of B_lmpq over central directions and views is Lambda_l^2 |L_lm|^2 |rho_lpq|^2, summed over
+/// both signs of q.
+fn view_dependent_share(reflection: &Reflection) -> f64 {
+    let (mut dependent, mut total) = (0.0, 0.0);
+    let (brdf, light) = (reflection.brdf(), energy_per_degree(reflection.lighting()));
+    for (l, light) in light.iter().enumerate() {
+        for p in 0..=brdf.p().get() {
+            for q in 0..=p {
+                let rho = brdf.get(l, p, q);
+                let signs = if q == 0 { 1.0 } else { 2.0 };
+                let energy: f64 =
+                    (0..3).map(|c| light[c] * math::powi(lambda(l) * rho[c], 2)).sum::<f64>() * signs;
+                total += energy;
+                dependent += if p > 0 { energy } else { 0.0 };
+            }
+        }
+    }
+    if total > 0.0 { dependent / total } else { 0.0 }
+}
+
+/// Reports how many values are negative because of ringing.
+fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], context: &Context<'_>) {
+    let values = || pixels.as_flattened().iter().copied();
+    let negative = values().filter(|value| *value < 0.0).count();
+    if negative == 0 {
+        return;
+    }
+    let (least, total) = (values().fold(0.0, f32::min), values().count());
+    let written = match format {
+        PictureFormat::Exr => "black where a renderer clamps them",
+        PictureFormat::Rgbe | PictureFormat::Png => "written as 0",
+    };
+    let what =
+        format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
+    let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
+    report_loss(context, negative as f64 / total as f64, &what, help);
+}

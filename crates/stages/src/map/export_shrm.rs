@@ -1,0 +1,439 @@
+//! Writes a spherical harmonic reflection map (SHRM): what a material reflects, for every direction and every
+//! view.
+//!
+//! A texel in direction C holds the coefficients of the light that is reflected toward each view V when the
+//! material's central direction is C: the reflection vector, the normal (lambert) or the tangent
+//! (kajiya-kay), as the file's `centre` says. One map serves every viewpoint, at any roughness, with the
+//! lighting's own sharpness.
+//!
+//! > B(C, V) = sum over p <= P, |q| <= p of b_pq(C) Y_pq(w)
+//!
+//! Y_pq are real harmonics, orthonormal, without the Condon-Shortley phase, in row p*p + p + q. In a *local*
+//! map w is the view in the frame of the texel, w = R^-1 V, R = R_z(phi) R_y(theta) of the texel's own
+//! direction; most materials need few coefficients there, those without azimuth only the P + 1 with q = 0. In
+//! a *global* map (equation 8) w is V itself: it takes more storage and less work in a shader.
+//!
+//! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
+//! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an
+//! edge of 5 F texels, F being the degree, and no more than 64 MB of 32-bit numbers. The build notes the
+//! degrees, the resolution, the estimated error and the file's size.
+//!
+//! ## Files
+//!
+//! | `format` | file, after the item's `path` |
+//! | --- | --- |
+//! | `safetensors` | `.safetensors`: the tensor `shrm` [faces, height, width, (P+1)^2, 3], f32; zeros included |
+//! | `exr` | `.exr`: a layer for each coefficient, zeros included; a cube is its six faces +X -X +Y -Y +Z -Z from top to bottom |
+//! | `ktx2` | `.ktx2`: a cube array, or a 2D array for `lat-long`, with a layer for each coefficient; RGBA, alpha 1 |
+//!
+//! Coefficients are in row order p*p + p + q. A KTX2 file of a local map without azimuth has the P + 1 layers
+//! with q = 0 only, in order of p; its entry `specula.terms` then is `zonal` and not `all`.
+//!
+//! OpenEXR's layers are named `p1qm1` (p = 1, q = -1), `p1q0`, `p1q1`, ...; p = 0, q = 0 is the plain R, G,
+//! B, which any viewer shows: times 0.2821 it is the mean over all views.
+//!
+//! Every file describes its content. Safetensors have `layout`, `view`, `centre`, `terms` (`zonal`: all
+//! coefficients with q other than 0 are zero), `degree` (P), `basis` and `frame` in their metadata; KTX2 and
+//! OpenEXR have the same as `specula.layout` and so on, and `specula.rows`, the names of their layers in the
+//! order of KTX2.
+//!
+//! Lat-long maps have the image's centre along +X, its left quarter along +Y and row 0 toward +Z, the frame
+//! being right-handed with +Z up. A cube is sampled with (-y, z, x) and looks unmirrored from inside.
+//!
+//! ## Lamps
+//!
+//! If neither `project-sh` nor `project-brdf` names a degree, suns and lamps are not cut with the rest but
+//! kept as lights. With `lamps = "baked"` the map holds them too: so that no cut rings into dark views, the
+//! coefficients of each texel are then fitted to its views by relative least squares, with P = 16. For
+//! roughness below 0.2 that is too little, and `"separate"` serves better.
+//!
+//! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
+//! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
+//! array of arrays. A light is its direction x, y, z, its angular radius in radians, and the irradiance r, g,
+//! b of a surface that faces it. A renderer adds, for each light, the mean over its disk of BRDF times the
+//! cosine between light and normal, by the material's own formula, to what the map gives: a sun is as good as
+//! a point, a lamp that is larger than the highlight is wide needs more (see below).
+//!
+//! ## Two maps
+//!
+//! A material with a matte base under a highlight has two centres. It gets a map of each: `{path}-diffuse`
+//! is looked up by the normal, `{path}` by the reflection vector, and a renderer adds both; `centre` says
+//! which is which. The base then needs few coefficients, often one. Other materials have no such file. With
+//! `parts = "together"` one map holds the sum about the reflection vector, with more coefficients, of which
+//! the build notes the number. Lights beside the maps (`lamps = "separate"`) are in `{path}` alone, and are
+//! added once, with the whole material.
+//!
+//! ## From a map
+//!
+//! The input may be a map instead of a reflection. Then the map determines `layout` and `resolution`, so
+//! leave them out; `view = "global"` converts a local map to a global one.
+//!
+//! ## In a shader: local maps
+//!
+//! The frames of neighbouring texels differ, and they spin around the poles: never filter local coefficients
+//! in hardware. Fetch four texels, evaluate each at the view *in its own frame*, and blend the colours. For P
+//! = 2 and `lat-long`:
+//!
+//! ```glsl
+//! vec3 texel(sampler2DArray map, ivec2 at, vec3 view) {
+//!     ivec2 size = textureSize(map, 0).xy;
+//!     if (at.y < 0 || at.y >= size.y) { // over a pole, half a turn on
+//!         at.y = at.y < 0 ? -1 - at.y : 2 * size.y - 1 - at.y;
+//!         at.x += size.x / 2;
+//!     }
+//!     at.x = (at.x + size.x) % size.x;
+//!     float theta = 3.14159265 * (float(at.y) + 0.5) / float(size.y);
+//!     float phi = 6.28318531 * (0.5 - (float(at.x) + 0.5) / float(size.x));
+//!     vec3 z = vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
+//!     vec3 x = vec3(cos(theta) * cos(phi), cos(theta) * sin(phi), -sin(theta));
+//!     vec3 y = vec3(-sin(phi), cos(phi), 0.0);
+//!     vec3 w = vec3(dot(x, view), dot(y, view), dot(z, view));
+//!     float Y[9] = float[](0.28209479,
+//!         0.48860251 * w.y, 0.48860251 * w.z, 0.48860251 * w.x,
+//!         1.09254843 * w.x * w.y, 1.09254843 * w.y * w.z, 0.31539157 * (3.0 * w.z * w.z - 1.0),
+//!         1.09254843 * w.x * w.z, 0.54627422 * (w.x * w.x - w.y * w.y));
+//!     vec3 sum = vec3(0.0);
+//!     for (int row = 0; row < 9; row++) sum += Y[row] * texelFetch(map, ivec3(at, row), 0).rgb;
+//!     return sum; // zonal files: rows 0, 1, 2 with Y[0], Y[2], Y[6]
+//! }
+//!
+//! vec3 reflected(sampler2DArray map, vec3 central, vec3 view) { // both to the outside, of length 1
+//!     vec2 uv = vec2(0.5 - atan(central.y, central.x) / 6.28318531, acos(clamp(central.z, -1.0, 1.0)) / 3.14159265);
+//!     vec2 place = uv * vec2(textureSize(map, 0).xy) - 0.5;
+//!     ivec2 at = ivec2(floor(place));
+//!     vec2 f = fract(place);
+//!     vec3 above = mix(texel(map, at, view), texel(map, at + ivec2(1, 0), view), f.x);
+//!     vec3 below = mix(texel(map, at + ivec2(0, 1), view), texel(map, at + ivec2(1, 1), view), f.x);
+//!     return mix(above, below, f.y);
+//! }
+//! ```
+//!
+//! For centre `reflection` the central direction is `2 * dot(n, v) * n - v`. A cube array works in the same
+//! way: bind its memory as a 2D array (layer 6 * row + face), and let z be the direction of the texel, x and
+//! y the directions of its theta and phi; if z is a pole, phi is 0.
+//!
+//! ## In a shader: global maps
+//!
+//! All texels share one frame, so hardware may filter them, and V's harmonics are computed once. For P = 2
+//! and a cube:
+//!
+//! ```wgsl
+//! fn reflected(central: vec3f, v: vec3f) -> vec3f {
+//!     let Y = array<f32, 9>(0.28209479,
+//!         0.48860251 * v.y, 0.48860251 * v.z, 0.48860251 * v.x,
+//!         1.09254843 * v.x * v.y, 1.09254843 * v.y * v.z, 0.31539157 * (3.0 * v.z * v.z - 1.0),
+//!         1.09254843 * v.x * v.z, 0.54627422 * (v.x * v.x - v.y * v.y));
+//!     let c = vec3f(-central.y, central.z, central.x);
+//!     var sum = vec3f(0.0);
+//!     for (var row = 0; row < 9; row++) {
+//!         sum += Y[row] * textureSampleLevel(map, filtering, c, row, 0.0).rgb; // texture_cube_array
+//!     }
+//!     return sum;
+//! }
+//! ```
+//!
+//! If the viewer is far away, V is the same for a whole frame. Then evaluate the sum once per texel into an
+//! ordinary reflection map (equation 12), and look that up by C alone.
+//!
+//! ## In a shader: the lamps
+//!
+//! With `lamps = "separate"` add each light to what the map gives: its flux times the mean over its disk of
+//! BRDF times the cosine between light and normal. Neither needs a shadow or a falloff. The mean is that of
+//! n points, each with an equal share of the disk: 1 for a sun, about (3 radius / alpha)^2 for a lamp that is
+//! larger than alpha / 10, alpha being the square of the roughness; each costs what a punctual light costs.
+//! For the metal of model `standard`:
+//!
+//! ```wgsl
+//! struct Light { direction: vec3f, radius: f32, irradiance: vec3f, unused: f32 }
+//! @group(0) @binding(0) var<storage, read> lights: array<Light>;
+//!
+//! fn highlight(n: vec3f, v: vec3f, l: vec3f, roughness: f32, f_0: vec3f) -> vec3f { // BRDF times dot(n, l)
+//!     let h = normalize(l + v);
+//!     let n_l = max(dot(n, l), 0.0);
+//!     let n_v = max(dot(n, v), 1e-4);
+//!     let n_h = max(dot(n, h), 0.0);
+//!     let a2 = roughness * roughness * roughness * roughness; // alpha is the square of roughness
+//!     let base = n_h * n_h * (a2 - 1.0) + 1.0;
+//!     let d = a2 / (3.14159265 * base * base);
+//!     let shadowed = n_v * sqrt(n_l * n_l * (1.0 - a2) + a2) + n_l * sqrt(n_v * n_v * (1.0 - a2) + a2);
+//!     let fresnel = f_0 + (1.0 - f_0) * pow(1.0 - max(dot(v, h), 0.0), 5.0);
+//!     return fresnel * (d * 0.5 * n_l / max(shadowed, 1e-6));
+//! }
+//!
+//! fn disk_point(light: Light, k: u32, count: u32) -> vec3f { // a spiral of equal areas
+//!     if count == 1u { return light.direction; }
+//!     let d = light.direction;
+//!     let u = normalize(cross(d, select(vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), abs(d.z) > 0.9)));
+//!     let share = (f32(k) + 0.5) / f32(count);
+//!     let theta = 2.0 * asin(sin(0.5 * light.radius) * sqrt(share));
+//!     let phi = 2.3999632 * f32(k);
+//!     return d * cos(theta) + (u * cos(phi) + cross(d, u) * sin(phi)) * sin(theta);
+//! }
+//!
+//! fn shaded(n: vec3f, v: vec3f, roughness: f32, base_color: vec3f) -> vec3f {
+//!     var sum = max(reflected(2.0 * dot(n, v) * n - v, v), vec3f(0.0)); // the map, see above
+//!     for (var i = 0u; i < arrayLength(&lights); i++) {
+//!         let across = lights[i].radius / (roughness * roughness);
+//!         let count = select(1u, clamp(u32(9.0 * across * across), 8u, 1024u), across > 0.1);
+//!         let flux = lights[i].irradiance * 2.0 / (1.0 + cos(lights[i].radius));
+//!         for (var k = 0u; k < count; k++) {
+//!             sum += flux / f32(count) * highlight(n, v, disk_point(lights[i], k, count), roughness, base_color);
+//!         }
+//!     }
+//!     return sum;
+//! }
+//! ```
+//!
+//! `standard` keeps the light that facets reflect more than once, which this highlight leaves out: at
+//! roughness 0.5 that is a tenth of a white metal's light, at roughness 1 more than half. An engine whose own
+//! metals keep it has a better `highlight` already. For `phong`, with the reflection vector r, the sum has
+//! `specular * (exponent + 1.0) / 6.2832 * pow(max(dot(r, point), 0.0), exponent)`, without a cosine, and
+//! 1 / sqrt(exponent + 1) in place of alpha.
+//!
+//! ## Values past the largest half
+//!
+//! If a value exceeds 65504, the largest half, KTX2 and OpenEXR files have 32-bit floats, and a note says so.
+//! With `precision = "half"` such a value, of either sign, becomes +-65504, and a warning says which share of
+//! the sum of all values is lost; with `overflow = "error"` the item fails instead.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.shrm]
+//! kind = "export-shrm"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! view = "local"
+//! format = "ktx2"
+//! path = "{environment}/{material}/shrm"
+//! ```
+
+use std::ops::Range;
+
+use brdf::Part;
+use containers::{
+    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers_unless, write_ktx2,
+};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use sh::Light;
+use shrm::{MapLayout, Reflection, Shrm, Terms};
+
+use super::map_input;
+use super::map_input::MapInput;
+use super::map_source::MapSource;
+use crate::values::{
+    Content, LampsName, MOST, MapLayoutName, Overflow, PartsName, PrecisionName, Resolution, ViewName,
+    edge_of, overflow, parts,
+};
+
+choice! {
+    /// The container.
+    pub(crate) enum Format {
+        /// Safetensors.
+        Safetensors = "safetensors",
+        /// OpenEXR.
+        Exr = "exr",
+        /// KTX2.
+        Ktx2 = "ktx2",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-shrm`.
+    pub(crate) struct Parameters {
+        /// The layout of the texels. Default: "cube", or the layout of the map that arrives.
+        layout: Option<MapLayoutName> = None,
+        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto",
+        /// or the resolution of the map that arrives.
+        #[range(1..=MOST)]
+        resolution: Option<Resolution> = None,
+        /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Default:
+        /// 0.01.
+        #[range(1e-6..1.0)]
+        error: Option<f64> = None,
+        /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
+        view: Option<ViewName> = None,
+        /// Whether suns and lamps are in the map or beside it; see Lamps.
+        lamps: LampsName = LampsName::Baked,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
+        /// The container; see Files.
+        format: Format = Format::Safetensors,
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
+        /// is half unless a value exceeds that.
+        /// Safetensors hold 32-bit numbers.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
+        /// half.
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+impl Parameters {
+    fn input(&self) -> MapInput {
+        let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
+        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps }
+    }
+}
+
+/// The kind `export-shrm`.
+pub(crate) struct ExportShrm;
+
+impl Kind for ExportShrm {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-shrm";
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
+    const TEXT: &'static str = include_str!("export_shrm.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![MapInput::port()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let ending = match parameters.format {
+            Format::Safetensors => ".safetensors",
+            Format::Exr => ".exr",
+            Format::Ktx2 => ".ktx2",
+        };
+        Product::Files(parts::endings(parameters.parts, vec![ending.into()]))
+    }
+
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
+        MapSizes {
+            edge: edge_of(parameters.resolution, layout),
+            slices: None,
+            holds_lamps: Some(parameters.lamps == LampsName::Baked),
+        }
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut errors = parameters.input().check();
+        let textures = parameters.format != Format::Safetensors;
+        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
+        if parameters.precision != PrecisionName::Auto && !textures {
+            errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        MapSource::of(context)?.export(parameters.parts, context, |source, part, steps| {
+            let (map, beside) = match source {
+                MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
+                MapSource::Reflection(reflection) => (
+                    parameters.input().map_of(&reflection.0, steps)?,
+                    beside(parameters, &reflection.0, part),
+                ),
+            };
+            context.check_cancelled()?;
+            Ok(vec![file(parameters, &map.0, &beside, context)?])
+        })
+    }
+}
+
+/// The file of one map.
+fn file(
+    parameters: &Parameters,
+    map: &Shrm,
+    beside: &[Light],
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Failure> {
+    let recipe = Some(context.recipe());
+    let precision = match parameters.format {
+        Format::Safetensors => Precision::Float,
+        Format::Exr | Format::Ktx2 => {
+            let choice = (parameters.precision, parameters.overflow);
+            overflow::precision(map.values(), Content::Values, choice, context)?
+        }
+    };
+    let file = match parameters.format {
+        Format::Safetensors => {
+            Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
+        }
+        Format::Exr => layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?,
+        Format::Ktx2 => texture(map, beside, precision, recipe)?,
+    };
+    context.note(format!("{} bytes", file.bytes.len()));
+    Ok(file.bytes)
+}
+
+/// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps
+/// only that of the highlight has them.
+fn beside(parameters: &Parameters, reflection: &Reflection, part: Option<Part>) -> Vec<Light> {
+    match (parameters.lamps, reflection.lamps()) {
+        (LampsName::Separate, Some(lamps)) if part != Some(Part::Diffuse) => lamps.lights.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// The file's entries, and the names of its rows.
+fn entries(map: &Shrm, beside: &[Light], rows: &[String]) -> Vec<(String, String)> {
+    let entries = shrm_metadata(map).map(|(key, value)| (format!("specula.{key}"), value));
+    let rows = ("specula.rows".to_owned(), rows.join(" "));
+    let light = |light: &Light| {
+        let ([x, y, z], [r, g, b]) = (light.direction.vector().to_array(), light.irradiance);
+        serde_json::json!([x, y, z, light.radius, r, g, b])
+    };
+    let lights: serde_json::Value = beside.iter().map(light).collect();
+    let lamps = [
+        ("specula.lamps".to_owned(), "separate".to_owned()),
+        ("specula.lights".to_owned(), lights.to_string()),
+    ];
+    entries.into_iter().chain([rows]).chain(lamps.into_iter().filter(|_| !beside.is_empty())).collect()
+}
+
+fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {
+    entries.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
+}
+
+/// One of the coefficients that a map keeps, at a range of texels.
+fn row(map: &Shrm, row: usize, texels: Range<usize>) -> impl Iterator<Item = [f32; 3]> {
+    texels.map(move |texel| map.texel(texel)[row])
+}
+
+/// A layer for each coefficient that the map keeps.
+fn texture(
+    map: &Shrm,
+    beside: &[Light],
+    precision: Precision,
+    recipe: Option<&str>,
+) -> Result<Encoded, Failure> {
+    let [faces, height, width] = map.grid().shape();
+    let layers = map.rows();
+    let pixels = (0..layers).flat_map(|layer| row(map, layer, 0..map.grid().len())).collect();
+    let texture = Texture { width, height, layers, faces, pixels, ..Texture::default() };
+    let entries = entries(map, beside, &row_names(map.p().get(), map.terms()));
+    Ok(write_ktx2(&texture, precision, recipe, &borrowed(&entries))?)
+}
+
+/// A layer for each of the (P+1)^2 coefficients, the first without a name.
+fn layers(
+    map: &Shrm,
+    beside: &[Light],
+    precision: Precision,
+    recipe: Option<&str>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Encoded, Failure> {
+    let [faces, height, width] = map.grid().shape();
+    let names = row_names(map.p().get(), Terms::All);
+    let kept = row_names(map.p().get(), map.terms());
+    let texels = map.grid().len();
+    let layers: Vec<(String, Vec<[f32; 3]>)> = names
+        .iter()
+        .enumerate()
+        .map(|(position, name)| {
+            let pixels = match kept.iter().position(|kept| kept == name) {
+                Some(layer) => row(map, layer, 0..texels).collect(),
+                None => vec![[0.0; 3]; texels],
+            };
+            (if position == 0 { String::new() } else { name.clone() }, pixels)
+        })
+        .collect();
+    let entries = entries(map, beside, &names);
+    let size = (width, faces * height);
+    Ok(write_exr_layers_unless(size, &layers, precision, recipe, &borrowed(&entries), stop)?)
+}

@@ -1,0 +1,210 @@
+//! Writes explicit reflection maps for T x T views: the whole reflected light field as a table.
+//!
+//! Each map is a plain reflection map for one view, so a renderer without spherical harmonics can show a
+//! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and Hanrahan
+//! 2002, section 5.2 and appendix C). It is the largest of the exports: T x T maps, compared with the (P+1)^2
+//! coefficients of `export-shrm`.
+//!
+//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and phi_k
+//! = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly,
+//! as in such an image; past a pole the same row continues half a turn away, which for an odd T is half way
+//! between two columns. With T = 2 P + 1 `import-reflection-maps` can recover a field of degree P completely;
+//! for bilinear interpolation without visible error take about 10 P.
+//!
+//! | `view` | the views are | |
+//! | --- | --- | --- |
+//! | `global` | V in the world | each map is smooth over the sphere: look up the maps around V with one central direction |
+//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of the paper; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
+//!
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
+//! and an SHRM keeps its own. Each value takes O(P) operations.
+//!
+//! ## Files
+//!
+//! After the item's `path`, a folder that holds
+//!
+//! | `format` | files |
+//! | --- | --- |
+//! | `ktx2`, `dds` | `/maps.ktx2` or `/maps.dds`: an array of T x T layers, of 2D images or of cubes |
+//! | `exr` | `/view-000.exr` ...: a picture for each view; six faces of a cube lie below each other |
+//!
+//! and last `/view-maps.json`, the index: the file, layer and view of each map, how to look up a direction,
+//! how to interpolate. The manual of `import-reflection-maps` lists its members.
+//!
+//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! `parts = "together"` one folder holds the sum, about the reflection vector.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.view-maps]
+//! kind = "export-view-maps"
+//! input = "reflection"
+//! views = 9
+//! resolution = 32
+//! path = "{environment}/{material}/view-maps"
+//! ```
+
+use containers::Texture;
+use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
+use shrm::{MapLayout, View, ViewMaps};
+
+use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
+use super::map_source::MapSource;
+use super::{map_input, map_source};
+use crate::values::{
+    MOST, MapLayoutName, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, ViewName, overflow,
+    parts,
+};
+
+parameters! {
+    /// Parameters of `export-view-maps`.
+    pub(crate) struct Parameters {
+        /// T: there are maps for T x T views.
+        #[range(1..=64)]
+        views: usize = 9,
+        /// The frame in which the views are given; see the table.
+        view: ViewName = ViewName(View::Global),
+        /// The layout of a map's texels.
+        layout: MapLayoutName = MapLayoutName(MapLayout::Cube),
+        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto".
+        #[range(1..=MOST)]
+        resolution: Option<Resolution> = None,
+        /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
+        format: MapsFormat = MapsFormat::Ktx2,
+        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
+        /// exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
+        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
+        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+/// The kind `export-view-maps`.
+pub(crate) struct ExportViewMaps;
+
+impl Kind for ExportViewMaps {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-view-maps";
+    const REVISION: u32 = 5;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
+    const TEXT: &'static str = include_str!("export_view_maps.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![MapSource::port()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        let count = match parameters.format {
+            MapsFormat::Exr => parameters.views * parameters.views,
+            MapsFormat::Ktx2 | MapsFormat::Dds => 1,
+        };
+        let files = (0..count).map(|view| format!("/{}", file(view, parameters.format)));
+        let files = files.chain(["/view-maps.json".to_owned()]).collect();
+        Product::Files(parts::endings(parameters.parts, files))
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let error = overflow::check(parameters.overflow, parameters.precision, true);
+        error.into_iter().collect()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        MapSource::of(context)?
+            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+    }
+}
+
+/// The files of one field.
+fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
+    let context = steps.context();
+    let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
+    let map = source.map(layout, parameters.resolution, view, context)?;
+    let side = parameters.views;
+    map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
+    context.check_cancelled()?;
+    let stop = || context.check_cancelled().is_err();
+    let table = ViewMaps::from_shrm_unless(&map.0, side, &stop);
+    context.check_cancelled()?;
+    let table = table.ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
+    let table = match source.lamps() {
+        Some(lamps) => {
+            let steps = steps.part(1, side * side * shrm::blocks(map.0.grid().len()));
+            table.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+        }
+        None => table,
+    };
+    if side < 2 * source.p() + 1 {
+        context.note(format!(
+            "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
+            (side - 1) / 2,
+            source.p(),
+            2 * source.p() + 1
+        ));
+    }
+    let [faces, height, width] = table.grid().shape();
+    let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
+    let array = Texture { width, height, layers, faces, pixels, ..Texture::default() };
+    let format = (parameters.format, parameters.precision, parameters.overflow);
+    let mut files = map_source::encode(&array, format, "view-maps", context)?;
+    let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
+        let layer = (parameters.format != MapsFormat::Exr).then_some(k);
+        let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
+        match view {
+            View::Global => entry.seen_from(direction),
+            View::Local => entry.seen_from_local(direction),
+        }
+    });
+    let layout = match layout {
+        MapLayout::Cube => FileLayout::Cube,
+        MapLayout::LatLong => FileLayout::LatLong,
+    };
+    let index = NewIndex {
+        method: "view-maps",
+        centre: table.centre(),
+        views: match view {
+            View::Global => Views::Global,
+            View::Local => Views::Local,
+        },
+        layout,
+        resolution: table.grid().shape()[1],
+        degree: source.p(),
+        lookup: lookup_text(layout).into(),
+        interpolation: interpolation(view, side),
+        maps: entries.collect(),
+        triangles: None,
+    };
+    files.push(index.encode(context.recipe())?);
+    Ok(files)
+}
+
+fn interpolation(view: View, side: usize) -> String {
+    let frame = match view {
+        View::Global => "with the view (x, y, z) in the frame of `view`",
+        View::Local => {
+            "with (x, y, z) = R^-1 V of the view V separately for each texel, R = R_z(beta) R_y(alpha), (alpha, beta) the \
+             angles of the texel's central direction"
+        }
+    };
+    format!(
+        "{frame}: column = {side} (0.5 - atan2(y, x) / (2 pi)) - 0.5, row = {side} acos(z) / pi - 0.5, map = {side} row + \
+         column, bilinear; columns repeat, past a pole the same row at column + {} (half a turn)",
+        side as f64 / 2.0
+    )
+}
+
+/// The name of the file that holds a view's map.
+fn file(view: usize, format: MapsFormat) -> String {
+    match format {
+        MapsFormat::Ktx2 => "maps.ktx2".into(),
+        MapsFormat::Dds => "maps.dds".into(),
+        MapsFormat::Exr => format!("view-{view:03}.exr"),
+    }
+}

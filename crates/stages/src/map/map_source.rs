@@ -1,0 +1,183 @@
+//! What the exports of explicit maps share: the map that they start from, and the files of maps.
+
+use std::sync::Arc;
+
+use brdf::Part;
+use containers::{Texture, write_dds, write_exr, write_ktx2};
+use engine::{Artifact, Context, Failure, Output, Port, Steps};
+use shrm::{Lamps, MapGrid, MapLayout, View};
+use sphere::{Cube, LatLong};
+
+use super::map_input::MapInput;
+use super::map_pictures::image;
+use crate::values::{
+    Content, LampsName, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, artifacts, overflow,
+    parts,
+};
+
+/// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
+/// interpolated if its grid differs.
+pub(crate) enum MapSource {
+    Reflection(Arc<artifacts::Reflection>),
+    Shrm(Arc<artifacts::Shrm>),
+}
+
+impl MapSource {
+    pub(crate) fn port() -> Port {
+        MapInput::port()
+    }
+
+    /// The artifact at the port.
+    pub(crate) fn of(context: &Context<'_>) -> Result<Self, Failure> {
+        let port = &Self::port().name;
+        if context.type_at(port) == Some(artifacts::Shrm::TYPE) {
+            return Ok(Self::Shrm(context.get::<artifacts::Shrm>(port)?));
+        }
+        Ok(Self::Reflection(context.get::<artifacts::Reflection>(port)?))
+    }
+
+    /// The fields of a reflection's two parts, if its material has two centres.
+    pub(crate) fn parts(&self) -> Option<[Self; 2]> {
+        let Self::Reflection(reflection) = self else { return None };
+        let part = |part: &shrm::Reflection| Self::Reflection(Arc::new(artifacts::Reflection(part.clone())));
+        Some(reflection.0.parts()?.each_ref().map(part))
+    }
+
+    /// The files of its maps: see [`parts::export`].
+    pub(crate) fn export(
+        &self,
+        parts: PartsName,
+        context: &Context<'_>,
+        write: impl Fn(&Self, Option<Part>, &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure>,
+    ) -> Result<Output, Failure> {
+        if let Self::Reflection(reflection) = self {
+            parts::note(parts, &reflection.0, context);
+        }
+        parts::export(parts, self, self.parts(), context, write)
+    }
+
+    /// The degree in the view, P.
+    pub(crate) fn p(&self) -> usize {
+        match self {
+            Self::Reflection(reflection) => reflection.0.brdf().p().get(),
+            Self::Shrm(map) => map.0.p().get(),
+        }
+    }
+
+    /// The lamps that [`MapSource::map`] does not hold; who makes maps of single views from it adds them
+    /// exactly.
+    pub(crate) fn lamps(&self) -> Option<&Lamps> {
+        match self {
+            Self::Reflection(reflection) => reflection.0.lamps(),
+            Self::Shrm(_) => None,
+        }
+    }
+
+    /// Pixels as a file has them: what a cut at degrees that were chosen for this light leaves below zero is
+    /// black.
+    pub(crate) fn finished(&self, mut pixels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+        if matches!(self, Self::Reflection(reflection) if reflection.0.is_for_light()) {
+            pixels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
+        }
+        pixels
+    }
+
+    /// The map without lamps, with texels of this layout. `"auto"`, the default, is the resolution that a
+    /// reflection needs, or that of the map.
+    pub(crate) fn map(
+        &self,
+        layout: MapLayout,
+        resolution: Option<Resolution>,
+        view: View,
+        context: &Context<'_>,
+    ) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let map = match self {
+            Self::Reflection(reflection) => {
+                let input = MapInput {
+                    layout: Some(layout),
+                    resolution,
+                    error: None,
+                    view: Some(view),
+                    lamps: LampsName::Separate,
+                };
+                return input.map_of(&reflection.0, &Steps::new(context, 1));
+            }
+            Self::Shrm(map) => map,
+        };
+        let resolution = match (resolution, map.0.grid(), layout) {
+            (Some(Resolution::Fixed(resolution)), ..) => resolution,
+            // The edge of a cube spans a quarter of the equator, the rows of a lat-long map span half a turn.
+            (_, MapGrid::Cube(cube), MapLayout::Cube) => cube.edge,
+            (_, MapGrid::Cube(cube), MapLayout::LatLong) => 2 * cube.edge,
+            (_, MapGrid::LatLong(grid), MapLayout::Cube) => grid.height.div_ceil(2),
+            (_, MapGrid::LatLong(grid), MapLayout::LatLong) => grid.height,
+        };
+        let grid = match layout {
+            MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
+            MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
+        };
+        if grid == map.0.grid() && view == map.0.view() {
+            return Ok(Arc::clone(map));
+        }
+        if grid != map.0.grid() {
+            let [old, new] = [map.0.grid(), grid].map(grid_text);
+            context.note(format!("the map was interpolated from {old} to {new}"));
+        }
+        Ok(Arc::new(artifacts::Shrm(map.0.resampled(grid, view))))
+    }
+}
+
+/// A grid as text.
+fn grid_text(grid: MapGrid) -> String {
+    match grid {
+        MapGrid::LatLong(LatLong { width, height }) => format!("lat-long {width} x {height}"),
+        MapGrid::Cube(Cube { edge }) => format!("a cube of edge {edge}"),
+    }
+}
+
+/// Columns and rows of the picture that holds a grid; the faces of a cube are stacked.
+pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
+    let [faces, height, width] = grid.shape();
+    [width, faces * height]
+}
+
+/// The files of a texture of maps: the texture itself, or a picture for each map.
+pub(crate) fn encode(
+    texture: &Texture,
+    (format, precision, overflow): (MapsFormat, PrecisionName, Overflow),
+    method: &str,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let grid = match texture.faces {
+        6 => MapGrid::Cube(Cube { edge: texture.width }),
+        _ => MapGrid::LatLong(LatLong { width: texture.width, height: texture.height }),
+    };
+    let content = Content::Light(grid);
+    let precision = overflow::precision(&texture.pixels, content, (precision, overflow), context)?;
+    let recipe = Some(context.recipe());
+    let encoded = match format {
+        MapsFormat::Dds => vec![write_dds(texture, precision)?],
+        MapsFormat::Ktx2 => vec![write_ktx2(texture, precision, recipe, &[("specula.kind", method)])?],
+        MapsFormat::Exr => {
+            let (width, height) = (texture.width, texture.faces * texture.height);
+            let maps = texture
+                .pixels
+                .chunks_exact(width * height)
+                .map(|pixels| Ok(write_exr(&image(width, height, pixels.to_vec())?, precision, recipe)?));
+            maps.collect::<Result<Vec<_>, Failure>>()?
+        }
+    };
+    Ok(encoded.into_iter().map(|file| file.bytes).collect())
+}
+
+/// Fails if there are more texels than a container, or `import-reflection-maps`, can hold, before the maps
+/// are made. `count` is the parameter for the number of maps.
+pub(crate) fn check_total(texels: usize, maps: usize, count: Option<&str>) -> Result<(), Failure> {
+    if texels.saturating_mul(maps) <= containers::MAX_PIXELS {
+        return Ok(());
+    }
+    let lower = count.map_or("lower resolution".into(), |count| format!("lower {count} or resolution"));
+    let most = containers::MAX_PIXELS;
+    Err(Failure::new(format!("{maps} maps of {texels} texels have more than {most} texels together"))
+        .help(lower))
+}

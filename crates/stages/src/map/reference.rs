@@ -1,0 +1,366 @@
+//! Writes a reflection map without harmonics: the integral that the other kinds compute faster.
+//!
+//! Each texel is the integral of radiance times rho_hat (the BRDF with its cosine) over all directions:
+//!
+//! > B(C, V) = integral over w of L(w) rho_hat(w, V) dOmega
+//!
+//! A texel of the environment has one radiance all over its area. With `method = "summed"`, a lobe of 20 rows
+//! or more takes the sum over the texels, with rho_hat at their centres. A narrower one is integrated over
+//! their areas: blocks of texels, texels and parts of texels are divided where rho_hat varies in them, until
+//! the estimated error is 5e-4 of the radiance, 7e-4 stops.
+//!
+//! There are no harmonics, no degree and no ringing: use it to see what a degree or an export loses. The
+//! central direction C of a texel is its own direction, as in `export-reflection-map`: the reflection vector,
+//! or the normal of a lambert material, or the tangent of a kajiya-kay one. The time of a sum is proportional
+//! to (texels of the map) x (lit texels of the environment); `rows` limits the second factor.
+//!
+//! ## Sampled
+//!
+//! With `method = "sampled"` each texel is the mean over `samples` directions. They are drawn from the
+//! product of the light and the material, from the light alone and from the material alone, and weighted by
+//! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material and
+//! from simple lobes, but each direction counts with the radiance and the rho_hat that it has. So there is no
+//! ringing here either: the series changes the noise alone. The time does not depend on the environment's
+//! size, which suits a large `rows`.
+//!
+//! The build notes the standard error in relation to the root mean square of the map: the root mean square
+//! over all texels and channels, and the largest. Two thirds of the differences from the truth are smaller
+//! than the standard error. It is itself an estimate, from batches of 32 directions that do not depend on
+//! each other: with few of them it is uncertain, and if next to nothing is reflected, it may be too small.
+//! Four times as many samples halve it, or better. Another `seed` gives other noise.
+//!
+//! Samples are spread over the areas of the environment's texels, so both methods tend to the same integral.
+//!
+//! ```toml
+//! [stage.truth]
+//! kind = "reference"
+//! inputs = { environment = "environment", material = "material" }
+//! method = "sampled"
+//! samples = 4096
+//! rows = 1024
+//! path = "{environment}/{material}/truth"
+//! ```
+//!
+//! ## The view
+//!
+//! | `view` | what a texel shows |
+//! | --- | --- |
+//! | `"head-on"` | each surface viewed straight on: the view, the normal and the reflection vector are one; for kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
+//! | `[yaw, pitch]` | every central direction seen by one distant viewer, in the direction +X turned by these degrees (a positive pitch lowers it, as in `rotate`) |
+//!
+//! For a material that looks the same from every view (lambert, phong) the map does not depend on `view`.
+//!
+//! ## Files
+//!
+//! The same files as `export-reflection-map` writes with the same `layout` and `format`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.truth]
+//! kind = "reference"
+//! inputs = { environment = "environment", material = "material" }
+//! view = [30.0, -10.0]
+//! resolution = 32
+//! format = "png"
+//! path = "{environment}/{material}/truth"
+//! ```
+
+use std::ops::Range;
+
+use brdf::{Centre, Choice, Material, project_unless};
+use engine::{
+    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
+    parameters, unexpected,
+};
+use serde_json::json;
+use sh::Tolerance;
+use shrm::reference::{Cull, Estimate, Reference, Sampled};
+use shrm::{MapGrid, View};
+use sphere::{Direction, LatLong, Rotation};
+
+use super::map_pictures::{Layout, MapPictures, PictureFormat};
+use crate::values::{MOST, Overflow, PrecisionName, STOPS, artifacts, percent};
+
+/// The direction of the viewer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Viewer {
+    /// Straight above each surface.
+    HeadOn,
+    /// A distant viewer: +X turned by yaw and pitch, in degrees.
+    Far {
+        /// About +Z, after the pitch.
+        yaw: f64,
+        /// About +Y; positive lowers +X.
+        pitch: f64,
+    },
+}
+
+impl Parameter for Viewer {
+    fn expected() -> String {
+        "\"head-on\" or [yaw, pitch] in degrees".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        match &value.kind {
+            ValueKind::String(word) if word == "head-on" => Ok(Self::HeadOn),
+            ValueKind::Array(angles) => match angles.as_slice() {
+                [yaw, pitch] => Ok(Self::Far { yaw: f64::parse(yaw)?, pitch: f64::parse(pitch)? }),
+                _ => Err(Diagnostic::at(
+                    value.span.clone(),
+                    format!("{} numbers are not [yaw, pitch]", angles.len()),
+                )
+                .expected(format!("expected {}", Self::expected()))),
+            },
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match self {
+            Self::HeadOn => "head-on".into(),
+            Self::Far { yaw, pitch } => vec![yaw.canonical(), pitch.canonical()].into(),
+        }
+    }
+
+    fn schema() -> serde_json::Value {
+        let angles = json!({ "type": "number" });
+        json!({ "type": ["array", "string"], "items": angles, "minItems": 2, "maxItems": 2, "pattern": "^head-on$" })
+    }
+}
+
+/// How the integral is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// The sum over all texels of the environment.
+    Summed,
+    /// The mean over directions.
+    Sampled,
+}
+
+choice! {
+    /// How the integral is computed.
+    pub(crate) enum MethodName: Method {
+        /// The sum over all texels of the environment.
+        Summed = "summed",
+        /// The mean over directions that follow the light and the material; see Sampled.
+        Sampled = "sampled",
+    }
+}
+
+/// The most directions at a texel.
+const MOST_SAMPLES: usize = 1 << 20;
+
+/// Directions at a texel, unless a number is given: about as many as take as long as their preparation.
+const SAMPLES: usize = 512;
+
+parameters! {
+    /// Parameters of `reference`.
+    pub(crate) struct Parameters {
+        /// How the integral is computed; see Sampled.
+        method: MethodName = MethodName(Method::Summed),
+        /// With method "sampled": directions at each texel of the map, rounded up to batches of 32. Default:
+        /// 512.
+        #[range(64..=MOST_SAMPLES)]
+        samples: Option<usize> = None,
+        /// With method "sampled": other numbers have other noise. Default: 0.
+        #[range(0..=u32::MAX as usize)]
+        seed: Option<usize> = None,
+        /// The direction of the viewer; see The view.
+        view: Viewer = Viewer::HeadOn,
+        /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
+        /// first averaged down to this, by exact areas.
+        #[range(1..=MOST)]
+        rows: usize = 128,
+        /// With method "summed": the share of a lobe that may be ignored. Lambert, phong and microfacet sum
+        /// over the cap that holds the rest, if it is 20 rows wide or more. 0 sums over everything.
+        #[range(0.0..1.0)]
+        cull: f64 = 0.0,
+        /// How the sphere lies on the written images, as in export-reflection-map.
+        layout: Layout = Layout::LatLong,
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        #[range(1..=MOST)]
+        resolution: usize = 32,
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        format: PictureFormat = PictureFormat::Exr,
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
+        /// unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
+        /// become 65504; with "error" here the item fails, also if precision is "auto".
+        overflow: Overflow = Overflow::Clamp,
+        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        #[range(STOPS)]
+        exposure: f64 = 0.0,
+    }
+}
+
+impl Parameters {
+    fn pictures(&self) -> MapPictures {
+        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, precision, overflow, exposure }
+    }
+
+    fn cull(&self) -> Cull {
+        Tolerance::new(self.cull).map_or(Cull::None, Cull::Energy)
+    }
+}
+
+/// Rows of the map between two checks for cancellation.
+const BAND: usize = 4;
+
+/// The kind `reference`.
+pub(crate) struct ReferenceMap;
+
+impl Kind for ReferenceMap {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "reference";
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[
+        brdf::revisions::MODELS,
+        brdf::revisions::PROJECTION,
+        sampling::revisions::SAMPLERS,
+        shrm::revisions::REFERENCE,
+        envmap::revisions::RESAMPLING,
+    ];
+    const TEXT: &'static str = include_str!("reference.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>("environment"), Port::one::<artifacts::Material>("material")]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(parameters.pictures().endings())
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut errors = parameters.pictures().check();
+        match parameters.method.0 {
+            Method::Summed => {
+                let given = [("samples", parameters.samples.is_some()), ("seed", parameters.seed.is_some())];
+                let unused = given.into_iter().filter(|(_, given)| *given);
+                errors.extend(unused.map(|(name, _)| (name, "only method = \"sampled\" uses it".into())));
+            }
+            Method::Sampled if parameters.cull > 0.0 => {
+                errors.push(("cull", "only method = \"summed\" uses it".into()));
+            }
+            Method::Sampled => {}
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let environment = context.get::<artifacts::Environment>("environment")?;
+        let material = context.get::<artifacts::Material>("material")?;
+        let whole = environment.0.grid();
+        let coarse = (whole.height > parameters.rows)
+            .then(|| environment.0.downsampled(LatLong::with_rows(parameters.rows)))
+            .transpose()?;
+        let light = coarse.as_ref().unwrap_or(&environment.0);
+        let seen = view(parameters.view, &material.0);
+        let pictures = parameters.pictures();
+        let grid = pictures.grid();
+        let pixels = match parameters.method.0 {
+            Method::Summed => {
+                let reference = Reference::new(light, &material.0, parameters.cull());
+                let pixels = by_bands(grid, context, |rows| reference.rows(grid, rows, seen.0, seen.1))?;
+                note_sizes(light.grid(), whole, &reference, grid.len(), context);
+                pixels
+            }
+            Method::Sampled => {
+                let stop = || context.check_cancelled().is_err();
+                let coefficients = project_unless(&material.0, Choice::Full, &stop);
+                context.check_cancelled()?;
+                let coefficients = coefficients?.coefficients;
+                let seed = u32::try_from(parameters.seed.unwrap_or(0))?;
+                let samples = parameters.samples.unwrap_or(SAMPLES);
+                let sampled = Sampled::new(light, &material.0, &coefficients, samples, seed);
+                let estimates = by_bands(grid, context, |rows| sampled.rows(grid, rows, seen.0, seen.1))?;
+                note_errors(light.grid(), whole, sampled.directions(), &estimates, context);
+                estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
+            }
+        };
+        Ok(Output::Files(pictures.files(pixels, context)?))
+    }
+}
+
+/// The frame that a viewer is given in, and the direction toward it.
+fn view(viewer: Viewer, material: &Material) -> (View, Direction) {
+    match viewer {
+        Viewer::HeadOn => match material.centre() {
+            Centre::Reflection | Centre::Normal => (View::Local, Direction::Z),
+            // A normal of the tangent: +X of the texel's frame. All normals of the tangent are equivalent.
+            Centre::Tangent => (View::Local, Direction::X),
+        },
+        Viewer::Far { yaw, pitch } => {
+            let turn = Rotation::from_yaw_pitch_roll(yaw.to_radians(), pitch.to_radians(), 0.0);
+            (View::Global, turn.apply(Direction::X))
+        }
+    }
+}
+
+/// All texels of a map, from functions of some of its rows.
+fn by_bands<T>(
+    grid: MapGrid,
+    context: &Context<'_>,
+    rows: impl Fn(Range<usize>) -> Vec<T>,
+) -> Result<Vec<T>, Failure> {
+    let [faces, height, _] = grid.shape();
+    let mut texels = Vec::with_capacity(grid.len());
+    for first in (0..faces * height).step_by(BAND) {
+        context.check_cancelled()?;
+        texels.extend(rows(first..(first + BAND).min(faces * height)));
+    }
+    Ok(texels)
+}
+
+/// Notes what was summed over.
+fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
+    let from = averaged(used, whole);
+    let width = reference.width();
+    let cap = if width < 1.0 {
+        format!(", limited to a cap of {:.2} % of the sphere", 100.0 * width)
+    } else {
+        String::new()
+    };
+    context.note(format!(
+        "{texels} texels of the map, {} lit ones of {} x {} of the environment{from}{cap}",
+        reference.lit(),
+        used.width,
+        used.height
+    ));
+}
+
+/// Notes what was sampled, and how exact it is.
+fn note_errors(
+    used: LatLong,
+    whole: LatLong,
+    directions: usize,
+    estimates: &[Estimate],
+    context: &Context<'_>,
+) {
+    let squares = |of: fn(&Estimate) -> [f64; 3]| {
+        estimates.iter().flat_map(of).map(|value| value * value).sum::<f64>() / (3 * estimates.len()) as f64
+    };
+    let size = squares(|estimate| estimate.radiance).sqrt();
+    let error = squares(|estimate| estimate.standard_error).sqrt();
+    let largest = estimates.iter().flat_map(|estimate| estimate.standard_error).fold(0.0, f64::max);
+    // A black map is exact.
+    let relative = |error: f64| percent(if error > 0.0 { error / size } else { 0.0 });
+    context.note(format!(
+        "{} texels of the map, {directions} directions at each to {} x {} of the environment{}; standard error {} of \
+         the map's root mean square, at most {}",
+        estimates.len(),
+        used.width,
+        used.height,
+        averaged(used, whole),
+        relative(error),
+        relative(largest),
+    ));
+}
+
+/// How an environment became smaller, if it did.
+fn averaged(used: LatLong, whole: LatLong) -> String {
+    if used == whole { String::new() } else { format!(", averaged from {} x {}", whole.width, whole.height) }
+}

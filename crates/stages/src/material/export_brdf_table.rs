@@ -1,0 +1,193 @@
+//! Writes a BRDF table: the coefficients c_i(v) of a material, for renderers that shade with them.
+//!
+//! The manual of `tabulate-brdf` says what they are and where each view's texel lies. To shade a point: turn
+//! the light's coefficients into its frame (x, y the tangents, z the normal), look the table up at the view
+//! in that frame, and sum the products of both, row by row. The same numbers serve all points of a mesh.
+//!
+//! | `format` | the file holds |
+//! | --- | --- |
+//! | `safetensors` | tensor `c` [Q, N, N, (F+1)^2, channels], 32-bit, one channel if the material is grey, else RGB; Q counts materials |
+//! | `ktx2` | an array of 2D images with four coefficients a layer, in R, G, B and A: rows 0 to 3, then 4 to 7 and so on, zeros after the last; for an RGB table all layers of red, then green, then blue; the next material after that |
+//! | `exr` | a layer for each row, RGB: `l0m0` without a name, then `l1mm1` (l = 1, m = -1), `l1m0`, `l1m1` and so on; those of a second material begin with `q1` |
+//!
+//! Row l*l + l + m is the real orthonormal harmonic Y_lm without the Condon-Shortley phase. Entries of the
+//! metadata repeat all of this: `frame`, `basis`, `degree`, `channels`, `below` (which texel a view from
+//! below the horizon takes) and `incident` (`hemisphere`, or `sphere` if light from below the horizon is
+//! reflected), with `specula.` before them in KTX2 and OpenEXR. Hardware may filter the layers bilinearly;
+//! clamp at the edges.
+//!
+//! ```glsl
+//! // The place of a view in the surface's frame.
+//! vec2 place(vec3 v) {
+//!     v.z = max(v.z, 0.0); // for `below` = mirrored: abs(v.z)
+//!     vec2 p = v.z > 0.0 ? v.xy / (1.0 + v.z) : normalize(v.xy);
+//!     return vec2(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y);
+//! }
+//! ```
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.table-file]
+//! kind = "export-brdf-table"
+//! input = "table"
+//! format = "ktx2"
+//! path = "{material}/table"
+//! ```
+
+use brdf::BrdfTable;
+use containers::{
+    Encoded, Precision, Texture, brdf_table_metadata, coefficient_names, tensors, write_exr_layers,
+    write_ktx2_rgba,
+};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+
+use crate::values::{Content, Overflow, PrecisionName, artifacts, overflow};
+
+choice! {
+    /// The container.
+    pub(crate) enum Format {
+        /// Safetensors.
+        Safetensors = "safetensors",
+        /// KTX2.
+        Ktx2 = "ktx2",
+        /// OpenEXR.
+        Exr = "exr",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-brdf-table`.
+    pub(crate) struct Parameters {
+        /// The container; see the table.
+        format: Format = Format::Safetensors,
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
+        /// is half unless a value exceeds that.
+        precision: PrecisionName = PrecisionName::Auto,
+        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
+        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+/// The kind `export-brdf-table`.
+pub(crate) struct ExportBrdfTable;
+
+impl Kind for ExportBrdfTable {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-brdf-table";
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[];
+    const TEXT: &'static str = include_str!("export_brdf_table.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::BrdfTable>("table")]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![match parameters.format {
+            Format::Safetensors => ".safetensors".into(),
+            Format::Ktx2 => ".ktx2".into(),
+            Format::Exr => ".exr".into(),
+        }])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let textures = parameters.format != Format::Safetensors;
+        let mut errors = Vec::new();
+        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
+        if parameters.precision != PrecisionName::Auto && !textures {
+            errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let table = &context.get::<artifacts::BrdfTable>("table")?.0;
+        let recipe = Some(context.recipe());
+        let precision = match parameters.format {
+            Format::Safetensors => Precision::Float,
+            Format::Ktx2 | Format::Exr => {
+                let choice = (parameters.precision, parameters.overflow);
+                overflow::precision(&texels(table), Content::Values, choice, context)?
+            }
+        };
+        let file = match parameters.format {
+            Format::Safetensors => {
+                Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
+            }
+            Format::Ktx2 => texture(table, precision, recipe)?,
+            Format::Exr => layers(table, precision, recipe)?,
+        };
+        context.note(format!("{} bytes", file.bytes.len()));
+        Ok(Output::Files(vec![file.bytes]))
+    }
+}
+
+/// The file's entries, and the names of its rows.
+fn entries(table: &BrdfTable, names: &[String]) -> Vec<(String, String)> {
+    let entries = brdf_table_metadata(table).map(|(key, value)| (format!("specula.{key}"), value));
+    entries.into_iter().chain([("specula.rows".to_owned(), names.join(" "))]).collect()
+}
+
+fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {
+    entries.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
+}
+
+/// The coefficients as colours; those of a table without colours are grey.
+fn texels(table: &BrdfTable) -> Vec<[f32; 3]> {
+    let colour = |values: &[f32]| match *values {
+        [r, g, b] => [r, g, b],
+        _ => [values[0]; 3],
+    };
+    table.values().chunks_exact(table.channels()).map(colour).collect()
+}
+
+/// The texels of one material's map.
+fn map(table: &BrdfTable, q: usize) -> std::slice::ChunksExact<'_, f32> {
+    let length = table.size() * table.size() * table.texel();
+    table.values()[q * length..][..length].chunks_exact(table.texel())
+}
+
+/// A layer for four coefficients of one channel.
+fn texture(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+    let (rows, channels) = (table.degree().rows(), table.channels());
+    let blocks = rows.div_ceil(4);
+    let mut pixels = Vec::with_capacity(table.count() * channels * blocks * table.size() * table.size());
+    for q in 0..table.count() {
+        for channel in 0..channels {
+            for first in (0..rows).step_by(4) {
+                let value = |texel: &[f32], row: usize| {
+                    if row < rows { texel[row * channels + channel] } else { 0.0 }
+                };
+                pixels.extend(map(table, q).map(|texel| [0, 1, 2, 3].map(|k| value(texel, first + k))));
+            }
+        }
+    }
+    let (size, layers) = (table.size(), table.count() * channels * blocks);
+    let sizes = Texture { width: size, height: size, layers, ..Texture::default() };
+    let entries = entries(table, &coefficient_names(table.degree().get()));
+    Ok(write_ktx2_rgba(&sizes, &pixels, precision, recipe, &borrowed(&entries))?)
+}
+
+/// A layer for each coefficient, the first without a name.
+fn layers(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+    let (names, channels) = (coefficient_names(table.degree().get()), table.channels());
+    let mut layers = Vec::new();
+    for q in 0..table.count() {
+        for (row, name) in names.iter().enumerate() {
+            let colour = |texel: &[f32]| {
+                [0, 1, 2].map(|channel| texel[row * channels + if channels == 1 { 0 } else { channel }])
+            };
+            let name = match (q, row) {
+                (0, 0) => String::new(),
+                (0, _) => name.clone(),
+                _ => format!("q{q}{name}"),
+            };
+            layers.push((name, map(table, q).map(colour).collect()));
+        }
+    }
+    let entries = entries(table, &names);
+    Ok(write_exr_layers(table.size(), table.size(), &layers, precision, recipe, &borrowed(&entries))?)
+}

@@ -1,0 +1,600 @@
+//! Material files: TOML that names models by [`brdf::MODELS`], measured files, and materials of glTF files.
+//!
+//! One mechanism reads every model: the model's list of parameters defines the keys, their types and their
+//! ranges. All errors of a file are reported together, each with its place.
+
+use std::io::Read as _;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
+use containers::measured::{self, Format, Reading};
+use containers::{GltfMaterial, MaterialChoice, check_gltf_material, read_gltf_material};
+use engine::{
+    Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
+    ValueKind, nearest, unexpected, unknown_keys,
+};
+
+use crate::values::ChosenMaterial;
+
+/// The values of `model` that are not analytic models.
+pub(crate) const MEASURED: &str = "measured";
+pub(crate) const LAYERS: &str = "layers";
+pub(crate) const GLTF: &str = "gltf";
+
+/// How deep layers may be nested: the JSON reader of material artifacts limits the depth to about 60.
+const DEEPEST: usize = 32;
+
+/// A material, and notes on its files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialFile {
+    /// The material.
+    pub material: Material,
+    /// Notes on measured files (values that were missing, out of gamut or interpolated) and on textures that
+    /// were averaged.
+    pub notes: Vec<String>,
+    /// What a glTF file says of the material and is not read.
+    pub warnings: Vec<String>,
+}
+
+/// Reads a file. Relative paths start at the material file's folder.
+pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
+
+/// The material of a file: a material file's text, or by its name's ending a measured BRDF or a material of a
+/// glTF file, `choice` if there are several.
+///
+/// `name` is the file's name, for messages. Files that it names are read by `read`.
+///
+/// # Errors
+/// If the file has errors: all of them, each on its own line with its place.
+pub fn read_material(
+    name: &str,
+    bytes: &[u8],
+    choice: Option<&MaterialChoice>,
+    read: &ReadFile<'_>,
+) -> Result<MaterialFile, Failure> {
+    read_with(name, bytes, choice, Access::Whole(read))
+}
+
+/// How the files that a material file names are read.
+#[derive(Clone, Copy)]
+enum Access<'a> {
+    Whole(&'a ReadFile<'a>),
+    /// For a check: what stands for such a file in the material does not matter.
+    Headers(&'a Open<'a>),
+}
+
+fn read_with(
+    name: &str,
+    bytes: &[u8],
+    choice: Option<&MaterialChoice>,
+    access: Access<'_>,
+) -> Result<MaterialFile, Failure> {
+    if let (true, Access::Whole(read)) = (is_gltf_file(name), access) {
+        let found = read_gltf_material(bytes, choice, &mut |path: &str| read(Path::new(path)));
+        let GltfMaterial { material, notes, warnings } = found.map_err(|failure| failure.context(name))?;
+        return Ok(MaterialFile { material: Material::Standard(material), notes, warnings });
+    }
+    if choice.is_some() {
+        return Err(Failure::new(format!(
+            "{name} is not a glTF file, of whose materials one could be chosen"
+        ))
+        .help("remove `material`, or name a .gltf or .glb file"));
+    }
+    if Format::of_name(name).is_some() {
+        let Reading { material, notes, .. } =
+            measured::read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
+        return Ok(MaterialFile { material, notes, warnings: Vec::new() });
+    }
+    let document = Document::parse(name, bytes).map_err(|errors| {
+        if name.to_lowercase().ends_with(".toml") {
+            return failure(&errors);
+        }
+        // Probably a picture or a table with another extension: its syntax errors would not help.
+        let wrong = format!("{name} is not TOML, and does not have the extension of a measured BRDF");
+        let chain = [wrong].into_iter().chain(errors.to_string().lines().next().map(str::to_owned)).collect();
+        let help = format!("expected .toml, .gltf, .glb, or one of: {}", endings());
+        Failure { help: Some(help), ..failure_of(chain) }
+    })?;
+    let mut reader = Reader { access, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
+    match reader.material(&document.table) {
+        Some(material) if reader.errors.is_empty() => {
+            Ok(MaterialFile { material, notes: reader.notes, warnings: reader.warnings })
+        }
+        _ => Err(failure(&document.diagnostics(reader.errors))),
+    }
+}
+
+/// Opens a file. Relative paths start at the material file's folder.
+pub(crate) type Open<'a> = dyn Fn(&Path) -> Result<Box<dyn OpenFile>, Failure> + 'a;
+
+/// Checks what [`read_material`] would read of a file: all of its text, and of the files that it names the
+/// headers. Nothing is fitted or averaged.
+///
+/// # Errors
+/// For what [`read_material`] refuses, if text and headers show it.
+pub(crate) fn check_material(
+    path: &Path,
+    choice: Option<&MaterialChoice>,
+    open: &Open<'_>,
+) -> Result<(), Failure> {
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    let mut file = open(path)?;
+    if is_gltf_file(&name) {
+        let find = &mut |other: &str| open(Path::new(other)).map(drop);
+        return check_gltf_material(&mut file, choice, find)
+            .map_err(|failure: Failure| failure.context(name));
+    }
+    if choice.is_none() && is_measured_file(&name) {
+        return Ok(measured::check(&name, &mut file, None).map_err(|error| error.within(&*name))?);
+    }
+    let mut bytes = Vec::new();
+    file.take(Document::MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    read_with(&name, &bytes, choice, Access::Headers(open)).map(drop)
+}
+
+/// Whether a file's name is that of a measured BRDF.
+pub fn is_measured_file(name: &str) -> bool {
+    Format::of_name(name).is_some()
+}
+
+/// Whether a file's name is that of a glTF file.
+pub fn is_gltf_file(name: &str) -> bool {
+    let ending = Path::new(name).extension().unwrap_or_default();
+    ["gltf", "glb"].iter().any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// All errors of a file, each on its own line.
+fn failure(errors: &Diagnostics) -> Failure {
+    let mut chain = vec![format!("{}: {} errors", errors.file, errors.errors.len())];
+    if errors.errors.len() == 1 {
+        chain.clear();
+    }
+    chain.extend(errors.to_string().lines().map(str::to_owned));
+    failure_of(chain)
+}
+
+fn failure_of(chain: Vec<String>) -> Failure {
+    Failure { chain, help: None, cancelled: false, system_error: false }
+}
+
+/// The extensions of measured files, with their formats.
+pub(crate) fn endings() -> String {
+    Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
+}
+
+/// Every name that `model` may have.
+fn names() -> impl Iterator<Item = &'static str> {
+    MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, LAYERS])
+}
+
+/// The expected form of a value, for messages and the manual.
+fn looks_like(value_type: &ValueType) -> String {
+    match value_type {
+        ValueType::Number(range) => range.words.to_owned(),
+        ValueType::Colour(range) => {
+            format!("a colour: [red, green, blue] or one number for a grey, each {}", range.words)
+        }
+        ValueType::Records(parameters) => {
+            let names: Vec<_> = parameters.iter().map(|parameter| parameter.name).collect();
+            format!("an array of tables {{ {} }}", names.join(", "))
+        }
+    }
+}
+
+struct Reader<'a> {
+    access: Access<'a>,
+    errors: Vec<Diagnostic>,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+    /// How many layers the current one is nested in.
+    depth: usize,
+}
+
+impl Reader<'_> {
+    /// The material that a table describes; `None` after an error.
+    fn material(&mut self, table: &Table) -> Option<Material> {
+        let expected = || format!("expected one of: {}", names().collect::<Vec<_>>().join(", "));
+        let Some(entry) = table.get("model") else {
+            if table.get(LAYERS).is_some() {
+                return self.layers(table);
+            }
+            let error = Diagnostic::at(table.span.clone(), "\"model\" is missing").expected(expected());
+            let mut near = table.entries.iter().filter_map(|entry| {
+                Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS])?))
+            });
+            self.errors.push(match near.next() {
+                Some((key, near)) => error.help(format!("did you mean {near:?} by {key:?}?")),
+                None => error,
+            });
+            return None;
+        };
+        let name = match String::parse(&entry.value) {
+            Ok(name) => name,
+            Err(error) => {
+                self.errors.push(error.expected(expected()));
+                return None;
+            }
+        };
+        let mut rest = Table { span: entry.key_span.clone(), entries: table.entries.clone() };
+        rest.entries.retain(|entry| entry.key != "model");
+        if name != LAYERS
+            && let Some(layers) = table.get(LAYERS)
+        {
+            let error = Diagnostic::at(
+                layers.key_span.clone(),
+                format!("`layers` cannot be combined with model = {name:?}"),
+            );
+            self.errors.push(error.help("make the model one of the layers"));
+            rest.entries.retain(|entry| entry.key != LAYERS);
+        }
+        match name.as_str() {
+            MEASURED => self.measured(&rest),
+            GLTF => self.gltf(&rest),
+            LAYERS => self.layers(&rest),
+            _ => match MODELS.iter().find(|model| model.name == name) {
+                Some(model) => self.analytic(model, &rest),
+                None => {
+                    let error =
+                        Diagnostic::at(entry.value.span.clone(), format!("there is no model {name:?}"));
+                    self.errors.push(with_nearest(error.expected(expected()), &name, names()));
+                    None
+                }
+            },
+        }
+    }
+
+    fn analytic(&mut self, model: &ModelText, table: &Table) -> Option<Material> {
+        let values = self.values(model.parameters, table, "")?;
+        match Material::analytic(model.name, &values)? {
+            Ok(material) => Some(material),
+            Err(error) => {
+                self.errors.push(Diagnostic::at(place(&error, table), error.to_string()));
+                None
+            }
+        }
+    }
+
+    /// The values of a table; `within` is the prefix of names in messages.
+    fn values(&mut self, parameters: &[Parameter], table: &Table, within: &str) -> Option<Values> {
+        let before = self.errors.len();
+        let known: Vec<_> = parameters.iter().map(|parameter| parameter.name.to_owned()).collect();
+        unknown_keys(table, &known, &mut self.errors);
+        let mut values = Values::default();
+        for parameter in parameters {
+            let name = format!("{within}{}", parameter.name);
+            let value = match table.get(parameter.name) {
+                Some(entry) => self.value(&parameter.value_type, &entry.value, &name),
+                None => parameter.default(),
+            };
+            match value {
+                Some(value) => values.set(parameter.name, value),
+                None if table.get(parameter.name).is_none() && is_required(parameter, table) => {
+                    let mut expected =
+                        format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
+                    if let Absent::RequiredUnless([x, y]) = parameter.absent {
+                        expected += &format!(", or both {x} and {y}");
+                    }
+                    let error = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
+                    self.errors.push(error.expected(expected));
+                }
+                None => {}
+            }
+        }
+        (self.errors.len() == before).then_some(values)
+    }
+
+    /// A value; `None` after an error.
+    fn value(&mut self, value_type: &ValueType, value: &Toml, name: &str) -> Option<Value> {
+        match value_type {
+            ValueType::Number(range) => self.number(range, value, name).map(Value::Number),
+            ValueType::Colour(range) => self.colour(range, value, name).map(Value::Colour),
+            ValueType::Records(parameters) => {
+                let ValueKind::Array(records) = &value.kind else {
+                    return self.refuse(is_not(value, &looks_like(value_type)), name);
+                };
+                let mut all = Vec::new();
+                for (index, record) in records.iter().enumerate() {
+                    let name = format!("{name}[{index}]");
+                    match &record.kind {
+                        ValueKind::Table(table) => {
+                            all.push(self.values(parameters, table, &format!("{name}.")))
+                        }
+                        _ => all.push(self.refuse(is_not(record, "a table"), &name)),
+                    }
+                }
+                all.into_iter().collect::<Option<_>>().map(Value::Records)
+            }
+        }
+    }
+
+    fn number(&mut self, range: &brdf::Range, value: &Toml, name: &str) -> Option<f64> {
+        match f64::parse(value) {
+            Ok(number) if (range.least..=range.most).contains(&number) => Some(number),
+            Ok(number) => {
+                let error = Diagnostic::at(value.span.clone(), format!("{number} is not {}", range.words));
+                self.refuse(error, name)
+            }
+            Err(_) => self.refuse(is_not(value, range.words), name),
+        }
+    }
+
+    fn colour(&mut self, range: &brdf::Range, value: &Toml, name: &str) -> Option<[f64; 3]> {
+        let looks_like = || looks_like(&ValueType::Colour(*range));
+        match &value.kind {
+            ValueKind::Array(channels) => match channels.as_slice() {
+                [red, green, blue] => {
+                    let rgb = [red, green, blue].map(|channel| self.number(range, channel, name));
+                    Some([rgb[0]?, rgb[1]?, rgb[2]?])
+                }
+                _ => {
+                    let error = Diagnostic::at(
+                        value.span.clone(),
+                        format!("{} numbers are not a colour", channels.len()),
+                    );
+                    self.refuse(error.expected(format!("expected {}", looks_like())), name)
+                }
+            },
+            ValueKind::Float(_) | ValueKind::Integer(_) => {
+                self.number(range, value, name).map(|grey| [grey; 3])
+            }
+            _ => self.refuse(is_not(value, &looks_like()), name),
+        }
+    }
+
+    /// Reports an error of a named value.
+    fn refuse<T>(&mut self, error: Diagnostic, name: &str) -> Option<T> {
+        self.errors.push(Diagnostic { message: format!("{name}: {}", error.message), ..error });
+        None
+    }
+
+    /// `layers = [{ model = "...", ... }, ...]`.
+    fn layers(&mut self, table: &Table) -> Option<Material> {
+        unknown_keys(table, &[LAYERS.to_owned()], &mut self.errors);
+        const EXPECTED: &str = "an array of tables { model, ... }";
+        let Some(entry) = table.get(LAYERS) else {
+            let error = Diagnostic::at(table.span.clone(), "\"layers\" is missing");
+            self.errors.push(error.expected(format!("expected layers = {EXPECTED}")));
+            return None;
+        };
+        let ValueKind::Array(items) = &entry.value.kind else {
+            return self.refuse(is_not(&entry.value, EXPECTED), LAYERS);
+        };
+        if self.depth == DEEPEST {
+            let message = format!("layers are nested more than {DEEPEST} deep");
+            self.errors.push(
+                Diagnostic::at(entry.key_span.clone(), message)
+                    .help("put them side by side in one list: layers are summed"),
+            );
+            return None;
+        }
+        self.depth += 1;
+        let mut layers = Vec::new();
+        for (index, item) in items.iter().enumerate() {
+            layers.push(match &item.kind {
+                ValueKind::Table(table) => self.material(table),
+                _ => self.refuse(is_not(item, "a table { model, ... }"), &format!("{LAYERS}[{index}]")),
+            });
+        }
+        self.depth -= 1;
+        let layers = layers.into_iter().collect::<Option<_>>()?;
+        match Material::layers(layers) {
+            Ok(material) => Some(material),
+            Err(error) => self.refuse(Diagnostic::at(entry.value.span.clone(), error.to_string()), LAYERS),
+        }
+    }
+
+    /// `file`, `format` and `scale`.
+    fn measured(&mut self, table: &Table) -> Option<Material> {
+        let before = self.errors.len();
+        unknown_keys(table, &["file", "format", "scale"].map(str::to_owned), &mut self.errors);
+        let scale = match table.get("scale") {
+            Some(entry) => self.colour(&brdf::WEIGHT, &entry.value, "scale"),
+            None => Some([1.0; 3]),
+        };
+        let format = table.get("format").and_then(|entry| self.format(&entry.value));
+        let Some(entry) = table.get("file") else {
+            let error = Diagnostic::at(table.span.clone(), "\"file\" is missing");
+            self.errors
+                .push(error.expected("expected file = the path of a measured BRDF, from this file's folder"));
+            return None;
+        };
+        let file = match String::parse(&entry.value) {
+            Ok(file) => file,
+            Err(error) => return self.refuse(error, "file"),
+        };
+        if format.is_none() && table.get("format").is_none() && !is_measured_file(&file) {
+            let error = Diagnostic::at(
+                entry.value.span.clone(),
+                format!("{file:?} does not have the extension of a measured BRDF"),
+            )
+            .expected(format!("expected one of: {}", endings()))
+            .help("or name the format, such as format = \"merl\"");
+            return self.refuse(error, "file");
+        }
+        if self.errors.len() > before {
+            return None;
+        }
+        let scaled = match self.table(&file, entry, format)? {
+            Material::Measured(measured) => measured.scaled(scale?).map(Material::Measured),
+            Material::MeasuredAnisotropic(measured) => {
+                measured.scaled(scale?).map(Material::MeasuredAnisotropic)
+            }
+            other => Ok(other),
+        };
+        scaled.map_err(|error| self.errors.push(Diagnostic::at(place(&error, table), error.to_string()))).ok()
+    }
+
+    /// `file` and `material`.
+    fn gltf(&mut self, table: &Table) -> Option<Material> {
+        let before = self.errors.len();
+        unknown_keys(table, &["file", "material"].map(str::to_owned), &mut self.errors);
+        let choice = match table.get("material").map(|entry| ChosenMaterial::parse(&entry.value)) {
+            Some(Ok(ChosenMaterial(choice))) => Some(choice),
+            Some(Err(error)) => return self.refuse(Diagnostic { expected: None, ..error }, "material"),
+            None => None,
+        };
+        let Some(entry) = table.get("file") else {
+            let error = Diagnostic::at(table.span.clone(), "\"file\" is missing");
+            self.errors.push(
+                error.expected("expected file = the path of a .gltf or .glb file, from this file's folder"),
+            );
+            return None;
+        };
+        let file = match String::parse(&entry.value) {
+            Ok(file) => file,
+            Err(error) => return self.refuse(error, "file"),
+        };
+        if self.errors.len() > before {
+            return None;
+        }
+        let folder = Path::new(&file).parent().unwrap_or(Path::new(""));
+        let found = match self.access {
+            Access::Whole(read) => read(Path::new(&file)).and_then(|bytes| {
+                read_gltf_material(&bytes, choice.as_ref(), &mut |path: &str| read(&folder.join(path)))
+                    .map(Some)
+            }),
+            Access::Headers(open) => open(Path::new(&file)).and_then(|mut file| {
+                let find = &mut |path: &str| open(&folder.join(path)).map(drop);
+                check_gltf_material(&mut file, choice.as_ref(), find).map(|()| None)
+            }),
+        };
+        match found {
+            Ok(None) => stand_in(),
+            Ok(Some(GltfMaterial { material, notes, warnings })) => {
+                self.notes.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
+                self.warnings.extend(warnings.into_iter().map(|warning| format!("{file}: {warning}")));
+                Some(Material::Standard(material))
+            }
+            Err(failure) => {
+                let error = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));
+                self.refuse(error, "file")
+            }
+        }
+    }
+
+    /// The content of a measured file.
+    fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<Material> {
+        let read = match self.access {
+            Access::Whole(read) => read(Path::new(file))
+                .and_then(|bytes| Ok(Some(measured::read_with_notes(file, &bytes, format)?))),
+            Access::Headers(open) => open(Path::new(file))
+                .and_then(|mut opened| Ok(measured::check(file, &mut opened, format).map(|()| None)?)),
+        };
+        match read {
+            Ok(None) => stand_in(),
+            Ok(Some(reading)) => {
+                self.notes.extend(reading.notes.into_iter().map(|note| format!("{file}: {note}")));
+                Some(reading.material)
+            }
+            Err(failure) => {
+                let error = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));
+                self.refuse(error, "file")
+            }
+        }
+    }
+
+    fn format(&mut self, value: &Toml) -> Option<Format> {
+        let names = || Format::ALL.iter().map(|format| format.name());
+        let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        let error = is_not(value, &format!("one of: {expected}"));
+        match &value.kind {
+            ValueKind::String(word) => match Format::ALL.into_iter().find(|format| format.name() == word) {
+                Some(format) => Some(format),
+                None => self.refuse(with_nearest(error, word, names()), "format"),
+            },
+            _ => self.refuse(error, "format"),
+        }
+    }
+}
+
+/// The material in place of one in another file whose header was checked.
+fn stand_in() -> Option<Material> {
+    brdf::Lambert::new([0.0; 3]).ok().map(Material::Lambert)
+}
+
+/// Whether a table must have a parameter.
+fn is_required(parameter: &Parameter, table: &Table) -> bool {
+    match parameter.absent {
+        Absent::Required => true,
+        Absent::RequiredUnless(others) => others.iter().any(|other| table.get(other).is_none()),
+        Absent::Optional | Absent::Default(_) => false,
+    }
+}
+
+/// The error of a value of the wrong form. These messages are single lines, so `expected` would only repeat
+/// them.
+fn is_not(value: &Toml, expected: &str) -> Diagnostic {
+    Diagnostic { expected: None, ..unexpected(value, expected) }
+}
+
+fn with_nearest<'a>(error: Diagnostic, name: &str, names: impl Iterator<Item = &'a str>) -> Diagnostic {
+    match nearest(&name.to_lowercase(), names) {
+        Some(near) => error.help(format!("did you mean {near:?}?")),
+        None => error,
+    }
+}
+
+/// The place of a parameter that the kernel rejects: its value, or the table in which it is missing.
+fn place(error: &ParameterError, table: &Table) -> Range<usize> {
+    let record = error.record.and_then(|(records, index)| match &table.get(records)?.value.kind {
+        ValueKind::Array(items) => match &items.get(index)?.kind {
+            ValueKind::Table(table) => Some(table),
+            _ => None,
+        },
+        _ => None,
+    });
+    let table = record.unwrap_or(table);
+    table.get(error.parameter).map_or(table.span.clone(), |entry| entry.value.span.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::material_schema::capital;
+
+    /// The manual's table of models is that of the kernel. If it differs, this prints the expected lines.
+    #[test]
+    fn the_manual_lists_every_model_and_parameter() {
+        let manual = include_str!("import_material.rs");
+        let mut lines = Vec::new();
+        for model in MODELS {
+            lines.push(format!("//! ### `{}`", model.name));
+            lines.push(format!("//! {}.", capital(model.summary)));
+            lines.extend(rows(model.parameters, ""));
+        }
+        let missing: Vec<_> =
+            lines.iter().filter(|line| !manual.lines().any(|have| have == line.as_str())).collect();
+        let rows = manual.lines().filter(|line| line.starts_with("//! | `")).count();
+        let expected = lines.iter().filter(|line| line.starts_with("//! | `")).count();
+        assert!(
+            missing.is_empty() && rows == expected + 5,
+            "{rows} rows of parameters, not {expected} and the 5 of measured and glTF files; import_material.rs should have these lines:\n{}",
+            lines.join("\n")
+        );
+    }
+
+    fn rows(parameters: &[Parameter], within: &str) -> Vec<String> {
+        let row = |parameter: &Parameter| {
+            let looks_like = match parameter.value_type {
+                ValueType::Number(range) => range.words.to_owned(),
+                ValueType::Colour(range) => format!("a colour, each {}", range.words),
+                ValueType::Records(_) => looks_like(&parameter.value_type),
+            };
+            let absent = match parameter.absent {
+                Absent::Required => "required".to_owned(),
+                Absent::RequiredUnless([x, y]) => format!("required unless `{x}` and `{y}` are given"),
+                Absent::Optional => "optional".to_owned(),
+                Absent::Default(value) => format!("default {value}"),
+            };
+            let (name, meaning) = (parameter.name, parameter.meaning);
+            let mut rows = vec![format!("//! | `{within}{name}` | {looks_like}; {absent} | {meaning} |")];
+            if let ValueType::Records(inner) = parameter.value_type {
+                rows.extend(self::rows(inner, &format!("{within}{name}.")));
+            }
+            rows
+        };
+        parameters.iter().flat_map(row).collect()
+    }
+}

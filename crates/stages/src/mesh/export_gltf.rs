@@ -1,0 +1,311 @@
+//! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes.
+//!
+//! | input | attributes | what they hold |
+//! | --- | --- | --- |
+//! | `radiance` | `COLOR_0` VEC3 | the radiance, exposed, clamped to 0 to 1, linear; viewers show it as it is |
+//! | | `_RADIANCE` VEC3 | the radiance itself, signed, in the unit of the light |
+//! | `transfer`, `matte` | `_TRANSFER_0` to `_TRANSFER_6` VEC4 | t_j: component j % 4 of attribute j / 4; zeros after the last |
+//! | `lighting` | `_SH_DEGREE_l_COEF_n` VEC3 | the light's coefficients at the vertex, m = n - l |
+//!
+//! All numbers are 32-bit floats. Beside `_TRANSFER_n` the other attributes with an underscore are VEC4 too,
+//! their fourth number zero: Blender before 5.1 reads no mixture of widths.
+//!
+//! `radiance` comes from `shade-vertices`, `transfer` from `precompute-transfer`; both must be of this mesh.
+//! Without any of them the mesh alone is written, tangents included, with a matte white material.
+//!
+//! ## Transfer
+//!
+//! With the coefficients L_j of a light, of the preset `specula` of `export-sh`,
+//!
+//! > albedo times the sum over j of t_j L_j
+//!
+//! is the radiance of a matte surface at that vertex, with the shadows of the mesh, and the light that it
+//! reflects onto itself if that was baked. docs/relighting.md has the shader for three.js, Unity and Unreal.
+//! If red, green and blue have a transfer each, the names are `_RED_TRANSFER_0`, `_GREEN_TRANSFER_0` and so
+//! on. `precompute-transfer` makes vectors with `form = "matte"`. The matrices of other forms need the table
+//! of a material to be of use, and are not written.
+//!
+//! ## Light at the vertices
+//!
+//! `lighting` is written for each vertex in the frame of the mesh, not in that of the vertex, so that a
+//! shader can evaluate it with a normal or a reflection vector:
+//!
+//! - with a transfer of matrices (any form but `matte`): what arrives at the vertex past the mesh, T L turned
+//!   back to the mesh's frame;
+//! - with a `matte` transfer, or none: the light itself, without the shadows of the mesh, which the vectors
+//!   t_j hold.
+//!
+//! A `light-field` gives each vertex the light of its place. Suns and lamps are part of the coefficients.
+//! `degree` cuts them, as every series is cut: near a lamp they ring below zero.
+//!
+//! ## Coefficients
+//!
+//! Positions, normals and tangents are in the frame of glTF, +Y up. Coefficients are not turned: row
+//! l*l + l + m is the real orthonormal harmonic, without the Condon-Shortley phase, of Specula's (x, y, z),
+//! which is (z, x, y) of the file. So they go with the files of `export-sh`, and a turn about the vertical is
+//! one about their polar axis. (The attributes of `KHR_gaussian_splatting` with similar names have the phase,
+//! and z of the file as their axis.) `extras` of the mesh repeat this.
+//!
+//! ## Exposure
+//!
+//! With `radiance` the material is `KHR_materials_unlit`: viewers show `COLOR_0` and add no light. It is the
+//! radiance times 2 to the power of `exposure`. With `environment` connected, an environment or a lighting,
+//! `exposure` is relative to that of its pictures, as in `preview` and `contact-sheet`. There is no tone
+//! curve. A note says how many numbers are clamped, or a warning if they are more than 1 % of all;
+//! `_RADIANCE` has them whole.
+//!
+//! ## Files
+//!
+//! `.glb` after the item's `path`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.glb]
+//! kind = "export-gltf"
+//! inputs = { mesh = "mesh", radiance = "shaded", transfer = "matte-transfer", environment = "environment" }
+//! path = "{environment}/knot"
+//! ```
+
+use containers::{GlbText, VertexAttribute, write_glb};
+use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, parameters};
+use mesh::Mesh;
+use sh::{Degree, Expansion};
+use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
+
+use crate::light::light;
+use crate::picture::described;
+use crate::values::quantity::size;
+use crate::values::{STOPS, artifacts, report_loss};
+
+parameters! {
+    /// Parameters of `export-gltf`.
+    pub(crate) struct Parameters {
+        /// Stops by which radiance is multiplied for `COLOR_0`; with `environment`, how many more than for
+        /// its pictures.
+        #[range(STOPS)]
+        exposure: f64 = 0.0,
+        /// With `lighting`: the highest l that is written, of those that the light has.
+        #[range(0..=8)]
+        degree: usize = 4,
+    }
+}
+
+/// What the coefficients in the file are; the text of `extras`.
+const BASIS: &str = "real orthonormal spherical harmonics without Condon-Shortley phase, row l*l + l + m, of \
+                     the directions (x, y, z) = (z, x, y) of this file: +Z is up";
+
+/// The kind `export-gltf`.
+pub(crate) struct ExportGltf;
+
+impl Kind for ExportGltf {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-gltf";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[transfer::revisions::SHADING];
+    const TEXT: &'static str = include_str!("export_gltf.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::one::<artifacts::Mesh>("mesh"),
+            Port::one::<artifacts::VertexRadiance>("radiance").optional(),
+            Port::one::<artifacts::Transfer>("transfer").optional(),
+            Port::one::<artifacts::Lighting>("lighting").or::<artifacts::LightField>().optional(),
+            Port::one::<artifacts::Environment>("environment").or::<artifacts::Lighting>().optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".glb".into()])
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let mesh = &context.get::<artifacts::Mesh>("mesh")?.0;
+        if mesh.triangles().is_empty() {
+            return Err(Failure::new("the mesh has no triangles"));
+        }
+        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        let (mut attributes, mut extras) = (Vec::new(), Vec::new());
+        let radiance = context.optional::<artifacts::VertexRadiance>("radiance")?;
+        let stops = match &radiance {
+            Some(_) => exposure(parameters, context)?,
+            None => 0.0,
+        };
+        let exposed_by = format!("COLOR_0 is _RADIANCE times 2^{stops}, clamped to 0 to 1");
+        if let Some(radiance) = &radiance {
+            check_mesh("radiance", "shade-vertices", &radiance.0.mesh, &digest)?;
+            attributes.extend(colours(&radiance.0.value, stops, context));
+            extras.push(("exposure", exposed_by.as_str()));
+            extras.push(("radiance", "linear Rec. 709, in the unit of the light"));
+        }
+        let transfer = context.optional::<artifacts::Transfer>("transfer")?;
+        let transfer = match &transfer {
+            Some(transfer) => {
+                check_mesh("transfer", "precompute-transfer", &transfer.0.mesh, &digest)?;
+                Some(&transfer.0.value)
+            }
+            None => None,
+        };
+        let vectors = transfer.and_then(vectors);
+        let light = vertex_light(context)?;
+        if transfer.is_some() && vectors.is_none() && light.is_none() {
+            return Err(Failure::new("the transfer is not matte, and matrices are not written").help(
+                "bake it with form = \"matte\", or connect `lighting`: what arrives past the mesh is written",
+            ));
+        }
+        if transfer.is_some() || light.is_some() {
+            extras.push(("basis", BASIS));
+        }
+        if let Some(light) = &light {
+            let matrices = transfer.filter(|_| vectors.is_none());
+            attributes.extend(light_at_vertices(mesh, matrices, light, parameters.degree)?);
+        }
+        attributes.extend(vectors.into_iter().flatten());
+        widen(&mut attributes);
+        context.check_cancelled()?;
+        let text = GlbText { unlit: radiance.is_some(), extras: &extras, recipe: Some(context.recipe()) };
+        let file = write_glb(mesh, &attributes, text)?;
+        context.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
+        Ok(Output::Files(vec![file]))
+    }
+}
+
+/// Gives all attributes that are not of the specification the width of the widest: Blender before 5.1 fails
+/// to read a file in which they differ (KhronosGroup/glTF-Blender-IO, issue 2658).
+fn widen(attributes: &mut [VertexAttribute]) {
+    let own = |attribute: &&mut VertexAttribute| attribute.name.starts_with('_');
+    let width = attributes.iter_mut().filter(own).map(|attribute| attribute.width).max().unwrap_or(0);
+    for attribute in attributes.iter_mut().filter(own).filter(|attribute| attribute.width < width) {
+        let zeros = vec![0.0; width - attribute.width];
+        let vertices = attribute.values.chunks_exact(attribute.width);
+        attribute.values = vertices.flat_map(|vertex| [vertex, &zeros].concat()).collect();
+        attribute.width = width;
+    }
+}
+
+/// Refuses values of another mesh.
+fn check_mesh(what: &str, kind: &str, of: &str, mesh: &str) -> Result<(), Failure> {
+    if of == mesh {
+        return Ok(());
+    }
+    let help = format!("connect the mesh that {kind} was given, tangents included");
+    Err(Failure::new(format!("the {what} is of another mesh")).help(help))
+}
+
+/// The stops of `COLOR_0`.
+fn exposure(parameters: &Parameters, context: &Context<'_>) -> Result<f64, Failure> {
+    if context.type_at("environment").is_none() {
+        return Ok(parameters.exposure);
+    }
+    let usual = light(context)?.exposure();
+    context.note(described(usual, parameters.exposure));
+    Ok(usual.stops + parameters.exposure)
+}
+
+/// `COLOR_0` and `_RADIANCE`.
+fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexAttribute; 2] {
+    let values = radiance.as_flattened().to_vec();
+    let exposed = values.iter().map(|value| f64::from(*value) * math::exp2(stops));
+    let exposed: Vec<f32> = exposed.map(|value| value as f32).collect();
+    let count = |outside: fn(f32) -> bool| exposed.iter().filter(|value| outside(**value)).count();
+    let (below, above) = (count(|value| value < 0.0), count(|value| value > 1.0));
+    if below + above > 0 {
+        let of = exposed.len();
+        let what = format!(
+            "the numbers of COLOR_0 are clamped: {below} of {of} from below 0, which turn black, {above} from above 1"
+        );
+        let help = match above {
+            0 => "read _RADIANCE, which keeps them all",
+            _ => "lower `exposure`, or read _RADIANCE, which keeps them all",
+        };
+        report_loss(context, (below + above) as f64 / of as f64, &what, help);
+    }
+    let clamped = exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect();
+    [("COLOR_0", clamped), ("_RADIANCE", values)].map(|(name, values)| VertexAttribute {
+        name: name.into(),
+        width: 3,
+        values,
+    })
+}
+
+/// The vectors of a matte transfer, four components an attribute; `None` for another form.
+fn vectors(transfer: &StoredTransfer) -> Option<Vec<VertexAttribute>> {
+    let prefixes: &[&str] = if transfer.channels().len() == 1 { &[""] } else { &["_RED", "_GREEN", "_BLUE"] };
+    let mut attributes = Vec::new();
+    for (form, prefix) in transfer.channels().iter().zip(prefixes) {
+        let Form::Matte(matte) = form else { return None };
+        let columns = matte.input().rows();
+        for first in (0..columns).step_by(4) {
+            let four = |t: &[f32]| [0, 1, 2, 3].map(|k| t.get(first + k).copied().unwrap_or(0.0));
+            attributes.push(VertexAttribute {
+                name: format!("{prefix}_TRANSFER_{}", first / 4),
+                width: 4,
+                values: matte.values().chunks_exact(columns).flat_map(four).collect(),
+            });
+        }
+    }
+    Some(attributes)
+}
+
+/// The light of the mesh's surroundings.
+enum Light {
+    /// The same everywhere.
+    Distant(Expansion),
+    /// Another at each place.
+    Near(LightField),
+}
+
+/// What is connected as `lighting`.
+fn vertex_light(context: &Context<'_>) -> Result<Option<Light>, Failure> {
+    if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
+        let field = context.get::<artifacts::LightField>("lighting")?;
+        return Ok(Some(Light::Near(field.0.clone())));
+    }
+    let lighting = context.optional::<artifacts::Lighting>("lighting")?;
+    Ok(lighting.map(|lighting| Light::Distant(lighting.0.whole())))
+}
+
+/// The light at each vertex up to a degree, an attribute for each coefficient: past the mesh if there are
+/// matrices.
+fn light_at_vertices(
+    mesh: &Mesh,
+    matrices: Option<&StoredTransfer>,
+    light: &Light,
+    most: usize,
+) -> Result<Vec<VertexAttribute>, Failure> {
+    let (vertices, most) = (mesh.positions().len(), Degree::new(most)?);
+    let numbers = |light: &Expansion| -> Vec<f32> {
+        let light = light.to_degree(light.degree().min(most));
+        light.coefficients().as_flattened().iter().map(|value| *value as f32).collect()
+    };
+    let values = match matrices {
+        Some(transfer) => {
+            let frames = Frames::of(mesh)?;
+            let matrices = transfer.matrices(&frames);
+            let matrices = matrices.ok_or_else(|| Failure::new("the transfer is of another mesh"))?;
+            match light {
+                Light::Distant(light) => arriving(&frames, &matrices, light),
+                Light::Near(field) => field.arriving(&frames, &matrices),
+            }
+        }
+        None => match light {
+            Light::Distant(light) => numbers(light).repeat(vertices),
+            Light::Near(field) => {
+                let at = |place: &[f32; 3]| numbers(&field.at(place.map(f64::from)));
+                mesh.positions().iter().flat_map(at).collect()
+            }
+        },
+    };
+    let rows = values.len() / (3 * vertices);
+    let row = |row: usize| {
+        let l = row.isqrt();
+        let values = values.chunks_exact(3 * rows).flat_map(|vertex| &vertex[3 * row..][..3]);
+        VertexAttribute {
+            name: format!("_SH_DEGREE_{l}_COEF_{}", row - l * l),
+            width: 3,
+            values: values.copied().collect(),
+        }
+    };
+    Ok((0..rows.min(most.rows())).map(row).collect())
+}

@@ -1,0 +1,98 @@
+//! Reads a mesh: the triangles of a glTF file, with a normal and a tangent at every vertex.
+//!
+//! `source` names glTF 2.0 files, `.gltf` or `.glb`. A glob gives one item per file. Buffers in files beside
+//! a `.gltf` file are part of the mesh: the item is rerun when one of them changes.
+//!
+//! All meshes of the default scene (lists, strips and fans of triangles) become one mesh, placed by their
+//! nodes. Points and lines are skipped. The mesh is turned from the file's frame (+Y up) into Specula's: the
+//! front of a model, which is +Z in the file, looks along +X, toward a preview's camera at yaw 0.
+//!
+//! | missing in the file | what Specula does |
+//! | --- | --- |
+//! | normals | every triangle is flat, as the glTF specification requires; tangents of the file are then ignored |
+//! | tangents | computed by MikkTSpace from the coordinates of the normal texture; without coordinates they point east (Z x N, Z being the mesh's own before a node turns it) |
+//!
+//! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
+//! its own node. Animations, morph targets, cameras and lights are ignored, and so are materials and
+//! textures, because the look of a surface comes from `import-material`; notes name morph targets, vertex
+//! colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
+//! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places) are supported. A file that
+//! requires another extension is an error that names it (`KHR_draco_mesh_compression`), unless it concerns
+//! materials, textures, lights or animations only. At most 4,194,304 triangles are read, each instance
+//! counted.
+//!
+//! Buffers may lie in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires,
+//! or as they are on the disk.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.mesh]
+//! kind = "import-mesh"
+//! source = "assets/meshes/*.{gltf,glb}"
+//! ```
+
+use std::io::{Seek as _, SeekFrom};
+use std::path::Path;
+
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+
+use crate::values::artifacts;
+
+parameters! {
+    /// `import-mesh` has no parameters: the file says everything about a mesh.
+    pub(crate) struct Parameters {}
+}
+
+/// The kind `import-mesh`.
+pub(crate) struct ImportMesh;
+
+impl Kind for ImportMesh {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "import-mesh";
+    const REVISION: u32 = 4;
+    const KERNELS: &'static [u32] = &[mesh::revisions::TANGENTS];
+    const TEXT: &'static str = include_str!("import_mesh.rs");
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::Mesh::TYPE)
+    }
+
+    fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+        let path = context.source()?;
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        if context.is_folder(path) {
+            return Err(folder(&file));
+        }
+        let find = &mut |other: &str| Ok(context.open(Path::new(other))?.seek(SeekFrom::End(0))?);
+        containers::check_gltf(&mut context.open(path)?, find)
+            .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))
+    }
+
+    fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let path = context.source()?;
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let read = context.read(path);
+        let bytes = read.map_err(|failure| if context.is_folder(path) { folder(&file) } else { failure })?;
+        let mut beside = |other: &str| context.read(Path::new(other));
+        let model = containers::read_gltf(&bytes, &mut beside)
+            .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))?;
+        context.check_cancelled()?;
+        model.notes.into_iter().for_each(|note| context.note(note));
+        if model.mesh.triangles().is_empty() {
+            context.warn("the mesh has no triangles");
+        }
+        Output::artifact(artifacts::Mesh(model.mesh))
+    }
+}
+
+fn folder(name: &str) -> Failure {
+    Failure::new(format!("{name} is a folder, not a mesh"))
+        .help("name a file, or every file in it: source = \"folder/*.{gltf,glb}\"")
+}

@@ -1,0 +1,346 @@
+//! Bakes the shadows that a mesh casts onto itself, and the light that it reflects onto itself, for every
+//! light at once: a transfer matrix for each vertex.
+//!
+//! > T_ij = integral over s of V(s) Y_i(R_p s) Y_j(s)
+//!
+//! (Kautz, Sloan and Snyder 2002, section 5), with V = 1 where the vertex sees the sky, and R_p the rotation
+//! into its frame, whose rows are the tangent x, y = N x x, and the normal N. T times the coefficients of a
+//! light is what arrives at the vertex, in its own frame. The material is not part of it: a new material, or
+//! a new light, casts no ray.
+//!
+//! Rays start a little above the vertex and are blocked by triangles from either side. Below the vertex' own
+//! horizon V is 1, always: materials reflect nothing from there. So an open vertex has T = R_p exactly, and
+//! shading with and without transfer agree. The exceptions are `phong` and `kajiya-kay`, which do reflect
+//! light from below the horizon; there it is not shadowed.
+//!
+//! ## Interreflection
+//!
+//! With `bounces = n` and a `material`, T also holds the light that reaches the vertex by way of 1 to n other
+//! places of the mesh:
+//!
+//! > T_ij += integral over the blocked s of Y_i(R_p s) times the radiance under Y_j, toward the vertex, of
+//! > what blocks s
+//!
+//! That radiance is by the material of the place that is hit, in its own frames, and blended between the
+//! corners of the triangle; back faces are black. The material is then part of the result: a new one needs a
+//! new bake. `material` takes a table of `tabulate-brdf` too, also one of several materials, with a `blend`
+//! of `vertex-blend` that says which is where. If it has colours, red, green and blue have a transfer each.
+//! Matte rooms are right to 1 percent; glossy corners to 7 percent of the radiance at O = 4, and 1 percent
+//! at O = 6. Where all is matte, bounces cost little.
+//!
+//! ## Degrees
+//!
+//! `degree` is F, that of the light. `output-degree` is O, that of the light that arrives: shadows have
+//! edges, which a glossy material shows. Against the shadowed radiance itself, the RMS error of brushed metal
+//! next to a sphere is 1.1 % at O = 4, 0.6 % at 6 and 0.15 % at 8. The table of the material should have the
+//! degree O.
+//!
+//! The directions are points of a spiral, with weights that integrate products of harmonics exactly. Next to
+//! a sphere, entries of T are within 0.005 with 4,096 of them and within 0.0015 with 16,384. The build warns
+//! if vertices see nothing of the sky: they are inside the mesh, or its triangles face inward.
+//!
+//! ## Forms
+//!
+//! | `form` | bytes for each vertex, O = F = 4 | what it is good for |
+//! | --- | --- | --- |
+//! | `matrices` | 4 (O+1)^2 (F+1)^2 = 2,500 | everything |
+//! | `half` | 2 (O+1)^2 (F+1)^2 = 1,250 | everything, rounded by 2.4e-4 of each entry |
+//! | `visibility` | 4 (O+F+1)^2 = 324 | shadows, exactly; the matrix is made when shading |
+//! | `clusters` | 4 (components + 1) = 40, and the bases of the clusters | everything, with an error that a note says, or above 5 % a warning |
+//! | `matte` | 4 (F+1)^2 = 100 | `lambert` alone: the response of a white matte surface, for which O does not matter |
+//!
+//! `export-gltf` writes the vectors of `matte` into a glTF file for engines, and docs/relighting.md has the
+//! shader that lights it.
+//!
+//! `clusters` is clustered principal components (Sloan, Hall, Hart and Snyder 2003). A transfer of more than
+//! 4 GB is refused before the first ray; interreflection has that of two bounces in memory, for each channel.
+//! A smaller form, lower degrees or fewer vertices help.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.transfer]
+//! kind = "precompute-transfer"
+//! input = "mesh"
+//! degree = 4
+//! directions = 4096
+//!
+//! [stage.room]                       # with the light that its walls reflect
+//! kind = "precompute-transfer"
+//! inputs = { mesh = "mesh", material = "plaster" }
+//! bounces = 3
+//! form = "half"
+//! ```
+
+use brdf::{BrdfTable, tabulate_unless};
+use containers::tensors::OfMesh;
+use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
+use sh::Degree;
+use transfer::{
+    ClusteredTransfer, Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer,
+    Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute_unless,
+    reflection_bytes,
+};
+
+use crate::values::quantity::size;
+use crate::values::{artifacts, blended_frames, percent};
+
+choice! {
+    /// The form of a transfer.
+    pub(crate) enum FormName {
+        /// Matrices of 32-bit numbers.
+        Matrices = "matrices",
+        /// Matrices of 16-bit numbers.
+        Half = "half",
+        /// The coefficients of the visibility.
+        Visibility = "visibility",
+        /// Clustered principal components.
+        Clusters = "clusters",
+        /// The response of a white matte surface.
+        Matte = "matte",
+    }
+}
+
+parameters! {
+    /// Parameters of `precompute-transfer`.
+    pub(crate) struct Parameters {
+        /// F, the degree of the light.
+        #[range(0..=8)]
+        degree: usize = 4,
+        /// O, the degree of the light that arrives; see Degrees. Default: `degree`.
+        #[range(0..=8)]
+        output_degree: Option<usize> = None,
+        /// The number of rays for each vertex, over the whole sphere; at least 2 (O + F + 1)^2.
+        #[range(1..=65536)]
+        directions: usize = 1024,
+        /// How often light is reflected by the mesh before it arrives; needs a `material` if above 0.
+        #[range(0..=64)]
+        bounces: usize = 0,
+        /// What is stored; see Forms.
+        form: FormName = FormName::Matrices,
+        /// With form "clusters": the number of clusters.
+        #[range(1..=4096)]
+        clusters: usize = 128,
+        /// With form "clusters": the number of principal components of each.
+        #[range(1..=64)]
+        components: usize = 9,
+    }
+}
+
+/// The edge of the tables of views that materials reflect with.
+const TABLE: usize = 64;
+
+impl Parameters {
+    fn output(&self) -> usize {
+        self.output_degree.unwrap_or(self.degree)
+    }
+
+    /// The least number of directions that are sure to have exact weights.
+    fn least(&self) -> usize {
+        2 * (self.output() + self.degree + 1).pow(2)
+    }
+
+    /// The form of one channel, from matrices.
+    fn form(&self, matrices: Transfer, context: &Context<'_>) -> Result<Form, TransferError> {
+        Ok(match self.form {
+            FormName::Half => Form::Half(HalfTransfer::of(&matrices)),
+            FormName::Matte => Form::Matte(MatteTransfer::of(&matrices)),
+            FormName::Clusters => {
+                let stop = || context.check_cancelled().is_err();
+                let found = ClusteredTransfer::of(&matrices, self.clusters, self.components, &stop);
+                let (clusters, error) = found.ok_or(TransferError::Stopped)?;
+                let found = format!("the clusters are within {} RMS of the matrices", percent(error));
+                if error > CLUSTERS {
+                    context.warn(format!("{found}: shadows smear; set more `clusters` or `components`"));
+                } else {
+                    context.note(found);
+                }
+                Form::Clusters(clusters)
+            }
+            FormName::Matrices | FormName::Visibility => Form::Matrices(matrices),
+        })
+    }
+}
+
+/// The RMS error of clusters above which shadows are seen to smear.
+const CLUSTERS: f64 = 0.05;
+
+/// The kind `precompute-transfer`.
+pub(crate) struct PrecomputeTransfer;
+
+impl Kind for PrecomputeTransfer {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "precompute-transfer";
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[
+        transfer::revisions::TRANSFER,
+        transfer::revisions::INTERREFLECTION,
+        brdf::revisions::MODELS,
+        brdf::revisions::TABLE,
+    ];
+    const TEXT: &'static str = include_str!("precompute_transfer.rs");
+    const SLOW: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::one::<artifacts::Mesh>("mesh"),
+            Port::one::<artifacts::Material>("material").or::<artifacts::BrdfTable>().optional(),
+            Port::one::<artifacts::VertexBlend>("blend").optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::Transfer::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut errors = Vec::new();
+        let least = parameters.least();
+        if parameters.directions < least {
+            errors.push(("directions", format!("degrees O and F need {least} or more")));
+        }
+        if parameters.form == FormName::Visibility && parameters.bounces > 0 {
+            errors.push(("bounces", "form = \"visibility\" holds shadows alone".into()));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let mesh = context.get::<artifacts::Mesh>("mesh")?;
+        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        let degrees = (Degree::new(parameters.output())?, Degree::new(parameters.degree)?);
+        let reflecting = reflecting(parameters, degrees.0, context)?;
+        let frames = match &reflecting {
+            Some(table) => blended_frames(context, &mesh.0, table)?,
+            None => Frames::of(&mesh.0)?,
+        };
+        let exact = Degree::new(degrees.0.get() + degrees.1.get())?;
+        let directions = Directions::new(parameters.directions, exact)
+            .ok_or_else(|| Failure::new(format!("{} directions are too few", parameters.directions)))?;
+        let occluders = Occluders::of(&mesh.0);
+        let stop = || context.check_cancelled().is_err();
+        let scene = Scene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
+        let found = match &reflecting {
+            Some(table) => scene.reflected(parameters, table, &stop, context),
+            None => scene.shadowed(parameters, &stop, context),
+        };
+        context.check_cancelled()?;
+        let (channels, blind) = found.map_err(|error| match error {
+            TransferError::TooLarge { .. } => Failure::from(error).help(
+                "choose a smaller `form`, lower `output-degree` or `degree`, or reduce the mesh's vertices",
+            ),
+            _ => Failure::from(error),
+        })?;
+        let value = StoredTransfer::new(channels)
+            .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
+        if blind > 0 {
+            let of = frames.len();
+            context.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
+        }
+        let (rows, columns) = (degrees.0.rows(), degrees.1.rows());
+        let bytes = size(value.bytes() as u64);
+        context.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
+        Output::artifact(artifacts::Transfer(OfMesh { value, mesh: digest }))
+    }
+}
+
+/// The table of what reflects light, if anything does.
+fn reflecting(
+    parameters: &Parameters,
+    output: Degree,
+    context: &Context<'_>,
+) -> Result<Option<BrdfTable>, Failure> {
+    let connected = context.type_at("material");
+    if parameters.bounces == 0 {
+        if connected.is_some() {
+            context.note("`bounces` is 0: the material is not used");
+        }
+        if context.type_at("blend").is_some() {
+            context.note("`bounces` is 0: the blend is not used");
+        }
+        return Ok(None);
+    }
+    match connected {
+        Some(artifacts::BrdfTable::TYPE) => {
+            Ok(Some(context.get::<artifacts::BrdfTable>("material")?.0.clone()))
+        }
+        Some(_) => {
+            let material = context.get::<artifacts::Material>("material")?;
+            let stop = || context.check_cancelled().is_err();
+            let found = tabulate_unless(&material.0, output, TABLE, &stop);
+            context.check_cancelled()?;
+            Ok(Some(found?.0))
+        }
+        None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")
+            .help("connect `material`, or leave `bounces` at 0 for shadows alone")),
+    }
+}
+
+/// What is baked.
+struct Scene<'a> {
+    frames: &'a Frames,
+    occluders: &'a Occluders,
+    directions: &'a Directions,
+    degrees: (Degree, Degree),
+}
+
+type Baked = Result<(Vec<Form>, usize), TransferError>;
+
+impl Scene<'_> {
+    /// Shadows alone, each form with as little memory as it can.
+    fn shadowed(
+        &self,
+        parameters: &Parameters,
+        stop: &(dyn Fn() -> bool + Sync),
+        context: &Context<'_>,
+    ) -> Baked {
+        let &Self { frames, occluders, directions, degrees } = self;
+        let (form, blind) = match parameters.form {
+            FormName::Half => {
+                let (half, blind) = HalfTransfer::precompute(frames, occluders, directions, degrees, stop)?;
+                (Form::Half(half), blind)
+            }
+            FormName::Matte => {
+                let (matte, blind) =
+                    MatteTransfer::precompute(frames, occluders, directions, degrees.1, stop)?;
+                (Form::Matte(matte), blind)
+            }
+            FormName::Visibility => {
+                let (v, blind) = Visibility::precompute(frames, occluders, directions, degrees, stop)?;
+                (Form::Visibility(v), blind)
+            }
+            FormName::Matrices | FormName::Clusters => {
+                let (matrices, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
+                (parameters.form(matrices, context)?, blind)
+            }
+        };
+        Ok((vec![form], blind))
+    }
+
+    fn reflected(
+        &self,
+        parameters: &Parameters,
+        table: &BrdfTable,
+        stop: &(dyn Fn() -> bool + Sync),
+        context: &Context<'_>,
+    ) -> Baked {
+        let &Self { frames, occluders, directions, degrees } = self;
+        let bounces = parameters.bounces;
+        if parameters.form == FormName::Matte {
+            let input = degrees.1;
+            let found = interreflect_matte(frames, occluders, directions, input, table, bounces, stop)?;
+            if let Some((channels, blind)) = found {
+                return Ok((channels.into_iter().map(Form::Matte).collect(), blind));
+            }
+        }
+        let room = reflection_bytes(frames.len(), degrees, table.channels());
+        if room > transfer::MOST_BYTES {
+            return Err(TransferError::TooLarge { vertices: frames.len(), bytes: room });
+        }
+        let (shadows, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
+        let found = interreflect(frames, occluders, directions, &shadows, table, bounces, stop)?;
+        let forms = found.into_iter().map(|matrices| parameters.form(matrices, context));
+        Ok((forms.collect::<Result<_, _>>()?, blind))
+    }
+}

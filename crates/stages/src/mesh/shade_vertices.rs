@@ -1,0 +1,243 @@
+//! Shades the vertices of a mesh with a BRDF table under soft light: their radiance toward a viewer.
+//!
+//! > B(v) = sum over i of c_i(v) L_i
+//!
+//! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i from `tabulate-brdf`, at the view in the
+//! vertex' frame (x the tangent, z the normal, y = z x x); L_i the coefficients of the light in that frame.
+//! The table may be that of any material, brushed or not; the mesh's tangents are the direction of brushing
+//! (`brush-mesh` sets them). Light and table are cut to the lower of their degrees.
+//!
+//! `lighting` is far away and the same for all vertices, or differs from place to place: a `light-field`.
+//!
+//! ## Lamps
+//!
+//! Lights beside the series (`project-sh`, `circular-lights`), and those of a second lighting at `lights`,
+//! are taken into the series, to its degree: nothing of a small lamp is sharp. With the table's `material`
+//! connected too they are shaded by the material itself instead (Kautz, Sloan and Snyder 2002, section 7):
+//!
+//! > B(v) += integral over each disk of L V(s) rho_hat(s, v) ds
+//!
+//! with the sum of `shadow-rays` directions spread over the disk in place of the integral, and a ray in each
+//! that says whether the mesh is in the way: highlights and the edges of shadows are then as sharp as the
+//! lamp is small. Lamps in the series, and those of a `light-field`'s lightings, stay soft. A lamp far wider
+//! than the highlight needs more rays, or belongs into the series. A table of several materials has no single
+//! material, so that its lamps stay in the series.
+//!
+//! ## Shadows
+//!
+//! With `transfer` connected, of the same mesh (`precompute-transfer`), what the mesh itself hides is
+//! missing: B = sum of c_i (T L)_i.
+//!
+//! A table of several materials is blended between them by `blend`, a number at each vertex (`vertex-blend`):
+//! 0 is the first material, 1 the last. Another blend, or another table, needs no new transfer.
+//!
+//! ## View
+//!
+//! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
+//! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
+//! warning above 1 % of the vertices.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.shaded]
+//! kind = "shade-vertices"
+//! inputs = { mesh = "mesh", table = "table", lighting = "lighting", transfer = "transfer" }
+//! view = [1, 0, 0.3]
+//!
+//! [stage.sunlit]                     # the sun with sharp shadows, the sky with soft ones
+//! kind = "shade-vertices"
+//! inputs = { mesh = "mesh", table = "table", lighting = "sky", transfer = "transfer", material = "metal" }
+//! camera = [4, 0, 1]
+//! ```
+
+use brdf::BrdfTable;
+use containers::tensors::OfMesh;
+use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, Steps, parameters};
+use sh::{Degree, Expansion, Light, Lighting};
+use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, shade_lights};
+
+use crate::values::{Place, Vector, artifacts, blended_frames, report_loss};
+
+parameters! {
+    /// Parameters of `shade-vertices`.
+    pub(crate) struct Parameters {
+        /// The direction from the mesh toward a viewer far away. Default: [1, 0, 0].
+        view: Option<Vector> = None,
+        /// The place of the viewer, in the mesh's unit, instead of `view`.
+        camera: Option<Place> = None,
+        /// With `material`: the number of rays toward each lamp, spread over its disk; 0 casts no shadows.
+        #[range(0..=4096)]
+        shadow_rays: usize = 16,
+    }
+}
+
+/// The kind `shade-vertices`.
+pub(crate) struct ShadeVertices;
+
+impl Kind for ShadeVertices {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "shade-vertices";
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] =
+        &[transfer::revisions::SHADING, transfer::revisions::LIGHTS, brdf::revisions::MODELS];
+    const TEXT: &'static str = include_str!("shade_vertices.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::one::<artifacts::Mesh>("mesh"),
+            Port::one::<artifacts::BrdfTable>("table"),
+            Port::one::<artifacts::Lighting>("lighting").or::<artifacts::LightField>(),
+            Port::one::<artifacts::Transfer>("transfer").optional(),
+            Port::one::<artifacts::VertexBlend>("blend").optional(),
+            Port::one::<artifacts::Lighting>("lights").optional(),
+            Port::one::<artifacts::Material>("material").optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::VertexRadiance::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        match (parameters.view, parameters.camera) {
+            (Some(_), Some(_)) => vec![("camera", "view already places the viewer".into())],
+            _ => Vec::new(),
+        }
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let mesh = context.get::<artifacts::Mesh>("mesh")?;
+        let table = &context.get::<artifacts::BrdfTable>("table")?.0;
+        let transfer = context.optional::<artifacts::Transfer>("transfer")?;
+        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        if let Some(transfer) = &transfer
+            && transfer.0.mesh != digest
+        {
+            return Err(Failure::new("the transfer is of another mesh")
+                .help("connect the mesh that precompute-transfer was given, tangents included"));
+        }
+        let viewer = match (parameters.camera, parameters.view) {
+            (Some(Place(place)), _) => Viewer::At(place),
+            (None, view) => Viewer::Distant(view.unwrap_or(Vector([1.0, 0.0, 0.0])).direction()),
+        };
+        let material = context.optional::<artifacts::Material>("material")?;
+        if material.is_some() && table.count() > 1 {
+            let count = table.count();
+            return Err(Failure::new(format!(
+                "the table has {count} materials, and lamps are shaded by one"
+            ))
+            .help("leave out `material`: the lamps are then taken into the series"));
+        }
+        let frames = blended_frames(context, &mesh.0, table)?;
+        if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
+            return Err(Failure::new("the transfer has not as many vertices as the mesh"));
+        }
+        let (soft, lamps) = light(context, material.is_some())?;
+        let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
+        let mut value = shade_soft(context, &frames, table, viewer, transfer, &soft)?;
+        if let Some(material) = &material {
+            let occluders = (parameters.shadow_rays > 0).then(|| Occluders::of(&mesh.0));
+            let count = if parameters.shadow_rays > 0 { parameters.shadow_rays } else { UNSHADOWED };
+            let steps = Steps::new(context, frames.len().div_ceil(8));
+            let stop = || steps.stop();
+            let lit = shade_lights(&frames, occluders.as_ref(), &material.0, viewer, &lamps, count, &stop);
+            let lit = lit.ok_or_else(Failure::cancelled)?;
+            for (sum, lit) in value.iter_mut().zip(lit) {
+                (0..3).for_each(|channel| sum[channel] += lit[channel]);
+            }
+            context.note(match lamps.len() {
+                0 => "no lamp is beside the series: the material shades nothing".to_owned(),
+                1 => "1 lamp is shaded by the material".to_owned(),
+                lamps => format!("{lamps} lamps are shaded by the material"),
+            });
+        }
+        let negative = value.iter().filter(|rgb| rgb.iter().any(|value| *value < 0.0)).count();
+        if negative > 0 {
+            let part = negative as f64 / value.len() as f64;
+            let what = "the vertices are below zero in a channel, which a renderer shows as black";
+            let help = "connect `material`, which keeps lamps out of the series, or set non-negative = \"nearest\" in \
+                        the light's project-sh";
+            report_loss(context, part, what, help);
+        }
+        Output::artifact(artifacts::VertexRadiance(OfMesh { value, mesh: digest }))
+    }
+}
+
+/// The directions over a disk at which light without shadows is taken.
+const UNSHADOWED: usize = 16;
+
+/// Light as a series.
+enum Soft {
+    /// The same for all vertices.
+    Distant(Expansion),
+    /// Blended at each vertex.
+    Near(LightField),
+}
+
+impl Soft {
+    fn degree(&self) -> Degree {
+        match self {
+            Self::Distant(light) => light.degree(),
+            Self::Near(field) => field.degree(),
+        }
+    }
+}
+
+/// The series of all light, and the lamps beside it; with `apart` false they are in the series.
+fn light(context: &Context<'_>, apart: bool) -> Result<(Soft, Vec<Light>), Failure> {
+    let more = context.optional::<artifacts::Lighting>("lights")?;
+    let taken = |lighting: Lighting| match apart {
+        true => (lighting.series, lighting.lights),
+        false => (lighting.whole(), Vec::new()),
+    };
+    if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
+        let field = context.get::<artifacts::LightField>("lighting")?.0.clone();
+        let Some(more) = more else { return Ok((Soft::Near(field), Vec::new())) };
+        let (series, lamps) = taken(more.0.clone());
+        return Ok((Soft::Near(field.plus(&series)), lamps));
+    }
+    let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
+    let (series, lamps) = taken(more.map_or_else(|| lighting.clone(), |more| lighting + &more.0));
+    Ok((Soft::Distant(series), lamps))
+}
+
+/// The radiance of each vertex under a series.
+fn shade_soft(
+    context: &Context<'_>,
+    frames: &Frames,
+    table: &BrdfTable,
+    viewer: Viewer,
+    transfer: Option<&StoredTransfer>,
+    soft: &Soft,
+) -> Result<Vec<[f32; 3]>, Failure> {
+    let Some(transfer) = transfer else {
+        note_cut(context, ("light", soft.degree()), ("table", table.degree()));
+        return Ok(match soft {
+            Soft::Distant(light) => shade(frames, table, viewer, light),
+            Soft::Near(field) => field.shade(frames, table, viewer),
+        });
+    };
+    let form = transfer.form();
+    note_cut(context, ("light", soft.degree()), ("transfer's F", form.input()));
+    if let Some(output) = form.output() {
+        note_cut(context, ("table", table.degree()), ("transfer's O", output));
+    }
+    if table.lit_from_below() {
+        context.note("light from below the horizon, which this material reflects, is not shadowed");
+    }
+    let found = match soft {
+        Soft::Distant(light) => transfer.shade(frames, table, viewer, light),
+        Soft::Near(field) => field.shade_with_transfer(frames, table, viewer, transfer),
+    };
+    found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))
+}
+
+/// Notes that what has the higher degree is cut to the lower.
+fn note_cut(context: &Context<'_>, a: (&str, Degree), b: (&str, Degree)) {
+    let ((low, least), (high, most)) = if a.1 <= b.1 { (a, b) } else { (b, a) };
+    if least < most {
+        context.note(format!("the {low} ends at degree {}, the {high} at {}", least.get(), most.get()));
+    }
+}

@@ -1,0 +1,586 @@
+//! Draws a mesh under an environment, shaded with the maps that engines will use: a picture, or a turntable.
+//!
+//! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
+//! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
+//! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Lighting
+//! that no environment made, such as that of `circular-lights`, is drawn as a picture of its lights. Each
+//! mode names the other inputs that it needs. `mesh` is drawn instead of the built-in shape.
+//!
+//! ## Modes
+//!
+//! `modes` says how the surface is shaded. Several modes are drawn side by side in one picture, each with its
+//! name.
+//!
+//! | mode | the reflected light comes from |
+//! | --- | --- |
+//! | `local-shrm` | the local SHRM, evaluated at every pixel, and the lamps |
+//! | `global-shrm` | the global SHRM, evaluated once a frame into a reflection map for a far viewer, and the lamps |
+//! | `cabral` | Cabral's twelve maps, blended by the view |
+//! | `kautz-mccool` | Kautz and McCool's texture, by the angle to the view |
+//! | `prefiltered` | one reflection map, the mean over all views |
+//! | `irradiance` | nine coefficients of the light, for a white matte surface |
+//! | `mirror` | the environment, for a perfect mirror |
+//! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel; needs `material` |
+//! | `table` | a BRDF table at every vertex, interpolated over the triangles; needs `table` (`tabulate-brdf`) |
+//! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
+//! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
+//! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
+//!
+//! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
+//! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
+//! coefficients of the degree that the table or the transfer has, up to 30; their reference is `brute-force`
+//! and `shadowed-brute-force`. The inner side of a surface is black in both.
+//!
+//! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
+//! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients of
+//! `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera by
+//! 30 degrees, whatever the mesh is. It is compared with no other mode.
+//!
+//! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
+//! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of
+//! `export-shrm`; before that, what a map shows below zero becomes 0. With `lamps = "baked"` the two maps
+//! hold them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
+//! `prefiltered` hold all light, as their exports do.
+//!
+//! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
+//! mode is its absolute difference, amplified, with the error in stops that 95 and 99 of 100 samples stay
+//! below, as `report` measures it: |log2((value + e) / (reference + e))| over the channels of the pixels that
+//! show only the mesh, e being 1 % of the light's mean radiance. After it is the relative RMS, in which one
+//! bright lamp may outweigh all that an eye compares: the root of the mean squared difference, divided by the
+//! RMS of the reference. Brute force is noisy itself; more `light-samples` reduce the noise.
+//!
+//! Maps are made as the exports make them, on cubes with an edge of `resolution`; Kautz and McCool's texture
+//! has `slices` slices.
+//!
+//! ## Camera and light
+//!
+//! The camera circles the mesh. At yaw 0 it is on the +X side, in front of glTF models, with the centre of
+//! the environment's image behind it; a positive yaw moves it toward +Y, a positive pitch moves it up. At
+//! `zoom` 1 the bounding ball of the mesh fits the picture's shorter side, whatever the mesh's size. The
+//! light is turned as `rotate` turns it, by `light-yaw` and then `light-pitch`.
+//!
+//! `frames` is the number of pictures of one whole turn of the camera, or of the light around +Z,
+//! counter-clockwise as seen from above. They become an animation, or a strip of all frames.
+//!
+//! ## CPU and GPU
+//!
+//! With `backend = "cpu"` the output is bit-identical on every run, as for all stages. A graphics device
+//! (`"gpu"`) is faster and draws the same to within two steps of 255 for all but a few pixels; its output
+//! depends on the device, which is not part of the key. If there is no device, or it cannot draw the scene,
+//! the CPU draws instead, with a warning that says why. That picture is cached like any result: to redraw it
+//! later on a device, change a parameter or move `.specula` away.
+//!
+//! ## Files
+//!
+//! `.png`: 8-bit sRGB. An animation is an animated PNG; programs that do not support those show the first
+//! frame.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.preview]
+//! kind = "preview"
+//! inputs = { reflection = "reflection", environment = "environment", material = "material" }
+//! modes = ["prefiltered", "cabral", "kautz-mccool", "local-shrm"]
+//! compare = "brute-force"
+//! mesh = "torus-knot"
+//! size = 320
+//!
+//! [stage.turntable]
+//! kind = "preview"
+//! inputs = { reflection = "reflection", environment = "environment", mesh = "mesh" }
+//! frames = 24
+//! turn = "light"
+//! ```
+
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use containers::{write_apng, write_png};
+use engine::{Context, Digest, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use envmap::ToneMap;
+use preview::{Camera, Look, MapSizes, Mode, Scene, Shot, Show};
+use sphere::Rotation;
+
+use super::sheet::{described, percent};
+use crate::light::{light, light_mismatch};
+use crate::values::{LampsName, STOPS, ToneMapName, artifacts, blend};
+use comparison::{ComparisonSheet, Panel};
+use fallback_renderer::FallbackRenderer;
+use values::{Backend, BackgroundChoice, Size};
+
+mod comparison;
+mod fallback_renderer;
+mod values;
+
+choice! {
+    /// A built-in mesh.
+    pub(crate) enum BuiltInMesh {
+        /// A sphere.
+        Sphere = "sphere",
+        /// A trefoil knot, which shows every direction of the normal at several depths.
+        TorusKnot = "torus-knot",
+        /// A square that lies on the ground.
+        Plane = "plane",
+    }
+}
+
+choice! {
+    /// What the reflected light comes from.
+    pub(crate) enum ModeName: Mode {
+        /// The local SHRM at every pixel.
+        LocalShrm,
+        /// The global SHRM, once a frame.
+        GlobalShrm,
+        /// Cabral's twelve maps.
+        Cabral,
+        /// Kautz and McCool's texture.
+        KautzMcCool,
+        /// One reflection map, the mean over all views.
+        Prefiltered,
+        /// Nine coefficients of the light, for a white matte surface.
+        Irradiance,
+        /// The environment, for a perfect mirror.
+        Mirror,
+        /// The sum of all light, by many samples.
+        BruteForce,
+        /// A BRDF table at every vertex.
+        Table,
+        /// The same with the shadows of the mesh on itself.
+        Transfer,
+        /// The sum of all light that the mesh does not hide, with traced shadows.
+        ShadowedBruteForce,
+        /// A diagram of the points that importance sampling draws.
+        Samples,
+    }
+}
+
+choice! {
+    /// What turns from frame to frame.
+    pub(crate) enum Turn {
+        /// The camera circles the mesh.
+        Camera = "camera",
+        /// The light turns around +Z.
+        Light = "light",
+    }
+}
+
+choice! {
+    /// How several frames are written.
+    pub(crate) enum Format {
+        /// One picture.
+        Png = "png",
+        /// An animated PNG.
+        Apng = "apng",
+        /// All frames in one picture.
+        Strip = "strip",
+    }
+}
+
+parameters! {
+    /// Parameters of `preview`.
+    pub(crate) struct Parameters {
+        /// The built-in mesh that is drawn if no mesh is connected.
+        mesh: BuiltInMesh = BuiltInMesh::Sphere,
+        /// Pixels of each picture: the edge of a square, or [width, height].
+        size: Size = Size([512; 2]),
+        /// How the surface is shaded, side by side; see Modes.
+        modes: Vec<ModeName> = vec![ModeName(Mode::LocalShrm)],
+        /// The mode that the others are compared with. Default: none.
+        compare: Option<ModeName> = None,
+        /// The factor by which differences are amplified.
+        #[range(1.0..=1000.0)]
+        amplify: f64 = 8.0,
+        /// The camera's yaw around +Z, in degrees.
+        #[range(DEGREES)]
+        camera_yaw: f64 = 0.0,
+        /// The camera's pitch, in degrees: up is positive.
+        #[range(-90.0..=90.0)]
+        camera_pitch: f64 = 10.0,
+        /// The size of the mesh in the picture; see Camera and light.
+        #[range(0.1..=100.0)]
+        zoom: f64 = 0.9,
+        /// The field of view over the shorter side of the picture, in degrees.
+        #[range(1.0..=120.0)]
+        field: f64 = 30.0,
+        /// The turn of the light around +Z, in degrees.
+        #[range(DEGREES)]
+        light_yaw: f64 = 0.0,
+        /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
+        #[range(DEGREES)]
+        light_pitch: f64 = 0.0,
+        /// How many stops brighter than usual the picture is; see Exposure in contact-sheet.
+        #[range(STOPS)]
+        exposure: f64 = 0.0,
+        /// The tone curve of exposed radiance: with a film's shoulder, or cut at white.
+        curve: ToneMapName = ToneMapName(ToneMap::Filmic),
+        /// The background: the environment, its reconstruction from harmonics up to degree 30, or a colour,
+        /// which exposure does not change.
+        background: BackgroundChoice = BackgroundChoice::Environment,
+        /// Texels along the edge of a cube's face, for every map.
+        #[range(4..=512)]
+        resolution: usize = 64,
+        /// Slices of Kautz and McCool's texture.
+        #[range(2..=256)]
+        slices: usize = 16,
+        /// Whether lamps beside a reflection are added at every pixel or lie in the local and the global
+        /// SHRM.
+        lamps: LampsName = LampsName::Separate,
+        /// Samples along each side of a pixel.
+        #[range(1..=4)]
+        samples: usize = 2,
+        /// Samples of light at each sample of a pixel in brute-force.
+        #[range(1..=65536)]
+        light_samples: usize = 64,
+        /// The number of pictures of one whole turn.
+        #[range(1..=360)]
+        frames: usize = 1,
+        /// With several frames: what turns.
+        turn: Turn = Turn::Camera,
+        /// What is written. Default: "png" for one frame and "apng" for several.
+        format: Option<Format> = None,
+        /// With format "apng": seconds of one whole turn.
+        #[range(0.1..=600.0)]
+        seconds: f64 = 4.0,
+        /// What draws; see CPU and GPU.
+        backend: Backend = Backend::Cpu,
+    }
+}
+
+/// Angles: any number of turns, as long as fractions of a degree stay exact.
+const DEGREES: RangeInclusive<f64> = -1e6..=1e6;
+
+/// The most pixels of all frames together: 192 MiB of codes, and as much again if they become a strip.
+const MOST_PIXELS: usize = 1 << 26;
+
+impl Parameters {
+    fn format(&self) -> Format {
+        self.format.unwrap_or(if self.frames == 1 { Format::Png } else { Format::Apng })
+    }
+
+    fn compare(&self) -> Option<Mode> {
+        self.compare.map(|name| name.0)
+    }
+
+    /// The modes from left to right: the one that the others are compared with comes first.
+    fn columns(&self) -> Vec<Mode> {
+        let others = self.modes.iter().map(|name| name.0);
+        self.compare().into_iter().chain(others.filter(|mode| Some(*mode) != self.compare())).collect()
+    }
+
+    /// The arrangement of the frames in the written picture: columns and rows.
+    fn strip(&self) -> [usize; 2] {
+        match self.format() {
+            // Frames of a single picture are side by side; rows of several pictures are stacked.
+            Format::Strip if self.columns().len() == 1 => [self.frames, 1],
+            Format::Strip => [1, self.frames],
+            Format::Png | Format::Apng => [1, 1],
+        }
+    }
+
+    fn sheet(&self) -> ComparisonSheet {
+        ComparisonSheet {
+            picture: self.size.0,
+            columns: self.columns().len(),
+            compared: self.compare.is_some(),
+        }
+    }
+}
+
+/// The kind `preview`.
+pub(crate) struct Preview;
+
+impl Kind for Preview {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "preview";
+    const REVISION: u32 = 6;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        sh::revisions::ROTATION,
+        brdf::revisions::MODELS,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::RESAMPLING,
+        shrm::revisions::BAKING,
+        envmap::revisions::RESAMPLING,
+        transfer::revisions::SHADING,
+    ];
+    const TEXT: &'static str = include_str!("preview.rs");
+    const SLOW: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::one::<artifacts::Reflection>("reflection").or::<artifacts::Shrm>().optional(),
+            Port::one::<artifacts::Environment>("environment").or::<artifacts::Lighting>(),
+            Port::one::<artifacts::Material>("material").optional(),
+            Port::one::<artifacts::Mesh>("mesh").optional(),
+            Port::one::<artifacts::BrdfTable>("table").optional(),
+            Port::one::<artifacts::Transfer>("transfer").optional(),
+            Port::one::<artifacts::VertexBlend>("blend").optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".png".into()])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        check(parameters)
+    }
+
+    /// What a device draws is like what others draw, and not the same.
+    fn is_shared(parameters: &Parameters) -> bool {
+        parameters.backend == Backend::Cpu
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let scene = scene(parameters, context)?;
+        context.check_cancelled()?;
+        let usual = scene.light.exposure();
+        let exposure = usual.stops + parameters.exposure;
+        context.note(described(usual, parameters.exposure));
+        let pictures = Steps::new(context, parameters.frames * parameters.columns().len());
+        let mut renderer = FallbackRenderer::new(parameters.backend, &pictures);
+        let sheet = parameters.sheet();
+        let mut frames = Vec::new();
+        let mut worst = Vec::new();
+        for frame in 0..parameters.frames {
+            let turned = 360.0 * frame as f64 / parameters.frames as f64;
+            let shot = shot(parameters, &scene, exposure, turned);
+            frames.push(sheet.draw(&panels(parameters, &scene, &shot, &mut renderer, &mut worst)?));
+            context.check_cancelled()?;
+        }
+        for (mode, error) in worst {
+            let most = if parameters.frames > 1 { " at most" } else { "" };
+            context.note(format!("{}: {}", mode.label(), said(error, most)));
+        }
+        let [width, height] = sheet.size();
+        let recipe = Some(context.recipe());
+        let bytes = match parameters.format() {
+            Format::Apng => {
+                let milliseconds = (1000.0 * parameters.seconds / parameters.frames as f64).round();
+                write_apng(width, height, &frames, milliseconds.clamp(1.0, 65535.0) as u16, recipe)?
+            }
+            Format::Png | Format::Strip => {
+                let [columns, rows] = parameters.strip();
+                let strip = comparison::strip(&frames, sheet.size(), columns);
+                write_png(columns * width, rows * height, &strip, recipe)?
+            }
+        };
+        Ok(Output::Files(vec![bytes]))
+    }
+}
+
+fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+    let mut errors = Vec::new();
+    if parameters.modes.is_empty() {
+        errors.push(("modes", "the list is empty; name one, such as \"local-shrm\"".into()));
+    }
+    for (place, mode) in parameters.modes.iter().enumerate() {
+        if parameters.modes[..place].contains(mode) {
+            errors.push(("modes", format!("{:?} is listed twice", mode.0.name())));
+        }
+    }
+    if parameters.compare.is_some() && parameters.columns().len() == 1 {
+        errors.push(("compare", "`modes` has no other mode to compare with it".into()));
+    }
+    if parameters.compare.is_some() && parameters.columns().iter().any(|mode| mode.is_diagram()) {
+        errors.push(("compare", "\"samples\" is a diagram, which no other mode is compared with".into()));
+    }
+    match parameters.format() {
+        Format::Png if parameters.frames > 1 => {
+            let frames = parameters.frames;
+            errors.push(("format", format!("{frames} frames need \"apng\" or \"strip\"")));
+        }
+        Format::Apng | Format::Strip if parameters.frames == 1 => {
+            errors.push(("format", "one frame needs \"png\"; set frames to the number of frames".into()));
+        }
+        _ => {}
+    }
+    let [width, height] = parameters.sheet().size();
+    let pixels = width.saturating_mul(height).saturating_mul(parameters.frames);
+    if pixels > MOST_PIXELS {
+        errors.push((
+            "size",
+            format!("all pictures together have {pixels} pixels, which is more than {MOST_PIXELS}"),
+        ));
+    }
+    errors
+}
+
+/// The mesh with its look.
+fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failure> {
+    let material = context.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
+    let table = context.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
+    for mode in parameters.columns() {
+        let port = match mode {
+            Mode::BruteForce | Mode::ShadowedBruteForce => "material",
+            Mode::Table => "table",
+            Mode::Transfer if table.is_none() => "table",
+            Mode::Transfer => "transfer",
+            Mode::Samples if context.type_at("reflection").is_none() => "material",
+            mode if mode.needs_maps() => "reflection",
+            _ => continue,
+        };
+        if context.type_at(port).is_none() {
+            let mode = mode.name();
+            return Err(Failure::new(format!("{mode} needs a {port}, but the port {port} is not connected"))
+                .help(format!("add {port} = \"...\" to the stage's inputs")));
+        }
+    }
+    let mesh = match context.optional::<artifacts::Mesh>("mesh")? {
+        Some(mesh) => mesh.0.clone(),
+        None => built_in(parameters.mesh)?,
+    };
+    if mesh.triangles().is_empty() {
+        context.warn("the mesh has no triangles: only the background is seen");
+    }
+    let light = Arc::new(light(context)?);
+    let sizes = MapSizes { edge: parameters.resolution, slices: parameters.slices };
+    let look = match context.type_at("reflection") {
+        Some(name) if name == <artifacts::Shrm as engine::Artifact>::TYPE => {
+            let map = context.get::<artifacts::Shrm>("reflection")?.0.clone();
+            Look::from_map(light, map, material, sizes)
+        }
+        Some(_) => {
+            let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
+            if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
+                context.warn(difference);
+            }
+            Look::new(light, reflection, material, sizes)
+                .with_lamps_in_maps(parameters.lamps == LampsName::Baked)
+        }
+        None => Look::of_light(light, material, sizes),
+    };
+    let transfer = transfer(context, &mesh)?;
+    let blend = match &table {
+        Some(table) => blend(context, &mesh, table)?.map(Arc::new),
+        None => None,
+    };
+    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
+    Ok(scene.with_transfer(transfer).with_blend(blend))
+}
+
+/// The transfer of the mesh, if there is one.
+fn transfer(
+    context: &Context<'_>,
+    mesh: &mesh::Mesh,
+) -> Result<Option<Arc<Vec<transfer::Transfer>>>, Failure> {
+    let Some(transfer) = context.optional::<artifacts::Transfer>("transfer")? else { return Ok(None) };
+    let digest = match context.type_at("mesh") {
+        Some(_) => Digest::of(&context.bytes("mesh")?).to_string(),
+        None => String::new(),
+    };
+    if transfer.0.mesh != digest {
+        return Err(Failure::new("the transfer is of another mesh")
+            .help("connect the mesh that precompute-transfer was given, tangents included"));
+    }
+    let matrices = transfer.0.value.matrices(&transfer::Frames::of(mesh)?).ok_or_else(|| {
+        Failure::new("the preview shows matrices, and this transfer is matte")
+            .help("bake it in another form for the preview: form = \"matrices\"")
+    })?;
+    Ok(Some(matrices.into()))
+}
+
+fn built_in(shape: BuiltInMesh) -> Result<mesh::Mesh, Failure> {
+    let name = match shape {
+        BuiltInMesh::Sphere => "sphere",
+        BuiltInMesh::TorusKnot => "torus-knot",
+        BuiltInMesh::Plane => "plane",
+    };
+    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no built-in mesh {name:?}")))
+}
+
+/// The shot of a frame, with the camera or the light turned by this many degrees.
+fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> Shot {
+    let [around, about] = match parameters.turn {
+        Turn::Camera => [turned, 0.0],
+        Turn::Light => [0.0, turned],
+    };
+    let own = Rotation::from_yaw_pitch_roll(
+        (parameters.light_yaw + about).to_radians(),
+        parameters.light_pitch.to_radians(),
+        0.0,
+    );
+    Shot {
+        size: parameters.size.0.map(|side| side as u32),
+        samples: parameters.samples as u32,
+        camera: Camera {
+            yaw: (parameters.camera_yaw + around).to_radians(),
+            pitch: parameters.camera_pitch.to_radians(),
+            zoom: parameters.zoom,
+            field: parameters.field.to_radians(),
+            ..Camera::new(scene.framing())
+        },
+        turn: own,
+        show: Show::One(Mode::LocalShrm),
+        background: parameters.background.background(),
+        exposure,
+        tone: parameters.curve.0,
+        light_samples: parameters.light_samples as u32,
+    }
+}
+
+/// `95 % within 0.03 stops, 99 % within 0.12; RMS 4.5 %`: the error of a picture.
+fn said([p95, p99, rms]: [f64; 3], most: &str) -> String {
+    format!("95 % within {p95:.2} stops, 99 % within {p99:.2}; RMS {}{most}", percent(rms))
+}
+
+/// The pictures of a frame. `worst` collects the greatest errors of each mode: two in stops, and the relative
+/// RMS.
+fn panels(
+    parameters: &Parameters,
+    scene: &Scene,
+    shot: &Shot,
+    renderer: &mut FallbackRenderer<'_>,
+    worst: &mut Vec<(Mode, [f64; 3])>,
+) -> Result<Vec<Panel>, Failure> {
+    let mut panels = Vec::new();
+    let mut first = None;
+    for mode in parameters.columns() {
+        let picture = renderer.draw(scene, &Shot { show: Show::One(mode), ..shot.clone() })?;
+        let mut panel = Panel {
+            label: mode.label(),
+            detail: String::new(),
+            picture: picture.codes.clone(),
+            difference: None,
+        };
+        match &first {
+            None if parameters.compare.is_some() => {
+                panel.detail = "the reference".into();
+                first = Some(picture);
+            }
+            None => {}
+            Some(from) => {
+                let difference = picture.difference(from, parameters.amplify as f32, shot);
+                if let Some(stops) = picture.stops(from, scene.light.dark()) {
+                    let error = [stops[0], stops[1], difference.relative_rms.unwrap_or(0.0)];
+                    panel.detail = said(error, "");
+                    match worst.iter_mut().find(|(known, _)| *known == mode) {
+                        Some((_, most)) => (0..3).for_each(|k| most[k] = most[k].max(error[k])),
+                        None => worst.push((mode, error)),
+                    }
+                }
+                panel.difference = Some((format!("difference × {}", parameters.amplify), difference.codes));
+            }
+        }
+        panels.push(panel);
+    }
+    Ok(panels)
+}
+
+#[cfg(test)]
+mod tests {
+    use engine::Parameter;
+
+    use super::*;
+
+    #[test]
+    fn every_shape_has_its_word() {
+        let shapes = mesh::SHAPES.map(|name| format!("{name:?}"));
+        assert_eq!(BuiltInMesh::expected(), shapes.join(" or "));
+        for shape in [BuiltInMesh::Sphere, BuiltInMesh::TorusKnot, BuiltInMesh::Plane] {
+            assert!(built_in(shape).is_ok());
+        }
+    }
+}

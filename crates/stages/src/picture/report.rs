@@ -1,0 +1,413 @@
+//! Writes a report on which export to use for which material, as one web page with pictures and numbers.
+//!
+//! The page begins with advice for each material: the export (a plain reflection map, Kautz-McCool's 3D
+//! texture, Cabral's view maps, or a spherical harmonic reflection map) that serves under all environments,
+//! its error under the worst of them and its size. A table has the same for each pair of a material and an
+//! environment. Below it are, for each pair, a sphere with every export and the ground truth, with pictures
+//! of the differences, and the size of each export.
+//!
+//! ## Errors
+//!
+//! Errors are in stops, factors of two, because the eye compares: |log2((value + e) / (truth + e))| for each
+//! pixel and channel of the sphere, e being 1 % of the environment's mean radiance, so that black is black.
+//! The report shows within how many stops 95 % and 99 % of these samples are, and the share of negative
+//! samples (below -e / 10), which renderers show as black. An export is good if the first is at most `accept`
+//! and the second at most 10 / 3 of it: 0.15 and 0.5 stops by default. The relative RMS error is shown too,
+//! but the brightest pixels decide it: a picture with rings everywhere can have 5 %.
+//!
+//! The figures are statistics: not every pixel is measured, but every second, fourth, ... of them, and twice
+//! as many until the standard error of the first figure is at most 2 % of it, or of `accept` if that is
+//! larger, and the second is known as well or surely within its limit, or beyond it. An SHRM with lamps in
+//! it is measured at as many pixels as half a second of work allows. The JSON file has the standard errors.
+//! Pixels that were not measured are shown as means of those around them.
+//!
+//! The ground truth adds up all light for each pixel by the material's own BRDF, to about 0.01 stops. Where
+//! the reflection is smooth, blocks of texels are added as one; no sun is blurred or moved.
+//!
+//! ## Advice
+//!
+//! Advised is the smallest export that is good under every environment. If there is none, it is the one whose
+//! error under its worst environment is the least, and the page names that environment and the errors there.
+//!
+//! Where no export is good, or the cut at given degrees shows, the report measures what might help: leaving
+//! out given degrees, twice the resolution, and the highest degrees. It names what was good, or says what
+//! all of it reached.
+//!
+//! In light with suns or lamps an SHRM has two forms: with all light in the map, and with `lamps =
+//! "separate"`, where the file lists them as lights. The second is smaller and more exact, and is advised
+//! for renderers that can evaluate the material's BRDF; the advice then also names the best export for the
+//! others.
+//!
+//! A material with a matte base under a highlight also has a plain map of each part, the way engines look
+//! them up: see Parts in `project-brdf`.
+//!
+//! ## BRDF tables
+//!
+//! `sections = ["tables"]` writes another part of the page, on tables of `tabulate-brdf` (`["maps",
+//! "tables"]` writes both): which degree a material needs under each environment. A row for each material
+//! shows a sphere whose light and table have 9, 25, 49 and 225 coefficients (degrees 2, 4, 6 and 14), 225
+//! under a Hanning window, and brute force, as figure 6 of Kautz, Sloan and Snyder (2002). Above them is the
+//! light at that degree. The sphere is brushed along +Z, projected into the surface; no maps are involved, so
+//! `reflection` is not used, and an anisotropic material keeps its direction.
+//!
+//! Below the spheres is the relative RMS error, to which brute force and the table's map of views add up to
+//! 0.7 % of their own; the errors of all degrees are in the JSON file. Advised is the least degree whose
+//! error is at most `table-error`; where there is none, the light is too sharp for a table: its suns and
+//! lamps ring. A second table has the share of the material's energy, of rho_hat over all views within 75
+//! degrees of the normal, that the degrees up to each hold. It needs no light, and says how the series of the
+//! material itself ends. A material takes some seconds; one of `poulin-fournier`, or one that was measured
+//! with its direction, some minutes.
+//!
+//! ## Sampling
+//!
+//! `sections = ["sampling"]` adds the noise of renderers that follow rays. An estimate is the mean of light
+//! times material over a density of directions, at 16 surfaces that face all ways. Directions follow the
+//! light, the material, both (half of the samples each, in the balance heuristic), or their product; they are
+//! made of random points or of stratified ones, the Sobol (0, 2)-sequence in Owen's scrambling. The figure is
+//! the relative RMS error of 8 estimates at each surface, of 4 to 256 samples, compared with the sum over all
+//! texels.
+//!
+//! Directions of a product cost more. `equal-time = true` adds the error of each density in the time that 64
+//! samples of the product take on this machine, what is made for each view included. The files then hold
+//! times, and are different ones on every run.
+//!
+//! ## Light rigs
+//!
+//! `sections = ["rigs"]` adds what is lost if the lights of `sample-light` shine in place of an environment:
+//! spheres under 1 to 256 directional lights, and their relative RMS errors compared with brute force.
+//!
+//! ## What is compared
+//!
+//! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
+//! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
+//! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
+//! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`. Set `resolution`
+//! to that of your exports.
+//!
+//! ## Files
+//!
+//! `.json`: all figures, for scripts; `.html`: the page, which needs no other file. By default there is one
+//! report on everything; `per = ["environment"]` makes one for each environment.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.report]
+//! kind = "report"
+//! inputs = { environment = "environment", material = "material", reflection = "reflection" }
+//! path = "report"
+//! ```
+
+mod advice;
+mod cuts;
+mod figures;
+mod markup;
+mod noise;
+mod page;
+mod picture;
+mod readers;
+mod rig_pictures;
+mod rigs;
+mod rigs_section;
+mod sampling_section;
+mod sphere;
+mod study;
+mod tables;
+mod tables_section;
+
+use std::borrow::Cow;
+use std::ops::Bound;
+use std::sync::Arc;
+
+use brdf::{Centre, Choice};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, choice, parameters};
+use serde_json::value::RawValue;
+use sh::Tolerance;
+use shrm::Reflection;
+
+use super::sheet::percent;
+use crate::light::light_mismatch;
+use crate::material::DegreePair;
+use crate::values::{SHARE, artifacts};
+use figures::{Follows, Limits, MaterialFigures, NoisePair, PairFigures, Report, Settings, TIMED};
+use page::PagePictures;
+use study::{Lit, Studied};
+
+choice! {
+    /// A part of the report.
+    pub(crate) enum Section {
+        /// Which export of reflection maps to use.
+        Maps = "maps",
+        /// Which degree of BRDF tables to use.
+        Tables = "tables",
+        /// The noise of samples that follow light, a material, or their product.
+        Sampling = "sampling",
+        /// What a few lights in place of an environment lose.
+        Rigs = "rigs",
+    }
+}
+
+parameters! {
+    /// Parameters of `report`.
+    pub(crate) struct Parameters {
+        /// The error in stops within which 95 % of the samples of a good export are; 99 % are within 10 / 3
+        /// of it.
+        #[range(ACCEPT)]
+        accept: f64 = 0.15,
+        /// Without `reflection`: the degrees [F, P] of every material. Default: those that `convolve` finds
+        /// for each light.
+        degree: Option<DegreePair> = None,
+        /// Without `reflection`: the share of a material's energy that may be lost.
+        #[range(SHARE)]
+        tolerance: Option<f64> = None,
+        /// Texels along the edge of a cube's face, for the exports that are compared.
+        #[range(4..=512)]
+        resolution: usize = 64,
+        /// Pixels along the edge of a picture of a sphere, of which as many are measured as the figures need.
+        #[range(24..=256)]
+        sphere: usize = 96,
+        /// The factor by which the second row of differences is amplified.
+        #[range(1.0..=100.0)]
+        amplify: f64 = 8.0,
+        /// What the report is about.
+        sections: Vec<Section> = vec![Section::Maps],
+        /// Whether the section on sampling measures times too; then the files are different ones on every
+        /// run.
+        equal_time: bool = false,
+        /// The relative RMS error of a sphere up to which the degree of a BRDF table is good.
+        #[range(ACCEPT)]
+        table_error: f64 = 0.02,
+    }
+}
+
+/// Stops that may be accepted.
+const ACCEPT: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Included(3.0));
+
+impl Parameters {
+    /// The degrees, if they are given.
+    fn choice(&self) -> Result<Option<Choice>, Failure> {
+        Ok(match (self.degree, self.tolerance) {
+            (Some(DegreePair { f, p }), _) => Some(Choice::Degree { f, p }),
+            (None, Some(tolerance)) => Some(Choice::Tolerance(Tolerance::new(tolerance)?)),
+            (None, None) => None,
+        })
+    }
+}
+
+/// The kind `report`.
+pub(crate) struct ReportKind;
+
+impl Kind for ReportKind {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "report";
+    const REVISION: u32 = 10;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        sh::revisions::ROTATION,
+        brdf::revisions::MODELS,
+        brdf::revisions::PROJECTION,
+        brdf::revisions::TABLE,
+        transfer::revisions::SHADING,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::DEGREES,
+        shrm::revisions::BAKING,
+        shrm::revisions::REFERENCE,
+        envmap::revisions::RESAMPLING,
+        envmap::revisions::LAMPS,
+        sampling::revisions::RIG,
+    ];
+    const TEXT: &'static str = include_str!("report.rs");
+    const SHOWS_KEYS: bool = true;
+    const SLOW: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::many::<artifacts::Environment>("environment"),
+            Port::many::<artifacts::Material>("material"),
+            Port::many::<artifacts::Reflection>("reflection").optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".json".into(), ".html".into()])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut errors = Vec::new();
+        if parameters.tolerance.is_some() && parameters.degree.is_some() {
+            errors.push(("tolerance", "degree already sets the degrees".into()));
+        }
+        if parameters.sections.is_empty() {
+            errors.push((
+                "sections",
+                "the list is empty; name \"maps\", \"tables\", \"sampling\" or \"rigs\"".into(),
+            ));
+        }
+        errors
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let own = context.key().cloned().unwrap_or_default();
+        let environments = context.many::<artifacts::Environment>("environment")?;
+        let materials = context.many::<artifacts::Material>("material")?;
+        let reflections = Reflections { all: context.many("reflection")?, choice: parameters.choice()? };
+        if !reflections.all.is_empty() && reflections.choice.is_some() {
+            return Err(Failure::new("`degree` and `tolerance` have no effect on a connected reflection")
+                .help("leave them out, or leave the port reflection unconnected"));
+        }
+        let settings = Settings {
+            limits: Limits::new(parameters.accept),
+            resolution: parameters.resolution,
+            sphere: parameters.sphere,
+            amplify: parameters.amplify,
+            table_error: parameters.table_error,
+        };
+        let has = |section| parameters.sections.contains(&section);
+        let lit = environments.iter().map(|(key, environment)| {
+            let exposure = environment.0.exposure().stops;
+            let name = name(key, "environment");
+            (key, Lit::new(name, &environment.0, exposure))
+        });
+        let lit: Vec<_> = lit.collect();
+
+        // One pair after another: each uses all threads.
+        let count = materials.len() * lit.len();
+        let sections = [Section::Maps, Section::Tables, Section::Sampling, Section::Rigs];
+        let steps = Steps::new(context, count * sections.into_iter().filter(|section| has(*section)).count());
+        let mut pictures = PagePictures::default();
+        let (mut pairs, mut figures): (Vec<PairFigures>, Vec<_>) = Default::default();
+        for (key, material) in materials.iter().filter(|_| has(Section::Maps)) {
+            let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
+            let first = pairs.len();
+            for (environment_key, lit) in &lit {
+                context.check_cancelled()?;
+                let made = reflections.of(lit, environment_key, &studied, key, context)?;
+                let is_default = reflections.all.is_empty() && reflections.choice.is_none();
+                let (pair, picture) = study::pair(lit, &studied, (&made, is_default), &settings, &steps)
+                    .map_err(|failure| failure.context(format!("{} under {}", studied.name, lit.name)))?;
+                pairs.push(pair);
+                pictures.maps.push(picture);
+            }
+            let own: Vec<_> = pairs[first..].iter().collect();
+            figures.push(MaterialFigures {
+                model: material.0.name().to_owned(),
+                centre: match material.0.centre() {
+                    Centre::Reflection => "reflection vector",
+                    Centre::Normal => "normal",
+                    Centre::Tangent => "tangent",
+                },
+                advice: advice::of_material(&own, &settings.limits),
+                name: studied.name,
+            });
+        }
+        let lit: Vec<&Lit<'_>> = lit.iter().map(|(_, lit)| lit).collect();
+        let named: Vec<_> =
+            materials.iter().map(|(key, material)| (name(key, "material"), &material.0)).collect();
+        let (mut tables, mut noise, mut rigs) = (Vec::new(), Vec::new(), Vec::new());
+        if has(Section::Tables) {
+            (tables, pictures.tables) = tables::study(&lit, &named, &settings, &steps)?;
+        }
+        if has(Section::Sampling) {
+            noise = noise::study(&lit, &named, parameters.equal_time, &steps)?;
+        }
+        if has(Section::Rigs) {
+            (rigs, pictures.rigs) = rigs::study(&lit, &named, &settings, &steps)?;
+        }
+        context.check_cancelled()?;
+        let specula = RawValue::from_string(context.recipe().to_owned())?;
+        let report =
+            Report { schema: 4, specula, settings, materials: figures, pairs, tables, sampling: noise, rigs };
+        note(&report, context);
+        let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
+        let page = page::page(&title, &report, &pictures, context.recipe())?;
+        let mut json = serde_json::to_vec_pretty(&report)?;
+        json.push(b'\n');
+        Ok(Output::Files(vec![json, page.into_bytes()]))
+    }
+}
+
+/// Notes how many pairs have a good export, and the degrees of tables.
+fn note(report: &Report, context: &Context<'_>) {
+    for table in &report.tables {
+        let error = percent(report.settings.table_error);
+        context.note(match table.advised {
+            Some(degree) => format!("{}: a table of degree {degree} is within {error} RMS", table.material),
+            None => {
+                format!("{}: no table up to degree {} is within {error} RMS", table.material, cuts::MOST)
+            }
+        });
+    }
+    if !report.sampling.is_empty() {
+        let least = |pair: &&NoisePair| pair.least(TIMED) == Some(Follows::Product);
+        context.note(format!(
+            "at {TIMED} samples, the product of light and material has the least noise in {} of {} pairs",
+            report.sampling.iter().filter(least).count(),
+            report.sampling.len()
+        ));
+    }
+    if report.pairs.is_empty() {
+        return;
+    }
+    let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
+    let Limits { p95, p99 } = report.settings.limits;
+    context.note(format!(
+        "{good} of {} pairs have a good export: 95 % of samples within {p95:.2} stops, 99 % within {p99:.2}",
+        report.pairs.len()
+    ));
+}
+
+/// The reflections that are compared.
+struct Reflections {
+    /// Those that are connected.
+    all: Vec<(ItemKey, Arc<artifacts::Reflection>)>,
+    /// If none are: the degrees, if they are given.
+    choice: Option<Choice>,
+}
+
+impl Reflections {
+    /// That of a pair.
+    fn of(
+        &self,
+        lit: &Lit<'_>,
+        environment: &ItemKey,
+        material: &Studied<'_>,
+        material_key: &ItemKey,
+        context: &Context<'_>,
+    ) -> Result<Reflection, Failure> {
+        if self.all.is_empty() {
+            return study::reflection(lit, material, self.choice, context);
+        }
+        let found = self.all.iter().find(|(key, _)| holds(key, environment) && holds(key, material_key));
+        let Some((_, reflection)) = found else {
+            let (material, environment) = (&material.name, &lit.name);
+            return Err(Failure::new(format!(
+                "the port reflection receives no reflection of {material} under {environment}"
+            ))
+            .help(
+                "connect a convolve of the same environments and materials, or leave reflection unconnected",
+            ));
+        };
+        if let Some(difference) = light_mismatch::difference(lit.environment, &reflection.0) {
+            context.warn(format!("{} under {}: {difference}", material.name, lit.name));
+        }
+        if reflection.0.brdf().centre() != material.material.centre() {
+            return Err(Failure::new(format!("the reflection of {} is of another material", material.name))
+                .help("connect the material that was projected"));
+        }
+        Ok(reflection.0.clone())
+    }
+}
+
+/// Whether a key names everything that another one does.
+fn holds(key: &ItemKey, part: &ItemKey) -> bool {
+    part.iter().all(|(stage, stem)| key.get(stage) == Some(stem))
+}
+
+/// An item's name on the page: the stems of its key.
+fn name(key: &ItemKey, otherwise: &str) -> String {
+    if key.is_empty() {
+        return otherwise.to_owned();
+    }
+    key.stems().collect::<Vec<_>>().join(" · ")
+}

@@ -1,0 +1,197 @@
+//! What the readers of each export see. Texels are made when they are looked up: a picture needs a small part
+//! of most exports.
+
+use engine::Failure;
+use rayon::prelude::*;
+use sh::{Expansion, Light, synthesise_cube, zonal_into};
+use shrm::{Cabral, KautzMcCool, Lamps, MapGrid, MeanLight, MeanLobe, Shrm, icosahedron};
+use sphere::{Cube, Direction};
+
+use crate::picture::report::sphere::Sphere;
+
+/// Reflected light for look-ups at these central directions.
+pub(crate) struct Reader<'a> {
+    pub(crate) central: &'a [Direction],
+    /// What an export writes at least: see `map_source.rs`.
+    pub(crate) least: f32,
+}
+
+impl Reader<'_> {
+    /// A plain map: its series, and the lights beside it with what reflects them.
+    pub(crate) fn plain(
+        &self,
+        series: &Expansion,
+        lights: Option<(&MeanLobe, &[Light])>,
+        cube: Cube,
+    ) -> Result<Vec<[f32; 3]>, Failure> {
+        let (grid, soft): (_, Vec<[f32; 3]>) = (MapGrid::Cube(cube), synthesise_cube(series, cube)?);
+        let light = lights.map(|(lobe, lights)| lobe.of(lights));
+        let texel = |texel: usize| {
+            let lit = light.as_ref().map_or([0.0; 3], |light| light.radiance(grid.direction(texel)));
+            let value: [f32; 3] = std::array::from_fn(|channel| soft[texel][channel] + lit[channel] as f32);
+            value.map(|value| value.max(self.least))
+        };
+        Ok(self.look(|| (), |(), central| grid.taps(central).blend_by(texel).map(|value| value as f32)))
+    }
+
+    /// Cabral's maps of a map without lamps.
+    pub(crate) fn cabral(&self, soft: &Shrm, lamps: Option<&Lamps>) -> Vec<[f32; 3]> {
+        let (grid, vertices) = (soft.grid(), icosahedron::vertices());
+        let lamps = lamps.map(Lamps::for_views);
+        self.look(
+            || soft.lookup(),
+            |lookup, central| {
+                Cabral::interpolated(grid, central, Sphere::view(), |vertex, texel| {
+                    let view = vertices[vertex];
+                    let value = lookup.texel(texel, view).map(|value| value as f32);
+                    let value = match &lamps {
+                        Some(lamps) => lamps.added(value, grid.direction(texel), view),
+                        None => value,
+                    };
+                    value.map(|value| value.max(self.least))
+                })
+            },
+        )
+    }
+
+    /// The 3D texture of a local map of zonal terms without lamps, with slices at these angles; `rings` are
+    /// the lamps' lobes at them.
+    pub(crate) fn kautz_mccool(
+        &self,
+        zonal: &Shrm,
+        angles: &[f64],
+        lights: Option<(&[MeanLobe], &[Light])>,
+    ) -> Vec<[f32; 3]> {
+        let (grid, rows) = (zonal.grid(), zonal.p().get() + 1);
+        let mut harmonics = vec![0.0; angles.len() * rows];
+        for (angle, row) in angles.iter().zip(harmonics.chunks_exact_mut(rows)) {
+            zonal_into(math::cos(*angle), row);
+        }
+        let rings: Option<Vec<MeanLight>> =
+            lights.map(|(lobes, lights)| lobes.iter().map(|lobe| lobe.of(lights)).collect());
+        let value = |slice: usize, texel: usize| {
+            let mut sum = [0.0; 3];
+            for (value, y) in zonal.texel(texel).iter().zip(&harmonics[slice * rows..]) {
+                (0..3).for_each(|channel| sum[channel] += f64::from(value[channel]) * y);
+            }
+            let soft = sum.map(|value| value as f32);
+            let value: [f32; 3] = match &rings {
+                Some(rings) => {
+                    let lit = rings[slice].radiance(grid.direction(texel));
+                    std::array::from_fn(|channel| soft[channel].max(0.0) + lit[channel] as f32)
+                }
+                None => soft,
+            };
+            value.map(|value| value.max(self.least))
+        };
+        self.look(
+            || (),
+            |(), central| KautzMcCool::interpolated((grid, angles), central, Sphere::view(), value),
+        )
+    }
+
+    /// A spherical harmonic reflection map, and lamps beside it.
+    pub(crate) fn shrm(&self, map: &Shrm, beside: Option<&Lamps>) -> Vec<[f32; 3]> {
+        let (view, beside) = (Sphere::view(), beside.map(Lamps::for_views));
+        self.look(
+            || map.lookup(),
+            |lookup, central| {
+                let soft = lookup.radiance(central, view);
+                match &beside {
+                    Some(lamps) => {
+                        let lit = lamps.radiance(central, view);
+                        std::array::from_fn(|channel| soft[channel] + lit[channel] as f32)
+                    }
+                    None => soft,
+                }
+            },
+        )
+    }
+
+    /// What each pixel sees.
+    fn look<T>(
+        &self,
+        reader: impl Fn() -> T + Sync + Send,
+        of: impl Fn(&mut T, Direction) -> [f32; 3] + Sync + Send,
+    ) -> Vec<[f32; 3]> {
+        self.central.par_iter().map_init(reader, |reader, central| of(reader, *central)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
+    use sh::{Degree, Lighting};
+    use shrm::{Plain, Reflection, View};
+    use sphere::LatLong;
+
+    use super::*;
+    use crate::map::texels;
+
+    fn lighting() -> Lighting {
+        let degree = Degree::new(6).unwrap();
+        let mut rows = vec![[0.0; 3]; degree.rows()];
+        (rows[0], rows[2], rows[7], rows[20]) =
+            ([3.5; 3], [1.2, 1.0, 0.8], [0.9, -0.3, 0.4], [-0.5, 0.6, 0.1]);
+        let lamp = |theta, phi| Light::from_flux(Direction::from_angles(theta, phi), 0.01, [6.0, 5.0, 4.0]);
+        let series = Expansion::from_coefficients(degree, rows).unwrap();
+        Lighting { series, lights: vec![lamp(1.2, 0.4), lamp(2.2, 2.9)] }
+    }
+
+    /// With lamps and without, azimuth and without.
+    fn reflections() -> Vec<Reflection> {
+        let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+        let materials = [
+            Material::Ggx(Ggx::new(0.4, metal, [1.0; 3]).unwrap()),
+            Material::KajiyaKay(KajiyaKay::new(16.0, [1.0; 3]).unwrap()),
+        ];
+        let mut all = Vec::new();
+        for material in materials {
+            let brdf = project(&material, Choice::Full).unwrap().coefficients;
+            all.push(Reflection::for_light(&lighting(), &brdf, &material).0);
+            all.push(all[all.len() - 1].clone().without_lamps());
+        }
+        all
+    }
+
+    #[test]
+    fn readers_see_what_they_see_of_the_whole_maps() {
+        let (cube, angles) = (Cube { edge: 7 }, KautzMcCool::even_angles(5));
+        let grid = MapGrid::Cube(cube);
+        for reflection in reflections() {
+            let sphere = Sphere::new(32);
+            let central = sphere.central(reflection.brdf().centre());
+            let reader = Reader { central: &central, least: 0.0 };
+            let (view, lamps) = (Sphere::view(), reflection.lamps());
+            let black = |pixels: &[[f32; 3]]| -> Vec<[f32; 3]> {
+                pixels.iter().map(|pixel| pixel.map(|value| value.max(0.0))).collect()
+            };
+
+            let soft = reflection.synthesise(grid, View::Local).unwrap();
+            let maps = Cabral::from_shrm(&soft);
+            let maps = if let Some(lamps) = lamps { maps.with_lamps(lamps) } else { maps };
+            let maps = Cabral::new(grid, maps.centre(), black(maps.maps())).unwrap();
+            let expected: Vec<_> = central.iter().map(|central| maps.radiance(*central, view)).collect();
+            assert_eq!(reader.cabral(&soft, lamps), expected);
+
+            let slices = MapGrid::LatLong(LatLong::with_rows(14));
+            let zonal = crate::picture::report::study::zonal(&reflection, LatLong::with_rows(14)).unwrap();
+            let texture = KautzMcCool::from_shrm(&zonal, angles.clone()).unwrap();
+            let texture = if let Some(lamps) = lamps { texture.with_lamps(lamps) } else { texture };
+            let texture =
+                KautzMcCool::new(slices, texture.centre(), angles.clone(), black(texture.slices())).unwrap();
+            let expected: Vec<_> = central.iter().map(|central| texture.radiance(*central, view)).collect();
+            let rings: Option<Vec<MeanLobe>> = lamps
+                .map(|lamps| angles.iter().map(|angle| MeanLobe::ring(&lamps.material, *angle)).collect());
+            let lights = rings.as_deref().zip(lamps.map(|lamps| &lamps.lights[..]));
+            assert_eq!(reader.kautz_mccool(&zonal, &angles, lights), expected);
+
+            let texels = texels(&reflection, Plain::Mean, grid).unwrap();
+            let look = |central: &Direction| grid.taps(*central).blend(&texels).map(|value| value as f32);
+            let expected: Vec<_> = central.iter().map(look).collect();
+            let lobe = lamps.map(|lamps| MeanLobe::plain(&lamps.material, Plain::Mean));
+            let lights = lobe.as_ref().zip(lamps.map(|lamps| &lamps.lights[..]));
+            assert_eq!(reader.plain(&reflection.plain(Plain::Mean), lights, cube).unwrap(), expected);
+        }
+    }
+}

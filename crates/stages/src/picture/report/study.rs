@@ -1,0 +1,544 @@
+//! Measures pairs of a material and an environment: calls the kernels and fills the figures.
+
+use std::borrow::Cow;
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
+use brdf::{BrdfCoefficients, Choice, Part, project_unless};
+use engine::{Context, Failure, Steps};
+use envmap::{Environment, ToneMap, to_srgb8};
+use rayon::prelude::*;
+use sh::{Degree, Lighting};
+use shrm::MOST_P;
+use shrm::degrees::DARK;
+use shrm::reference::LightTree;
+use shrm::{KautzMcCool, MapGrid, MeanLobe, Plain, Reflection, Shrm, Terms, View};
+use sphere::{Cube, DMat3, Direction, LatLong};
+
+use crate::light::full;
+use crate::picture::report::advice;
+use crate::picture::report::advice::best;
+use crate::picture::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
+use crate::picture::report::page::Pictures;
+use crate::picture::report::readers::Reader;
+use crate::picture::report::sphere::{Lattice, Sphere};
+
+/// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
+const SLICES: usize = 16;
+
+/// Bytes of a light: direction, radius and irradiance as seven 32-bit numbers.
+const LIGHT_BYTES: usize = 28;
+
+/// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
+const RING: f64 = 0.1;
+
+/// Coefficients of a map with lamps that are fitted for one view: about half a second of one core.
+const FITTED: usize = 1 << 18;
+
+/// Pixels between two checks for cancellation.
+const BAND: usize = 512;
+
+/// The error of the ground truth: 0.003 stops.
+const TRUTH: f64 = 0.002;
+
+/// An environment, and what is made from it once.
+pub(crate) struct Lit<'a> {
+    pub(crate) name: String,
+    pub(crate) environment: &'a Environment,
+    /// Stops.
+    pub(crate) exposure: f64,
+    pub(crate) tree: LightTree<'a>,
+    /// The radiance below which black is black.
+    pub(crate) dark: f64,
+    full: OnceCell<Lighting>,
+}
+
+impl<'a> Lit<'a> {
+    pub(crate) fn new(name: String, environment: &'a Environment, exposure: f64) -> Self {
+        let tree = LightTree::new(environment);
+        // Over the sphere and the three channels.
+        let mean = environment.integral().iter().sum::<f64>() / (12.0 * std::f64::consts::PI);
+        Self { name, environment, exposure, tree, dark: DARK * mean, full: OnceCell::new() }
+    }
+
+    /// The lighting that `project-sh` makes by default.
+    fn full(&self) -> Result<&Lighting, Failure> {
+        if let Some(full) = self.full.get() {
+            return Ok(full);
+        }
+        let made = full(self.environment)?;
+        Ok(self.full.get_or_init(|| made))
+    }
+}
+
+/// What surfaces show by brute force, seen from [`Sphere::view`]: frames with their tangents, other
+/// directions in the surface and normals as columns. It takes a step.
+pub(crate) fn brute_force(
+    lit: &Lit<'_>,
+    material: &brdf::Material,
+    axes: &[DMat3],
+    steps: &Steps<'_>,
+) -> Result<Vec<[f32; 3]>, Failure> {
+    let steps = steps.part(1, axes.len().div_ceil(BAND));
+    let (tree, dark) = (&lit.tree, lit.dark);
+    let mut truth = vec![[0.0_f32; 3]; axes.len()];
+    for (values, axes) in truth.chunks_mut(BAND).zip(axes.chunks(BAND)) {
+        steps.step()?;
+        values.par_iter_mut().zip(axes).for_each(|(value, axes)| {
+            let radiance = tree.surface_radiance(material, *axes, Sphere::view(), TRUTH, dark);
+            *value = radiance.map(|value| value as f32);
+        });
+    }
+    Ok(truth)
+}
+
+/// A material, and what is made from it once.
+pub(crate) struct Studied<'a> {
+    pub(crate) name: String,
+    pub(crate) material: Cow<'a, brdf::Material>,
+    /// The diffuse and the specular part, of a material that has both.
+    parts: OnceCell<Option<Box<[Studied<'static>; 2]>>>,
+    full: OnceCell<BrdfCoefficients>,
+    /// Of degrees that the report's parameters give.
+    given: OnceCell<BrdfCoefficients>,
+    /// What it reflects of a small light in the mean over all views.
+    mean: OnceCell<MeanLobe>,
+    /// The same over the views at each angle of a 3D texture.
+    rings: OnceCell<Vec<MeanLobe>>,
+}
+
+impl<'a> Studied<'a> {
+    pub(crate) fn new(name: String, material: Cow<'a, brdf::Material>) -> Self {
+        let (parts, full, given, mean, rings) = Default::default();
+        Self { name, material, parts, full, given, mean, rings }
+    }
+
+    fn mean(&self) -> &MeanLobe {
+        self.mean.get_or_init(|| MeanLobe::plain(&self.material, Plain::Mean))
+    }
+
+    fn rings(&self) -> &[MeanLobe] {
+        let ring = |angle| MeanLobe::ring(&self.material, angle);
+        self.rings.get_or_init(|| KautzMcCool::even_angles(SLICES).into_iter().map(ring).collect())
+    }
+
+    /// The diffuse and the specular part, of a material that has both.
+    fn parts(&self) -> Option<&[Studied<'static>; 2]> {
+        let part = |part| Some(Studied::new(self.name.clone(), Cow::Owned(self.material.part(part)?)));
+        let parts = || Some(Box::new([part(Part::Diffuse)?, part(Part::Specular)?]));
+        self.parts.get_or_init(parts).as_deref()
+    }
+
+    /// The coefficients that `project-brdf` makes by default.
+    fn full(&self, context: &Context<'_>) -> Result<&BrdfCoefficients, Failure> {
+        projected(&self.full, &self.material, Choice::Full, context)
+    }
+}
+
+fn projected<'a>(
+    cell: &'a OnceCell<BrdfCoefficients>,
+    material: &brdf::Material,
+    choice: Choice,
+    context: &Context<'_>,
+) -> Result<&'a BrdfCoefficients, Failure> {
+    if let Some(made) = cell.get() {
+        return Ok(made);
+    }
+    let made = project_unless(material, choice, &|| context.check_cancelled().is_err());
+    context.check_cancelled()?;
+    let made = made?.coefficients;
+    Ok(cell.get_or_init(|| made))
+}
+
+/// The reflection of a pair as the stages make it by default, or with these degrees.
+pub(crate) fn reflection(
+    lit: &Lit<'_>,
+    material: &Studied<'_>,
+    choice: Option<Choice>,
+    context: &Context<'_>,
+) -> Result<Reflection, Failure> {
+    Ok(match choice {
+        None => {
+            let stop = || context.check_cancelled().is_err();
+            let full = (lit.full()?, material.full(context)?);
+            let found = Reflection::for_light_unless(full.0, full.1, &material.material, &stop);
+            found.ok_or_else(Failure::cancelled)?.0
+        }
+        Some(choice) => {
+            let brdf = projected(&material.given, &material.material, choice, context)?;
+            Reflection::convolve(&lit.full()?.whole(), brdf)
+        }
+    })
+}
+
+/// Renders a material under an environment in every way. `is_default` says that `reflection` is what the
+/// stages make by default.
+pub(crate) fn pair(
+    lit: &Lit<'_>,
+    material: &Studied<'_>,
+    (reflection, is_default): (&Reflection, bool),
+    settings: &Settings,
+    steps: &Steps<'_>,
+) -> Result<(PairFigures, Pictures), Failure> {
+    let lattice = Lattice::first(Sphere::new(settings.sphere).indices().len());
+    let mut sphere = Sphere::on(lattice, settings.sphere);
+    let steps = steps.part(1, sphere.indices().len().div_ceil(BAND) + Method::ALL.len());
+    let soft = soft(reflection, settings.resolution, steps.context())?;
+    let mut before = None;
+    let (scene, mut measured) = loop {
+        let scene = Scene::new(lit, material, reflection, (sphere, before.as_ref()), &steps)?;
+        let measured = scene.exports(lit, material, (reflection, &soft), settings, &steps)?;
+        let is_known = measured.iter().all(|(export, _)| settings.limits.are_known(&export.errors));
+        match scene.sphere.lattice().finer() {
+            Some(finer) if !is_known => {
+                sphere = Sphere::on(finer, settings.sphere);
+                before = Some(scene);
+            }
+            _ => break (scene, measured),
+        }
+    };
+    if reflection.lamps().is_some() {
+        // To fit it takes so long that it is measured once, at as many pixels as there is time for.
+        measured.push(scene.measure(Method::Shrm, material, reflection, &soft, settings.resolution)?);
+        measured.sort_by_key(|(export, _)| export.method as usize);
+    }
+    let mut pictures = Pictures {
+        truth: scene.shown(scene.sphere.lattice(), &scene.truth, lit.exposure),
+        exports: Vec::new(),
+    };
+    let mut exports = Vec::new();
+    for (export, (lattice, values)) in measured {
+        let shown = [&values, &scene.truth].map(|values| scene.shown(lattice, values, lit.exposure));
+        pictures.exports.push(shown);
+        exports.push(export);
+    }
+    let tried = scene.trials(lit, material, (reflection, is_default), &exports, settings)?;
+    let degrees = [reflection.brdf().f().get(), reflection.brdf().p().get()];
+    let given = (!reflection.is_for_light()).then_some(degrees);
+    let figures = PairFigures {
+        environment: lit.name.clone(),
+        material: material.name.clone(),
+        f: degrees[0],
+        p: degrees[1],
+        lamps: reflection.lamps().map_or(0, |lamps| lamps.lights.len()),
+        for_light: reflection.is_for_light(),
+        advice: advice::of_pair(&lit.name, &exports, &tried, given, &settings.limits),
+        exports,
+        tried,
+    };
+    Ok((figures, pictures))
+}
+
+/// What readers see, and the lattice where it counts.
+type Seen = (Lattice, Vec<[f32; 3]>);
+
+/// The map without lamps.
+fn soft(reflection: &Reflection, edge: usize, context: &Context<'_>) -> Result<Shrm, Failure> {
+    let stop = || context.check_cancelled().is_err();
+    Ok(reflection.synthesise_unless(MapGrid::Cube(Cube { edge }), View::Local, &stop)?)
+}
+
+/// A sphere under one light, with its ground truth.
+struct Scene<'a> {
+    sphere: Sphere,
+    central: Vec<Direction>,
+    truth: Vec<[f32; 3]>,
+    dark: f64,
+    context: &'a Context<'a>,
+}
+
+impl<'a> Scene<'a> {
+    fn new(
+        lit: &Lit<'_>,
+        material: &Studied<'_>,
+        reflection: &Reflection,
+        (sphere, before): (Sphere, Option<&Scene<'_>>),
+        steps: &Steps<'a>,
+    ) -> Result<Self, Failure> {
+        let mut known = HashMap::new();
+        if let Some(before) = before {
+            known.extend(before.sphere.indices().zip(before.truth.iter().copied()));
+        }
+        let pixels: Vec<usize> = sphere.indices().collect();
+        let central = sphere.central(reflection.brdf().centre());
+        let (tree, material, view) = (&lit.tree, &material.material, Sphere::view());
+        let (dark, mut truth) = (lit.dark, vec![[0.0_f32; 3]; central.len()]);
+        for (band, values) in truth.chunks_mut(BAND).enumerate() {
+            steps.step()?;
+            let radiance = |place: usize| match known.get(&pixels[place]) {
+                Some(radiance) => *radiance,
+                None => tree.radiance(material, central[place], view, TRUTH, dark).map(|value| value as f32),
+            };
+            values
+                .par_iter_mut()
+                .enumerate()
+                .for_each(|(place, value)| *value = radiance(band * BAND + place));
+        }
+        Ok(Self { sphere, central, truth, dark, context: steps.context() })
+    }
+
+    /// Every export but the map with lamps in it, with what its readers see and the lattice where that was
+    /// measured.
+    fn exports(
+        &self,
+        lit: &Lit<'_>,
+        material: &Studied<'_>,
+        (reflection, soft): (&Reflection, &Shrm),
+        settings: &Settings,
+        steps: &Steps<'_>,
+    ) -> Result<Vec<(Export, Seen)>, Failure> {
+        let mut made = Vec::new();
+        for method in Method::ALL {
+            steps.step()?;
+            let without = if reflection.lamps().is_some() { Method::Shrm } else { Method::ShrmSeparate };
+            if method == without {
+                continue;
+            }
+            made.push(match (method, material.parts()) {
+                (Method::PartMaps, None) => continue,
+                (Method::PartMaps, Some(parts)) => self.part_maps(lit, parts, reflection, settings)?,
+                _ => self.measure(method, material, reflection, soft, settings.resolution)?,
+            });
+        }
+        Ok(made)
+    }
+
+    /// A picture of values that were measured on a lattice.
+    fn shown(&self, lattice: Lattice, values: &[[f32; 3]], exposure: f64) -> Vec<[u8; 3]> {
+        let filled = self.sphere.filled(lattice, values);
+        self.sphere.picture(&to_srgb8(&filled, exposure, ToneMap::Filmic))
+    }
+
+    /// The readers of what is made of a reflection.
+    fn reader(&self, reflection: &Reflection) -> Reader<'_> {
+        Reader { central: &self.central, least: if reflection.is_for_light() { 0.0 } else { f32::MIN } }
+    }
+
+    /// A plain map of each part, and what readers see who add both.
+    fn part_maps(
+        &self,
+        lit: &Lit<'_>,
+        parts: &[Studied<'static>],
+        reflection: &Reflection,
+        settings: &Settings,
+    ) -> Result<(Export, Seen), Failure> {
+        let edge = settings.resolution;
+        let cube = Cube { edge };
+        let mut values = vec![[0.0_f32; 3]; self.central.len()];
+        // The light as it is beside the reflection; without lamps there, as the stages make it by default.
+        let (full, own);
+        let (series, lights) = if reflection.is_for_light() {
+            own = reflection.lamps().map(|lamps| &lamps.lights[..]).unwrap_or_default();
+            (reflection.lighting(), own)
+        } else {
+            full = lit.full()?;
+            (&full.series, &full.lights[..])
+        };
+        for part in parts {
+            self.context.check_cancelled()?;
+            let central = self.sphere.central(part.material.centre());
+            let reader = Reader { central: &central, least: 0.0 };
+            let field = part.mean().reflect(series, reflection.brdf().f());
+            let seen = reader.plain(&field, Some((part.mean(), lights)), cube)?;
+            for (value, seen) in values.iter_mut().zip(seen) {
+                (0..3).for_each(|channel| value[channel] += seen[channel]);
+            }
+        }
+        let lattice = self.sphere.lattice();
+        let errors = self.sphere.errors(&values, &self.truth, self.dark, lattice);
+        let (count, texture) = (parts.len(), format!("{} × 6 faces of {edge} × {edge}", parts.len()));
+        let bytes = (8 * count * cube.len()) as u64;
+        Ok((
+            Export {
+                method: Method::PartMaps,
+                errors,
+                f: reflection.brdf().f().get(),
+                p: 0,
+                bytes,
+                texture,
+                one_of: lattice.one_of(),
+            },
+            (lattice, values),
+        ))
+    }
+
+    /// One export, and what its readers see; `soft` is the reflection's map without lamps.
+    fn measure(
+        &self,
+        method: Method,
+        material: &Studied<'_>,
+        reflection: &Reflection,
+        soft: &Shrm,
+        edge: usize,
+    ) -> Result<(Export, Seen), Failure> {
+        self.context.check_cancelled()?;
+        let (reader, lamps) = (self.reader(reflection), reflection.lamps());
+        // A reflection that is connected may be of other parameters.
+        let other;
+        let lit_by = match lamps {
+            Some(lamps) if lamps.material != *material.material => {
+                other = Studied::new(material.name.clone(), Cow::Owned(lamps.material.clone()));
+                &other
+            }
+            _ => material,
+        };
+        let grid = MapGrid::Cube(Cube { edge });
+        let faces = format!("6 faces of {edge} × {edge}");
+        let of_map = |map: &Shrm| {
+            let terms = map.rows();
+            let unit = if terms == 1 { "coefficient" } else { "coefficients" };
+            (8 * terms * grid.len(), format!("{terms} {unit} × {faces}"))
+        };
+        let (mut p, mut lattice) = (reflection.brdf().p().get(), self.sphere.lattice());
+        let (values, (bytes, texture)) = match method {
+            Method::ReflectionMap | Method::PartMaps => {
+                p = 0;
+                let lights = lamps.map(|lamps| (lit_by.mean(), &lamps.lights[..]));
+                let values = reader.plain(&reflection.plain(Plain::Mean), lights, Cube { edge })?;
+                (values, (8 * grid.len(), faces))
+            }
+            Method::KautzMccool => {
+                // Slices of a 3D texture are lat-long images, as dense at the equator as the cubes.
+                let rows = LatLong::with_rows(2 * edge);
+                let lights = lamps.map(|lamps| (lit_by.rings(), &lamps.lights[..]));
+                let angles = KautzMcCool::even_angles(SLICES);
+                let values = reader.kautz_mccool(&zonal(reflection, rows)?, &angles, lights);
+                let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
+                (values, (8 * SLICES * rows.len(), size))
+            }
+            Method::Cabral => {
+                (reader.cabral(soft, lamps), (8 * 12 * grid.len(), format!("12 views × {faces}")))
+            }
+            Method::Shrm if lamps.is_some() => {
+                let (map, measured) = self.baked(reflection, soft)?;
+                (lattice, p) = (measured, map.p().get());
+                (reader.shrm(&map, None), of_map(&map))
+            }
+            Method::Shrm => (reader.shrm(soft, None), of_map(soft)),
+            Method::ShrmSeparate => {
+                let values = reader.shrm(soft, lamps);
+                let count = lamps.map_or(0, |lamps| lamps.lights.len());
+                let (bytes, texture) = of_map(soft);
+                let unit = if count == 1 { "light" } else { "lights" };
+                (values, (bytes + LIGHT_BYTES * count, format!("{texture}, {count} {unit}")))
+            }
+        };
+        let export = Export {
+            method,
+            errors: self.sphere.errors(&values, &self.truth, self.dark, lattice),
+            f: reflection.brdf().f().get(),
+            p,
+            bytes: bytes as u64,
+            texture,
+            one_of: lattice.one_of(),
+        };
+        Ok((export, (lattice, values)))
+    }
+
+    /// The map with lamps in it, as far as a lattice of pixels sees it: a texel takes some tenths of a
+    /// millisecond.
+    fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Lattice), Failure> {
+        let p = soft.p().get().max(MOST_P);
+        let rows = match (soft.p().get(), soft.terms()) {
+            (0, _) => 0,
+            (_, Terms::Zonal) => p + 1,
+            (_, Terms::All) => (p + 1) * (p + 1),
+        };
+        // Each pixel sees four texels.
+        let own = self.sphere.lattice();
+        let lattice = if soft.grid().len() * rows <= FITTED {
+            own
+        } else {
+            own.at_most(FITTED / (4 * rows), own.one_of() * self.central.len())
+        };
+        let mut seen: Vec<usize> = (self.central.iter().zip(self.sphere.within(lattice)))
+            .filter(|(_, seen)| *seen)
+            .flat_map(|(central, _)| soft.grid().taps(*central).index)
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let cancelled = || self.context.check_cancelled().is_err();
+        let map = reflection.bake_texels(soft, &seen, &cancelled)?;
+        self.context.check_cancelled()?;
+        Ok((map, lattice))
+    }
+
+    /// What else might help, if no export is good or given degrees show: measured until something is good.
+    /// First without given degrees, then with more texels, and in light without lamps with the highest
+    /// degrees.
+    fn trials(
+        &self,
+        lit: &Lit<'_>,
+        material: &Studied<'_>,
+        (reflection, is_default): (&Reflection, bool),
+        exports: &[Export],
+        settings: &Settings,
+    ) -> Result<Vec<Trial>, Failure> {
+        let limits = &settings.limits;
+        let is_good = |export: &Export| limits.excess(&export.errors) <= 1.0;
+        let shows = |export: &Export| export.errors.p95 > RING || export.errors.negative > 0.0;
+        let cut_shows = !reflection.is_for_light() && best(exports, limits).is_some_and(shows);
+        if exports.iter().any(is_good) && !cut_shows {
+            return Ok(Vec::new());
+        }
+        let (mut tried, mut change) = (Vec::new(), Change::default());
+        let by_light =
+            if is_default { None } else { Some(self::reflection(lit, material, None, self.context)?) };
+        let reflection = match by_light.as_ref().filter(|by_light| *by_light != reflection) {
+            Some(by_light) => {
+                change.no_degree = true;
+                let soft = soft(by_light, settings.resolution, self.context)?;
+                for method in shrms(by_light) {
+                    let (export, _) =
+                        self.measure(*method, material, by_light, &soft, settings.resolution)?;
+                    tried.push(Trial { change, export });
+                }
+                by_light
+            }
+            None => reflection,
+        };
+        // The most exact form costs least here.
+        let method = shrms(reflection)[0];
+        let finer = 2 * settings.resolution;
+        if !tried.iter().any(|trial| is_good(&trial.export)) && finer <= crate::values::MOST {
+            change.resolution = Some(finer);
+            let soft = soft(reflection, finer, self.context)?;
+            let (export, _) = self.measure(method, material, reflection, &soft, finer)?;
+            tried.push(Trial { change, export });
+        }
+        if !tried.iter().any(|trial| is_good(&trial.export)) && reflection.lamps().is_none() {
+            let (lighting, brdf) = (&lit.full()?.series, material.full(self.context)?);
+            let p = Degree::new(MOST_P)?;
+            let highest = Reflection::convolve(lighting, &brdf.cut_to(Degree::MAX, p));
+            let degree = [highest.brdf().f().get(), highest.brdf().p().get()];
+            if lit.full()?.lights.is_empty()
+                && (degree[0] > reflection.brdf().f().get() || degree[1] > reflection.brdf().p().get())
+            {
+                let edge = change.resolution.unwrap_or(settings.resolution);
+                let change = Change { no_degree: false, degree: Some(degree), ..change };
+                let soft = soft(&highest, edge, self.context)?;
+                let (export, _) = self.measure(Method::Shrm, material, &highest, &soft, edge)?;
+                tried.push(Trial { change, export });
+            }
+        }
+        Ok(tried)
+    }
+}
+
+/// The forms of a spherical harmonic reflection map that a reflection has, the most exact first.
+fn shrms(reflection: &Reflection) -> &'static [Method] {
+    if reflection.lamps().is_some() { &[Method::ShrmSeparate, Method::Shrm] } else { &[Method::Shrm] }
+}
+
+/// The map of a reflection's terms without azimuth, which are all that a 3D texture holds.
+pub(crate) fn zonal(reflection: &Reflection, grid: LatLong) -> Result<Shrm, Failure> {
+    let brdf = reflection.brdf();
+    let side = brdf.p().get() + 1;
+    let without_azimuth = |(index, rho): (usize, &[f64; 3])| if index % side == 0 { *rho } else { [0.0; 3] };
+    let rho = brdf.rho().iter().enumerate().map(without_azimuth).collect();
+    let zonal = BrdfCoefficients::new(brdf.centre(), brdf.f(), brdf.p(), rho).unwrap_or_else(|| brdf.clone());
+    let map = Reflection::convolve(reflection.lighting(), &zonal)
+        .synthesise(MapGrid::LatLong(grid), View::Local)?;
+    debug_assert_eq!(map.terms(), Terms::Zonal);
+    Ok(map)
+}

@@ -1,0 +1,27 @@
+//! What kinds of several folders use: the values that they exchange, the words of their parameters, and
+//! numbers in their messages.
+
+pub mod artifacts;
+mod blended_frames;
+mod choices;
+mod colour;
+mod engine_preset;
+pub(crate) mod overflow;
+pub(crate) mod parts;
+pub mod quantity;
+mod share;
+pub(crate) mod toml_text;
+mod vector;
+
+pub(crate) use blended_frames::{blend, blended_frames};
+pub(crate) use choices::{
+    ChosenMaterial, DistributionName, Lamps, LampsName, MOST, MapLayoutName, MapsFormat, NonNegative,
+    Overflow, PlainName, PrecisionName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
+};
+pub use colour::Rgb;
+pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};
+pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
+pub(crate) use parts::PartsName;
+pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};
+pub(crate) use toml_text::{TomlText, is_integer, table_of};
+pub(crate) use vector::{Place, Vector};

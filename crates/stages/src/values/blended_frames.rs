@@ -1,0 +1,61 @@
+//! The frames of a mesh whose material varies over it.
+
+use brdf::BrdfTable;
+use engine::{Context, Digest, Failure};
+use mesh::Mesh;
+use transfer::Frames;
+
+use super::artifacts;
+
+/// The frames of the mesh at the port `mesh`, with what the optional port `blend` says about the materials of
+/// a table.
+///
+/// # Errors
+/// As [`blend`]; also if a normal and a tangent are not orthonormal.
+pub(crate) fn blended_frames(
+    context: &Context<'_>,
+    mesh: &Mesh,
+    table: &BrdfTable,
+) -> Result<Frames, Failure> {
+    let frames = Frames::of(mesh)?;
+    Ok(match blend(context, mesh, table)? {
+        Some(blend) => frames.with_blend(&blend),
+        None => frames,
+    })
+}
+
+/// Where each vertex of the mesh is between the materials of a table, from the optional port `blend`.
+///
+/// # Errors
+/// If the blend is of another mesh than the one at the port `mesh`, or missing where the table has several
+/// materials.
+pub(crate) fn blend(
+    context: &Context<'_>,
+    mesh: &Mesh,
+    table: &BrdfTable,
+) -> Result<Option<Vec<f32>>, Failure> {
+    let Some(blend) = context.optional::<artifacts::VertexBlend>("blend")? else {
+        return match table.count() {
+            1 => Ok(None),
+            count => {
+                let what = format!("the table has {count} materials, and nothing says where each is");
+                Err(Failure::new(what).help("connect a blend: a stage of the kind vertex-blend"))
+            }
+        };
+    };
+    let digest = match context.type_at("mesh") {
+        Some(_) => Digest::of(&context.bytes("mesh")?).to_string(),
+        None => String::new(),
+    };
+    if blend.0.mesh != digest {
+        return Err(Failure::new("the blend is of another mesh")
+            .help("connect the mesh that vertex-blend was given, tangents included"));
+    }
+    if blend.0.value.len() != mesh.positions().len() {
+        return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
+    }
+    if table.count() == 1 {
+        context.warn("the table has one material: the blend changes nothing");
+    }
+    Ok(Some(blend.0.value.clone()))
+}

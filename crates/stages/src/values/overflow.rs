@@ -1,0 +1,254 @@
+//! Values that a file's numbers cannot hold: the precision that holds all light, and the share of the light
+//! that is lost if it is clamped, or changed by rounding.
+//!
+//! Half floats end at 65504, and the disc of a photographed sun is brighter. A file whose container has
+//! 32-bit floats gets them by itself if it needs them; every other loss is reported in shares of each
+//! channel's light, which an artist can judge, and not in numbers of texels.
+
+use containers::Precision;
+use engine::{Context, Failure};
+use shrm::MapGrid;
+
+use super::choices::{Overflow, PrecisionName};
+use super::share::percent;
+
+/// The largest half.
+pub(crate) const LARGEST_HALF: f32 = 65504.0;
+
+/// The least number whose nearest half is not 65504: what is below is rounded as every other value is.
+const PAST_HALF: f32 = 65520.0;
+
+/// What the values of a file are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Content {
+    /// Light from every direction: one map or several on this grid, weighed by solid angle.
+    Light(MapGrid),
+    /// Coefficients, tables and pictures of part of a sphere, weighed alike.
+    Values,
+}
+
+/// What lies past the largest number of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Excess {
+    /// How many values lie past it.
+    pub(crate) count: usize,
+    /// The largest magnitude.
+    pub(crate) largest: f32,
+    /// The share of the light of red, green and blue that is lost if they are clamped.
+    pub(crate) lost: [f64; 3],
+}
+
+impl Excess {
+    /// What texels hold past `limit`, of either sign.
+    pub(crate) fn of(texels: &[[f32; 3]], content: Content, limit: f32) -> Self {
+        let past = if limit == LARGEST_HALF { PAST_HALF } else { limit.next_up() };
+        let values = texels.as_flattened();
+        let count = values.iter().filter(|value| value.abs() >= past).count();
+        let largest = values.iter().fold(0.0_f32, |largest, value| largest.max(value.abs()));
+        if count == 0 {
+            return Self { largest, ..Self::default() };
+        }
+        let weights = weights(content);
+        let lost = [0, 1, 2].map(|channel| {
+            let (mut lost, mut all) = (0.0, 0.0);
+            for (texel, weight) in texels.iter().zip(weights.iter().cycle()) {
+                let value = f64::from(texel[channel].abs());
+                all += weight * value;
+                lost += weight * (value - f64::from(limit)).max(0.0);
+            }
+            if all > 0.0 { lost / all } else { 0.0 }
+        });
+        Self { count, largest, lost }
+    }
+
+    /// The excess of a file that also holds other texels: of shares, those of the part that loses more.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            largest: self.largest.max(other.largest),
+            lost: [0, 1, 2].map(|channel| self.lost[channel].max(other.lost[channel])),
+        }
+    }
+
+    /// "the brightest light is clamped: 40 % of the red light is lost, 24 % of the green".
+    pub(crate) fn text(&self, content: Content) -> String {
+        let (subject, noun) = match content {
+            Content::Light(_) => ("the brightest light is", "light"),
+            Content::Values => ("the largest values are", "sum"),
+        };
+        let shares = self.lost.map(percent);
+        if shares[0] == shares[1] && shares[0] == shares[2] {
+            return format!("{subject} clamped: {} of the {noun} is lost", shares[0]);
+        }
+        let channels = ["red", "green", "blue"].into_iter().zip(shares).zip(self.lost);
+        let losing: Vec<_> = channels.filter(|(_, lost)| *lost > 0.0).map(|(named, _)| named).collect();
+        let named = losing.iter().enumerate().map(|(index, (colour, share))| match index {
+            0 => format!("{share} of the {colour} {noun} is lost"),
+            _ => format!("{share} of the {colour}"),
+        });
+        format!("{subject} clamped: {}", named.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// The change of a channel's light by rounding above which it is a warning.
+const ROUNDED: f64 = 1e-3;
+
+/// What rounding adds to the light of red, green and blue, as a share of it: `found` is read back, and what
+/// lies past `limit` or has a sign that the format lacks is not counted.
+pub(crate) fn rounded(
+    given: &[[f32; 3]],
+    found: &[[f32; 3]],
+    content: Content,
+    (limit, is_signed): (f32, bool),
+) -> [f64; 3] {
+    let weights = weights(content);
+    let least = if is_signed { -limit } else { 0.0 };
+    [0, 1, 2].map(|channel| {
+        let (mut change, mut all) = (0.0, 0.0);
+        for ((given, found), weight) in given.iter().zip(found).zip(weights.iter().cycle()) {
+            let given = f64::from(given[channel].clamp(least, limit));
+            change += weight * (f64::from(found[channel]) - given);
+            all += weight * given;
+        }
+        if all > 0.0 { change / all } else { 0.0 }
+    })
+}
+
+/// "rounding changes the light: red loses 1.2 %, blue gains 0.4 %", if it is more than a thousandth.
+pub(crate) fn rounded_text(rounded: [f64; 3]) -> Option<String> {
+    let changes = ["red", "green", "blue"].into_iter().zip(rounded);
+    let changes = changes.filter(|(_, change)| change.abs() > ROUNDED).map(|(colour, change)| {
+        let does = if change < 0.0 { "loses" } else { "gains" };
+        format!("{colour} {does} {}", percent(change.abs()))
+    });
+    let changes = changes.collect::<Vec<_>>().join(", ");
+    (!changes.is_empty()).then(|| format!("rounding changes the light: {changes}"))
+}
+
+/// The weights of texels, to be repeated.
+fn weights(content: Content) -> Vec<f64> {
+    match content {
+        Content::Light(grid) => (0..grid.len()).map(|texel| grid.solid_angle(texel)).collect(),
+        Content::Values => vec![1.0],
+    }
+}
+
+/// The precision of files that hold these texels, all of one item. Notes that they became 32-bit, or warns
+/// of what halves lose.
+///
+/// # Errors
+/// If a value does not fit a half and `overflow` says that the item fails.
+pub(crate) fn precision(
+    texels: &[[f32; 3]],
+    content: Content,
+    (precision, overflow): (PrecisionName, Overflow),
+    context: &Context<'_>,
+) -> Result<Precision, Failure> {
+    if precision == PrecisionName::Float {
+        return Ok(Precision::Float);
+    }
+    let excess = Excess::of(texels, content, LARGEST_HALF);
+    if excess.count == 0 {
+        return Ok(Precision::Half);
+    }
+    if overflow == Overflow::Error {
+        return Err(Failure::new(format!("{} values exceed 65504, the largest half", excess.count))
+            .help("precision = \"float\" keeps them"));
+    }
+    if precision == PrecisionName::Auto {
+        note_floats(&excess, context);
+        return Ok(Precision::Float);
+    }
+    let text = excess.text(content);
+    context.warn(format!(
+        "{text}; half floats end at 65504, and 32-bit floats keep it: leave out `precision`, or choose \"float\""
+    ));
+    Ok(Precision::Half)
+}
+
+/// Notes why a file has 32-bit floats.
+pub(crate) fn note_floats(excess: &Excess, context: &Context<'_>) {
+    let largest = excess.largest;
+    context.note(format!(
+        "written in 32-bit floats, because values up to {largest:.3e} exceed 65504, the largest half"
+    ));
+}
+
+/// The error of an `overflow` that has no effect, for files whose numbers may be halves or may not.
+pub(crate) fn check(
+    overflow: Overflow,
+    precision: PrecisionName,
+    holds_halves: bool,
+) -> Option<(&'static str, String)> {
+    (overflow != Overflow::Clamp && !(holds_halves && precision != PrecisionName::Float))
+        .then(|| ("overflow", "only files of half floats use it".into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use sphere::{Cube, LatLong};
+
+    use super::*;
+
+    #[test]
+    fn shares_are_weighed_by_solid_angle() {
+        let grid = MapGrid::LatLong(LatLong::with_rows(64));
+        let mut texels = vec![[1.0; 3]; grid.len()];
+        // As many texels at the pole and at the equator.
+        for row in [0, 32] {
+            texels[row * 128][0] = 100.0;
+        }
+        let of = |content| Excess::of(&texels, content, 10.0);
+        let whole: f64 = 4.0 * std::f64::consts::PI;
+        let weights = grid.solid_angle(0) + grid.solid_angle(32 * 128);
+        let light = of(Content::Light(grid));
+        assert_eq!((light.count, light.largest), (2, 100.0));
+        assert!((light.lost[0] - 90.0 * weights / (whole + 99.0 * weights)).abs() < 1e-12, "{light:?}");
+        assert_eq!(light.lost[1..], [0.0; 2]);
+        let values = of(Content::Values);
+        assert!((values.lost[0] - 180.0 / (grid.len() as f64 + 198.0)).abs() < 1e-12, "{values:?}");
+    }
+
+    #[test]
+    fn maps_after_each_other_are_weighed_alike() {
+        let grid = MapGrid::Cube(Cube { edge: 4 });
+        let one: Vec<[f32; 3]> = (0..grid.len()).map(|texel| [texel as f32, 1.0, -50.0]).collect();
+        let [a, b] = [one.clone(), [one.clone(), one].concat()]
+            .map(|texels| Excess::of(&texels, Content::Light(grid), 40.0));
+        assert_eq!((2 * a.count, a.lost[1]), (b.count, 0.0));
+        assert!((a.lost[0] - b.lost[0]).abs() < 1e-12 && (a.lost[2] - 0.2).abs() < 1e-12, "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn what_rounds_to_the_largest_half_is_not_lost() {
+        let of = |value: f32| Excess::of(&[[value, -value, 0.0]], Content::Values, LARGEST_HALF).count;
+        assert_eq!([65504.0, 65519.9, 65520.0, 1e6].map(of), [0, 0, 2, 2]);
+    }
+
+    /// Of red a half of one of four texels is gone; green is past the limit; blue was negative.
+    #[test]
+    fn rounding_is_a_share_of_what_the_format_holds() {
+        let given = [[1.0, 500.0, -1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];
+        let found = [[0.5, 100.0, 0.0], [1.0, 1.0, 1.036], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];
+        let rounded = rounded(&given, &found, Content::Values, (100.0, false));
+        for (found, expected) in rounded.into_iter().zip([-0.125, 0.0, 0.012]) {
+            assert!((found - expected).abs() < 1e-8, "{rounded:?}");
+        }
+        assert_eq!(
+            rounded_text(rounded).unwrap(),
+            "rounding changes the light: red loses 12 %, blue gains 1.2 %"
+        );
+        assert_eq!(rounded_text([0.9e-3, -0.9e-3, 0.0]), None);
+    }
+
+    #[test]
+    fn a_sentence_names_the_channels_that_lose() {
+        let text = |lost| Excess { lost, ..Excess::default() }.text(Content::Values);
+        assert_eq!(
+            text([0.4, 0.24, 0.0]),
+            "the largest values are clamped: 40 % of the red sum is lost, 24 % of the green"
+        );
+        assert_eq!(text([0.0, 0.0, 0.5]), "the largest values are clamped: 50 % of the blue sum is lost");
+        assert_eq!(text([0.25; 3]), "the largest values are clamped: 25 % of the sum is lost");
+    }
+}
