@@ -2,7 +2,7 @@
 //! products with environments; points in the unit square to sample them with; and light rigs: a few lights in
 //! place of distant light.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod batches;
 mod cell_distribution;
