@@ -1,4 +1,7 @@
 //! Real spherical harmonics: basis, quadrature, transform, exact integrals over cells, rotation and windows.
+//!
+//! # Example: `examples/irradiance.rs`
+#![doc = concat!("```\n", include_str!("../examples/irradiance.rs"), "```")]
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 

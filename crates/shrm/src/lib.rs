@@ -1,4 +1,7 @@
 //! Reflected light: convolution in spherical harmonics and its evaluation; prefilters of engines.
+//!
+//! # Example: `examples/reflection_map.rs`
+#![doc = concat!("```\n", include_str!("../examples/reflection_map.rs"), "```")]
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 

@@ -9,10 +9,10 @@
 //!
 //! A plain map has one value for each central direction. For a material whose highlight changes with the view
 //! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what the material itself, not its
-//! series, shows when the surface is viewed straight on (the view, the normal and the reflection vector are one; a kajiya-kay material is
-//! looked up by the tangent, and the view is at a right angle to it). The share of the
-//! reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a warning.
-//! `export-shrm` keeps it.
+//! series, shows when the surface is viewed straight on (the view, the normal and the reflection vector are
+//! one; a kajiya-kay material is looked up by the tangent, and the view is at a right angle to it). The share
+//! of the reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a
+//! warning. `export-shrm` keeps it.
 //!
 //! ## Two maps
 //!
