@@ -197,22 +197,74 @@ fn the_map_names_every_crate_and_no_other() {
     assert_eq!(named, all, "the crate table of ARCHITECTURE.md");
 }
 
+/// The crates of the workspace that each of its crates depends on, those of tests and build scripts left out.
+fn uses_of_crates() -> BTreeMap<String, BTreeSet<String>> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1", "--locked", "--offline"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+    let packages = metadata["packages"].as_array().unwrap();
+    let names: BTreeSet<String> = packages.iter().map(|package| text(&package["name"])).collect();
+    let uses = |package: &serde_json::Value| {
+        let all = package["dependencies"].as_array().unwrap().iter();
+        let normal = all.filter(|used| used["kind"].is_null()).map(|used| text(&used["name"]));
+        normal.filter(|name| names.contains(name)).collect()
+    };
+    packages.iter().map(|package| (text(&package["name"]), uses(package))).collect()
+}
+
 #[test]
-fn the_kernels_share_one_list_of_forbidden_calls() {
-    let list = |kernel: &str| fs::read_to_string(root().join("crates").join(kernel).join("clippy.toml"));
-    let first = list("sphere").unwrap();
-    for name in ["std::fs::File", "std::time::Instant", "std::time::SystemTime", "std::env::var"] {
-        assert!(first.contains(name), "{name} is forbidden in kernels");
+fn the_map_says_what_each_crate_uses() {
+    let map = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let uses = uses_of_crates();
+    let rows = map.lines().filter(|line| line.starts_with("| `crates/") || line.starts_with("| `examples/"));
+    let mut checked = 0;
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let name = cells[1].trim_matches('`').rsplit('/').next().unwrap();
+        let named = cells[3].split(", ").filter(|name| !name.is_empty()).map(str::to_owned);
+        assert_eq!(named.collect::<BTreeSet<_>>(), uses[name], "what {name} uses, in ARCHITECTURE.md");
+        checked += 1;
     }
+    assert_eq!(checked, uses.len());
+}
+
+#[test]
+fn what_reaches_artifacts_has_no_function_of_the_system() {
+    let list = fs::read_to_string(root().join("clippy.toml")).unwrap();
+    assert!(list.contains("\"f64::powf\""), "std's functions are forbidden");
+    for name in KERNELS.into_iter().chain(COMPUTING) {
+        let text = fs::read_to_string(root().join("crates").join(name).join("src/lib.rs")).unwrap();
+        let lint = "#![cfg_attr(not(test), warn(clippy::disallowed_methods))]";
+        assert!(text.contains(lint), "{name} turns the lint on");
+    }
+}
+
+#[test]
+fn kernels_touch_no_file_clock_environment_or_thread() {
+    let mut found = Vec::new();
     for kernel in KERNELS {
-        assert_eq!(list(kernel).unwrap(), first, "clippy.toml of {kernel}");
+        let folder = root().join("crates").join(kernel).join("src");
+        for file in rust_files(&folder) {
+            let path = file.strip_prefix(&folder).unwrap().to_string_lossy().replace('\\', "/");
+            if path.contains("tests/") || path.ends_with("tests.rs") || path.ends_with("testkit.rs") {
+                continue;
+            }
+            let text = shipped(&fs::read_to_string(&file).unwrap());
+            for name in
+                ["std::fs", "Instant", "SystemTime", "std::env", "std::thread", "std::process", "std::net"]
+            {
+                if text.lines().any(|line| !line.trim_start().starts_with("//") && line.contains(name)) {
+                    found.push(format!("{kernel}/{path}: {name}"));
+                }
+            }
+        }
     }
-    let functions = |list: &str| list.split_once("crate `math` has them.\n").unwrap().1.to_owned();
-    assert!(functions(&first).contains("\"f64::powf\""), "std's functions are forbidden");
-    for name in COMPUTING {
-        let own = list(name).unwrap();
-        assert_eq!(functions(&own), functions(&first), "functions in clippy.toml of {name}");
-    }
+    // By which tests choose the instructions, in builds with debug assertions.
+    assert_eq!(found, ["sh/f64x4.rs: std::env"]);
 }
 
 /// The paths that a file uses, one by one, and whether each is a re-export.
@@ -280,9 +332,9 @@ fn modules(source: &Path) -> BTreeMap<Module, Vec<(bool, String)>> {
     modules
 }
 
-/// The files of a crate that use each other in a circle, and those between two circles. An item that a module
-/// re-exports belongs to the file that it comes from.
-fn circle(source: &Path) -> Vec<String> {
+/// Which module of a crate uses which, by files. An item that a module re-exports belongs to the file that it
+/// comes from.
+fn arrows(source: &Path) -> BTreeSet<(Module, Module)> {
     let modules = modules(source);
     let absolute = |module: &Module, path: &str| -> Option<Module> {
         let mut parts = path.split("::").map(str::to_owned).peekable();
@@ -317,36 +369,93 @@ fn circle(source: &Path) -> Vec<String> {
             _ => return path[..length].to_vec(),
         }
     };
-    let mut edges = BTreeSet::new();
+    let mut arrows = BTreeSet::new();
     for (module, used) in &modules {
         for (_, path) in used.iter().filter(|(is_public, path)| !is_public && !path.ends_with('*')) {
             if let Some(path) = absolute(module, path).map(home).filter(|path| path != module) {
-                edges.insert((module.clone(), path));
+                arrows.insert((module.clone(), path));
             }
         }
     }
+    arrows
+}
+
+/// Which folder, or file beside the folders, uses which.
+fn between_rooms(arrows: BTreeSet<(Module, Module)>) -> BTreeSet<(Module, Module)> {
+    let room = |module: &Module| module[..module.len().min(1)].to_vec();
+    let rooms = arrows.iter().map(|(user, used)| (room(user), room(used)));
+    rooms.filter(|(user, used)| user != used && !used.is_empty() && !user.is_empty()).collect()
+}
+
+/// The arrows in a circle, and those between two circles.
+fn circle(mut arrows: BTreeSet<(Module, Module)>) -> Vec<String> {
     // What uses nothing that is left, or is used by nothing that is left, is in no circle.
     loop {
-        let (from, to): (BTreeSet<_>, BTreeSet<_>) = edges.iter().cloned().unzip();
-        let before = edges.len();
-        edges.retain(|(user, used)| to.contains(user) && from.contains(used));
-        if edges.len() == before {
-            return edges
-                .iter()
-                .map(|(user, used)| format!("{} uses {}", user.join("::"), used.join("::")))
-                .collect();
+        let (from, to): (BTreeSet<_>, BTreeSet<_>) = arrows.iter().cloned().unzip();
+        let before = arrows.len();
+        arrows.retain(|(user, used)| to.contains(user) && from.contains(used));
+        if arrows.len() == before {
+            let text =
+                |(user, used): &(Module, Module)| format!("{} uses {}", user.join("::"), used.join("::"));
+            return arrows.iter().map(text).collect();
         }
     }
+}
+
+/// The number of floors: each room is above all that it uses.
+fn floors(arrows: &BTreeSet<(Module, Module)>) -> usize {
+    fn floor(room: &Module, arrows: &BTreeSet<(Module, Module)>) -> usize {
+        arrows
+            .iter()
+            .filter(|(user, _)| user == room)
+            .map(|(_, used)| 1 + floor(used, arrows))
+            .max()
+            .unwrap_or(1)
+    }
+    arrows.iter().map(|(user, _)| floor(user, arrows)).max().unwrap_or(1)
 }
 
 #[test]
 fn no_files_of_a_crate_use_each_other_in_a_circle() {
     let mut circles = Vec::new();
     for name in crates("crates") {
-        let found = circle(&root().join("crates").join(&name).join("src"));
+        let found = circle(arrows(&root().join("crates").join(&name).join("src")));
         circles.extend(found.into_iter().map(|edge| format!("{name}: {edge}")));
     }
     assert!(circles.is_empty(), "{}", circles.join("\n"));
+}
+
+#[test]
+fn rooms_are_few_and_use_each_other_in_one_direction() {
+    for (name, most_rooms, most_floors) in [("engine", 20, 10), ("stages", 10, 6), ("containers", 20, 8)] {
+        let arrows = between_rooms(arrows(&root().join("crates").join(name).join("src")));
+        let rooms: BTreeSet<&Module> = arrows.iter().flat_map(|(user, used)| [user, used]).collect();
+        let found = circle(arrows.clone());
+        assert!(found.is_empty(), "{name}: {}", found.join("\n"));
+        let floors = floors(&arrows);
+        eprintln!("{name}: {} rooms, {floors} floors, {} arrows, no circle", rooms.len(), arrows.len());
+        assert!((4..=most_rooms).contains(&rooms.len()), "{name} has {} rooms: {rooms:?}", rooms.len());
+        assert!(floors <= most_floors, "{name} has {floors} floors");
+    }
+}
+
+#[test]
+fn no_kind_uses_another_kinds_file() {
+    let source = root().join("crates/stages/src");
+    let is_kind = |module: &Module| {
+        let file = source.join(module.join("/")).with_extension("rs");
+        fs::read_to_string(file).is_ok_and(|text| text.contains("\nimpl Kind for "))
+    };
+    // A kind's own files lie in a folder of its name.
+    let kind = |module: &Module| module.get(..2).map(<[String]>::to_vec).filter(is_kind);
+    let arrows = arrows(&source);
+    let kinds: BTreeSet<Module> = arrows.iter().filter_map(|(user, _)| kind(user)).collect();
+    assert!(kinds.len() >= 35, "{} kinds were found", kinds.len());
+    for (user, used) in arrows.iter().filter(|(user, _)| kind(user).is_some()) {
+        if let Some(other) = kind(used) {
+            assert_eq!(kind(user), Some(other), "{} uses {}", user.join("::"), used.join("::"));
+        }
+    }
 }
 
 #[test]
@@ -357,9 +466,9 @@ fn a_circle_is_found_through_lists_and_re_exports() {
     write("a.rs", "use std::fmt;\nuse crate::{Item, c};\n");
     write("b.rs", "use super::a::Other as _;\n#[cfg(test)]\nmod tests {\n    use crate::c;\n}\n");
     write("c.rs", "// use crate::a;\n");
-    assert_eq!(circle(folder.path()), ["a uses b", "b uses a"]);
+    assert_eq!(circle(arrows(folder.path())), ["a uses b", "b uses a"]);
     write("b.rs", "#[cfg(test)]\nuse super::a;\n");
-    assert!(circle(folder.path()).is_empty());
+    assert!(circle(arrows(folder.path())).is_empty());
 }
 
 #[test]

@@ -62,24 +62,30 @@ fn the_readme_gives_the_two_commands_that_ci_runs() {
     }
 }
 
+/// The Markdown files of the project, with their paths in it.
+fn documents() -> Vec<String> {
+    let (mut found, mut folders) = (Vec::new(), vec![root()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            if path.is_dir() && !name.starts_with('.') && !["out", "target", "node_modules"].contains(&&*name) {
+                folders.push(path);
+            } else if name.ends_with(".md") {
+                found.push(path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned());
+            }
+        }
+    }
+    found
+}
+
 #[test]
 fn links_in_documents_lead_somewhere() {
-    let documents = [
-        "README.md",
-        "ARCHITECTURE.md",
-        "CONVENTIONS.md",
-        "docs/manifest.md",
-        "docs/plugins.md",
-        "docs/preview.md",
-        "docs/relighting.md",
-        "docs/scale.md",
-        "docs/watch.md",
-        "examples/brushed/README.md",
-        "examples/custom-kind/README.md",
-    ];
+    let documents = documents();
+    assert!(documents.len() >= 20, "{documents:?}");
     for document in documents {
-        let folder = root().join(document).parent().unwrap().to_path_buf();
-        for target in read(document).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+        let folder = root().join(&document).parent().unwrap().to_path_buf();
+        for target in read(&document).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let target = target.split('#').next().unwrap();
             if !target.is_empty() && !target.starts_with("http") {
                 assert!(folder.join(target).exists(), "{document} links to {target}");
@@ -104,7 +110,7 @@ fn assert_named(command: &str, manual: &str, least: usize) {
     let options = help.split_whitespace().filter(|word| word.starts_with("--") && word.len() > 2);
     let options = options.map(|word| word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric()));
     let mut named = 0;
-    // Every command has these; the README describes them.
+    // Every command has these; docs/features.md describes them.
     for option in options.filter(|option| !["--help", "--color"].contains(option)) {
         assert!(text.contains(&format!("`{option}")), "{manual} names {option}");
         named += 1;
@@ -127,15 +133,15 @@ fn the_manual_of_the_preview_names_every_mode_and_shape() {
 }
 
 #[test]
-fn the_readme_lists_every_command() {
+fn the_features_list_every_command() {
     let output = Command::new(env!("CARGO_BIN_EXE_specula")).arg("--help").output().unwrap();
-    let (help, readme) = (String::from_utf8(output.stdout).unwrap(), read("README.md"));
+    let (help, features) = (String::from_utf8(output.stdout).unwrap(), read("docs/features.md"));
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     let commands = listed.take_while(|line| !line.is_empty());
     let commands = commands.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help");
     let commands = commands.collect::<Vec<_>>();
     assert!(commands.len() >= 12, "{commands:?}");
     for command in commands {
-        assert!(readme.contains(&format!("| `specula {command}")), "README.md lists {command}");
+        assert!(features.contains(&format!("| `specula {command}")), "docs/features.md lists {command}");
     }
 }

@@ -340,8 +340,10 @@ fn a_new_project_builds_once_it_has_an_environment() {
 #[test]
 fn the_pipeline_of_the_readme_builds() {
     let readme = fs::read_to_string(support::root().join("README.md")).unwrap();
-    let manifest = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
-    let project = Project::new(manifest);
+    let examples = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap());
+    let project = Project::new(&examples.collect::<String>());
     project.ok(&["build"]);
-    assert!(project.outputs().contains_key("sky/gold/reflection/px.exr"), "{:?}", project.outputs().keys());
+    for file in ["sky/gold/reflection/px.exr", "sky/three/environment.ktx2"] {
+        assert!(project.outputs().contains_key(file), "{:?}", project.outputs().keys());
+    }
 }

@@ -65,7 +65,8 @@ fn every_manifest_of_the_project_is_valid() {
     let manual = fs::read_to_string(root().join("docs/manifest.md")).unwrap();
     let first = |text: &str| text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap().to_owned();
     schema.check("pipeline.toml", &fs::read_to_string(root().join("pipeline.toml")).unwrap());
-    schema.check("README.md", &first(&readme));
+    let examples = readme.split("```toml\n").skip(1).map(|text| text.split("```").next().unwrap());
+    schema.check("README.md", &examples.collect::<String>());
     schema.check("docs/manifest.md", &first(&manual));
     schema.check("the tests' manifest", support::SMALL);
     for kind in stages::kinds().iter() {

@@ -1,5 +1,5 @@
 //! `paper/table4/...` and `paper/table5/...`: prefiltering by integration over angles and in spherical
-//! harmonics, at the paper's settings ([`bench::paper`]).
+//! harmonics, at the settings of [RH02, sec. 7.4] ([`bench::paper`]).
 //!
 //! Of table 5, `angular` is one map, to be taken 100 times; `shrm` goes from pixels and material to the SHRM;
 //! `maps` makes all 100 maps of it, so that the whole frequency side is `shrm` plus `maps`.

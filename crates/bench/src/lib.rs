@@ -1,4 +1,4 @@
-//! Benchmarks of the whole program on frozen manifests, and of the paper's tables: `cargo bench -p bench`.
+//! Benchmarks of the whole program on frozen manifests, and of [RH02, tabs. 4 and 5]: `cargo bench -p bench`.
 //!
 //! The benchmarks of one crate are in that crate. `cargo run --release -p bench --bin paper-ratios` prints
 //! the tables, `--bin watch-latency` how long a save takes until its maps are published, `--bin

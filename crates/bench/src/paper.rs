@@ -1,14 +1,14 @@
-//! The settings of tables 4 and 5 of Ramamoorthi and Hanrahan (2002), section 7.4: what prefiltering costs by
+//! The settings of tables 4 and 5 of Ramamoorthi and Hanrahan [RH02, sec. 7.4]: what prefiltering costs by
 //! integration over angles and in spherical harmonics.
 //!
 //! Environment and maps are of 128 x 128 texels (lat-long), all of them lit. The angular side is
 //! [`shrm::reference`]: in vectors, on all threads, culled to the cap that holds 1 - 0.05 of the lobe
-//! (Appendix D). The frequency side goes from pixels to pixels: lighting to coefficients, material to
+//! [RH02, app. D]. The frequency side goes from pixels to pixels: lighting to coefficients, material to
 //! coefficients, product, synthesis. What depends on grid and degree alone (the transform's plan, which a
 //! build shares between its environments) or on the environment alone (the angular side's tables) is made
 //! before, for both.
 //!
-//! Table 5's side chooses its degrees by the tolerance, as Appendix C does in its first step. The paper does
+//! Table 5's side chooses its degrees by the tolerance, as [RH02, app. C] does in its first step. RH02 does
 //! not say whether its seconds hold that search; here one table of the BRDF serves the search and the
 //! coefficients, and a few outgoing directions more tell how high the table must reach.
 
@@ -25,7 +25,7 @@ pub const GRID: LatLong = LatLong { width: 128, height: 128 };
 /// What the angular side may leave out of a lobe.
 pub const ANGULAR_EPSILON: f64 = 0.05;
 
-/// A row of table 4: the exponent, and the paper's seconds.
+/// A row of [RH02, tab. 4]: the exponent and its seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Row4 {
     /// Phong's exponent.
@@ -47,7 +47,7 @@ pub const TABLE4: [Row4; 7] = [
     Row4 { s: 512, angular: 2.28, frequency: 0.686 },
 ];
 
-/// A row of table 5: the roughness, the paper's degrees and seconds.
+/// A row of [RH02, tab. 5]: the roughness, its degrees and seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Row5 {
     /// The microfacet model's width.

@@ -39,7 +39,7 @@ pub struct Albedo {
     pub theta: f64,
     /// The view's angle from the tangent about the normal, in degrees.
     pub phi: f64,
-    /// The radiance that it sees under a constant sky of radiance 1, RGB.
+    /// The radiance that the view sees under a constant sky of radiance 1, RGB.
     pub rgb: [f64; 3],
 }
 
@@ -51,8 +51,8 @@ impl Albedo {
 }
 
 impl Checks {
-    /// The greatest albedo and its view; if several are equal within the accuracy, the one nearest to the
-    /// normal.
+    /// Returns the greatest albedo and its view; if several are equal within the accuracy, the one nearest to
+    /// the normal.
     pub fn greatest(&self) -> Albedo {
         let none = Albedo { theta: 0.0, phi: 0.0, rgb: [0.0; 3] };
         self.albedo.iter().fold(none, |most, albedo| {
@@ -169,9 +169,9 @@ const SIX: [(f64, f64); 6] = [
 ];
 
 impl Integral<'_> {
-    /// Panels at a peak are divided down to this size ...
+    /// Panels at a peak are divided down to this size.
     const FINEST: f64 = 1.0 / 131_072.0;
-    /// ... or until they cannot hold more than this.
+    /// Panels at a peak that cannot hold more than this are not divided.
     const NEGLIGIBLE: f64 = 0.1 * ACCURACY;
     /// No panel is smaller than this.
     const LEAST: f64 = 1.0 / 1_048_576.0;

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 pub struct ClampedCosine {
     /// The value at the centre.
     pub peak: [f64; 3],
-    /// s, 0 or more.
+    /// The exponent s, 0 or more.
     pub exponent: f64,
 }
 

@@ -31,9 +31,9 @@ impl Centre {
     /// Incident and outgoing direction in the frame of the surface (+Z the normal, +X the tangent), from the
     /// local frame whose +Z is the central direction.
     ///
-    /// About R the normal lies half way from +Z to `outgoing` (paper 1, section 3.1), and the surface's +X in
-    /// the plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the
-    /// local +X.
+    /// About R the normal lies half way from +Z to `outgoing` [RH02, sec. 3.1], and the surface's +X in the
+    /// plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the local
+    /// +X.
     pub fn surface(self, incident: Direction, outgoing: Direction) -> [Direction; 2] {
         let view = self.toward(outgoing);
         [view.incident(incident), view.outgoing()]
@@ -139,13 +139,14 @@ impl BrdfCoefficients {
         self.highest().1 == 0
     }
 
-    /// The same coefficients cut to a lower degree in the incident direction; unchanged if `f` is not lower.
+    /// Returns the same coefficients cut to a lower degree in the incident direction; unchanged if `f` is not
+    /// lower.
     pub fn cut(&self, f: Degree) -> Self {
         self.cut_to(f, self.p)
     }
 
-    /// The same coefficients cut to lower degrees in the incident and the outgoing direction, as far as these
-    /// are lower.
+    /// Returns the same coefficients cut to lower degrees in the incident and the outgoing direction, as far
+    /// as these are lower.
     pub fn cut_to(&self, f: Degree, p: Degree) -> Self {
         let (f, p) = (f.min(self.f), p.min(self.p));
         let (side, kept) = (self.p.get() + 1, p.get() + 1);

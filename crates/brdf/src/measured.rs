@@ -45,7 +45,7 @@ pub enum MeasuredError {
         shape[0], shape[1], shape[2]
     )]
     Shape {
-        /// n_h, n_d, n_phi.
+        /// The shape: n_h, n_d, n_phi.
         shape: [usize; 3],
     },
     /// The number of values is not that of the shape.
@@ -59,9 +59,9 @@ pub enum MeasuredError {
     /// A value that a BRDF cannot have.
     #[error("entry {entry} has a value of {value}; expected a finite number, 0 or more")]
     Value {
-        /// Its place in the table.
+        /// The value's place in the table.
         entry: usize,
-        /// The value.
+        /// The value that was found.
         value: f32,
     },
 }
@@ -105,7 +105,7 @@ impl Measured {
         entries.filter(|n| (1..=MOST_ENTRIES).contains(n)).ok_or(MeasuredError::Shape { shape })
     }
 
-    /// The same BRDF times a colour, which replaces an earlier one.
+    /// Returns the same BRDF times a colour, which replaces an earlier one.
     ///
     /// # Errors
     /// If a channel is not a number from 0 to 1e6.
@@ -113,7 +113,7 @@ impl Measured {
         Ok(Self { scale: colour("scale", scale)?, ..self })
     }
 
-    /// n_h, n_d, n_phi.
+    /// The shape of the table: n_h, n_d, n_phi.
     pub fn shape(&self) -> [usize; 3] {
         self.shape
     }
@@ -178,13 +178,13 @@ impl Measured {
         self.brdf(incident, outgoing).map(|value| value * cosine)
     }
 
-    /// n_h, n_d, n_phi, scale (3), the table.
+    /// The constants of the formula: n_h, n_d, n_phi, scale (3), the table.
     pub(crate) fn constants(&self) -> Vec<f32> {
         let (shape, scale) = (self.shape.map(|n| n as f32), self.scale.map(|scale| scale as f32));
         [&shape, &scale, self.values.as_flattened()].concat()
     }
 
-    /// A cosine, and facets as wide as the table: see [`facet_width`].
+    /// The lobes to sample: a cosine, and facets as wide as the table: see [`facet_width`].
     pub(crate) fn lobes(&self) -> Vec<Lobe> {
         let [n_h, n_d, n_phi] = self.shape;
         let grey = |h: usize| self.values[h * n_d * n_phi].iter().map(|value| f64::from(*value)).sum::<f64>();

@@ -75,7 +75,7 @@ impl MeasuredAnisotropic {
             .ok_or(MeasuredError::Shape { shape: [n_h.saturating_mul(n_phi), n_d, n_psi] })
     }
 
-    /// The same BRDF times a colour, which replaces an earlier one.
+    /// Returns the same BRDF times a colour, which replaces an earlier one.
     ///
     /// # Errors
     /// If a channel is not a number from 0 to 1e6.
@@ -83,7 +83,7 @@ impl MeasuredAnisotropic {
         Ok(Self { scale: colour("scale", scale)?, ..self })
     }
 
-    /// n_h, n_phi, n_d, n_psi.
+    /// The shape of the table: n_h, n_phi, n_d, n_psi.
     pub fn shape(&self) -> [usize; 4] {
         self.shape
     }
@@ -155,13 +155,13 @@ impl MeasuredAnisotropic {
         self.brdf(incident, outgoing).map(|value| value * cosine)
     }
 
-    /// n_h, n_phi, n_d, n_psi, scale (3), the table.
+    /// The constants of the formula: n_h, n_phi, n_d, n_psi, scale (3), the table.
     pub(crate) fn constants(&self) -> Vec<f32> {
         let (shape, scale) = (self.shape.map(|n| n as f32), self.scale.map(|scale| scale as f32));
         [&shape[..], &scale, self.values.as_flattened()].concat()
     }
 
-    /// A cosine, and facets as wide along the tangent, and across it, as the table: see
+    /// The lobes to sample: a cosine, and facets as wide along the tangent, and across it, as the table: see
     /// [`facet_width`].
     pub(crate) fn lobes(&self) -> Vec<Lobe> {
         let [n_h, n_phi, n_d, n_psi] = self.shape;

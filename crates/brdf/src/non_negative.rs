@@ -35,7 +35,7 @@ pub const MOST_UNKNOWNS: usize = 1500;
 /// The nearest transfer function without negative values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearestBrdf {
-    /// Its coefficients, with the centre and the degrees of those given.
+    /// The coefficients of the nearest function, with the centre and the degrees of those given.
     pub coefficients: BrdfCoefficients,
     /// The root of the integral of (g - rho_hat)^2 over that of rho_hat^2, channels together; 0 for black.
     pub change: f64,
@@ -53,28 +53,28 @@ pub enum NearestBrdfError {
         "degrees [{f}, {p}] have {unknowns} coefficients, more than the {MOST_UNKNOWNS} for non-negative"
     )]
     TooMany {
-        /// F.
+        /// The degree F in the incident direction.
         f: usize,
-        /// P.
+        /// The degree P in the outgoing direction.
         p: usize,
-        /// [`unknowns`] of these.
+        /// The number of [`unknowns`] of these degrees.
         unknowns: usize,
     },
     /// The nearest non-negative function is black, though the function is not.
     #[error("channel {channel} has no mass: black is the nearest non-negative function")]
     NoMass {
-        /// 0, 1, 2 for red, green, blue.
+        /// The channel: 0, 1, 2 for red, green, blue.
         channel: usize,
     },
     /// The mean is to be kept, but it is not positive.
     #[error("channel {channel} has mean {mean} 1/sr: no non-negative function has it")]
     NoPositiveMean {
-        /// 0, 1, 2 for red, green, blue.
+        /// The channel: 0, 1, 2 for red, green, blue.
         channel: usize,
         /// The mean of rho_hat over both directions, in 1/sr.
         mean: f64,
     },
-    /// It was stopped.
+    /// The search was stopped.
     #[error("stopped")]
     Stopped,
 }
@@ -236,13 +236,13 @@ impl Search {
         Self { terms, incident, outgoing, counts, spacing, incident_rows, outgoing_rows }
     }
 
-    /// x of a channel.
+    /// Returns the unknowns x of a channel.
     fn unknowns(&self, coefficients: &BrdfCoefficients, channel: usize) -> Vec<f64> {
         let value = |term: &Term| term.root * coefficients.get(term.l, term.p, term.q)[channel];
         self.terms.iter().map(value).collect()
     }
 
-    /// What multiplies each unknown at a place.
+    /// The factor of each unknown at a place.
     fn row(&self, [theta_i, theta_o, phi]: Place) -> Vec<f64> {
         let (incident, outgoing) = (harmonics(&self.incident, theta_i), harmonics(&self.outgoing, theta_o));
         let turns: Vec<f64> =
@@ -278,7 +278,7 @@ impl Search {
         (bottoms, values.into_iter().fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// All values, [theta_i, theta_o, phi].
+    /// The function's values on the grid, [theta_i, theta_o, phi].
     fn grid(&self, x: &[f64]) -> Vec<f64> {
         let [_, outgoing, turns] = self.counts;
         let top = self.terms.last().map_or(0, |term| term.q);
@@ -316,7 +316,7 @@ impl Search {
         values
     }
 
-    /// Whether no neighbour is lower. Over a pole lies the place that is turned by pi.
+    /// Whether no neighbour of a place is lower. Over a pole lies the place that is turned by pi.
     fn is_lowest(&self, values: &[f64], index: usize) -> bool {
         let [incident, outgoing, turns] = self.counts;
         let [a, b, c] = [index / (outgoing * turns), index / turns % outgoing, index % turns];

@@ -1,14 +1,14 @@
 //! Projection of a material into spherical harmonics, and the choice of its degrees.
 //!
-//! rho_hat(w_i, w_o) = sum of rho_lpq Y*_lq(w_i) Y_pq(w_o) about the material's central direction (paper 1,
-//! equation 13). Neither a turn of both directions about it nor a mirror image changes rho_hat, so that
+//! rho_hat(w_i, w_o) = sum of rho_lpq Y*_lq(w_i) Y_pq(w_o) about the material's central direction
+//! [RH02, eq. 13]. Neither a turn of both directions about it nor a mirror image changes rho_hat, so that
 //! rho_lpq is real and rho_l,p,-q = rho_lpq: with phi the azimuth between both directions,
 //!
 //! > rho_lpq = 2 pi * integral of rho_hat f_lq(theta_i) f_pq(theta_o) cos(q phi) over sin(theta_i) dtheta_i,
 //! > sin(theta_o) dtheta_o and phi from 0 to 2 pi,
 //!
-//! in the three steps of Appendix C and equation 5.22 of the thesis. The energy, 2 pi times the same integral
-//! of rho_hat^2 (equation 5.18), is the sum of all |rho_lpq|^2 and comes from the same samples.
+//! in the three steps of [RH02, app. C] and [Ram02, eq. 5.22]. The energy, 2 pi times the same integral of
+//! rho_hat^2 [Ram02, eq. 5.18], is the sum of all |rho_lpq|^2 and comes from the same samples.
 //!
 //! Radially symmetric models have p = q = 0 only, and their coefficients have a closed form.
 
@@ -42,10 +42,10 @@ pub const REVISION: u32 = 1;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Choice {
     /// The least degrees that lose at most this share of the energy: first P is lowered as far as that
-    /// allows, then F (paper 1, Appendix C). If that needs degrees that make no usable map (P above 32, or
-    /// more than 131072 coefficients), they are the least degrees that lose at most this share of what the
-    /// highest ones tried hold, provided that these hold half of the energy: [`Projection::captured`] reports
-    /// what they hold.
+    /// allows, then F [RH02, app. C]. If that needs degrees that make no usable map (P above 32, or more than
+    /// 131072 coefficients), they are the least degrees that lose at most this share of what the highest ones
+    /// tried hold, provided that these hold half of the energy: [`Projection::captured`] reports what they
+    /// hold.
     Tolerance(Tolerance),
     /// Degrees that are high enough to be cut later, when the light is known: P = 24 and the least F, at most
     /// 255, that loses at most 1e-7 of what F = 255 holds. Fast, because every material is sampled on the
@@ -54,15 +54,16 @@ pub enum Choice {
     Full,
     /// The given degrees, whatever they lose.
     Degree {
-        /// F, the degree in the incident direction.
+        /// The degree F in the incident direction.
         f: Degree,
-        /// P, the degree in the outgoing direction. If it is above F, the coefficients with q > F are zero.
+        /// The degree P in the outgoing direction. If it is above F, the coefficients with q > F are zero.
         p: Degree,
     },
 }
 
 impl Choice {
-    /// How many times [`project_unless`] asks whether to stop; `None` if that is not known beforehand.
+    /// The number of times that [`project_unless`] asks whether to stop; `None` if that is not known
+    /// beforehand.
     pub fn steps(self) -> Option<usize> {
         (self == Self::Full).then(full::steps)
     }
@@ -115,7 +116,7 @@ pub fn project(material: &Material, choice: Choice) -> Result<Projection, Projec
 /// [`project`], which ends early once `stop` says so. It is asked every few milliseconds, on every thread.
 ///
 /// # Errors
-/// As [`project`]; [`ProjectionError::Stopped`] if it was stopped.
+/// The errors of [`project`], and [`ProjectionError::Stopped`] if it was stopped.
 pub fn project_unless(
     material: &Material,
     choice: Choice,

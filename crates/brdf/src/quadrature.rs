@@ -7,13 +7,12 @@
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub(crate) x: f64,
-    /// The weight among all 15.
+    /// The node's weight in Kronrod's rule of 15 nodes.
     pub(crate) kronrod: f64,
-    /// The weight among the 7 of Gauss; 0 for the others.
+    /// The node's weight in Gauss' rule of 7 nodes; 0 for the others.
     pub(crate) gauss: f64,
 }
 
-/// The number of nodes.
 pub(crate) const NODES: usize = 15;
 
 /// The nodes from -1 to 1 (Piessens et al. 1983, QUADPACK, qk15).
@@ -58,31 +57,31 @@ pub(crate) const RULE: [Node; NODES] = {
 pub(crate) struct Panel {
     pub(crate) from: f64,
     pub(crate) to: f64,
-    /// The number of times that it has been halved.
+    /// The number of times that the panel has been halved.
     pub(crate) depth: usize,
 }
 
 impl Panel {
-    /// [from, to] in equal panels of at most `widest`.
+    /// Divides [from, to] into equal panels of at most `widest`.
     pub(crate) fn split(from: f64, to: f64, widest: f64) -> impl Iterator<Item = Self> {
         let count = ((to - from) / widest).ceil().max(1.0);
         let edge = move |i: usize| if i as f64 == count { to } else { from + (to - from) * i as f64 / count };
         (0..count as usize).map(move |i| Self { from: edge(i), to: edge(i + 1), depth: 0 })
     }
 
-    /// Both halves.
+    /// Divides the panel into its two halves.
     pub(crate) fn halves(self) -> [Self; 2] {
         let middle = 0.5 * (self.from + self.to);
         let depth = self.depth + 1;
         [Self { to: middle, depth, ..self }, Self { from: middle, depth, ..self }]
     }
 
-    /// Half its width, the scale of the rule's weights.
+    /// Half the width of the panel, the scale of the rule's weights.
     pub(crate) fn radius(self) -> f64 {
         0.5 * (self.to - self.from)
     }
 
-    /// The position of a node in it.
+    /// The position of a node in the panel.
     pub(crate) fn at(self, node: Node) -> f64 {
         0.5 * (self.from + self.to) + self.radius() * node.x
     }

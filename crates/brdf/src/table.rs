@@ -1,7 +1,7 @@
 //! BRDF tables: the coefficients of rho_hat over the incident direction, for every view.
 //!
 //! Kautz, Sloan and Snyder, "Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical
-//! Harmonics" (2002), section 3:
+//! Harmonics" [KSS02, sec. 3]:
 //!
 //! > c_i(v) = integral of rho_hat(s, v) Y_i(s) ds
 //!
@@ -135,10 +135,10 @@ pub enum TableError {
     NotFinite {
         /// The incident direction.
         incident: Direction,
-        /// The view.
+        /// The direction toward the viewer.
         view: Direction,
     },
-    /// It was stopped before its end.
+    /// The tabulation was stopped before its end.
     #[error("the table was stopped")]
     Stopped,
 }
@@ -162,17 +162,18 @@ pub struct BrdfTable {
     values: Vec<f32>,
 }
 
-/// What a table shows to a view from below the horizon, which interpolated normals can make.
+/// The values that a table shows to a view from below the horizon, which interpolated normals can make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BelowHorizon {
-    /// What the nearest view at the horizon sees.
+    /// A view from below sees the same as the nearest view at the horizon.
     Clamped,
-    /// What the mirror image of the view above the horizon sees: right for fibres, which have no horizon.
+    /// A view from below sees the same as its mirror image above the horizon: right for fibres, which have
+    /// none.
     Mirrored,
 }
 
 impl BelowHorizon {
-    /// What the table of a material shows.
+    /// The rule for the table of a material: mirrored about the tangent, clamped about other centres.
     pub fn of(material: &Material) -> Self {
         if material.centre() == Centre::Tangent { Self::Mirrored } else { Self::Clamped }
     }
@@ -210,38 +211,38 @@ impl BrdfTable {
         })
     }
 
-    /// F, the highest l.
+    /// The degree F, the highest l.
     pub fn degree(&self) -> Degree {
         self.degree
     }
 
-    /// N, the edge of the map of views.
+    /// The edge N of the map of views.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// Q, the number of materials.
+    /// The number of materials Q.
     pub fn count(&self) -> usize {
         self.values.len() / (self.size * self.size * self.texel())
     }
 
-    /// 1 if it is grey, else 3.
+    /// The number of channels: 1 if the table is grey, else 3.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// What it shows to a view from below the horizon.
+    /// The values that the table shows to a view from below the horizon.
     pub fn below(&self) -> BelowHorizon {
         self.below
     }
 
-    /// Whether it reflects light from below the horizon, as phong and kajiya-kay do.
+    /// Whether the material reflects light from below the horizon, as phong and kajiya-kay do.
     pub fn lit_from_below(&self) -> bool {
         self.lit_from_below
     }
 
-    /// The same table of a material that reflects light from below the horizon, or does not; a new one does
-    /// not.
+    /// Returns the same table, marked as that of a material that reflects light from below the horizon, or
+    /// does not; a new one does not.
     #[must_use]
     pub fn with_lit_from_below(self, lit_from_below: bool) -> Self {
         Self { lit_from_below, ..self }
@@ -252,7 +253,7 @@ impl BrdfTable {
         &self.values
     }
 
-    /// The numbers of a texel: (F+1)^2 times the channels.
+    /// The number of values of a texel: (F+1)^2 times the channels.
     pub fn texel(&self) -> usize {
         self.degree.rows() * self.channels
     }
@@ -289,7 +290,7 @@ pub fn tabulate(material: &Material, degree: Degree, size: usize) -> Result<(Brd
 /// [`tabulate`], which ends early once `stop` says so. It is asked for each view, on every thread.
 ///
 /// # Errors
-/// As [`tabulate`]; [`TableError::Stopped`] if it was stopped.
+/// The errors of [`tabulate`], and [`TableError::Stopped`] if it was stopped.
 ///
 /// # Panics
 /// If `size` is 0.

@@ -23,7 +23,7 @@ use crate::{Measured, MeasuredError, from_half_difference};
 /// The highest order that is fitted.
 pub const MOST_ORDER: usize = 12;
 
-/// A fit of order N.
+/// A fit of order N to samples of a BRDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     terms: Vec<Term>,

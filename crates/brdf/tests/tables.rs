@@ -91,7 +91,7 @@ fn windowed(light: &Expansion) -> Expansion {
     light
 }
 
-/// The paper's equation 1, over the rows of a local lighting.
+/// [KSS02, eq. 1] over the rows of a local lighting.
 fn dot(light: &Expansion, c: &[[f64; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (l, c) in light.coefficients().iter().zip(c) {

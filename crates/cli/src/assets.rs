@@ -23,18 +23,17 @@ pub(crate) struct Environments {
     pub(crate) sources: Vec<PathBuf>,
 }
 
-/// Files by what they are, and those that are none of it.
+/// Files by what they are, and those that are left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Recognised {
     pub(crate) environments: Vec<Environments>,
     pub(crate) materials: Vec<PathBuf>,
     pub(crate) meshes: Vec<PathBuf>,
-    /// Each file with the reason.
+    /// The files that are left out, each with the reason.
     pub(crate) left_out: Vec<(PathBuf, String)>,
 }
 
 impl Recognised {
-    /// How many environments there are.
     pub(crate) fn environment_count(&self) -> usize {
         self.environments.iter().map(|group| group.sources.len()).sum()
     }
@@ -84,7 +83,7 @@ impl Assets {
         Ok(assets)
     }
 
-    /// These files, and those of `others` that they lack.
+    /// Adds the files of `others` that these lack.
     pub(crate) fn and(mut self, others: Self) -> Self {
         let Self { environments, materials, meshes } = others;
         let lists = [&mut self.environments, &mut self.materials, &mut self.meshes];
@@ -127,7 +126,7 @@ impl Assets {
         }
     }
 
-    /// What is in a folder and below it. Only images of high dynamic range count: others are usually
+    /// The files in a folder and below it. Only images of high dynamic range count: others are usually
     /// textures.
     pub(crate) fn found(folder: &Path) -> Self {
         let mut assets = Self::default();

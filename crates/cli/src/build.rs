@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Com
     }
 }
 
-/// What `--wait`, `--wait=SECONDS` or neither asks for.
+/// The wait that `--wait`, `--wait=SECONDS` or neither asks for.
 fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     match wait {
         None => LockTimeout::default(),

@@ -58,7 +58,6 @@ impl BuildReporter {
         Self { verbose: false, quiet: false, dry_run: false, screen, state: Mutex::default() }
     }
 
-    /// Shows one event.
     pub(crate) fn show(&self, event: &Event) {
         match event {
             Event::Planned { items, .. } => self.screen.begin(*items),
@@ -198,19 +197,19 @@ impl BuildReporter {
         }
     }
 
-    /// How many failures are shown.
+    /// The number of failures that are shown.
     fn shown(&self) -> usize {
         if self.verbose { usize::MAX } else { SHOWN }
     }
 
-    /// A line above the bar: what happened, to what.
+    /// Shows a line above the bar: what happened, to what.
     fn line(&self, what: &str, subject: impl Display) {
         if !self.quiet {
             self.important(what, subject);
         }
     }
 
-    /// A line that a quiet build has, too.
+    /// Shows a line that a quiet build has, too.
     fn important(&self, what: &str, subject: impl Display) {
         self.screen.line(&format!("{what:>13}  {subject}"));
     }

@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, Com
     })
 }
 
-/// What a valid manifest holds, and the errors in the sources of its items.
+/// Prints what a valid manifest holds, and the errors in the sources of its items.
 fn describe_plan(arguments: &CheckArguments, plan: &Plan, errors: &[SourceError]) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();

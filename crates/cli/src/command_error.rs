@@ -27,23 +27,23 @@ pub(crate) struct CommandError {
 }
 
 impl CommandError {
-    /// The command line names something that does not exist or is of no use.
+    /// The error of a command line that names something that does not exist or is of no use.
     pub(crate) fn usage(chain: impl Into<Vec<String>>) -> Self {
         Self::new(Exit::Usage, chain.into())
     }
 
-    /// The system refused an operation.
+    /// The error of an operation that the system refused.
     pub(crate) fn system(message: impl Into<String>, cause: &dyn std::error::Error) -> Self {
         Self::new(Exit::System, vec![message.into(), cause.to_string()])
     }
 
-    /// The manifest has errors.
+    /// The error of a manifest that has errors.
     pub(crate) fn manifest(diagnostics: Diagnostics) -> Self {
         let chain = vec![drawn_errors::counted(&diagnostics)];
         Self { diagnostics: Some(Box::new(diagnostics)), ..Self::new(Exit::Manifest, chain) }
     }
 
-    /// A `specula.toml` has errors.
+    /// The error of a `specula.toml` that has errors.
     pub(crate) fn settings(diagnostics: Diagnostics) -> Self {
         let chain = diagnostics.to_string().lines().map(str::to_owned).collect();
         Self {

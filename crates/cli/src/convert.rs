@@ -35,7 +35,7 @@ const OPTIONS: [StageOption; 11] = [
     StageOption { stage: "converted", parameter: "exposure", option: "--exposure" },
 ];
 
-/// What is converted, and where to.
+/// A request to convert files.
 struct Request {
     /// The source of the import, absolute or relative to the current folder.
     files: Vec<PathBuf>,
@@ -147,7 +147,7 @@ fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Re
     one_build::build(text, kinds, &arguments.output, place, &OPTIONS)
 }
 
-/// Where a file that was made belongs.
+/// The place to which a file that was made belongs.
 fn place(file: &str, output: &Path, is_folder: bool) -> PathBuf {
     if is_folder {
         return output.join(file);

@@ -67,7 +67,7 @@ fn is_text(output: &Path) -> bool {
     output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("txt"))
 }
 
-/// Rows of three numbers, as Filament reads them.
+/// The text of a lighting: rows of three numbers, as Filament reads them.
 fn text_of(lighting: &Lighting, to: Preset) -> Result<Vec<u8>, containers::Error> {
     // The JSON's encoder checks that every number is finite.
     lighting_json::encode(lighting, to, None)?;

@@ -129,7 +129,7 @@ impl Excerpt {
     }
 }
 
-/// From the line before a place to the line after it.
+/// The bounds of the lines around a place, from the one before it to the one after it.
 fn lines_around(text: &str, place: Range<usize>) -> (usize, usize) {
     let breaks = text[..place.start].match_indices('\n').map(|(at, _)| at + 1);
     let first = breaks.rev().nth(1).unwrap_or(0);

@@ -17,7 +17,7 @@ impl Painted {
         Self(text)
     }
 
-    /// Any text; it is escaped.
+    /// Text from outside, which is escaped.
     pub(crate) fn plain(text: &str) -> Self {
         Self(escaped(text).into_owned())
     }
@@ -34,7 +34,8 @@ pub(crate) fn escaped(text: &str) -> Cow<'_, str> {
     replaced(text, |c| c.escape_unicode().to_string())
 }
 
-/// The same for JSON, whose meaning stays the same: it can have such characters only in its strings.
+/// Writes every character of JSON that a terminal acts on as `\u001b`. The meaning stays the same, because
+/// JSON can have such characters only in its strings.
 pub(crate) fn escaped_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c| format!("\\u{:04x}", u32::from(c)))
 }

@@ -23,9 +23,9 @@ pub(crate) struct OutstandingErrors {
 struct FailedItem {
     error: Vec<String>,
     help: Option<String>,
-    /// How many items were not run because of it.
+    /// The number of items that were not run because of the failure.
     waiting: usize,
-    /// Whether the current build printed it in full.
+    /// Whether the current build printed the failure in full.
     is_new: bool,
 }
 
@@ -92,7 +92,7 @@ impl OutstandingErrors {
         Transition::None
     }
 
-    /// What a rebuild repeats at its end: the errors that it did not print in full, in one paragraph.
+    /// The reminder at the end of a rebuild: the errors that it did not print in full, in one paragraph.
     pub(crate) fn reminder(&self) -> Option<String> {
         let failures = self.failures.iter().filter(|(_, failure)| !failure.is_new);
         let failures = failures.map(|(item, failure)| format!("{item} ({})", failure.in_one_line()));
@@ -132,7 +132,7 @@ impl OutstandingErrors {
 }
 
 impl FailedItem {
-    /// Its chain of causes in one line.
+    /// The failure's chain of causes in one line.
     fn in_one_line(&self) -> String {
         self.error.iter().map(|cause| first_line(cause)).collect::<Vec<_>>().join(": ")
     }

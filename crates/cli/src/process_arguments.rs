@@ -38,7 +38,7 @@ fn colour(words: &[Cow<'_, str>]) -> Option<Colour> {
     value.and_then(|value| Colour::from_str(value, false).ok())
 }
 
-/// What the command prints with `--json`.
+/// The form in which the command prints with `--json`.
 fn json_output(typed: &[OsString]) -> JsonOutput {
     let understood = Arguments::command().ignore_errors(true).try_get_matches_from(typed).ok();
     match understood.as_ref().and_then(ArgMatches::subcommand_name) {

@@ -18,7 +18,7 @@ pub(crate) fn run(query: &QueryArguments, dry_run: bool) -> Result<Exit, Command
     })
 }
 
-/// What a build says of files that no manifest exports any more, in one line.
+/// The message of a build on files that no manifest exports any more, in one line.
 pub(crate) fn leftovers(folder: &str, files: usize, published_by: &[String], manifest: &str) -> String {
     let of_manifest = if manifest == MANIFEST { String::new() } else { format!(" --manifest {manifest}") };
     let (are, them) = if files == 1 { ("is", "it") } else { ("are", "them") };

@@ -39,7 +39,7 @@ pub(crate) fn origin(cause: &Cause) -> String {
     }
 }
 
-/// One reason.
+/// A reason as a line.
 pub(crate) fn line(reason: &Reason) -> String {
     // A port that has the name of the stage that feeds it is not repeated.
     let at = |port: &str, from: &ItemName| {
@@ -69,7 +69,7 @@ pub(crate) fn line(reason: &Reason) -> String {
     }
 }
 
-/// What PATH finds for a program now, and what it found before.
+/// Says what PATH finds for a program now, and what it found before.
 pub(crate) fn program(name: &str, old: Option<&str>, new: Option<&str>) -> String {
     match (old, new) {
         (Some(old), Some(new)) => format!("PATH finds {new} instead of {old}"),

@@ -18,8 +18,8 @@ use crate::standard_pipeline;
 /// rare.
 const SHOWN: [Layout; 4] = [Layout::LatLong, Layout::Probe, Layout::CubeCross, Layout::CubeStrip];
 
-/// What the files of a folder are by their names and headers, and by a trial: everything is imported once, as
-/// a build does it.
+/// Recognises the files of a folder by their names and headers, and by a trial: everything is imported once,
+/// as a build does it.
 pub(crate) fn of_folder(assets: Assets, folder: &Path, kinds: &Kinds) -> Recognised {
     let Assets { environments, materials, meshes } = assets;
     let mut sorting = Sorting(Recognised::default());

@@ -19,7 +19,7 @@ const CACHE: &str = "SPECULA_REMOTE_CACHE";
 #[cfg(feature = "remote")]
 const HEADER: &str = "SPECULA_REMOTE_HEADER";
 
-/// What an option may be called in `[remote]`.
+/// The names that options may have in `[remote]`.
 const KEYS: [&str; 16] = [
     "cache",
     "executor",
@@ -69,12 +69,12 @@ pub(crate) fn shared_cache(
 #[cfg_attr(not(feature = "remote"), allow(dead_code, reason = "without a client nothing is done with them"))]
 struct Options {
     cache: String,
-    /// Where items run; empty if they all run here.
+    /// The address of the server that runs items; empty if they all run here.
     executor: String,
     jobs: u64,
     properties: Vec<(String, String)>,
     program: Option<String>,
-    /// In MiB.
+    /// The limit of the files that an item may read on a worker, in MiB.
     source_limit: u64,
     instance: String,
     headers: Vec<String>,
@@ -244,7 +244,6 @@ fn connected(options: Options) -> Result<SharedCacheOptions, CommandError> {
     })
 }
 
-/// What this machine is called.
 #[cfg(feature = "remote")]
 fn machine_name() -> String {
     let variables = ["HOSTNAME", "COMPUTERNAME"].into_iter().filter_map(|name| std::env::var(name).ok());

@@ -9,7 +9,7 @@ macro_rules! assets {
     };
 }
 
-/// Its files, each with its path.
+/// The sample's files, each with its path.
 pub(crate) const ASSETS: &[(&str, &[u8])] = assets![
     "assets/environments/sky.exr",
     "assets/environments/studio.exr",
@@ -28,7 +28,7 @@ pub(crate) const ASSETS: &[(&str, &[u8])] = assets![
     "assets/white.toml",
 ];
 
-/// The files in one of its folders.
+/// The files in one of the sample's folders.
 pub(crate) fn in_folder(folder: &str) -> impl Iterator<Item = (&'static str, &'static [u8])> {
     ASSETS
         .iter()

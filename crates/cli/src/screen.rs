@@ -21,11 +21,11 @@ pub(crate) struct Screen {
     plain: Box<dyn Fn(&Painted) + Send + Sync>,
     width: fn() -> usize,
     live: Option<Live>,
-    /// What runs, and how much of its work is done if that is known.
+    /// The items that run, and the share of their work that is done if it is known.
     running: Mutex<BTreeMap<ItemName, Option<f64>>>,
 }
 
-/// What is redrawn on a terminal.
+/// The lines that are redrawn on a terminal.
 struct Live {
     all: MultiProgress,
     /// The bar of the current build.
@@ -76,12 +76,12 @@ impl Screen {
         (self.width)()
     }
 
-    /// A line that stays.
+    /// Writes a line that stays.
     pub(crate) fn line(&self, line: &str) {
         self.painted(&Painted::plain(line));
     }
 
-    /// Lines with colours that stay.
+    /// Writes lines with colours that stay.
     pub(crate) fn painted(&self, lines: &Painted) {
         match &self.live {
             // There is no other place to report that a terminal cannot be written to.
@@ -90,7 +90,7 @@ impl Screen {
         }
     }
 
-    /// A build of this many items begins.
+    /// Begins the progress bar of a build of this many items.
     pub(crate) fn begin(&self, items: usize) {
         let Some(live) = &self.live else { return };
         self.clear();
@@ -101,28 +101,28 @@ impl Screen {
         *live.bar.lock() = Some(bar);
     }
 
-    /// An item begins to run.
+    /// Notes that an item begins to run.
     pub(crate) fn started(&self, item: &ItemName) {
         self.with_running(|running| _ = running.insert(item.clone(), None));
     }
 
-    /// This share of a running item's work is done.
+    /// Notes that this share of a running item's work is done.
     pub(crate) fn progress(&self, item: &ItemName, share: f64) {
         self.with_running(|running| _ = running.get_mut(item).map(|known| *known = Some(share)));
     }
 
-    /// An item ran or failed.
+    /// Notes that an item ran or failed.
     pub(crate) fn ended(&self, item: &ItemName) {
         self.with_running(|running| _ = running.remove(item));
         self.settled();
     }
 
-    /// Nothing is left to do for one item more.
+    /// Notes that nothing is left to do for one more item.
     pub(crate) fn settled(&self) {
         self.with_bar(|bar| bar.inc(1));
     }
 
-    /// The build is over: removes the bar.
+    /// Removes the progress bar of a build that is over.
     pub(crate) fn clear(&self) {
         if let Some(live) = &self.live
             && let Some(bar) = live.bar.lock().take()

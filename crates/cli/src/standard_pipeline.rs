@@ -18,7 +18,7 @@ fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// One stage: its name, and its lines.
+/// Adds a stage to the text: its name, and its lines.
 fn stage(text: &mut String, name: &str, lines: &[String]) {
     let _ = writeln!(text, "\n[stage.{name}]");
     lines.iter().for_each(|line| _ = writeln!(text, "{line}"));
@@ -29,14 +29,14 @@ fn line(key: &str, value: &str) -> String {
     format!("{key} = {}", quoted(value))
 }
 
-/// What is done to files beyond reading them: further lines of the stages that import them, and a turn.
+/// Changes to files beyond reading them: further lines of the stages that import them, and a turn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ImportParameters {
-    /// Of `import-environment`.
+    /// Lines of `import-environment`.
     pub(crate) environment: Vec<String>,
-    /// Of `import-material`.
+    /// Lines of `import-material`.
     pub(crate) material: Vec<String>,
-    /// How the light is turned after that: yaw, pitch and roll in degrees.
+    /// The turn of the light after its import: yaw, pitch and roll in degrees.
     pub(crate) turn: Option<[f64; 3]>,
 }
 
@@ -174,11 +174,11 @@ fn suffixed(block: &str, suffix: &str) -> String {
 /// How an environment is converted: lines of the stages that do it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Conversion {
-    /// Of `import-environment`, without its source.
+    /// Lines of `import-environment`, without its source.
     pub(crate) import: Vec<String>,
-    /// Of `rotate`; none if the light is not turned.
+    /// Lines of `rotate`; none if the light is not turned.
     pub(crate) rotate: Vec<String>,
-    /// Of `export-environment`, without its path.
+    /// Lines of `export-environment`, without its path.
     pub(crate) export: Vec<String>,
 }
 

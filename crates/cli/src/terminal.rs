@@ -15,7 +15,7 @@ pub(crate) fn is_terminal() -> bool {
     std::io::stderr().is_terminal()
 }
 
-/// What `--color` says.
+/// The choice of `--color`.
 static COLOUR: OnceLock<Colour> = OnceLock::new();
 
 /// Sets whether messages have colours.
@@ -37,8 +37,9 @@ pub(crate) fn requested_colour() -> Option<bool> {
     }
 }
 
-/// What the environment asks for. `NO_COLOR` (no-color.org) goes before `FORCE_COLOR` (force-color.org) and
-/// `CLICOLOR_FORCE`, and these go before `CLICOLOR` (bixense.com/clicolors). An empty variable says nothing.
+/// Whether the environment asks for colours. `NO_COLOR` (no-color.org) goes before `FORCE_COLOR`
+/// (force-color.org) and `CLICOLOR_FORCE`, and these go before `CLICOLOR` (bixense.com/clicolors). An empty
+/// variable says nothing.
 fn colour_of(variable: impl Fn(&str) -> Option<String>) -> Option<bool> {
     let value = |name: &str| variable(name).filter(|value| !value.is_empty());
     let is_on = |value: &String| value != "0" && value != "false";

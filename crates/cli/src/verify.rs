@@ -49,7 +49,7 @@ fn unreadable(file: &Path, error: &io::Error) -> CommandError {
     CommandError::usage([format!("cannot read {}: {error}", file.display())]).with_help(help)
 }
 
-/// What is said of a file first.
+/// The verdict on a file, which is printed first.
 fn verdict(found: &Verification) -> &'static str {
     match &found.content {
         Content::Altered { .. } => "ALTERED: its bytes are not those that were published",

@@ -58,9 +58,9 @@ struct State {
     unannounced: Option<String>,
     /// The time of the last report.
     reported: f64,
-    /// What was done since the last report, by stage.
+    /// The reports of what was done since the last report, by stage.
     groups: Vec<StageReport>,
-    /// What runs, and why.
+    /// The items that run, and why.
     running: Vec<(ItemName, Vec<Reason>)>,
     /// The files that were removed since the last report.
     removals: Removals,
@@ -72,12 +72,12 @@ struct State {
     transitions: [usize; 2],
 }
 
-/// What the items of one stage did since the last report.
+/// A report of what the items of one stage did since the last report.
 struct StageReport {
     stage: String,
     items: Vec<ItemName>,
     why: Vec<String>,
-    /// How many have the same result as before.
+    /// The number of items that have the same result as before.
     same: usize,
     files: Vec<String>,
     /// The time of the last of these events.
@@ -93,7 +93,6 @@ impl WatchReporter {
         Self { verbose, screen, clock: Box::new(clock), state: Mutex::default() }
     }
 
-    /// Shows one event.
     pub(crate) fn show(&self, event: &Event) {
         let now = (self.clock)();
         let mut state = self.state();
@@ -241,7 +240,7 @@ impl WatchReporter {
         self.screen.close();
     }
 
-    /// The changes, after the time of day.
+    /// Shows the changes, after the time of day.
     fn show_changes(&self, time: &str, changes: &[Change]) {
         let of_project = changes.iter().find(|change| change.path == "." && change.what != Changed::Unknown);
         let lines = if let Some(change) = of_project {
@@ -257,7 +256,7 @@ impl WatchReporter {
         }
     }
 
-    /// What was done since the last report, a line for each stage.
+    /// Reports what was done since the last report, a line for each stage.
     fn report(&self, state: &mut State, now: f64) {
         state.groups.sort_by(|one, other| one.at.total_cmp(&other.at));
         for group in std::mem::take(&mut state.groups) {
@@ -272,7 +271,7 @@ impl WatchReporter {
         state.reported = now;
     }
 
-    /// The end of a build: its counts, and what still fails.
+    /// Shows the end of a build: its counts, and what still fails.
     fn summarise(&self, state: &mut State, summary: &Summary, since: &str) {
         let Summary { ran, up_to_date, failed, skipped, cancelled, .. } = *summary;
         let mut parts = Vec::new();
@@ -304,7 +303,7 @@ impl WatchReporter {
         }
     }
 
-    /// A line for an item that does not fail any more.
+    /// Shows a line for an item that does not fail any more.
     fn show_fixed(&self, state: &mut State, transition: &Transition, item: &ItemName) {
         if *transition == Transition::Fixed {
             state.transitions[1] += 1;
@@ -342,12 +341,12 @@ impl WatchReporter {
         self.screen.pin(lines.join("\n"));
     }
 
-    /// The first line of a paragraph.
+    /// Shows the first line of a paragraph.
     fn head(&self, time: &str, text: &str) {
         self.screen.line(format!("{time:<INDENT$}{text}").trim_end());
     }
 
-    /// A line: when, and what.
+    /// Shows a line: when something happened, and what.
     fn line(&self, when: &str, text: &str) {
         self.screen.line(format!("{when:>width$}  {text}", width = INDENT - 2).trim_end());
     }
@@ -368,7 +367,7 @@ fn is_news(event: &Event, transition: &Transition) -> bool {
 }
 
 impl State {
-    /// What the next report says of a stage.
+    /// The group of a stage in the next report, which is added if there is none.
     fn group(&mut self, stage: &str, now: f64) -> &mut StageReport {
         let index = self.groups.iter().position(|group| group.stage == stage).unwrap_or_else(|| {
             let (items, why, files) = (Vec::new(), Vec::new(), Vec::new());
@@ -380,7 +379,7 @@ impl State {
         group
     }
 
-    /// An item no longer runs; returns why it ran.
+    /// Notes that an item no longer runs; returns why it ran.
     fn ended(&mut self, item: &ItemName) -> Vec<Reason> {
         let found = self.running.iter().position(|(running, _)| running == item);
         found.map(|index| self.running.swap_remove(index).1).unwrap_or_default()

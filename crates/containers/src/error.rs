@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What is wrong with the bytes, or with the request.
+/// The kind of an error: of the bytes, or of the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -53,7 +53,7 @@ impl Error {
         Self::new(ErrorKind::Unsupported, message)
     }
 
-    /// The same error, said to have happened in `place`.
+    /// Returns the error as one that happened in `place`.
     #[must_use]
     pub fn within(mut self, place: impl Into<String>) -> Self {
         self.context.push(place.into());

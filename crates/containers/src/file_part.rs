@@ -4,7 +4,6 @@ use std::io::{Read, Seek, SeekFrom};
 
 use crate::error::Error;
 
-/// The length of a file.
 pub(crate) fn length(file: &mut impl Seek) -> Result<usize, Error> {
     let length = file.seek(SeekFrom::End(0)).map_err(unreadable)?;
     rewind(file)?;

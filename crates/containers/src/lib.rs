@@ -20,8 +20,11 @@
 //!
 //! Bytes are never trusted. A header's claim of size is compared with [`MAX_PIXELS`] and with what a file of
 //! that length can hold before anything of that size is allocated, and damage is an [`Error`], not a panic.
+//!
+//! # Example: `examples/convert_picture.rs`
+#![doc = concat!("```\n", include_str!("../examples/convert_picture.rs"), "```")]
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod error;
 mod file_part;

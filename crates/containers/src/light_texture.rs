@@ -16,7 +16,7 @@ pub struct LightTexture {
     /// Level 0 in linear Rec. 709. The faces of a cube lie below each other, +X -X +Y -Y +Z -Z, each upright
     /// and unmirrored from inside, as KTX2's table has them.
     pub image: Image,
-    /// Whether it is a cube; otherwise it is one picture.
+    /// Whether the file holds a cube; otherwise it holds one picture.
     pub is_cube: bool,
     /// Whether the container is for lights in Babylon.js' frame, an `.env` or glTF; others say no frame.
     pub is_for_babylon: bool,
@@ -24,9 +24,9 @@ pub struct LightTexture {
     pub format: String,
     /// The number of levels of detail.
     pub levels: usize,
-    /// What was ignored or assumed, in whole sentences.
+    /// Notes of what was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,
-    /// What was done that hardly changed the picture, in whole sentences.
+    /// Notes of what was done that hardly changed the picture, in whole sentences.
     pub notes: Vec<String>,
     /// The recipe, if Specula wrote the file.
     pub recipe: Option<String>,
@@ -44,8 +44,8 @@ pub fn is_light_texture(bytes: &[u8]) -> bool {
 /// the values are taken for linear Rec. 709 without it.
 ///
 /// # Errors
-/// As [`read_texture`], [`crate::textures::read_babylon_env`] and [`crate::values::read_gltf_image_based_light`]; and if the
-/// texture is an array or a volume.
+/// The errors of [`read_texture`], [`crate::textures::read_babylon_env`] and
+/// [`crate::values::read_gltf_image_based_light`], and an error if the texture is an array or a volume.
 pub fn read_light_texture(bytes: &[u8], options: &ReadOptions) -> Result<LightTexture, Error> {
     let (mut warnings, mut notes) = (Vec::new(), Vec::new());
     let (texture, format, orientation) = if is_babylon_env(bytes) {

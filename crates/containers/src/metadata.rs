@@ -18,11 +18,11 @@ use crate::png_text;
 /// Exif and XMP that are longer are not read.
 const LONGEST: usize = 4 << 20;
 
-/// What JPEG puts before Exif, and other formats' writers sometimes too.
+/// The prefix of Exif in a JPEG, which the writers of other formats sometimes put before it too.
 const EXIF: &[u8] = b"Exif\0\0";
 const XMP_IN_JPEG: &[u8] = b"http://ns.adobe.com/xap/1.0/\0";
 
-/// What a file says about its pixels.
+/// The metadata of a file that concern its pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct Metadata {
     pub(crate) orientation: Orientation,

@@ -59,7 +59,7 @@ pub struct BuildOptions {
     pub keep_going: bool,
     /// Whether only to report what would run and why; nothing is written.
     pub dry_run: bool,
-    /// What other processes are shown that find the folder locked.
+    /// The purpose that other processes are shown if they find the folder locked.
     pub lock_purpose: LockPurpose,
     /// How long to wait while another process has the folder locked.
     pub lock_timeout: LockTimeout,
@@ -84,7 +84,7 @@ pub struct BuildOptions {
 /// Builds once: [`BuildSession::build`] with threads of its own, and nothing is kept in memory afterwards.
 ///
 /// # Errors
-/// As [`BuildSession::build`], and if threads cannot be started.
+/// The errors of [`BuildSession::build`], and an error if threads cannot be started.
 pub fn build(
     plan: &Plan,
     options: &BuildOptions,
@@ -340,20 +340,20 @@ fn report_end(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sy
     summary
 }
 
-/// What a build would do with an item.
+/// The forecast of what a build would do with an item.
 pub(crate) enum Forecast {
-    /// Its result is in the cache.
+    /// The item's result is in the cache.
     Current {
         outputs: Vec<Blob>,
         /// Whether the result is that of an earlier run than the last.
         restored: bool,
     },
-    /// It would run.
+    /// The item would run, for these reasons.
     Runs(Vec<Reason>),
 }
 
-/// What a build would do with each selected item. The output of an item that would run is not known, so all
-/// items that need it would run too, unless its output turns out to be the same as before.
+/// The forecast for each selected item. The output of an item that would run is not known, so all items that
+/// need it would run too, unless its output turns out to be the same as before.
 pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<Option<Forecast>> {
     let mut forecasts = Vec::<Option<Forecast>>::with_capacity(check.plan.items.len());
     for (index, item) in check.plan.items.iter().enumerate() {

@@ -14,7 +14,7 @@ pub enum ErrorKind {
     NewerState,
     /// Another process has the state folder locked.
     Locked,
-    /// It was cancelled while it waited for another process.
+    /// The command was cancelled while it waited for another process.
     Cancelled,
     /// A requested stage or file does not exist.
     UnknownTarget,

@@ -58,7 +58,7 @@ pub struct Stage {
     pub kind: Arc<dyn ErasedKind>,
     /// The kind with this stage's parameters.
     pub configured: Arc<dyn Configured>,
-    /// These parameters as the manifest has them.
+    /// The stage's parameters as the manifest has them.
     pub parameters: Table,
     /// The ports of the kind, or, if the kind accepts any port, those that the stage names.
     pub ports: Vec<Port>,
@@ -66,7 +66,7 @@ pub struct Stage {
     pub inputs: Vec<(String, StageIndex)>,
     /// The files that it reads, for a kind that has a source.
     pub source: Option<Source>,
-    /// What an item of the stage makes.
+    /// The product of an item of the stage.
     pub product: Product,
 }
 
@@ -84,7 +84,7 @@ pub struct Plan {
     /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share
     /// them.
     pub items: Arc<[Item]>,
-    /// What a person should check in the manifest, such as a file that a glob misses by its case.
+    /// Warnings of what a person should check in the manifest, such as a file that a glob misses by its case.
     pub warnings: Diagnostics,
     /// Finds the recipe in an exported file.
     pub recipe_reader: RecipeReader,
@@ -198,8 +198,8 @@ impl Graph {
         self.expand_after(folders, None).map(|expansion| expansion.plan)
     }
 
-    /// The same, given an earlier expansion of this graph: if the files are the same, this returns that
-    /// expansion.
+    /// The expansion for the files that exist now: if they are those of `before`, an earlier expansion of
+    /// this graph, it is that one.
     pub(crate) fn expand_after(
         &self,
         folders: &dyn Folders,

@@ -91,8 +91,8 @@ fn identity(metadata: &Metadata) -> (i64, u64) {
     (metadata.created().map_or(0, nanoseconds), 0)
 }
 
-/// What distinguishes a folder or file from another one of the same name, as far as the system knows: device
-/// and inode.
+/// The identity of a folder or file, which distinguishes it from another one of the same name, as far as the
+/// system knows: device and inode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Identity(u64, u64);
 

@@ -6,7 +6,7 @@ use crate::image::Image;
 use crate::layout::Layout;
 use crate::pixel_audit::{Finding, PixelAudit, Place};
 
-/// What to do with NaN, infinite and negative values.
+/// What is done about NaN, infinite and negative values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum BadPixels {
     /// Refuse an image with NaN or infinite values. Negative values become 0: lossy compression and the
@@ -26,7 +26,7 @@ impl BadPixels {
     /// All policies.
     pub const ALL: [Self; 4] = [Self::ZeroNegative, Self::Error, Self::Zero, Self::Clamp];
 
-    /// The name in a manifest.
+    /// The policy's name in a manifest.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ZeroNegative => "zero-negative",
@@ -114,7 +114,7 @@ fn negative_share(image: &Image, coverage: Coverage) -> f64 {
 /// repaired too, but not counted.
 ///
 /// # Errors
-/// Those of [`audit`]; [`Error::BadPixels`] if a value is bad and the policy refuses it.
+/// The errors of [`audit`], and [`Error::BadPixels`] if a value is bad and the policy refuses it.
 pub fn repair(
     mut image: Image,
     coverage: impl Into<Coverage>,

@@ -26,7 +26,7 @@ pub(crate) struct BrightTexels {
     counts: Vec<u32>,
     /// The bright texels, ascending.
     texels: Vec<usize>,
-    /// The solid angle that each received.
+    /// The solid angle that each bright texel received.
     given: Vec<AtomicU64>,
 }
 
@@ -79,7 +79,7 @@ impl BrightTexels {
         Self { width, is_bright, counts, texels, given }
     }
 
-    /// Whether the picture has none.
+    /// Whether the picture has no bright texel.
     pub(crate) fn is_empty(&self) -> bool {
         self.texels.is_empty()
     }

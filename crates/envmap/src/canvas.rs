@@ -12,10 +12,9 @@ pub(crate) const MOST_POINTS: usize = 16;
 
 /// A grid of texels on the sphere, row by row.
 pub(crate) trait Canvas: Sync {
-    /// Texels of a row.
+    /// The number of texels of a row.
     fn width(&self) -> usize;
 
-    /// The number of rows.
     fn rows(&self) -> usize;
 
     /// The centre of a texel, and its extents across and down, in radians.
@@ -43,11 +42,12 @@ pub(crate) trait Canvas: Sync {
 /// A lat-long grid; sines and cosines come from tables and sums of angles.
 pub(crate) struct LatLongCanvas {
     grid: LatLong,
-    /// sin, cos of theta, by row.
+    /// The sine and cosine of theta, by row.
     theta: Vec<(f64, f64)>,
-    /// sin, cos of phi, by column.
+    /// The sine and cosine of phi, by column.
     phi: Vec<(f64, f64)>,
-    /// sin, cos of the offsets of the points from the centre of a texel, by the number of points minus 1.
+    /// The sine and cosine of the offsets of the points from the centre of a texel, by the number of points
+    /// minus 1.
     down: Vec<Vec<(f64, f64)>>,
     across: Vec<Vec<(f64, f64)>>,
 }
@@ -73,7 +73,7 @@ impl LatLongCanvas {
     }
 }
 
-/// sin, cos of a sum of angles.
+/// The sine and cosine of a sum of angles.
 fn sum((sin_a, cos_a): (f64, f64), (sin_b, cos_b): (f64, f64)) -> (f64, f64) {
     (sin_a * cos_b + cos_a * sin_b, cos_a * cos_b - sin_a * sin_b)
 }

@@ -12,7 +12,7 @@ use crate::part::Part;
 pub enum Coverage {
     /// The picture shows the whole sphere.
     Whole(Layout),
-    /// The picture shows a part of it.
+    /// The picture shows a part of the sphere.
     Part(Part),
 }
 

@@ -16,7 +16,7 @@ impl CubeMap {
         (!cube.is_empty() && texels == Some(pixels.len())).then_some(Self { cube, pixels })
     }
 
-    /// A cube map of pixels that fill it.
+    /// Makes a cube map of pixels that fill it.
     pub(crate) fn from_complete(cube: Cube, pixels: Vec<[f32; 3]>) -> Self {
         Self { cube, pixels }
     }

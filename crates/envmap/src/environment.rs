@@ -185,7 +185,7 @@ impl Environment {
         sum
     }
 
-    /// Radiance times 2^stops; `None` if a value becomes infinite.
+    /// Multiplies radiance by 2^stops; `None` if a value becomes infinite.
     pub fn exposed(&self, stops: f64) -> Option<Self> {
         let scale = math::exp2(stops);
         let pixels =
@@ -233,8 +233,8 @@ impl Environment {
         Ok(Self { grid, pixels: area::means(self.grid, &self.pixels, grid) })
     }
 
-    /// The same light on another grid: by [`Environment::downsampled`] if each new texel consists of whole
-    /// old ones, otherwise interpolated and averaged as by [`Environment::from_image`].
+    /// Returns the same light on another grid: by [`Environment::downsampled`] if each new texel consists of
+    /// whole old ones, otherwise interpolated and averaged as by [`Environment::from_image`].
     ///
     /// # Errors
     /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
@@ -248,7 +248,7 @@ impl Environment {
     }
 }
 
-/// The grid, if it can be allocated.
+/// Returns the grid, if it can be allocated.
 fn checked(grid: LatLong) -> Result<LatLong, Error> {
     match grid.width.checked_mul(grid.height) {
         Some(1..=MOST_TEXELS) => Ok(grid),

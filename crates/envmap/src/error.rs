@@ -14,9 +14,9 @@ pub enum Error {
     Shape {
         /// The shape that the layout needs, as a sentence.
         rule: &'static str,
-        /// Columns of the picture.
+        /// The number of columns of the picture.
         width: usize,
-        /// Rows of the picture.
+        /// The number of rows of the picture.
         height: usize,
         /// Another layout that has this shape.
         fitting: Option<&'static str>,
@@ -30,19 +30,19 @@ pub enum Error {
     FaceSize {
         /// The face that differs.
         face: Face,
-        /// Its columns.
+        /// The number of columns of that face.
         width: usize,
-        /// Its rows.
+        /// The number of rows of that face.
         height: usize,
-        /// Columns of the first face.
+        /// The number of columns of the first face.
         edge: usize,
     },
     /// The picture is not as large as the part that it is to be.
     #[error("a part of {} x {} pixels cannot be a picture of {} x {}", .part[0], .part[1], .picture[0], .picture[1])]
     PartSize {
-        /// Columns and rows of the part.
+        /// The number of columns and rows of the part.
         part: [usize; 2],
-        /// Columns and rows of the picture.
+        /// The number of columns and rows of the picture.
         picture: [usize; 2],
     },
     /// The picture holds NaN, infinite or negative values.
@@ -51,9 +51,9 @@ pub enum Error {
     /// The resolution that was asked for is empty or too large to allocate.
     #[error("a resolution of {width} x {height} is not between 1 and {MOST_TEXELS} texels")]
     Resolution {
-        /// Columns that were asked for.
+        /// The number of columns that were asked for.
         width: usize,
-        /// Rows that were asked for.
+        /// The number of rows that were asked for.
         height: usize,
     },
 }

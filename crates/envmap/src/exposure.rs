@@ -23,16 +23,16 @@ const BRIGHTEST_MEAN: f64 = 0.72;
 /// log-average.
 const DARKEST: f64 = 1e-4;
 
-/// An exposure, and what it was derived from.
+/// An exposure, and the measure it was derived from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
-    /// In stops: radiance is multiplied by 2 to this power.
+    /// The exposure in stops: radiance is multiplied by 2 to this power.
     pub stops: f64,
-    /// What it was derived from.
+    /// The measure that the exposure was derived from.
     pub basis: ExposureBasis,
 }
 
-/// What an exposure was derived from.
+/// The measure of an environment that an exposure was derived from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExposureBasis {
     /// The log-average is shown as middle grey.
@@ -42,7 +42,7 @@ pub enum ExposureBasis {
 }
 
 impl ExposureBasis {
-    /// `log-average` or `mean`.
+    /// The name of the measure: `log-average` or `mean`.
     pub fn name(self) -> &'static str {
         match self {
             Self::LogAverage => "log-average",

@@ -37,9 +37,9 @@ pub fn check_faces(sizes: [[usize; 2]; 6]) -> Result<usize, Error> {
 /// The places of the faces in a picture of square cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrangement {
-    /// Texels along an edge of a cell.
+    /// The number of texels along an edge of a cell.
     edge: usize,
-    /// Cells across.
+    /// The number of cells across.
     across: usize,
     /// The face of each cell, row by row.
     cells: &'static [Option<Face>],
@@ -69,7 +69,7 @@ const VERTICAL: &[Option<Face>] = &[
     None,                  Some(Face::NegativeZ), None,
 ];
 
-/// Cells across and down, and the face of each cell.
+/// The number of cells across and down, and the face of each cell.
 type Cells = (usize, usize, &'static [Option<Face>]);
 
 /// The arrangements of stacked faces, of a strip and of a cross.
@@ -87,12 +87,12 @@ impl Arrangement {
         })
     }
 
-    /// Texels along an edge of a face.
+    /// The number of texels along an edge of a face.
     pub(crate) fn edge(self) -> usize {
         self.edge
     }
 
-    /// Face, row and column of a pixel; `None` in a blank cell.
+    /// The face, row and column of a pixel; `None` in a blank cell.
     pub(crate) fn texel(self, row: usize, column: usize) -> Option<(Face, usize, usize)> {
         let edge = self.edge;
         let face = self.cells[row / edge * self.across + column / edge]?;
@@ -104,7 +104,7 @@ impl Arrangement {
         })
     }
 
-    /// The faces in file order, each upright, row by row.
+    /// Gathers the faces in file order, each upright, row by row.
     pub(crate) fn gather(self, pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let (edge, width) = (self.edge, self.edge * self.across);
         let mut faces = Vec::with_capacity(6 * edge * edge);

@@ -6,22 +6,23 @@ use crate::image::Image;
 use crate::part::Part;
 use crate::texels::{Taps, Texels};
 
-/// The light from where a picture shows nothing.
+/// The light that comes from where a picture shows nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fill {
-    /// None.
+    /// No light comes from there.
     #[default]
     Black,
     /// The mean radiance of the picture over its part of the sphere.
     Mean,
-    /// That of the nearest pixel: up and down in a piece of a lat-long image, toward the axis in a fisheye.
+    /// The radiance of the nearest pixel: up and down in a piece of a lat-long image, toward the axis in a
+    /// fisheye.
     Edge,
-    /// Linear Rec. 709 radiance.
+    /// One radiance everywhere, linear Rec. 709.
     Colour([f32; 3]),
 }
 
 impl Fill {
-    /// The radiance of what is missing; [`Fill::Edge`] has none of its own.
+    /// The radiance of the missing part; [`Fill::Edge`] has none of its own.
     fn radiance(self, image: &Image, part: &Part) -> [f32; 3] {
         match self {
             Self::Black | Self::Edge => [0.0; 3],
@@ -51,7 +52,7 @@ pub(crate) struct Completed<'a> {
 }
 
 impl<'a> Completed<'a> {
-    /// The texels, and their pixels.
+    /// Prepares the texels, and their pixels.
     pub(crate) fn new(image: Image, part: &'a Part, fill: Fill) -> (Self, Vec<[f32; 3]>) {
         let radiance = fill.radiance(&image, part);
         let width = image.width();
@@ -60,7 +61,7 @@ impl<'a> Completed<'a> {
         (Self { part, edge: fill == Fill::Edge }, pixels)
     }
 
-    /// The texel of the pixel, or of what is missing, in a direction.
+    /// The texel of the pixel in a direction, or that of the missing part.
     pub(crate) fn texel(self, direction: Direction) -> usize {
         let [width, height] = self.part.size();
         match self.part.place(direction) {

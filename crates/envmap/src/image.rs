@@ -15,12 +15,12 @@ impl Image {
         (width > 0 && height > 0 && fits).then_some(Self { width, height, pixels })
     }
 
-    /// Columns.
+    /// The number of columns.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> usize {
         self.height
     }

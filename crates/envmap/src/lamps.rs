@@ -27,7 +27,7 @@ const BRIGHTER: f64 = 10.0;
 /// round disk, which a lamp is only in small pieces.
 const REACH: f64 = 1.75 * std::f64::consts::PI / 180.0;
 
-/// How often the groups' centres are moved to the mean of their pixels.
+/// The number of times that the groups' centres are moved to the mean of their pixels.
 const ROUNDS: usize = 4;
 
 /// The least flux of a light, in sr times the mean radiance over the sphere.
@@ -39,7 +39,7 @@ const PIECE: f64 = 0.25;
 /// The most lights: a renderer that adds them up visits each at every pixel.
 const MOST: usize = 64;
 
-/// By this factor groups reach farther if there are more.
+/// The factor by which groups reach farther if there are more than [`MOST`].
 const FARTHER: f64 = 1.25;
 
 /// An environment in two parts.
@@ -51,7 +51,7 @@ pub struct Separated {
     pub lights: Vec<Light>,
 }
 
-/// A bright pixel: what it is above the threshold, times its solid angle.
+/// A bright pixel: its radiance above the threshold, times its solid angle.
 #[derive(Clone, Copy)]
 struct Excess {
     pixel: usize,
@@ -95,7 +95,7 @@ fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec
     Some(groups)
 }
 
-/// The pixels of each centre.
+/// Assigns the pixels to the nearest of the centres.
 fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
     let mut groups = vec![Group::default(); centres.len()];
     let centres = NearestDirection::new(centres);
@@ -247,8 +247,8 @@ mod tests {
         assert!(lights.iter().all(|light| light.direction.dot(lamp) > 0.15_f64.cos()));
     }
 
-    /// However large it is: but for a corner or two, no part of a lamp stays in the image beside parts that
-    /// do not.
+    /// A lamp is taken out however large it is: but for a corner or two, no part of it stays in the image
+    /// beside parts that do not.
     #[test]
     fn a_ceiling_of_light_is_taken_out_whole() {
         let lit = sky(256, |d| {

@@ -39,11 +39,11 @@ pub(crate) struct LatLongOnCube {
     rows: Vec<f64>,
     /// The column and row of the corners of the upper polar face.
     polar: Vec<[f64; 2]>,
-    /// Solid angle per area of a face, at the corners.
+    /// The solid angle per area of a face, at the corners.
     density: Vec<f64>,
 }
 
-/// What is interpolated over a texel: column, row, density.
+/// The numbers that are interpolated over a texel: column, row, density.
 type Corner = [f64; 3];
 
 impl LatLongOnCube {
@@ -190,7 +190,7 @@ impl Points for LatLongOnCube {
     }
 }
 
-/// How many points a texel needs along each side.
+/// The number of points that a texel needs along each side.
 fn points_between(corners: &[Corner; 4]) -> usize {
     let diagonal = |from: usize, to: usize| [0, 1].map(|axis| corners[to][axis] - corners[from][axis]);
     let ([a, b], [c, d]) = (diagonal(0, 3), diagonal(1, 2));
@@ -198,7 +198,7 @@ fn points_between(corners: &[Corner; 4]) -> usize {
     (PER_TEXEL * pixels.sqrt()).round().clamp(1.0, MOST_POINTS as f64) as usize
 }
 
-/// Calls `visit` with what lies at `points`^2 points spread evenly between four corners.
+/// Calls `visit` with the numbers at `points`^2 points spread evenly between four corners.
 fn between(corners: &[Corner; 4], points: usize, mut visit: impl FnMut(Corner)) {
     let [top_left, top_right, bottom_left, bottom_right] = corners;
     let step = 1.0 / points as f64;
@@ -218,7 +218,8 @@ fn between(corners: &[Corner; 4], points: usize, mut visit: impl FnMut(Corner)) 
 mod tests {
     use super::*;
 
-    /// Every point against its arc tangents, on sizes at which the poles are and are not between texels.
+    /// Compares every point with its arc tangents, on sizes at which the poles are and are not between
+    /// texels.
     #[test]
     fn points_are_where_their_directions_are() {
         for (edge, rows) in [(64, 100), (33, 64), (5, 8)] {

@@ -7,7 +7,7 @@ use sphere::{AngularProbe, Cube, Direction, Face, LatLong, MirrorBall, OpenExrCu
 use crate::error::Error;
 use crate::faces::{Arrangement, CROSSES, STACKS, STRIPS};
 
-/// The layout of the sphere in a picture; the crate `sphere` defines the directions of each.
+/// The arrangement of the sphere in a picture; the crate `sphere` defines the directions of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Layout {
     /// Equirectangular, twice as wide as high, pixel centres at half texels ([`sphere::LatLong`]).
@@ -53,7 +53,7 @@ impl Layout {
         Self::OpenExrCube,
     ];
 
-    /// The name in a manifest.
+    /// The layout's name in a manifest.
     pub const fn name(self) -> &'static str {
         match self {
             Self::LatLong => "lat-long",

@@ -7,7 +7,7 @@ use sphere::{DMat3, DVec3, Direction, LatLong, Rotation};
 /// The most rows of [`Part::default_grid`]: 16384 x 8192, as large as the largest picture that is read.
 const MOST_ROWS: f64 = 8192.0;
 
-/// What differs by no more than this, in pixels, lies on the pixels' edges.
+/// The largest difference, in pixels, that counts as rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// A fisheye: how far from the picture's centre the light of an angle t from the axis arrives, in focal
@@ -25,7 +25,7 @@ pub enum Lens {
 }
 
 impl Lens {
-    /// The name in a sentence.
+    /// The lens's name in a sentence.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Equidistant => "equidistant",
@@ -67,7 +67,7 @@ impl Lens {
         }
     }
 
-    /// The largest angle.
+    /// The largest angle from the axis.
     pub const fn largest(self) -> f64 {
         match self {
             Self::Equidistant | Self::Equisolid => PI,
@@ -103,7 +103,7 @@ enum Shape {
         focal: [f64; 2],
         /// The largest angle from the axis.
         reach: f64,
-        /// From the camera's frame (+X the axis, +Z the top of the picture) to Specula's.
+        /// The rotation from the camera's frame (+X the axis, +Z the top of the picture) to Specula's.
         turn: DMat3,
     },
 }
@@ -151,7 +151,7 @@ impl Part {
         sound.then_some(Self { width: size[0], height: size[1], shape })
     }
 
-    /// Columns and rows of the picture.
+    /// The number of columns and rows of the picture.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
@@ -166,8 +166,8 @@ impl Part {
         LatLong::with_rows(rows.clamp(1.0, MOST_ROWS) as usize)
     }
 
-    /// Whether the texels of the environment are pixels of the picture: the column and row of its corner in
-    /// [`Part::default_grid`].
+    /// The column and row of the picture's corner in [`Part::default_grid`] if its texels are pixels of the
+    /// picture.
     pub(crate) fn aligned(&self) -> Option<[usize; 2]> {
         let Shape::LatLong { full, corner } = self.shape else { return None };
         let grid = self.default_grid();
@@ -211,7 +211,7 @@ impl Part {
         }
     }
 
-    /// Where a direction lies in the picture, in pixels from its corner; `None` if it is not in it.
+    /// The place of a direction in the picture, in pixels from its corner; `None` if it is not in it.
     pub(crate) fn place(&self, direction: Direction) -> Option<[f64; 2]> {
         let [width, height] = self.size().map(|length| length as f64);
         let [x, y] = match self.shape {
@@ -390,7 +390,7 @@ fn lat_long_place(direction: Direction, full: [f64; 2], corner: [f64; 2]) -> [f6
     [x, direction.theta() / PI * full[1] - corner[1]]
 }
 
-/// A place that rounding has moved out of 0 to `length`.
+/// Puts a place that rounding has moved out of 0 to `length` back on the end.
 fn snapped(value: f64, length: f64) -> f64 {
     let inside = value.clamp(0.0, length);
     if (inside - value).abs() < ROUNDING { inside } else { value }

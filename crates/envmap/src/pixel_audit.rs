@@ -4,7 +4,7 @@ use std::fmt;
 
 use sphere::{Direction, Face};
 
-/// The pixel of a value, and its direction.
+/// The place of a value: its pixel, its channel and its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// The face of a cube that holds the pixel, if the layout has the faces of [`sphere::Cube`].
@@ -13,7 +13,7 @@ pub struct Place {
     pub row: usize,
     /// Column of the image, from the left.
     pub column: usize,
-    /// 0 red, 1 green, 2 blue.
+    /// The channel: 0 red, 1 green, 2 blue.
     pub channel: usize,
     /// The direction of the pixel.
     pub direction: Direction,
@@ -25,18 +25,18 @@ pub struct Place {
 pub struct Finding {
     /// The number of values (of channels, not of pixels).
     pub count: usize,
-    /// The first of them.
+    /// The first of the bad values.
     pub first: Place,
 }
 
 /// The bad values of an image, among the pixels that its layout uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelAudit {
-    /// Values that are NaN.
+    /// The values that are NaN.
     pub nan: Option<Finding>,
-    /// Values that are +infinity or -infinity.
+    /// The values that are +infinity or -infinity.
     pub infinite: Option<Finding>,
-    /// Finite values below 0.
+    /// The finite values below 0.
     pub negative: Option<Finding>,
     /// The share that the negative values have in the integral of the absolute value over the sphere.
     pub negative_share: f64,

@@ -24,7 +24,7 @@ pub const REVISION: u32 = 1;
 /// The number of points along the side of a square texel of the picture.
 const PER_TEXEL: f64 = 3.0;
 
-/// The picture `pixels`, of `width` columns, on another grid, row by row. All values must be finite.
+/// Takes the picture `pixels`, of `width` columns, to another grid, row by row. All values must be finite.
 pub(crate) fn resample<T: Texels, C: Canvas>(
     picture: T,
     width: usize,
@@ -48,13 +48,14 @@ pub(crate) fn resample_unless<T: Texels, C: Canvas>(
 
 /// The points of a picture under the texels of a grid.
 pub(crate) trait Points: Sync + Sized {
-    /// The grid.
+    /// The type of the grid.
     type Canvas: Canvas;
 
-    /// The grid.
+    /// The grid of the points' texels.
     fn canvas(&self) -> &Self::Canvas;
 
-    /// Calls `visit` with what makes up the picture at each point of a texel, and the point's solid angle.
+    /// Calls `visit` with the taps that make up the picture at each point of a texel, and the point's solid
+    /// angle.
     fn visit(&self, row: usize, column: usize, visit: impl FnMut(Taps, f64));
 
     /// The mean of the picture over the points of a texel.
@@ -80,7 +81,7 @@ pub(crate) fn by_taps<P: Points>(points: &P, pixels: &[[f32; 3]], row: usize, co
     sum.map(|sum| (sum / total) as f32)
 }
 
-/// Points by their directions.
+/// The points of a picture by their directions.
 struct OnCanvas<'a, T, C> {
     picture: T,
     canvas: &'a C,
@@ -101,7 +102,7 @@ impl<T: Texels, C: Canvas> Points for OnCanvas<'_, T, C> {
     }
 }
 
-/// How many points a texel needs across and down.
+/// The number of points that a texel needs across and down.
 pub(crate) fn points_of_texel(
     picture: impl Texels,
     canvas: &impl Canvas,

@@ -15,7 +15,7 @@ use sphere::{
 pub struct Taps {
     /// The indices of the texels, along rows, rows along faces.
     pub index: [usize; 4],
-    /// The weight of each.
+    /// The weight of each texel.
     pub weight: [f64; 4],
 }
 

@@ -70,7 +70,7 @@ fn unit(value: f32) -> f32 {
 const INTO_ACES: [[f32; 3]; 3] =
     [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
 
-/// From the ODT's output to sRGB, by rows.
+/// The matrix from the ODT's output to sRGB, by rows.
 const FROM_ACES: [[f32; 3]; 3] =
     [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
 
@@ -89,7 +89,7 @@ fn product(matrix: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// The linear value from which code c + 1 is nearer than code c.
+/// The linear value for each code c from which code c + 1 is nearer than code c.
 static THRESHOLDS: LazyLock<[f32; 255]> = LazyLock::new(|| {
     std::array::from_fn(|code| {
         let encoded = (code as f64 + 0.5) / 255.0;

@@ -21,22 +21,22 @@ use crate::Environment;
 /// revision.
 pub const REVISION: u32 = 1;
 
-/// The first circle, in radii of the light.
+/// The radius of the first circle, in radii of the light.
 const CIRCLE: f64 = 2.0;
 
 /// The widest circle that is tried for the sake of an even level, in radii of the light.
 const WIDEST: f64 = 4.0;
 
-/// By this factor circles grow, and this wide is the ring around them.
+/// The factor by which circles grow, and the width of the ring around them.
 const STEP: f64 = 1.25;
 
-/// What is left of an environment.
+/// An environment whose lights were taken out.
 #[derive(Clone, Debug)]
 pub struct WithoutLights {
     /// The image without the lights.
     pub rest: Environment,
-    /// What was taken out, RGB: the integral of the difference. It is less than the flux of the lights if
-    /// these have more light than the image.
+    /// The light that was taken out, RGB: the integral of the difference. It is less than the flux of the
+    /// lights if these have more light than the image.
     pub taken: [f64; 3],
 }
 

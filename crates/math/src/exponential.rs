@@ -13,12 +13,11 @@
 
 use crate::tables::{EXP, LOG, N};
 
-/// N / ln(2).
 const N_BY_LN2: f64 = N as f64 * std::f64::consts::LOG2_E;
 /// -ln(2) / N: the upper bits, and the rest.
 const MINUS_LN2_BY_N: [f64; 2] = [-0.005415212348111709, -1.2864023111638346e-14];
-/// Added to a number and subtracted again, it leaves the nearest integer, which is also in the lowest bits of
-/// the sum.
+/// A number which, added to another and subtracted again, leaves the nearest integer, which is also in the
+/// lowest bits of the sum.
 const SHIFT: f64 = 1.5 * (1_u64 << 52) as f64;
 /// The coefficients of r^2 to r^5 in e^r.
 const EXP_TERMS: [f64; 4] =
@@ -33,7 +32,7 @@ const EXP2_TERMS: [f64; 5] = [
 ];
 /// Where the intervals of the table of logarithms begin: the bits of 0x1.69555p-1.
 const LOG_START: u64 = 0x3fe6_9555_0000_0000;
-/// ln(2): so many bits that k times them is exact, and the rest.
+/// ln(2) in two parts: so many bits that k times them is exact, and the rest.
 const LN2: [f64; 2] = [0.6931471805598903, 5.497923018708371e-14];
 /// The coefficients of r^3 to r^8 in ln(1 + r), each times that power of -2 with which it is evaluated.
 const LN_TERMS: [f64; 6] = [
@@ -97,7 +96,8 @@ pub(crate) fn exp2(x: f64) -> f64 {
     if x.abs() < 512.0 { exp2_of(x) } else { libm::exp2(x) }
 }
 
-/// Of the bits of a plain number x = 2^k z: k, z, 1 / c, ln(c) and what ln(c) leaves out.
+/// Splits the bits of a plain number x = 2^k z into k and z; returns them with 1 / c, ln(c) and the rest that
+/// ln(c) leaves out.
 #[inline]
 fn interval(bits: u64) -> (f64, u64, &'static (f64, f64, f64)) {
     let above = bits.wrapping_sub(LOG_START);
@@ -135,7 +135,7 @@ pub(crate) fn ln(x: f64) -> f64 {
     if is_plain(bits) { ln_of_plain(bits) } else { libm::log(x) }
 }
 
-/// The logarithm of a plain number, as [`ln_in_two`], but with an r that is rounded.
+/// The logarithm of a plain number, computed like [`ln_in_two`] but with an r that is rounded.
 #[inline]
 fn ln_of_plain(bits: u64) -> f64 {
     let (k, z_bits, &(inverse, ln_c, ln_c_tail)) = interval(bits);
@@ -169,7 +169,7 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
-/// Those of single precision: computed in double precision with fewer terms, and rounded once.
+/// The functions of single precision: computed in double precision with fewer terms, and rounded once.
 pub(crate) mod single {
     use std::f64::consts::{LN_2, LOG2_E, LOG10_E};
 

@@ -12,7 +12,7 @@ pub(crate) fn hypot(x: f64, y: f64) -> f64 {
     if long < 1e150 && short > 1e-140 { plain(long, short) } else { libm::hypot(x, y) }
 }
 
-/// The same for 0 < short <= long, where no square overflows.
+/// The length of a vector with 0 < short <= long, where no square overflows.
 #[inline]
 fn plain(long: f64, short: f64) -> f64 {
     let h = (long * long + short * short).sqrt();

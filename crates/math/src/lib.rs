@@ -16,6 +16,8 @@
 //! assert_eq!(math::powi(2.0_f32, -3), 0.125);
 //! ```
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
+
 mod exponential;
 mod hypot;
 mod tables;

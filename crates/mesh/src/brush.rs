@@ -1,6 +1,6 @@
 //! The direction of brushing: tangents along a constant vector, or turned about the normal.
 //!
-//! A brushed metal has its scratches along the tangent. Kautz, Sloan and Snyder (2002, section 6) project a
+//! A brushed metal has its scratches along the tangent. Kautz, Sloan and Snyder [KSS02, sec. 6] project a
 //! constant vector b into the surface at each point: T = b - N (N.b), normalised. A turn by an angle a takes
 //! that to cos(a) T + sin(a) B, with the bitangent B = w (N x T): where a texture is mirrored (w = -1), so is
 //! the turn.
@@ -10,7 +10,7 @@ use glam::DVec3;
 use crate::Mesh;
 use crate::normals::{double, unit};
 
-/// Where N and the vector are less than this apart (as a sine), the vector has no direction in the surface.
+/// The sine of the angle between N and the vector below which the vector has no direction in the surface.
 const PARALLEL: f64 = 1e-3;
 
 impl Mesh {

@@ -11,11 +11,11 @@ use crate::tangents::{by_coordinates, unit_tangents, without_coordinates};
 pub struct Parts {
     /// The positions of the vertices.
     pub positions: Vec<[f32; 3]>,
-    /// Normals, of any length.
+    /// The normals of the vertices, of any length.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// Tangents, of any length, and the sign of the bitangent.
+    /// The tangents of the vertices, of any length, and the sign of the bitangent.
     pub tangents: Option<Vec<[f32; 4]>>,
-    /// Texture coordinates, v downward.
+    /// The texture coordinates of the vertices, v downward.
     pub coordinates: Option<Vec<[f32; 2]>>,
     /// The vertices of each triangle, counter-clockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -35,15 +35,16 @@ impl Parts {
     /// neighbours.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// The errors of [`Mesh::new`].
     pub fn complete(self) -> Result<Mesh, MeshError> {
         Ok(self.complete_with_sources()?.0)
     }
 
-    /// As [`Parts::complete`], and for each vertex of the mesh the one of the parts that it was made of.
+    /// Returns the mesh of [`Parts::complete`], and for each of its vertices the one of the parts that it was
+    /// made of.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// The errors of [`Mesh::new`].
     pub fn complete_with_sources(self) -> Result<(Mesh, Vec<u32>), MeshError> {
         self.check()?;
         let mut sources: Vec<u32> = (0..self.positions.len() as u32).collect();
@@ -83,8 +84,8 @@ impl Parts {
         Ok((Mesh::from_complete(positions, normals, tangents, coordinates, triangles), sources))
     }
 
-    /// The same parts with each vertex transformed by a map of its own: normals stay orthogonal to the
-    /// surface, tangents stay along it.
+    /// Returns the same parts with each vertex transformed by a map of its own: normals stay orthogonal to
+    /// the surface, tangents stay along it.
     ///
     /// A map that mirrors inverts the signs of bitangents and the orientation of the triangles that begin
     /// with the vertex, so that the outside stays outside. A map that flattens may leave normals and tangents

@@ -51,7 +51,7 @@ pub(crate) fn without_coordinates(normals: &[[f32; 3]]) -> Vec<[f32; 4]> {
 
 /// Tangents from coordinates, and the additional vertices that they need.
 pub(crate) struct Made {
-    /// One for each vertex; those of `copied` follow the others.
+    /// The tangent of each vertex; those of `copied` follow the others.
     pub(crate) tangents: Vec<[f32; 4]>,
     /// The vertices that must be duplicated.
     pub(crate) copied: Vec<u32>,
@@ -116,9 +116,9 @@ struct Surface<'a> {
     normals: &'a [[f32; 3]],
     coordinates: &'a [[f32; 2]],
     triangles: &'a [[u32; 3]],
-    /// The triangles that it sees.
+    /// The triangles that MikkTSpace sees.
     faces: Vec<usize>,
-    /// The tangents of their corners.
+    /// The tangents of the triangles' corners.
     found: Vec<[Option<[f32; 4]>; 3]>,
 }
 

@@ -15,10 +15,10 @@ pub(crate) struct Quality {
 }
 
 impl Quality {
-    /// One sample for every pixel.
+    /// The quality of one sample for every pixel.
     pub(crate) const FULL: Self = Self { downscale: 1, samples: 1 };
 
-    /// From fine to coarse.
+    /// The qualities from fine to coarse.
     const LEVELS: [Self; 7] = [
         Self { downscale: 1, samples: 2 },
         Self::FULL,
@@ -34,7 +34,7 @@ impl Quality {
         size.map(|side| side.div_ceil(self.downscale).max(1))
     }
 
-    /// How many samples such a picture has.
+    /// The number of samples of a picture that fills `size`.
     fn sample_count(self, size: [u32; 2]) -> f64 {
         let [width, height] = self.size(size).map(f64::from);
         width * height * f64::from(self.samples).powi(2)

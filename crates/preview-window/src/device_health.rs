@@ -38,7 +38,6 @@ impl DeviceHealth {
         reason.or_else(|| view.is_none().then(|| "it accepts no data".to_owned()))
     }
 
-    /// Destroys the device.
     pub(crate) fn destroy(&self) {
         self.device.destroy();
     }

@@ -29,16 +29,16 @@ pub(crate) struct MeasureRequest {
 /// The error of a mode against brute force.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ModeError {
-    /// How far its picture is from that of brute force.
+    /// The distance of the mode's picture from that of brute force.
     Measured {
-        /// [`preview::Picture::stops`]: 95 and 99 of 100 samples are within these.
+        /// The error by [`preview::Picture::stops`]: 95 and 99 of 100 samples are within these.
         stops: [f64; 2],
-        /// [`preview::Picture::relative_rms`].
+        /// The error by [`preview::Picture::relative_rms`].
         rms: f64,
         /// The light samples of a pixel by brute force.
         light_samples: u32,
     },
-    /// Why there is no error.
+    /// The mode has no error, for this reason.
     None(String),
 }
 

@@ -13,9 +13,9 @@ pub(crate) struct GpuAdapter {
     status: DeviceStatus,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    /// egui shows one while the other is drawn.
+    /// The textures, of which egui shows one while the other is drawn.
     textures: [Option<wgpu::Texture>; 2],
-    /// Which of them is drawn.
+    /// The index of the texture that is drawn.
     next: usize,
 }
 

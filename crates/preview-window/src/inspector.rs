@@ -20,7 +20,7 @@ const UNKNOWN: &str = "...";
 /// A value that is not known before there are maps.
 const NO_MAPS: &str = "no maps yet";
 
-/// The same of the modes that shade vertices.
+/// A value that is not known without a BRDF table.
 const NO_TABLE: &str = "no BRDF table";
 const NO_TRANSFER: &str = "no transfer of this mesh";
 

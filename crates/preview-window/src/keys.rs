@@ -21,9 +21,9 @@ pub(crate) struct Chord {
 #[derive(Clone, Debug)]
 pub(crate) struct Binding {
     pub(crate) chord: Chord,
-    /// Its heading in the help.
+    /// The heading of the binding in the help.
     pub(crate) group: &'static str,
-    /// Its description in the help.
+    /// The description of the binding in the help.
     pub(crate) name: String,
     pub(crate) action: Action,
 }
@@ -56,7 +56,7 @@ impl Chord {
         Self { command: true, ..Self::shift(key) }
     }
 
-    /// Its name in the help.
+    /// The chord's name in the help.
     pub(crate) fn name(self) -> String {
         let key = match self.key {
             Key::ArrowLeft => "left",

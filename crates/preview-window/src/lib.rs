@@ -54,7 +54,7 @@ pub use host::{Host, UpdateSender};
 /// How a window begins.
 #[derive(Clone, Debug, Default)]
 pub struct WindowSettings {
-    /// What it shows first. If the saved settings cannot be read, a message says so.
+    /// The view that the window shows first. If the saved settings cannot be read, a message says so.
     pub view: InitialView,
     /// Whether the CPU draws the pictures even if a graphics device could.
     pub cpu: bool,
@@ -68,7 +68,7 @@ pub enum WindowError {
     /// There is no display.
     #[error("no display: {0}")]
     NoDisplay(String),
-    /// No graphics device can draw it.
+    /// No graphics device can draw the window.
     #[error("no graphics device for a window: {0}")]
     NoAdapter(String),
     /// The graphics device stopped working. The host has the settings; the window may be opened again.

@@ -8,7 +8,7 @@ use preview::{FormField, MaterialForm};
 pub(crate) struct MaterialEditor {
     /// The values in the file.
     file: MaterialForm,
-    /// The values that are being written to it.
+    /// The values that are being written to the file.
     saving: Option<MaterialForm>,
     /// The values in the window.
     form: MaterialForm,
@@ -16,7 +16,7 @@ pub(crate) struct MaterialEditor {
     redo: Vec<MaterialForm>,
     /// The parameter that is being dragged: its changes are one step.
     dragged: Option<FormField>,
-    /// What the file has become, or why it cannot be edited any more, while there are unsaved values.
+    /// The file's new values, or why it cannot be edited any more, while there are unsaved values.
     conflict: Option<Result<MaterialForm, String>>,
 }
 
@@ -43,7 +43,7 @@ impl MaterialEditor {
         self.form != self.file
     }
 
-    /// What the file has become, if the user has to choose between it and the unsaved values.
+    /// The file's new values, if the user has to choose between them and the unsaved values.
     pub(crate) fn conflict(&self) -> Option<&Result<MaterialForm, String>> {
         self.conflict.as_ref()
     }

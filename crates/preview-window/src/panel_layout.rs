@@ -19,13 +19,13 @@ use preview::RenderError;
 const LEAST_PICTURE: f32 = 300.0;
 const LEAST_INSPECTOR: f32 = 240.0;
 
-/// What the window draws from.
+/// Everything that the window draws from.
 pub(crate) struct PanelLayout<'a> {
     pub(crate) state: &'a State,
     pub(crate) error_meter: &'a ErrorMeter,
     /// The picture on the screen.
     pub(crate) frame: Option<(TextureId, &'a RenderedFrame)>,
-    /// Whether that is the picture requested last, in full resolution.
+    /// Whether the picture on the screen is the one requested last, in full resolution.
     pub(crate) is_current: bool,
     /// Why the requested picture cannot be drawn.
     pub(crate) render_error: Option<&'a RenderError>,

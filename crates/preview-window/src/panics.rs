@@ -13,7 +13,6 @@ pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, RenderError>) -> Resul
     })
 }
 
-/// The message of a panic.
 pub(crate) fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));

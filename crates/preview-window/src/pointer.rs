@@ -20,7 +20,7 @@ const LINE: f32 = 40.0;
 /// The distance from which the divider can be dragged, in points.
 const DIVIDER_REACH: f32 = 6.0;
 
-/// What the pointer drags.
+/// The target of a drag of the pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DragTarget {
     Camera,
@@ -39,7 +39,7 @@ pub(crate) struct Pointer {
     at: Option<Pos2>,
 }
 
-/// Where a drag may start.
+/// The area of the window where a drag may start.
 pub(crate) struct PictureArea<'a> {
     pub(crate) picture: Rect,
     /// The place of the divider as a share of the width, if there is one.
@@ -67,7 +67,7 @@ impl PictureArea<'_> {
 }
 
 impl Pointer {
-    /// What is being dragged.
+    /// The target of the present drag.
     pub(crate) fn dragged(&self) -> Option<DragTarget> {
         self.drag.map(|(_, target)| target)
     }

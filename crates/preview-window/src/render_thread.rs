@@ -22,13 +22,13 @@ pub(crate) struct RenderedFrame {
     /// The requested shot, and its scene.
     pub(crate) of: Shot,
     pub(crate) scene_id: u64,
-    /// Whether it has a pixel for each pixel of the window.
+    /// Whether the picture has a pixel for each pixel of the window.
     pub(crate) full: bool,
-    /// How long it took.
+    /// How long the picture took, in seconds.
     pub(crate) seconds: f64,
-    /// The name of the renderer that drew it.
+    /// The name of the renderer that drew the picture.
     pub(crate) renderer: String,
-    /// Why the graphics device did not draw it.
+    /// Why the graphics device did not draw the picture.
     pub(crate) fallback_reason: Option<String>,
     pub(crate) light_samples: u32,
     pub(crate) unfinished: bool,

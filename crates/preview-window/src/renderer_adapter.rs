@@ -20,9 +20,9 @@ pub(crate) struct RenderRequest {
 /// A picture in memory or on the graphics device.
 #[derive(Clone, Debug)]
 pub(crate) enum FrameImage {
-    /// In this machine's memory.
+    /// A picture in this machine's memory.
     Codes(Arc<Picture>),
-    /// On the window's graphics device, in egui's format.
+    /// A picture on the window's graphics device, in egui's format.
     Texture(wgpu::TextureView),
 }
 
@@ -30,17 +30,17 @@ pub(crate) enum FrameImage {
 #[derive(Clone, Debug)]
 pub(crate) struct PartialFrame {
     pub(crate) image: FrameImage,
-    /// The light samples that it has; 0 without brute force.
+    /// The light samples of the picture; 0 without brute force.
     pub(crate) light_samples: u32,
-    /// Whether the same call again improves it.
+    /// Whether the same call again improves the picture.
     pub(crate) unfinished: bool,
-    /// [`Picture::relative_rms`] of a difference.
+    /// The error of a difference by [`Picture::relative_rms`].
     pub(crate) relative_rms: Option<f64>,
 }
 
 /// Draws for the window.
 pub(crate) trait RendererAdapter: Send {
-    /// As [`Renderer::name`].
+    /// The name of the renderer, as from [`Renderer::name`].
     fn name(&self) -> String;
 
     /// Draws a request with another shot of its scene, which may be coarser. Brute force adds light samples
@@ -59,7 +59,7 @@ pub(crate) trait RendererAdapter: Send {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError>;
 
-    /// Why it cannot draw any more.
+    /// Why the renderer cannot draw any more.
     fn lost(&self) -> Option<String>;
 }
 

@@ -25,7 +25,7 @@ pub(crate) enum Action {
     Second(Mode),
     Swap,
     Arrange(Arrangement),
-    /// Switches to that arrangement, or from it to one mode.
+    /// Switches to an arrangement, or from it to one mode.
     Toggle(Arrangement),
     Divider(f32),
     MoveDivider(f32),
@@ -59,7 +59,7 @@ pub(crate) enum Action {
     SaveMaterial,
     /// Drops the unsaved values in favour of those that the file has now.
     LoadFile,
-    /// Keeps them, to be written over those.
+    /// Keeps the unsaved values, to be written over those that the file has now.
     KeepValues,
     ToggleLists,
     ToggleInspector,
@@ -82,7 +82,7 @@ pub(crate) enum Action {
     Answer(Answer),
 }
 
-/// What the window does after an action or an update.
+/// Something that the window does after an action or an update.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Effect {
     /// Requests a subject from the host.
@@ -130,7 +130,7 @@ pub(crate) enum Answer {
 pub(crate) struct Toast {
     pub(crate) title: String,
     pub(crate) lines: Vec<String>,
-    /// When it disappears, in seconds of the window's clock; `None` until it was drawn.
+    /// When the toast disappears, in seconds of the window's clock; `None` until it was drawn.
     pub(crate) until: Option<f64>,
 }
 

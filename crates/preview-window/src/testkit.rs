@@ -26,7 +26,7 @@ pub(crate) fn scene() -> Scene {
     Scene::of(Arc::new(mesh::shape("sphere").unwrap()), Arc::new(look))
 }
 
-/// The same before its maps are made.
+/// The scene of [`scene`] before its maps are made.
 pub(crate) fn without_maps() -> Scene {
     let scene = scene();
     let object = &scene.objects[0];

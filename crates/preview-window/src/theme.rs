@@ -21,7 +21,6 @@ pub(crate) const FAILED: Color32 = Color32::from_rgb(222, 108, 96);
 /// The background of text over the picture.
 pub(crate) const VEIL: Color32 = Color32::from_rgba_premultiplied(12, 12, 12, 208);
 
-/// Sets the theme.
 pub(crate) fn set(context: &Context) {
     context.set_theme(Theme::Dark);
     // Zooming the text would change the picture's size.

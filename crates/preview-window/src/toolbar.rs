@@ -27,7 +27,6 @@ pub(crate) fn toolbar(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
 const SLIDER: f32 = 220.0;
 const BUTTONS: f32 = 300.0;
 
-/// Starts a new row.
 fn row(ui: &mut Ui) {
     ui.end_row();
     let height = ui.spacing().interact_size.y;

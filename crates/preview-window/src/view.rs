@@ -16,13 +16,13 @@ use crate::theme;
 use preview::{Arrangement, Scene, Shot, Show};
 use sphere::Direction;
 
-/// Between a caption and the edges of its picture.
+/// The distance between a caption and the edges of its picture.
 const MARGIN: f32 = 10.0;
 
 /// The height of a row of captions.
 const ROW: f32 = 26.0;
 
-/// Between a caption's text and its edge.
+/// The distance between a caption's text and its edge.
 const PAD: Vec2 = vec2(6.0, 3.0);
 
 /// Draws the picture into `rect`, and collects the actions of the pointer there. `failed` says whether the
@@ -91,7 +91,7 @@ pub(crate) fn view(
     }
 }
 
-/// What the picture shows behind the surfaces.
+/// The background of a picture, behind the surfaces.
 struct Background<'a> {
     scene: &'a Scene,
     shot: Shot,
@@ -142,7 +142,7 @@ fn divider(state: &State, frame: Option<&RenderedFrame>, pointer: &Pointer) -> O
     }
 }
 
-/// What the window waits for, if the picture does not show the selected subject.
+/// The text of what the window waits for, if the picture does not show the selected subject.
 fn pending(state: &State, frame: Option<&RenderedFrame>, failed: bool) -> Option<String> {
     let missing = state.missing();
     if !missing.is_empty() {

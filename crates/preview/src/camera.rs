@@ -10,20 +10,20 @@ use sphere::Direction;
 /// The ball that a camera frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Framing {
-    /// Its centre, in the world.
+    /// The centre of the ball, in the world.
     pub centre: DVec3,
-    /// Its radius, above 0.
+    /// The radius of the ball, above 0.
     pub radius: f64,
 }
 
-/// A camera that orbits what it looks at. Angles in radians.
+/// A camera that orbits a ball. Angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The ball that it frames.
+    /// The ball that the camera frames.
     pub framing: Framing,
-    /// Its angle around the ball: 0 on the +X side (the front of glTF models), growing toward +Y.
+    /// The camera's angle around the ball: 0 on the +X side (the front of glTF models), growing toward +Y.
     pub yaw: f64,
-    /// Its elevation, -pi/2 to pi/2; with a positive one it looks down.
+    /// The camera's elevation, -pi/2 to pi/2; with a positive one it looks down.
     pub pitch: f64,
     /// The magnification: 1 frames the ball; 2 shows it twice as large.
     pub zoom: f64,
@@ -37,7 +37,7 @@ impl Camera {
         Self { framing, yaw: 0.0, pitch: 0.2, zoom: 1.0, field: 30.0_f64.to_radians() }
     }
 
-    /// Right, up and forward, in the world, orthonormal.
+    /// The camera's axes right, up and forward, in the world, orthonormal.
     pub fn axes(&self) -> [DVec3; 3] {
         let (sine, cosine) = math::sin_cos(self.yaw);
         let (up, level) = math::sin_cos(self.pitch);
@@ -51,7 +51,7 @@ impl Camera {
         self.framing.radius / math::sin(self.field / 2.0)
     }
 
-    /// The eye, in the world.
+    /// The place of the eye, in the world.
     pub fn eye(&self) -> DVec3 {
         self.framing.centre - self.axes()[2] * self.distance()
     }

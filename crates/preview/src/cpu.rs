@@ -47,7 +47,7 @@ impl Cpu {
         Self::default()
     }
 
-    /// How often the vertices of objects were shaded.
+    /// The number of times that the vertices of objects were shaded.
     pub fn vertex_passes(&self) -> VertexPasses {
         self.objects.passes()
     }
@@ -80,7 +80,7 @@ impl Cpu {
     }
 }
 
-/// About how many times [`Cpu`] asks whether to stop, for a picture of a shot.
+/// The number of times, about, that [`Cpu`] asks whether to stop, for a picture of a shot.
 pub fn cpu_steps(shot: &Shot) -> usize {
     let [width, height] = shot.size.map(|side| side as usize);
     let light_samples = if shot.show.modes().any(Mode::is_brute_force) {

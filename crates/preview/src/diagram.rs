@@ -29,14 +29,14 @@ const TEXT: [u8; 3] = [236, 236, 238];
 const POINT: [u8; 3] = [255, 120, 30];
 const OUTLINE: [u8; 3] = [0; 3];
 
-/// How much brighter than white the largest value of a lobe is, so that its flanks are seen.
+/// The factor by which the largest value of a lobe is brighter than white, so that its flanks are seen.
 const LOBE_GAIN: f32 = 4.0;
 
-/// The radius of a point, and of what is dark around it, as shares of the radius of a ball.
+/// The radius of a point as a share of the radius of a ball, smaller than that of the dark around it.
 const POINT_RADIUS: f32 = 0.011;
 const OUTLINE_RADIUS: f32 = 0.017;
 
-/// What a ball shows.
+/// The function that a ball shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     Light,
@@ -45,7 +45,7 @@ enum Part {
 }
 
 impl Part {
-    /// From left to right.
+    /// The parts from left to right.
     const ALL: [Self; 3] = [Self::Light, Self::Lobe, Self::Product];
 
     fn name(self) -> &'static str {
@@ -73,7 +73,7 @@ pub(crate) struct Diagram {
     last: Option<(Seen, Vec<[u8; 3]>)>,
 }
 
-/// What determines a diagram.
+/// The inputs that determine a diagram.
 #[derive(Clone, Debug)]
 struct Seen {
     look: Weak<Look>,
@@ -93,7 +93,8 @@ impl PartialEq for Seen {
 }
 
 impl Diagram {
-    /// The codes of a picture so wide, as high as the shot. It is the last one if nothing in it changed.
+    /// Returns the codes of a picture so wide, as high as the shot: those of the last one if nothing in it
+    /// changed.
     pub(crate) fn draw(&mut self, scene: &Scene, shot: &Shot, width: u32) -> &[[u8; 3]] {
         let size = [width as usize, shot.size[1] as usize];
         let look = scene.objects.first().map(|object| &object.look);
@@ -175,27 +176,26 @@ impl Functions<'_> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Layout {
     size: [usize; 2],
-    /// Pixels per em.
+    /// The size of text in pixels per em.
     em: f32,
     radius: f32,
 }
 
 /// The pixels of the square around each ball.
 struct Shaded {
-    /// For each part, the codes.
+    /// The codes of each part.
     colours: [Vec<[u8; 3]>; 3],
     /// The share of each pixel that a ball covers.
     cover: Vec<f32>,
 }
 
-/// The place of a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct BallPlace {
     centre: Vec2,
     radius: f32,
-    /// The line of text in its middle.
+    /// The line of text in the middle of the ball.
     middle: Rect,
-    /// The line of text below.
+    /// The line of text below the ball.
     label: Rect,
 }
 

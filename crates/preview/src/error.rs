@@ -9,9 +9,9 @@ pub enum RenderError {
     /// The scene lacks something that the shot needs.
     #[error("{what} needs {missing}")]
     Missing {
-        /// What cannot be drawn.
+        /// The thing that cannot be drawn.
         what: &'static str,
-        /// What it needs.
+        /// The thing that the scene lacks for it.
         missing: &'static str,
     },
     /// Something exceeds a limit of the renderer or of its device. Another renderer may draw the picture.
@@ -19,9 +19,9 @@ pub enum RenderError {
     Limit {
         /// The quantity: `the environment: the width of the texture`.
         what: String,
-        /// Its value.
+        /// The value that was needed.
         asked: u64,
-        /// The largest value.
+        /// The largest value that is possible.
         limit: u64,
     },
     /// There is no usable graphics device, or it stopped working. Another renderer may draw the picture.

@@ -71,14 +71,14 @@ pub struct DrawProgress {
     pub relative_rms: Option<f64>,
 }
 
-/// What a call of [`Gpu::draw`] added to the picture.
+/// The changes that a call of [`Gpu::draw`] made to the picture.
 #[derive(Debug, Default)]
 struct Added {
-    /// As [`DrawProgress::light_samples`].
+    /// The light samples of each sample of a pixel so far, the value of [`DrawProgress::light_samples`].
     light_samples: u32,
     /// Whether the next call adds light samples.
     unfinished: bool,
-    /// Whether anything changed.
+    /// Whether the call changed anything.
     is_new: bool,
 }
 
@@ -146,7 +146,7 @@ impl Gpu {
         Ok(Self { resources, canvas: None, accumulation: None, sample_budget, rms, diagram })
     }
 
-    /// How often the vertices of the scene's objects were shaded.
+    /// The number of times that the vertices of the scene's objects were shaded.
     pub fn vertex_passes(&self) -> VertexPasses {
         let mut passes = VertexPasses::default();
         self.resources.vertices.values().for_each(|shaded| passes += shaded.passes);
@@ -166,7 +166,7 @@ impl Gpu {
     /// same; exposure, tone curve, background and divider may change.
     ///
     /// # Errors
-    /// As [`Renderer::render`].
+    /// The errors of [`Renderer::render`].
     pub fn draw(
         &mut self,
         scene: &Scene,
@@ -195,7 +195,7 @@ impl Gpu {
     /// Draws as [`Gpu::draw`] does, into its own texture, waits for the device, and returns the time.
     ///
     /// # Errors
-    /// As [`Gpu::draw`].
+    /// The errors of [`Gpu::draw`].
     pub fn timed(&mut self, scene: &Scene, shot: &Shot) -> Result<(Duration, DrawProgress), RenderError> {
         let device = self.resources.device.clone();
         let [width, height] = shot.size.map(|side| u64::from(side.max(1)));

@@ -10,11 +10,11 @@ use sphere::{Cube, Direction};
 use crate::light_image::image;
 use crate::shading::light_samples::LightSamples;
 
-/// An environment, and what is computed from it when first needed.
+/// An environment, and the maps that are computed from it when first needed.
 #[derive(Debug)]
 pub struct Light {
     environment: Environment,
-    /// What the environment is a picture of, if no environment was there before.
+    /// The lighting that the environment is a picture of, if no environment was there before.
     source: Option<Lighting>,
     exposure: OnceLock<Exposure>,
     lighting: OnceLock<Expansion>,
@@ -47,12 +47,12 @@ impl Light {
         Some(Self { source: Some(lighting), ..light })
     }
 
-    /// The disks that it was made of: those that can be moved.
+    /// The disks that the light was made of: those that can be moved.
     pub fn disks(&self) -> &[sh::Light] {
         self.source.as_ref().map_or(&[], |lighting| &lighting.lights)
     }
 
-    /// The same light with its disks in other directions, in order; `None` if it has not as many.
+    /// Returns the same light with its disks in other directions, in order; `None` if it has not as many.
     pub fn with_disks_at(&self, directions: &[Direction]) -> Option<Self> {
         let mut lighting =
             self.source.clone().filter(|lighting| lighting.lights.len() == directions.len())?;
@@ -67,17 +67,17 @@ impl Light {
         &self.environment
     }
 
-    /// The radiance below which black is black, for errors in stops.
+    /// The radiance below which a value counts as black, for errors in stops.
     pub fn dark(&self) -> f64 {
         DARK * self.environment.integral().iter().sum::<f64>().max(0.0) / (12.0 * std::f64::consts::PI)
     }
 
-    /// The exposure that shows it; see [`Environment::exposure`].
+    /// The exposure that shows the environment; see [`Environment::exposure`].
     pub fn exposure(&self) -> Exposure {
         *self.exposure.get_or_init(|| self.environment.exposure())
     }
 
-    /// Its coefficients, for [`crate::Background::Harmonics`] and [`crate::Mode::Irradiance`].
+    /// The light's coefficients, for [`crate::Background::Harmonics`] and [`crate::Mode::Irradiance`].
     pub fn lighting(&self) -> &Expansion {
         self.lighting.get_or_init(|| {
             let grid = self.environment.grid();

@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use sh::Lighting;
 use sphere::LatLong;
 
-/// The rows of the picture of light that has no other.
+/// The number of rows of the picture of light that has no other.
 const ROWS: usize = 256;
 
-/// The samples along each side of a texel that the edge of a disk may cross.
+/// The number of samples along each side of a texel that the edge of a disk may cross.
 const SAMPLES: usize = 4;
 
 /// The environment of light without one. A series that rings is black where it is negative. `None` if a
@@ -98,7 +98,7 @@ mod tests {
         Lighting { series, lights: vec![light] }
     }
 
-    /// The flux is exact whatever the size: a point, a disk between texels, a large one.
+    /// A disk's flux is exact whatever its size: a point, a disk between texels, a large one.
     #[test]
     fn a_disk_keeps_its_flux_and_its_place() {
         for radius in [0.0, 1e-4, 0.02, 0.3, 1.5] {

@@ -13,7 +13,7 @@ const Y00: f64 = FRAC_2_SQRT_PI / 4.0;
 pub(crate) struct LightPoints {
     pub(crate) texels: TexelLight,
     pub(crate) directions: Vec<[f32; 3]>,
-    /// The integral of the sum of its channels, in the unit of radiance times sr.
+    /// The integral of the sum of the light's channels, in the unit of radiance times sr.
     pub(crate) integral: f64,
 }
 

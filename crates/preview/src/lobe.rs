@@ -27,7 +27,7 @@ const MOST: usize = 19;
 #[derive(Debug)]
 pub(crate) struct Lobe {
     coefficients: Expansion,
-    /// What is positive, divided by the largest value of all channels.
+    /// The positive part of the lobe, divided by the largest value of all channels.
     texels: Vec<[f32; 3]>,
     cube: Cube,
     largest: f32,
@@ -73,7 +73,7 @@ impl Lobe {
         Ok(Self { coefficients, texels, cube, largest })
     }
 
-    /// The highest degree of its coefficients.
+    /// The highest degree of the lobe's coefficients.
     pub(crate) fn degree(&self) -> Degree {
         self.coefficients.degree()
     }
@@ -83,12 +83,13 @@ impl Lobe {
         f64::from(self.largest)
     }
 
-    /// Its coefficients in the light's frame.
+    /// The lobe's coefficients in the light's frame.
     pub(crate) fn turned(&self, frame: SurfaceFrame) -> Expansion {
         rotate(&self.coefficients, frame.rotation())
     }
 
-    /// What of it is positive toward a direction in the light's frame, of any length; 1 is its largest value.
+    /// The positive part of the lobe toward a direction in the light's frame, of any length; 1 is the lobe's
+    /// largest value.
     pub(crate) fn value(&self, frame: SurfaceFrame, direction: Vec3) -> Vec3 {
         cube::sample(self.cube.edge as u32, &self.texels, frame.back * direction)
     }

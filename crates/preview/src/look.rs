@@ -13,7 +13,7 @@ use crate::{Light, RenderError};
 pub struct MapSizes {
     /// The texels along the edge of a cube's face, in every map.
     pub edge: usize,
-    /// The slices of Kautz and McCool's texture.
+    /// The number of slices of Kautz and McCool's texture.
     pub slices: usize,
 }
 
@@ -97,14 +97,14 @@ impl Look {
         }
     }
 
-    /// The same look with the BRDF table of its material, which the modes that shade vertices need.
+    /// Returns the same look with the BRDF table of its material, which the modes that shade vertices need.
     #[must_use]
     pub fn with_table(self, table: Option<Arc<BrdfTable>>) -> Self {
         Self { table, ..self }
     }
 
-    /// The same look with the lamps of its reflection in the SHRMs, as `export-shrm` bakes them, or beside
-    /// them.
+    /// Returns the same look with the lamps of its reflection in the SHRMs, as `export-shrm` bakes them, or
+    /// beside them.
     #[must_use]
     pub fn with_lamps_in_maps(self, holds_lamps: bool) -> Self {
         Self { holds_lamps, ..self }
@@ -115,12 +115,12 @@ impl Look {
         &self.light
     }
 
-    /// Whether it has maps, or what they are computed from.
+    /// Whether the look has maps, or what they are computed from.
     pub fn has_maps(&self) -> bool {
         self.field.is_some()
     }
 
-    /// The BRDF table of its material, if there is one.
+    /// The BRDF table of the look's material, if there is one.
     pub fn table(&self) -> Option<&Arc<BrdfTable>> {
         self.table.as_ref()
     }
@@ -207,7 +207,7 @@ impl Look {
     /// The global SHRM on [`Look::cube`], with or without lamps as [`Look::local`].
     ///
     /// # Errors
-    /// As [`Look::local`].
+    /// The errors of [`Look::local`].
     pub fn global(&self) -> Result<&Shrm, RenderError> {
         let made = self.global.get_or_init(|| match self.field()? {
             Field::Reflection(reflection) => {
@@ -222,7 +222,7 @@ impl Look {
     /// Cabral's twelve maps, with all light in them.
     ///
     /// # Errors
-    /// As [`Look::local`].
+    /// The errors of [`Look::local`].
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
@@ -235,7 +235,7 @@ impl Look {
     /// Kautz and McCool's texture, with all light in it.
     ///
     /// # Errors
-    /// As [`Look::local`], and if there is no slice.
+    /// The errors of [`Look::local`], and if there is no slice.
     pub fn kautz_mccool(&self) -> Result<&KautzMcCool, RenderError> {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
@@ -252,7 +252,7 @@ impl Look {
     /// order of [`sphere::Cube`].
     ///
     /// # Errors
-    /// As [`Look::local`].
+    /// The errors of [`Look::local`].
     pub fn prefiltered(&self) -> Result<&[[f32; 3]], RenderError> {
         let made = self.prefiltered.get_or_init(|| match self.field()? {
             Field::Reflection(reflection) => {
@@ -306,7 +306,7 @@ impl Look {
     }
 }
 
-/// The values of each texel, and what to lower if there are too many.
+/// The name of the values of each texel, and that of the parameter to lower if there are too many.
 type TexelValues = (&'static str, &'static str);
 
 const COEFFICIENTS: TexelValues = ("coefficients", "the resolution or the material's degree P");

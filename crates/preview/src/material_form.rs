@@ -16,22 +16,22 @@ pub struct MaterialForm {
 /// A table of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FormSection {
-    /// Its heading: `phong`, or `layer 2: phong`.
+    /// The heading of the section: `phong`, or `layer 2: phong`.
     pub heading: String,
     /// The place of the table in the file: the arrays around it, the outermost first, and its index in each.
     pub place: Vec<(&'static str, usize)>,
     /// The parameters that can be edited, numbers and colours, in the order of the model.
     pub parameters: Vec<Parameter>,
-    /// Their values, with the defaults of those that the file leaves out.
+    /// The values of the parameters, with the defaults of those that the file leaves out.
     pub values: Values,
 }
 
 /// A parameter in a form: the index of its section, and its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FormField {
-    /// The section.
+    /// The index of the section.
     pub section: usize,
-    /// The parameter.
+    /// The index of the parameter in its section.
     pub parameter: usize,
 }
 
@@ -70,7 +70,7 @@ impl MaterialForm {
         self.sections[field.section].values.set(parameter.name, value);
     }
 
-    /// Whether both have the same parameters, perhaps with other values.
+    /// Whether both forms have the same parameters, perhaps with other values.
     pub fn has_same_parameters(&self, other: &Self) -> bool {
         let parameters = |form: &Self| {
             let of = |section: &FormSection| {

@@ -9,8 +9,8 @@ pub enum Mode {
     /// The local SHRM at every pixel: four texels, each evaluated in its own frame, are blended. Lamps beside
     /// it are added.
     LocalShrm,
-    /// The global SHRM, evaluated once per frame for a distant viewer (paper 1, equation 12). Lamps beside it
-    /// are added at every pixel.
+    /// The global SHRM, evaluated once per frame for a distant viewer [RH02, eq. 12]. Lamps beside it are
+    /// added at every pixel.
     GlobalShrm,
     /// Cabral's twelve maps, blended by the view's weights on the icosahedron.
     Cabral,
@@ -24,10 +24,10 @@ pub enum Mode {
     Mirror,
     /// The integral over all light, estimated with many samples.
     BruteForce,
-    /// A BRDF table at every vertex, interpolated over triangles (paper 2, equation 1).
+    /// A BRDF table at every vertex, interpolated over triangles [KSS02, eq. 1].
     Table,
-    /// The same with the mesh's transfer matrices: what the mesh hides from itself is dark (paper 2, section
-    /// 5).
+    /// A BRDF table at every vertex with the mesh's transfer matrices: what the mesh hides from itself is
+    /// dark [KSS02, sec. 5].
     Transfer,
     /// The integral over all light that the mesh does not hide from itself, with traced shadows.
     ShadowedBruteForce,
@@ -53,7 +53,7 @@ impl Mode {
         Self::Samples,
     ];
 
-    /// The name in manifests and on the command line.
+    /// The mode's name in manifests and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::LocalShrm => "local-shrm",
@@ -71,7 +71,7 @@ impl Mode {
         }
     }
 
-    /// The name in the window and on pictures.
+    /// The mode's name in the window and on pictures.
     pub fn label(self) -> &'static str {
         match self {
             Self::LocalShrm => "local SHRM",
@@ -89,8 +89,8 @@ impl Mode {
         }
     }
 
-    /// Whether it looks up a map of the material under the light. The others need the light alone, light and
-    /// material, or a BRDF table.
+    /// Whether the mode looks up a map of the material under the light. The others need the light alone,
+    /// light and material, or a BRDF table.
     pub fn needs_maps(self) -> bool {
         match self {
             Self::LocalShrm | Self::GlobalShrm | Self::Cabral | Self::KautzMcCool | Self::Prefiltered => true,
@@ -99,23 +99,23 @@ impl Mode {
         }
     }
 
-    /// Whether it shades vertices with a BRDF table.
+    /// Whether the mode shades vertices with a BRDF table.
     pub fn shades_vertices(self) -> bool {
         matches!(self, Self::Table | Self::Transfer)
     }
 
-    /// Whether it sums light samples.
+    /// Whether the mode sums light samples.
     pub fn is_brute_force(self) -> bool {
         matches!(self, Self::BruteForce | Self::ShadowedBruteForce)
     }
 
-    /// Whether its picture is a diagram, not a shaded surface: it fills its side of the picture, and there is
-    /// no difference from it.
+    /// Whether the mode's picture is a diagram, not a shaded surface: it fills its side of the picture, and
+    /// there is no difference from it.
     pub fn is_diagram(self) -> bool {
         self == Self::Samples
     }
 
-    /// What a picture in this mode approximates: brute force, with the shadows that the mode has.
+    /// The mode that this one approximates: brute force, with the shadows that the mode has.
     pub fn reference(self) -> Self {
         match self {
             Self::Transfer | Self::ShadowedBruteForce => Self::ShadowedBruteForce,
@@ -138,13 +138,13 @@ impl Mode {
 /// The modes of a picture and their arrangement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Show {
-    /// One mode.
+    /// One mode fills the picture.
     One(Mode),
     /// Two modes side by side.
     Split {
-        /// Left of the divider.
+        /// The mode left of the divider.
         left: Mode,
-        /// Right of it.
+        /// The mode right of the divider.
         right: Mode,
         /// The place of the divider as a share of the width, 0 to 1.
         at: f32,
@@ -170,14 +170,15 @@ impl Show {
         }
     }
 
-    /// The modes that it needs, one or two.
+    /// The modes that are shown, one or two.
     pub fn modes(self) -> impl Iterator<Item = Mode> {
         let [first, second] = self.sides();
         first.into_iter().chain(second.filter(|_| second != first))
     }
 
-    /// The modes that can be drawn in place of these: the reference of each mode that is not offered. If both
-    /// sides are the same then, there is only one. A diagram is shown alone in place of a difference from it.
+    /// Returns the modes that can be drawn in place of these: the reference of each mode that is not offered.
+    /// If both sides are the same then, there is only one. A diagram is shown alone in place of a difference
+    /// from it.
     pub(crate) fn among(self, offers: impl Fn(Mode) -> bool) -> Self {
         if let Self::Difference { of, from, .. } = self
             && let Some(diagram) = [of, from].into_iter().find(|mode| mode.is_diagram())
@@ -203,8 +204,8 @@ impl Show {
         }
     }
 
-    /// The columns of a picture of this width that a diagram fills, none if no mode is one; and what to draw
-    /// in the others, unless there are none.
+    /// Returns the columns of a picture of this width that a diagram fills, none if no mode is one; and the
+    /// modes to draw in the others, unless there are none.
     pub(crate) fn beside_diagram(self, width: u32) -> (Range<u32>, Option<Self>) {
         let divider = self.divider(width);
         match self {
@@ -225,10 +226,10 @@ impl Show {
     }
 }
 
-/// What a picture shows behind the surfaces.
+/// The background of a picture, behind the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
-    /// The environment.
+    /// The background is the environment.
     Environment,
     /// The environment as its spherical harmonic coefficients describe it.
     Harmonics,

@@ -38,12 +38,12 @@ impl Named for ToneMap {
     }
 }
 
-/// For `#[serde(with = "crate::named")]`.
+/// Writes a value by its name, for `#[serde(with = "crate::named")]`.
 pub(crate) fn serialize<T: Named, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(value.name())
 }
 
-/// For `#[serde(with = "crate::named")]`.
+/// Reads a value by its name, for `#[serde(with = "crate::named")]`.
 pub(crate) fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
     let name = String::deserialize(deserializer)?;
     let found = T::ALL.iter().copied().find(|value| value.name() == name);

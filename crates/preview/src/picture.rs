@@ -11,9 +11,9 @@ use crate::{Mode, Shot, Show};
 /// A picture, rows from the top, pixels from the left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: [u32; 2],
-    /// sRGB, 8 bits, after exposure and tone curve.
+    /// The codes of the pixels: sRGB, 8 bits, after exposure and tone curve.
     pub codes: Vec<[u8; 3]>,
     /// The mean linear radiance of each pixel's samples before exposure, and the share of them that hit a
     /// surface. For a difference it is the mean absolute difference, not amplified.
@@ -92,7 +92,7 @@ impl Picture {
     }
 }
 
-/// How far pictures of one scene by two renderers may differ.
+/// The differences that pictures of one scene by two renderers may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// A pixel is an outlier if its codes differ by more than this many steps of 255.

@@ -29,8 +29,8 @@ pub(crate) struct SampleSets {
     pub(crate) light: Drawn,
     pub(crate) lobe: Drawn,
     pub(crate) product: Drawn,
-    /// What makes the product, with the lobe's largest value at 1, as bright as the light in the mean. The
-    /// colours of light and lobe are taken to be independent.
+    /// The factor that makes the product, with the lobe's largest value at 1, as bright as the light in the
+    /// mean. The colours of light and lobe are taken to be independent.
     pub(crate) product_gain: f32,
 }
 
@@ -113,7 +113,7 @@ impl SampleSource {
         self.lobe.as_ref().and_then(|(_, lobe)| lobe.as_ref().ok())
     }
 
-    /// Makes what depends on the light and on the look, and drops what another light or degree had.
+    /// Makes the samplers of the light and of the look, and drops those of another light or degree.
     fn prepare(&mut self, look: &Arc<Look>) {
         let light = look.light();
         if !is_of(&self.light, light) {
@@ -143,7 +143,7 @@ impl fmt::Debug for SampleSource {
     }
 }
 
-/// The caption of what was never prepared.
+/// The caption of a set that was never prepared.
 const UNKNOWN: &str = "nothing is shown";
 
 /// Whether an entry is that of a shared object.
@@ -151,7 +151,7 @@ fn is_of<T, V>(entry: &Option<(Weak<T>, V)>, object: &Arc<T>) -> bool {
     entry.as_ref().is_some_and(|(of, _)| of.ptr_eq(&Arc::downgrade(object)))
 }
 
-/// The sampler that is kept with new coefficients, or a new one. A failed one is dropped.
+/// Returns the sampler that is kept with new coefficients, or a new one. A failed one is dropped.
 fn with_coefficients<S>(
     kept: &mut Option<S>,
     replace: impl FnOnce(&mut S) -> Result<(), Error>,

@@ -12,17 +12,17 @@ use crate::{Framing, Light, Look, Mode, Show};
 /// A mesh with its place and its look.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Its shape, in its own coordinates.
+    /// The object's mesh, in its own coordinates.
     pub mesh: Arc<Mesh>,
-    /// Rotation, uniform scale and translation from the mesh's coordinates to the world.
+    /// The rotation, uniform scale and translation from the mesh's coordinates to the world.
     pub place: DAffine3,
-    /// Its material under its light.
+    /// The object's material under its light.
     pub look: Arc<Look>,
     /// The transfer matrices of the mesh, for [`Mode::Transfer`]: for all channels, or for each of red, green
     /// and blue.
     pub transfer: Option<Arc<Vec<Transfer>>>,
-    /// Where each vertex is between the first material of its look's table, 0, and the last, 1. Without it,
-    /// or if it is of another mesh, only the first is seen.
+    /// The place of each vertex between the first material of its look's table, 0, and the last, 1. Without
+    /// it, or if it is of another mesh, only the first is seen.
     pub blend: Option<Arc<Vec<f32>>>,
 }
 
@@ -39,13 +39,13 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// One mesh with one look, in its own coordinates.
+    /// Makes a scene of one mesh with one look, in its own coordinates.
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
         let object = Object { mesh, place: DAffine3::IDENTITY, look, transfer: None, blend: None };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
     }
 
-    /// The same scene with the transfer matrices of its first object's mesh.
+    /// Returns the same scene with the transfer matrices of its first object's mesh.
     #[must_use]
     pub fn with_transfer(mut self, transfer: Option<Arc<Vec<Transfer>>>) -> Self {
         if let Some(object) = self.objects.first_mut() {
@@ -54,8 +54,8 @@ impl Scene {
         self
     }
 
-    /// The same scene with the place of each vertex of its first object's mesh between the materials of the
-    /// table.
+    /// Returns the same scene with the place of each vertex of its first object's mesh between the materials
+    /// of the table.
     #[must_use]
     pub fn with_blend(mut self, blend: Option<Arc<Vec<f32>>>) -> Self {
         if let Some(object) = self.objects.first_mut() {
@@ -64,9 +64,9 @@ impl Scene {
         self
     }
 
-    /// The same scene with the disks of its light in other directions, in order; `None` if the light has not
-    /// as many. Its maps were made of the light before: the looks keep their materials and tables, but no
-    /// map.
+    /// Returns the same scene with the disks of its light in other directions, in order; `None` if the light
+    /// has not as many. Its maps were made of the light before: the looks keep their materials and tables,
+    /// but no map.
     pub fn with_disks_at(&self, directions: &[Direction]) -> Option<Self> {
         let light = Arc::new(self.light.with_disks_at(directions)?);
         let mut scene = self.clone();
@@ -87,7 +87,7 @@ impl Scene {
         self.objects.iter().all(|object| object.look.has_maps() || object.look.table().is_some())
     }
 
-    /// Whether every object has what a mode needs beside light and material.
+    /// Whether every object has the inputs of a mode beside light and material.
     pub fn offers(&self, mode: Mode) -> bool {
         self.objects.iter().all(|object| object.offers(mode))
     }
@@ -133,7 +133,7 @@ impl Scene {
 }
 
 impl Object {
-    /// Whether it has what a mode needs beside light and material.
+    /// Whether the object has the inputs of a mode beside light and material.
     pub fn offers(&self, mode: Mode) -> bool {
         let is_of_this_mesh = |transfer: &Arc<Vec<Transfer>>| {
             transfer.iter().all(|transfer| transfer.len() == self.mesh.positions().len())
@@ -147,7 +147,7 @@ impl Object {
         }
     }
 
-    /// The ball around its triangles, in the world; `None` if it has none.
+    /// The ball around the object's triangles, in the world; `None` if it has none.
     fn ball(&self) -> Option<(DVec3, f64)> {
         if self.mesh.triangles().is_empty() {
             return None;

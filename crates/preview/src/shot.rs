@@ -8,9 +8,9 @@ use crate::{Background, Camera, Scene, Show};
 /// Everything that determines the picture of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: [u32; 2],
-    /// Samples along each side of a pixel, 1 to 4. Each is developed, then they are averaged.
+    /// The number of samples along each side of a pixel, 1 to 4. Each is developed, then they are averaged.
     pub samples: u32,
     /// The camera.
     pub camera: Camera,
@@ -20,7 +20,7 @@ pub struct Shot {
     pub show: Show,
     /// The background.
     pub background: Background,
-    /// In stops: +1 doubles.
+    /// The exposure in stops: +1 doubles.
     pub exposure: f64,
     /// The curve from exposed radiance to display values.
     pub tone: ToneMap,
@@ -32,13 +32,15 @@ pub struct Shot {
 const SCREENSHOT_SAMPLES: u32 = 2;
 
 impl Shot {
-    /// This shot in the modes in which a scene can be drawn: see [`Scene::available`]. Renderers draw this.
+    /// Returns this shot in the modes in which a scene can be drawn: see [`Scene::available`]. Renderers draw
+    /// this.
     #[must_use]
     pub fn of(&self, scene: &Scene) -> Self {
         Self { show: scene.available(self.show), ..self.clone() }
     }
 
-    /// This shot for a screenshot, with smooth outlines and as many light samples per pixel as in the window.
+    /// Returns this shot for a screenshot, with smooth outlines and as many light samples per pixel as in the
+    /// window.
     #[must_use]
     pub fn for_screenshot(self) -> Self {
         let light_samples = self.light_samples.div_ceil(SCREENSHOT_SAMPLES.pow(2));

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Mode;
 
-/// The names of what can be shown. The meshes are those of the manifest and Specula's own shapes.
+/// The names that a preview offers. The meshes are those of the manifest and Specula's own shapes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Catalog {
     /// The environments.
@@ -70,26 +70,26 @@ pub struct SubjectRequest {
 /// One of the lists of a [`Catalog`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum List {
-    /// Its environments.
+    /// The list of environments.
     Environments,
-    /// Its materials.
+    /// The list of materials.
     Materials,
-    /// Its meshes.
+    /// The list of meshes.
     Meshes,
 }
 
 impl Subject {
-    /// Environment, material and mesh.
+    /// The names of environment, material and mesh.
     pub fn names(&self) -> [&str; 3] {
         [&self.environment, &self.material, &self.mesh].map(String::as_str)
     }
 }
 
 impl List {
-    /// All three, in the order of a [`Subject`].
+    /// All three lists, in the order of a [`Subject`].
     pub const ALL: [Self; 3] = [Self::Environments, Self::Materials, Self::Meshes];
 
-    /// Its names, and the chosen one.
+    /// The names of the list, and the chosen one.
     pub fn of<'a>(self, catalog: &'a Catalog, subject: &'a Subject) -> (&'a [String], &'a str) {
         match self {
             Self::Environments => (&catalog.environments, &subject.environment),

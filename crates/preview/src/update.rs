@@ -5,16 +5,16 @@ use crate::{Aim, Catalog, MaterialForm, Scene, Subject, SubjectRequest};
 /// An export of a subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Export {
-    /// Its name in the inspector: `export-shrm, ktx2`.
+    /// The export's name in the inspector: `export-shrm, ktx2`.
     pub name: String,
-    /// The total size of its files.
+    /// The total size of the export's files.
     pub bytes: u64,
 }
 
-/// What the inspector shows of a subject beside its scene.
+/// The facts that the inspector shows of a subject beside its scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SubjectDetails {
-    /// Its exports, in the manifest's order.
+    /// The subject's exports, in the manifest's order.
     pub exports: Vec<Export>,
     /// Further lines: warnings of stages, the origin of a part.
     pub notes: Vec<String>,
@@ -23,19 +23,19 @@ pub struct SubjectDetails {
 /// A message to the window.
 #[derive(Debug)]
 pub enum PreviewUpdate {
-    /// What can be shown. If it lacks the wanted subject, the window requests the nearest one instead, and
-    /// returns when a later catalog has it.
+    /// The subjects that can be shown. If the catalog lacks the wanted one, the window requests the nearest
+    /// one instead, and returns when a later catalog has it.
     Catalog(Catalog),
     /// Chooses these parts of the subject, as if the user had chosen them in the lists, when the next catalog
     /// arrives; the other parts stay.
     Choose(SubjectRequest),
     /// The scene of the requested subject, new or rebuilt. Scenes of other subjects are ignored.
     Scene {
-        /// The subject.
+        /// The subject that the scene shows.
         subject: Subject,
-        /// Its scene.
+        /// The scene of the subject.
         scene: Scene,
-        /// Its details in the inspector.
+        /// The subject's details in the inspector.
         details: SubjectDetails,
     },
     /// The parameters in the file of a material, or why it cannot be edited. It is sent with the first scene
@@ -52,12 +52,12 @@ pub enum PreviewUpdate {
     MaterialSaved {
         /// The material's name in the catalog.
         material: String,
-        /// Whether its file was written; if not, a toast says why.
+        /// Whether the material's file was written; if not, a toast says why.
         saved: bool,
     },
     /// How the light that the window has turned would be written to the manifest, for the user to agree to.
     LightEdit {
-        /// The turn.
+        /// The turn of the light in the window.
         turn: Aim,
         /// The headline, a question, and what changes.
         lines: Vec<String>,

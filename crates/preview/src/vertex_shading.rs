@@ -1,5 +1,5 @@
 //! The radiance of a mesh's vertices in the modes `table` and `transfer`, and what is kept of it between
-//! pictures (paper 2, section 4).
+//! pictures [KSS02, sec. 4].
 //!
 //! Shading takes place in the mesh's own coordinates, in which neither its frames nor its transfer matrices
 //! change: light and viewer are brought there. While only the camera moves, the light that was turned into
@@ -17,14 +17,14 @@ use transfer::{FixedLight, FixedView, Frames, Transfer, Viewer, shade, shade_wit
 
 use crate::{Mode, Object, RenderError, Shot};
 
-/// How often the vertices of an object were shaded, by what was kept from the picture before.
+/// The number of times that the vertices of an object were shaded, by what was kept from the picture before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VertexPasses {
-    /// Light and view were new.
+    /// The passes in which light and view were new.
     pub both_new: u32,
-    /// The light in the frames was kept: only the view moved.
+    /// The passes in which the light in the frames was kept: only the view moved.
     pub light_kept: u32,
-    /// The coefficients toward the viewer were kept: only the light moved.
+    /// The passes in which the coefficients toward the viewer were kept: only the light moved.
     pub view_kept: u32,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct VertexView {
     pub(crate) viewer: [f64; 3],
 }
 
-/// What changed since the picture before.
+/// The change since the picture before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
     Nothing,
@@ -49,9 +49,9 @@ pub(crate) enum Change {
 pub(crate) struct ShadedMesh {
     mesh: Arc<Mesh>,
     pub(crate) table: Arc<BrdfTable>,
-    /// For [`Mode::Transfer`].
+    /// The matrices for [`Mode::Transfer`].
     transfer: Option<Arc<Vec<Transfer>>>,
-    /// For a table of several materials.
+    /// The places of vertices between the materials of a table of several.
     blend: Option<Arc<Vec<f32>>>,
 }
 
@@ -72,7 +72,7 @@ impl ShadedMesh {
         Ok(Self { mesh: Arc::clone(&object.mesh), table: Arc::clone(table), transfer, blend })
     }
 
-    /// Whether both consist of the same values.
+    /// Whether both meshes consist of the same values.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
             match (one, other) {
@@ -111,7 +111,7 @@ impl ShadedMesh {
         }
     }
 
-    /// The light in the frames, or what of it arrives there.
+    /// The light in the frames, or the part of it that arrives there.
     pub(crate) fn fixed_light(&self, frames: &Frames, light: &Expansion) -> FixedLight {
         match &self.transfer {
             Some(transfer) => FixedLight::with_transfer(transfer, light),
@@ -138,7 +138,7 @@ impl ShadedMesh {
 }
 
 impl VertexView {
-    /// What is new compared with the picture before.
+    /// Compares light and view with those of the picture before.
     pub(crate) fn change(&self, before: Option<&Self>) -> Change {
         let same = |kept: fn(&Self, &Self) -> bool| before.is_some_and(|before| kept(self, before));
         match (same(|one, other| one.light == other.light), same(|one, other| one.viewer == other.viewer)) {
@@ -173,7 +173,7 @@ impl VertexShading {
         Ok(Self { of, frames, view, light, seen, radiance: Vec::new(), passes })
     }
 
-    /// Whether it is the shading of this mesh.
+    /// Whether the vertices are the shading of this mesh.
     pub(crate) fn is_of(&self, mesh: &ShadedMesh) -> bool {
         self.of.is_same(mesh)
     }
@@ -209,7 +209,7 @@ impl VertexShading {
         &self.radiance
     }
 
-    /// How often it was shaded.
+    /// The number of times that the vertices were shaded.
     pub(crate) fn passes(&self) -> VertexPasses {
         self.passes
     }

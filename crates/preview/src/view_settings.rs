@@ -14,18 +14,18 @@ use crate::{
 pub enum Arrangement {
     /// The first mode alone.
     One,
-    /// The first left of the divider, the second right of it.
+    /// The first mode left of the divider, the second right of it.
     Split,
-    /// The absolute difference of the two.
+    /// The absolute difference of the two modes.
     Difference,
 }
 
 /// Two angles in radians, as in [`Rotation::from_yaw_pitch_roll`] or [`Camera`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Aim {
-    /// About the vertical axis.
+    /// The angle about the vertical axis.
     pub yaw: f64,
-    /// About the horizontal axis.
+    /// The angle about the horizontal axis.
     pub pitch: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct ViewSettings {
     /// The background: one of [`crate::Named::ALL`].
     #[serde(rename = "backdrop", with = "crate::named")]
     pub background: Background,
-    /// How many stops brighter pictures are than the exposure of their light.
+    /// The number of stops by which pictures are brighter than the exposure of their light.
     pub exposure: f64,
     /// The tone curve.
     #[serde(with = "crate::named")]
@@ -199,12 +199,12 @@ impl ViewSettings {
     }
 }
 
-/// What a preview shows first.
+/// The settings and subject that a preview shows first.
 #[derive(Clone, Debug, Default)]
 pub struct InitialView {
     /// The settings that the last window saved, as JSON. The default ones replace unreadable ones.
     pub state: Option<String>,
-    /// What the user asked for; it takes precedence over the saved settings.
+    /// The parts of the subject that the user asked for; they take precedence over the saved settings.
     pub request: SubjectRequest,
 }
 
@@ -230,13 +230,13 @@ impl InitialView {
         catalog.nearest(&wanted, &self.request, &wanted)
     }
 
-    /// Its shot of a scene for a still.
+    /// The shot of a scene for a still, from these settings.
     pub fn shot(&self, scene: &Scene, size: [u32; 2]) -> Shot {
         self.settings().0.shot(&scene.light, scene.framing(), size).for_screenshot()
     }
 }
 
-/// The same angle between -pi and pi.
+/// Wraps an angle to between -pi and pi.
 fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()

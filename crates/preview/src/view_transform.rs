@@ -9,7 +9,7 @@ use crate::{Object, Shot};
 pub struct ViewTransform {
     /// The size of the picture in samples.
     pub size: [u32; 2],
-    /// Samples along each side of a pixel, 1 to 4.
+    /// The number of samples along each side of a pixel, 1 to 4.
     pub samples: u32,
     /// The ray through the upper left corner of the picture.
     pub corner: Vec3,
@@ -19,7 +19,7 @@ pub struct ViewTransform {
     pub down: Vec3,
     /// The direction toward the one distant viewer of [`crate::Mode::GlobalShrm`].
     pub view: Vec3,
-    /// 2^exposure.
+    /// The factor 2^exposure.
     pub gain: f32,
     projection: glam::DMat4,
     back: DMat3,
@@ -28,11 +28,11 @@ pub struct ViewTransform {
 /// An object as the shaders read it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
-    /// From the mesh's coordinates to clip coordinates.
+    /// The matrix from the mesh's coordinates to clip coordinates.
     pub clip: Mat4,
-    /// From the mesh's normals to the light's frame, of any length.
+    /// The matrix from the mesh's normals to the light's frame, of any length.
     pub normal: Mat3,
-    /// From the mesh's tangents to the light's frame, of any length.
+    /// The matrix from the mesh's tangents to the light's frame, of any length.
     pub tangent: Mat3,
     /// Whether the object is a mirror image, whose counter-clockwise triangles appear clockwise.
     pub mirrored: bool,

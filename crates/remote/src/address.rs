@@ -46,7 +46,7 @@ impl Address {
         self.text.split_once("://").map_or(&self.text, |(_, host)| host)
     }
 
-    /// As the HTTP library wants it.
+    /// The address in the form that the HTTP library wants.
     pub(crate) fn uri(&self) -> String {
         match self.text.split_once("://") {
             Some(("grpc", host)) => format!("http://{host}"),

@@ -150,7 +150,7 @@ async fn stream(
     }
 }
 
-/// What Zstandard's data holds; `None` if it is damaged or holds more than it should.
+/// The bytes in Zstandard's data; `None` if it is damaged or holds more than it should.
 fn unpacked(bytes: &[u8], expected: u64) -> Option<Vec<u8>> {
     let decoder = ruzstd::decoding::StreamingDecoder::new(bytes).ok()?;
     let mut all = Vec::new();

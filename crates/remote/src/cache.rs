@@ -48,7 +48,7 @@ impl RemoteCache {
         Ok(Self { connection, lists: Arc::default(), jobs: Mutex::default() })
     }
 
-    /// What is stored under each action, by itself.
+    /// Finds the result that is stored under each action, with a call for each.
     fn find_each(&self, server: &Server, actions: &[Vec<u8>]) -> Vec<Option<SharedResult>> {
         let mut found = vec![None; actions.len()];
         self.connection.runtime.block_on(async {
@@ -185,7 +185,7 @@ impl SharedCache for RemoteCache {
     }
 }
 
-/// What is stored under an action.
+/// Finds the result that is stored under an action.
 async fn find(connection: &Connection, server: &Server, action: &[u8]) -> Option<SharedResult> {
     let ask = || async {
         let request = re::GetActionResultRequest {

@@ -50,17 +50,17 @@ pub enum ConnectionError {
     Threads(String),
 }
 
-/// What a connection is for.
+/// The purpose of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// Blobs and results.
+    /// Storing and reading blobs and results.
     Cache,
     /// Running actions. A call lasts as long as its action, so it has no time limit; that the server is still
     /// there is seen by pings.
     Execution,
 }
 
-/// What a server said of itself.
+/// The capabilities that a server said it has.
 #[derive(Clone, Debug)]
 pub(crate) struct Server {
     pub(crate) channel: Channel,
@@ -70,7 +70,7 @@ pub(crate) struct Server {
     pub(crate) batch: u64,
 }
 
-/// A connection.
+/// A connection to a server.
 #[derive(Debug)]
 pub(crate) struct Connection {
     pub(crate) runtime: Runtime,
@@ -79,11 +79,11 @@ pub(crate) struct Connection {
     endpoint: Endpoint,
     headers: Vec<(AsciiMetadataKey, AsciiMetadataValue)>,
     server: Mutex<Option<Server>>,
-    /// Since when no call is made.
+    /// Since when no call is made; `None` if calls are made.
     broken: Mutex<Option<Instant>>,
     pub(crate) may_store: AtomicBool,
     trouble: Mutex<Option<Trouble>>,
-    /// Held by whoever sends large blobs.
+    /// A lock that is held by whoever sends large blobs.
     pub(crate) turn: tokio::sync::Mutex<()>,
     pub(crate) calls: AtomicU64,
     pub(crate) received: AtomicU64,
@@ -211,7 +211,7 @@ impl Connection {
         self.retry(|| self.within(make())).await
     }
 
-    /// What something answers within the time limit.
+    /// The answer, if it comes within the time limit; otherwise an error.
     pub(crate) async fn within<T>(
         &self,
         answer: impl Future<Output = Result<T, Status>>,
@@ -325,7 +325,7 @@ fn is_lost(status: &Status) -> bool {
     status.source().is_some()
 }
 
-/// What a status says, on one line.
+/// The text of a status on one line.
 pub(crate) fn said(status: &Status) -> String {
     let text = match status.message() {
         _ if is_lost(status) => {
@@ -348,7 +348,7 @@ pub(crate) fn said(status: &Status) -> String {
 const NO_CERTIFICATE: &str =
     " (does the server want a certificate of yours? --tls-client-certificate and --tls-client-key name it)";
 
-/// What to check if a connection cannot be encrypted.
+/// Advice on what to check if a connection cannot be encrypted.
 fn advice_on_encryption(why: &str) -> &'static str {
     // The library's errors are not public: their texts are all that there is.
     if why.contains("invalid peer certificate") {

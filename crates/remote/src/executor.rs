@@ -32,7 +32,7 @@ use crate::sending::send_missing;
 /// The program's name in an input root.
 const PROGRAM: &str = "specula";
 
-/// Where programs of workers are looked for.
+/// The PATH in which programs of workers are looked for.
 const PATH: &str = "/usr/local/bin:/usr/bin:/bin";
 
 /// How long the end of a cancelled execution is waited for.
@@ -47,7 +47,7 @@ const MOST_SAID: u64 = 64 << 10;
 /// The program that workers run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Program {
-    /// This file, which is sent.
+    /// The program is in this file, which is sent.
     Sent(PathBuf),
     /// A file that workers have at this path, such as that of a container's image.
     There(String),
@@ -56,7 +56,7 @@ pub enum Program {
 /// Workers of a server.
 #[derive(Debug)]
 pub struct RemoteExecutor {
-    /// Where blobs are sent to.
+    /// The connection over which blobs are sent.
     cache: Arc<Connection>,
     connection: Connection,
     program: Program,
@@ -65,7 +65,7 @@ pub struct RemoteExecutor {
     properties: Vec<(String, String)>,
 }
 
-/// What is sent for one run.
+/// The messages and files that are sent for one run.
 struct Messages {
     action: SharedBlob,
     /// The messages, and the files by index.
@@ -76,13 +76,13 @@ struct Messages {
 
 /// Why an attempt ended without a result.
 enum Broken {
-    /// It was cancelled.
+    /// The attempt was cancelled.
     Stopped,
     /// An input is gone.
     Gone(usize),
-    /// It may succeed a little later.
+    /// The attempt failed, and may succeed a little later.
     Passing(Status),
-    /// It will not succeed.
+    /// The attempt failed, and will not succeed later.
     Final(Status),
 }
 
@@ -169,7 +169,7 @@ impl RemoteExecutor {
         Ok(Messages { action, messages, files: files_by_hash, all })
     }
 
-    /// Sends what the server lacks.
+    /// Sends the blobs that the server lacks.
     async fn send(&self, server: &Server, sent: &Messages, run: &RemoteRun<'_>) -> Result<(), Broken> {
         let mut gone = None;
         let mut take = |blob: SharedBlob| {
@@ -253,7 +253,7 @@ impl RemoteExecutor {
         let _ = tokio::time::timeout(CANCELLING, client.cancel_operation(request)).await;
     }
 
-    /// What an execution left.
+    /// The files and messages that an execution left.
     async fn end(&self, cache: &Server, run: &RemoteRun<'_>, response: re::ExecuteResponse) -> RemoteEnd {
         let result = response.result.unwrap_or_default();
         let files = result

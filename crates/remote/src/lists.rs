@@ -79,7 +79,7 @@ impl Lists {
         }
     }
 
-    /// What a list has of an action.
+    /// The result of an action in a list; `None` if the list does not have it.
     pub(crate) fn find(&self, list: &[u8], item: &str, action: &[u8]) -> Option<SharedResult> {
         let lists = self.0.lock();
         let list = lists.get(list)?;
@@ -88,7 +88,7 @@ impl Lists {
         Some(listed.iter().find(|listed| listed.action == digest)?.result.clone())
     }
 
-    /// Adds what was stored, or found by itself.
+    /// Adds a result that was stored, or was found by itself.
     pub(crate) fn add(&self, list: &[u8], item: &str, action: &[u8], result: SharedResult) {
         let mut lists = self.0.lock();
         let list = lists.entry(list.to_vec()).or_default();

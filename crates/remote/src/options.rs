@@ -8,12 +8,12 @@ use crate::Address;
 /// Whether results are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UploadChoice {
-    /// If the server lets us.
+    /// Results are stored if the server lets us.
     #[default]
     Auto,
-    /// Never.
+    /// Results are never stored.
     Never,
-    /// Always: a warning if the server does not let us.
+    /// Results are always stored; if the server does not let us, that is a warning.
     Always,
 }
 

@@ -7,7 +7,6 @@ use engine::{Digest, SharedBlob, SharedResult};
 use prost::Message as _;
 use sha2::{Digest as _, Sha256};
 
-/// The SHA-256 of bytes.
 pub(crate) fn sha256(bytes: &[u8]) -> Digest {
     Digest(Sha256::digest(bytes).into())
 }
@@ -60,7 +59,7 @@ pub(crate) fn action(text: &[u8]) -> ActionMessages {
     ActionMessages { action: action.encode_to_vec(), others: [command, root] }
 }
 
-/// What is stored for an action.
+/// The message that is stored for an action.
 pub(crate) fn action_result(description: Vec<u8>, outputs: &[SharedBlob]) -> re::ActionResult {
     let file = |(index, blob): (usize, &SharedBlob)| re::OutputFile {
         path: index.to_string(),

@@ -12,7 +12,7 @@ use crate::blobs::{batches, storage};
 use crate::connection::{Connection, LARGEST_MESSAGE, Server};
 use crate::protocol::{blob, digest, digest_of};
 
-/// A message of a stream.
+/// The most bytes in a message of a stream.
 const PIECE: usize = 1 << 20;
 
 /// Sends those of the blobs that the server lacks. `take` returns the bytes of a blob, when it is its turn;
@@ -48,7 +48,7 @@ pub(crate) async fn send_missing(
     Ok(())
 }
 
-/// Those of the blobs that the server lacks.
+/// The blobs, among some, that the server lacks.
 async fn missing(
     connection: &Connection,
     server: &Server,

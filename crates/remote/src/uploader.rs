@@ -22,7 +22,7 @@ const GROUP: u64 = 32 << 20;
 /// The most results of a group.
 const MOST_IN_GROUP: usize = 256;
 
-/// What the thread is told.
+/// A job for the thread that uploads.
 pub(crate) enum Job {
     Upload(Upload),
     /// Store a list of results.

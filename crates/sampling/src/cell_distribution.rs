@@ -20,11 +20,11 @@ pub(crate) const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 /// Points whose steps run side by side.
 pub(crate) const ABREAST: usize = 64;
 
-/// Cells that were drawn.
+/// Cells that were drawn, and their probabilities.
 pub(crate) struct Drawn {
     pub(crate) rows: [u32; ABREAST],
     pub(crate) columns: [u32; ABREAST],
-    /// What is left of the two uniforms, in [0, 1).
+    /// The remainders of the two uniforms, in [0, 1).
     pub(crate) rest: [[f32; ABREAST]; 2],
     pub(crate) probabilities: [f32; ABREAST],
 }
@@ -36,14 +36,13 @@ impl Drawn {
     }
 }
 
-/// The distribution of cells.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CellDistribution {
     columns: usize,
     rows: RunningSums,
     /// Running sums of every row.
     sums: Vec<f32>,
-    /// The ends of their blocks.
+    /// The ends of the blocks of running sums.
     ends: Vec<f32>,
 }
 
@@ -152,17 +151,18 @@ impl RunningSums {
     }
 }
 
-/// Whole blocks.
+/// The length of a row of running sums, in whole blocks.
 fn stride(count: usize) -> usize {
     count.next_multiple_of(BLOCK)
 }
 
-/// Whole vectors of the ends of blocks.
+/// The length of a row of block ends, in whole vectors.
 fn ends_stride(count: usize) -> usize {
     count.div_ceil(BLOCK).next_multiple_of(LANES)
 }
 
-/// The cell of a uniform below 1; the uniform times the total, where the cell begins and ends, and the total.
+/// Finds the cell of a uniform below 1; returns the uniform times the total, where the cell begins and ends,
+/// and the total.
 #[inline(always)]
 fn search<L: Lanes>(lanes: L, sums: &[f32], ends: &[f32], count: usize, u: f32) -> (usize, [f32; 4]) {
     let total = sums[count - 1];

@@ -16,17 +16,17 @@ pub enum Error {
     /// A light beside the series is NaN or infinite.
     #[error("light {index} beside the series has a number that is not finite")]
     LightNotFinite {
-        /// Its place in the list.
+        /// The light's place in the list.
         index: usize,
     },
     /// A texel is NaN or infinite.
     #[error("the texel of row {row}, column {column} is {value}, not a finite number")]
     TexelNotFinite {
-        /// Its row, from the top.
+        /// The texel's row, from the top.
         row: usize,
-        /// Its column, from the left.
+        /// The texel's column, from the left.
         column: usize,
-        /// The texel.
+        /// The value of the texel.
         value: f64,
     },
     /// The density is zero everywhere: the function or its product with light is black, or negative where the

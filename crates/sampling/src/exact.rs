@@ -56,7 +56,7 @@ pub(crate) struct ExactLeaves {
     taylor: Vec<[f32; TAYLOR]>,
 }
 
-/// What [`ExactLeaves::draw`] works in: by term, then point.
+/// The memory of [`ExactLeaves::draw`], by term, then point.
 pub(crate) struct Scratch {
     /// The density of theta and its integral.
     density: [[f32; WIDTH]; MOST_TERMS],
@@ -107,7 +107,8 @@ impl ExactLeaves {
         }
     }
 
-    /// Takes another function; `floor` is what a uniform share adds, `sign` the sign of f in a leaf.
+    /// Takes another function; `floor` is the density that a uniform share adds, `sign` the sign of f in a
+    /// leaf.
     pub(crate) fn update(
         &mut self,
         level: SimdLevel,
@@ -213,7 +214,7 @@ impl ExactLeaves {
         f * self.grid.area() as f32 / mass
     }
 
-    /// What is left of the uniforms at a place of a leaf that is not flat.
+    /// The remainders of the uniforms at a place of a leaf that is not flat.
     pub(crate) fn invert(&self, row: usize, column: usize, [t, s]: [f32; 2]) -> [f32; 2] {
         let (density, _) = self.leaf(row, column);
         let tau = self.tau(row, self.distance_in_row(row, t));
@@ -334,7 +335,7 @@ impl ExactLeaves {
         2 * row >= self.grid.rows()
     }
 
-    /// How far into its row a place is, from the edge nearer to the pole.
+    /// The share of its row by which a place is away from the edge nearer to the pole.
     fn distance_in_row(&self, row: usize, t: f32) -> f32 {
         if self.is_south(row) { 1.0 - t } else { t }
     }
@@ -364,8 +365,8 @@ impl ExactLeaves {
     }
 }
 
-/// A cos(m phi) + B sin(m phi) along a column, as its Taylor series: what multiplies cos(m phi) and
-/// sin(m phi) at the column's centre.
+/// The Taylor series of A cos(m phi) + B sin(m phi) along a column, as the factors of cos(m phi) and sin(m
+/// phi) at the column's centre.
 fn along_column([a, b]: [f32; 2], taylor: &[f32; TAYLOR]) -> Fourier {
     let derivatives = [[a, b, -a, -b], [b, -a, -b, a]];
     derivatives.map(|derivatives| F32x8(from_fn(|k| derivatives[k % 4] * taylor[k])))

@@ -15,21 +15,21 @@ impl F32x8 {
     pub(crate) const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// From memory into a register of a kernel.
+/// Loads a vector from memory into a register of a kernel.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(_: S, value: &F32x8) -> S::f32s {
     pulp::cast(value.0)
 }
 
-/// From a register of a kernel into memory.
+/// Stores a register of a kernel in memory.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(_: S, vector: S::f32s, value: &mut F32x8) {
     value.0 = pulp::cast(vector);
 }
 
-/// What kernels need beside [`Simd`].
+/// The operations that kernels need beside those of [`Simd`].
 pub(crate) trait Lanes: Simd {
-    /// How many of the values are at most `v`.
+    /// The number of the values that are at most `v`.
     fn count_up_to(self, values: &[f32; LANES], v: f32) -> usize;
 }
 
@@ -54,7 +54,7 @@ impl Lanes for Scalar256b {
 pub(crate) trait WithLanes {
     type Output;
 
-    /// Everything that it calls with vectors is `#[inline(always)]`, as it is itself.
+    /// Runs the kernel. Everything that it calls with vectors is `#[inline(always)]`, as it is itself.
     fn with_lanes<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 

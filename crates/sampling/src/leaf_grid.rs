@@ -44,7 +44,6 @@ impl LeafGrid {
         2 * self.rows
     }
 
-    /// The number of leaves.
     pub(crate) fn leaves(self) -> usize {
         2 * self.rows * self.rows
     }

@@ -16,7 +16,7 @@ use crate::f32x8::LANES;
 pub(crate) struct LeafMasses<'a> {
     /// f at the corners along the northern and the southern edge: one more than leaves.
     pub(crate) corners: [&'a [f32]; 2],
-    /// f half-way along these edges.
+    /// f half-way along the northern and the southern edge.
     pub(crate) edges: [&'a [f32]; 2],
     /// f half-way down: between corners, one more than leaves, and between them.
     pub(crate) sides: &'a [f32],
@@ -26,9 +26,9 @@ pub(crate) struct LeafMasses<'a> {
     pub(crate) is_absolute: bool,
     /// Whether leaves that are not flat must be free of zeros between the corners too.
     pub(crate) is_strict: bool,
-    /// The integrals, which become masses.
+    /// The integrals of f over the leaves, which become masses.
     pub(crate) masses: &'a mut [f32],
-    /// Receives whether a leaf is flat.
+    /// Whether each leaf is flat, which is written here.
     pub(crate) flat: &'a mut [bool],
 }
 

@@ -30,7 +30,7 @@ pub(crate) struct Leaves {
     pub(crate) corners: Vec<f32>,
     /// One bit for each leaf, row by row: whether it is flat. Empty if none is.
     pub(crate) flat: Vec<u32>,
-    /// What a uniform share adds to the density, in units of f.
+    /// The density that a uniform share adds, in units of f.
     pub(crate) floor: f32,
     /// Whether leaves must be free of zeros between the corners too.
     is_strict: bool,
@@ -199,7 +199,7 @@ impl Leaves {
         values
     }
 
-    /// From integrals to masses.
+    /// Turns integrals into masses.
     fn classify(
         &mut self,
         level: SimdLevel,
@@ -273,8 +273,8 @@ impl Leaves {
         if self.corners[row * (columns + 1) + column] < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// The density at the corners of a leaf: north-west, north-east, south-west, south-east. Equal if it is
-    /// flat.
+    /// The density at the corners of a leaf: north-west, north-east, south-west, south-east. All are equal if
+    /// the leaf is flat.
     #[inline(always)]
     pub(crate) fn corners(&self, row: usize, column: usize, columns: usize) -> [f32; 4] {
         if self.is_flat(row, column, columns) {

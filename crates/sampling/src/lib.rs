@@ -1,8 +1,11 @@
 //! Importance sampling of functions on the sphere that are given by spherical harmonics, and of their
 //! products with environments; points in the unit square to sample them with; and light rigs: a few lights in
 //! place of distant light.
+//!
+//! # Example: `examples/sample_light.rs`
+#![doc = concat!("```\n", include_str!("../examples/sample_light.rs"), "```")]
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod batches;
 mod cell_distribution;

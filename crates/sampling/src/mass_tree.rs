@@ -1,5 +1,5 @@
-//! Hierarchical sample warping (Clarberg et al. 2005; Jarosz, Carr and Jensen 2009): points go down a tree
-//! of masses, at each node z before phi, and each split eats bits of its uniform.
+//! Hierarchical sample warping (Clarberg et al. 2005; Jarosz, Carr and Jensen 2009, JCJ09): points go down a
+//! tree of masses, at each node z before phi, and each split eats bits of its uniform.
 //!
 //! The root is split in phi once, because the grid is twice as wide as high: then nodes have 2 x 2 children
 //! down to the cells. The probability is the product of those of the splits, as rounded.
@@ -9,7 +9,7 @@ use crate::cell_distribution::{BELOW_ONE, Drawn};
 /// Masses on a grid of powers of two, with the sums of 2 x 2 above them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MassTree {
-    /// From the two halves of the sphere down to the cells.
+    /// The levels from the two halves of the sphere down to the cells.
     levels: Vec<Vec<f32>>,
 }
 
@@ -101,7 +101,7 @@ fn share(first: f32, second: f32) -> f32 {
     if first > 0.0 { first / (first + second) } else { 0.0 }
 }
 
-/// Chooses the first branch (0) or the second, and keeps what is left of the uniform.
+/// Chooses the first branch (0) or the second, and keeps the remainder of the uniform.
 #[inline(always)]
 fn split(first: f32, second: f32, u: &mut f32, probability: &mut f32) -> usize {
     let share = share(first, second);

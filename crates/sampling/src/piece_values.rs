@@ -17,16 +17,16 @@ use crate::leaf_masses::LeafMasses;
 use crate::leaves::Density;
 use crate::pieces::{PieceColumn, PieceRow, Pieces};
 
-/// Where rows and columns are taken.
+/// The places at which rows and columns are taken.
 #[derive(Clone, Copy, PartialEq)]
 enum At {
-    /// At the edges: one more than pieces.
+    /// The values at the edges: one more than pieces.
     Edges,
-    /// Half-way in z or phi.
+    /// The values half-way in z or phi.
     Middles,
 }
 
-/// What rows and columns of pieces share for all functions of one degree.
+/// The tables of rows and columns of pieces for all functions of one degree.
 pub(crate) struct PieceTables {
     basis: Basis,
     zones: ZoneIntegrals,
@@ -101,7 +101,7 @@ fn values(tables: &PieceTables, pieces: &Pieces, coefficients: &[f64], [down, ri
     values
 }
 
-/// Rows first, then columns; `row` writes T_lm of a row, column after column of m.
+/// Sums rows first, then columns; `row` writes T_lm of a row, column after column of m.
 fn synthesise<T: Send + Sync>(
     coefficients: &[f64],
     table: &[f64],
@@ -138,7 +138,7 @@ fn row_of(values: &[f32], row: usize, columns: usize) -> &[f32] {
 
 /// Masses of the pieces and the density at their corners.
 pub(crate) struct PieceMasses {
-    /// Row by row.
+    /// The masses of the pieces, row by row.
     pub(crate) masses: Vec<f32>,
     /// The absolute value of f and the floor at the corners: one more row and column than pieces.
     pub(crate) corners: Vec<f32>,

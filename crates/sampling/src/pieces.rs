@@ -24,7 +24,7 @@ pub(crate) struct PieceRow {
     /// The row of leaves.
     pub(crate) leaf: usize,
     pub(crate) is_south: bool,
-    /// 1 - |z| of its edges, from the nearer pole.
+    /// 1 - |z| of the row's edges, from the nearer pole.
     pub(crate) near: f64,
     pub(crate) far: f64,
 }
@@ -43,7 +43,7 @@ pub(crate) struct PieceColumn {
     pub(crate) texel: usize,
     /// The column of leaves.
     pub(crate) leaf: usize,
-    /// phi of its edges, in turns.
+    /// phi of the column's edges, in turns.
     pub(crate) start: f64,
     pub(crate) end: f64,
 }
@@ -64,7 +64,7 @@ pub(crate) struct Place {
     pub(crate) s: f32,
 }
 
-/// What drawing reads of a row, in single precision.
+/// The numbers of a row that drawing reads, in single precision.
 #[derive(Clone, Copy)]
 struct DrawnRow {
     near: f32,
@@ -73,7 +73,7 @@ struct DrawnRow {
     is_south: bool,
 }
 
-/// What drawing reads of a column: its start from the nearest axis, and which axis that is.
+/// The numbers of a column that drawing reads: its start from the nearest axis, and which axis that is.
 #[derive(Clone, Copy)]
 struct DrawnColumn {
     start: f32,
@@ -165,7 +165,7 @@ impl Pieces {
     }
 }
 
-/// From the north pole: the northern rows, then their mirror.
+/// The rows from the north pole: the northern ones, then their mirror.
 fn rows(texels: usize, leaves: usize) -> Vec<PieceRow> {
     // Edges in rows of texels, and 1 - z.
     let scale = texels as f64 / PI;
@@ -209,7 +209,7 @@ fn rows(texels: usize, leaves: usize) -> Vec<PieceRow> {
     rows
 }
 
-/// From phi = 0 upward.
+/// The columns from phi = 0 upward.
 fn columns(texels: usize, leaves: usize) -> Vec<PieceColumn> {
     let snap = SNAP * (texels as f64 / leaves as f64).min(1.0);
     // Edges in columns of texels: phi = pi and the edges to both sides of it.

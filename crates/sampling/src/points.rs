@@ -24,7 +24,7 @@ use sh::f64x4::SimdLevel;
 
 /// A set of points in [0, 1) x [0, 1).
 ///
-/// The same on every machine and for every number of threads.
+/// The points are the same on every machine and for every number of threads.
 ///
 /// # Example: the first Halton points halve and third the square
 /// ```
@@ -37,7 +37,7 @@ use sh::f64x4::SimdLevel;
 pub enum Points<'a> {
     /// Independent uniform points: 2^64 for each seed.
     Random {
-        /// Another seed, other points.
+        /// The seed; another one gives other points.
         seed: u32,
     },
     /// The Halton sequence in bases 2 and 3: 2^32 points, then the same again.
@@ -49,7 +49,7 @@ pub enum Points<'a> {
     },
     /// The Sobol (0, 2)-sequence: 2^32 points, then the same again.
     Sobol {
-        /// Of Owen's scrambling; `None` leaves the points as they are.
+        /// The seed of Owen's scrambling; `None` leaves the points as they are.
         seed: Option<u32>,
     },
     /// Points that the caller has made, then the same again.
@@ -63,15 +63,15 @@ pub struct GivenPoints<'a>(&'a [[f32; 2]]);
 /// Points that are not a set in the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GivenPointsError {
-    /// There is none.
+    /// There is no point.
     #[error("there are no points")]
     Empty,
     /// A coordinate is negative, 1 or more, or not a number.
     #[error("point {index}, {point:?}, is not in [0, 1) x [0, 1)")]
     Outside {
-        /// The first such point.
+        /// The index of the first such point.
         index: usize,
-        /// Its coordinates.
+        /// The coordinates of that point.
         point: [f32; 2],
     },
 }
@@ -111,7 +111,7 @@ impl Points<'_> {
         }
     }
 
-    /// The points `first`, `first` + 1, ... into a slice: faster than one by one.
+    /// Writes the points `first`, `first` + 1, ... into a slice: faster than one by one.
     pub fn fill(&self, first: u64, points: &mut [[f32; 2]]) {
         let simd = SimdLevel::detect();
         match *self {
@@ -140,7 +140,7 @@ impl Points<'_> {
     }
 }
 
-/// A slice in pieces: the first of at most `head` elements, the others of at most `size`.
+/// Cuts a slice into pieces: the first of at most `head` elements, the others of at most `size`.
 fn pieces<T>(slice: &mut [T], head: usize, size: usize) -> impl Iterator<Item = &mut [T]> {
     let (head, rest) = slice.split_at_mut(head.min(slice.len()));
     std::iter::once(head).chain(rest.chunks_mut(size))

@@ -1,9 +1,9 @@
 //! Points of the unit square to directions that follow the product of light and a function given by spherical
 //! harmonics.
 //!
-//! Jarosz, Carr and Jensen (2009) multiply the integrals of quadrants with those of an environment's
-//! wavelets. Here a point goes through four distributions: a row of leaves, a leaf, a row of texels in it,
-//! a texel. There are two kinds of masses:
+//! Jarosz, Carr and Jensen (2009; JCJ09) multiply the integrals of quadrants with those of an environment's
+//! wavelets. Here a point goes through four distributions: a row of leaves, a leaf, a row of texels in it, a
+//! texel. There are two kinds of masses:
 //!
 //! - by leaves: the mean of f over the leaf times the light in it. Below, the light's own distribution,
 //!   which no function changes: a new function costs its leaves, as without light.
@@ -29,31 +29,32 @@ use crate::sampler::{bilinear, normalise, share_below};
 use crate::texel_distribution::{DrawnPiece, TexelDistribution};
 use crate::{Error, Sample, Tables, TexelLight, UniformShare};
 
-/// Where f varies in the density of a product.
+/// How f varies in the density of a product.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ProductMasses {
-    /// From leaf to leaf: the mean of f over each. A new function costs no more than its leaves.
+    /// f varies from leaf to leaf: the mean of f over each. A new function costs no more than its leaves.
     #[default]
     Leaves,
-    /// From texel to texel: the exact integral of f over each. A new function takes as long as all texels do.
+    /// f varies from texel to texel: the exact integral of f over each. A new function takes as long as all
+    /// texels do.
     FlatTexels,
-    /// As [`ProductMasses::FlatTexels`], and bilinear in z and phi inside each texel, between values at its
-    /// corners.
+    /// f is bilinear in z and phi inside each texel, between values at its corners, with the masses of
+    /// [`ProductMasses::FlatTexels`].
     BilinearTexels,
 }
 
-/// What a [`ProductSampler`] draws, and how.
+/// The density that a [`ProductSampler`] draws from, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProductOptions {
     /// The function of f that multiplies the light.
     pub density: Density,
     /// The share of f's density, before it multiplies the light, that is uniform over the sphere.
     pub uniform_share: UniformShare,
-    /// Where f varies.
+    /// How f varies in the density.
     pub masses: ProductMasses,
 }
 
-/// What the products of one light with functions of one degree share.
+/// The tables that the products of one light with functions of one degree share.
 ///
 /// Memory: 4 bytes for each texel and leaf, and for each row of texels and column of leaves; with
 /// texels' masses, 16 bytes (degree + 1) more for each column.
@@ -63,7 +64,7 @@ pub struct ProductTables {
     light: TexelLight,
     /// The light's distribution in each leaf.
     distribution: Arc<TexelDistribution>,
-    /// Made when texels have masses of their own.
+    /// The tables of pieces, made when texels have masses of their own.
     piece_tables: OnceLock<PieceTables>,
 }
 
@@ -93,7 +94,7 @@ impl ProductTables {
         &self.tables
     }
 
-    /// The light.
+    /// The light that the functions multiply.
     pub fn light(&self) -> &TexelLight {
         &self.light
     }

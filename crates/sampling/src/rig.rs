@@ -13,7 +13,7 @@
 //!
 //! - [`Method::MedianCut`] (Debevec 2005, "A median cut algorithm for light probe sampling"): the region with
 //!   the greatest flux is cut into two of equal flux, across its longer side on the sphere, until there are
-//!   enough. If their number is a power of two, the cuts of a smooth light are those of the paper.
+//!   enough. If their number is a power of two, the cuts of a smooth light are Debevec's.
 //! - [`Method::Warped`]: Hammersley's points are mapped by the inverse of the distribution of rows, then of
 //!   that within each row, so that they lie as densely as there is light. A region is all that is nearest to
 //!   one point.
@@ -40,7 +40,7 @@ pub const REVISION: u32 = 1;
 pub enum Method {
     /// Rectangles of equal flux.
     MedianCut,
-    /// What is nearest to each of the points of a warped low-discrepancy set.
+    /// The regions of all that is nearest to each of the points of a warped low-discrepancy set.
     Warped,
 }
 
@@ -48,7 +48,7 @@ impl Method {
     /// All methods.
     pub const ALL: [Self; 2] = [Self::MedianCut, Self::Warped];
 
-    /// Its name in manifests.
+    /// The method's name in manifests.
     pub const fn name(self) -> &'static str {
         match self {
             Self::MedianCut => "median-cut",
@@ -93,7 +93,7 @@ pub fn rig(masses: &LightMasses, count: NonZeroU32, method: Method) -> Vec<Light
 pub struct Rig {
     /// The lights, the strongest first.
     pub lights: Vec<Light>,
-    /// [`Irradiance::error`] of these.
+    /// The [`Irradiance::error`] of these lights.
     pub error: f64,
     /// The numbers of lights that were tried, and their errors.
     pub tried: Vec<(u32, f64)>,
@@ -135,9 +135,9 @@ impl Irradiance {
         Self { normals, rgb }
     }
 
-    /// What it is if these lights shine instead, each from one direction with its irradiance, as directional
-    /// lights of a renderer do: the root mean square of the difference over normals and channels, as a share
-    /// of the mean.
+    /// The error of the irradiance if these lights shine instead, each from one direction with its
+    /// irradiance, as directional lights of a renderer do: the root mean square of the difference over
+    /// normals and channels, as a share of the mean.
     pub fn error(&self, lights: &[Light]) -> f64 {
         let (mut square, mut sum) = (0.0, 0.0);
         for (normal, expected) in self.normals.iter().zip(&self.rgb) {

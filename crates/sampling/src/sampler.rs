@@ -2,7 +2,7 @@
 //!
 //! The sphere is divided into leaves of equal area in (z, phi). A point first goes to a leaf, with the
 //! probability of the leaf's mass, then to a place in it by what is left of its two uniforms. Both steps are
-//! monotone in each uniform, so that stratified points stay stratified. Jarosz, Carr and Jensen (2009)
+//! monotone in each uniform, so that stratified points stay stratified. Jarosz, Carr and Jensen (2009; JCJ09)
 //! integrate every quadrant on the way down; here all leaves are integrated once and masses are summed from
 //! the leaves up, because a node's signed integral says nothing of the positive parts in it.
 
@@ -28,26 +28,26 @@ pub const REVISION: u32 = 1;
 /// The density inside a leaf.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LeafShape {
-    /// Constant, as in the paper: not f inside a leaf.
+    /// The density is constant inside a leaf, as in JCJ09, and not f.
     Flat,
-    /// Bilinear in z and phi between the values of f at the corners, with the exact mass.
+    /// The density is bilinear in z and phi between the values of f at the corners, with the exact mass.
     #[default]
     Bilinear,
-    /// f itself, to single precision.
+    /// The density is f itself, to single precision.
     Exact,
 }
 
 /// How a point finds its leaf.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Warp {
-    /// A row by the first uniform, then a column in it by the second: the faster way.
+    /// A point finds a row by its first uniform, then a column in it by its second: the faster way.
     #[default]
     Rows,
-    /// Down a tree of masses, z before phi at each node: hierarchical sample warping.
+    /// A point goes down a tree of masses, z before phi at each node: hierarchical sample warping.
     Tree,
 }
 
-/// What a [`Sampler`] draws from a function, and how.
+/// The density that a [`Sampler`] draws from, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// The density, up to its norm.
@@ -81,7 +81,7 @@ impl UniformShare {
 pub struct Sample {
     /// A unit vector.
     pub direction: [f32; 3],
-    /// The density with which it was drawn, in 1/sr.
+    /// The density with which the direction was drawn, in 1/sr.
     pub density: f32,
 }
 
@@ -350,8 +350,8 @@ impl Sampler {
     }
 }
 
-/// One over the largest coefficient: the density does not depend on the scale, and single precision has less
-/// range.
+/// Returns one over the largest coefficient: the density does not depend on the scale, and single precision
+/// has less range.
 pub(crate) fn normalise(coefficients: &[f64]) -> Result<f64, Error> {
     let (mut sums, mut largest) = ([0.0f64; 8], [0.0f64; 8]);
     for chunk in coefficients.chunks(8) {
@@ -422,7 +422,7 @@ impl WithLanes for Draw<'_> {
 }
 
 impl Sampler {
-    /// From leaves and what is left of the uniforms to directions.
+    /// Takes leaves and the remainders of the uniforms to directions.
     #[inline(always)]
     fn finish<S: Simd>(
         &self,

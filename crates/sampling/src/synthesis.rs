@@ -61,7 +61,7 @@ impl WithSimd for Rows<'_> {
 /// The values of eight rows in all columns.
 pub(crate) struct Columns<'a> {
     pub(crate) table: &'a ColumnTable,
-    /// For each m.
+    /// A_m and B_m of the rows for each m.
     pub(crate) rows: &'a [Fourier],
     /// Whether columns are edges, the first of which mirrors itself.
     pub(crate) at_edges: bool,

@@ -20,11 +20,11 @@ use crate::f32x8::{F32x8, LANES};
 pub struct Tables {
     degree: Degree,
     grid: LeafGrid,
-    /// Integrals over rows.
+    /// The integrals over rows of leaves.
     pub(crate) row_masses: RowTable,
-    /// Values on the parallels between rows; the poles are [`Tables::poles`].
+    /// The values on the parallels between rows; the poles are [`Tables::poles`].
     pub(crate) row_edges: RowTable,
-    /// Values half-way in z.
+    /// The values half-way in z.
     pub(crate) row_middles: RowTable,
     /// P_l0 at the north pole.
     pub(crate) poles: Vec<f32>,
@@ -86,12 +86,12 @@ impl Tables {
 /// - m.
 pub(crate) struct RowTable {
     pub(crate) groups: usize,
-    /// By m, then group, then l = m ..= degree.
+    /// The values by m, then group, then l = m ..= degree.
     pub(crate) values: Vec<F32x8>,
 }
 
 impl RowTable {
-    /// `f` writes the values of a northern row for every m and l = m ..= degree.
+    /// Makes a table; `f` writes the values of a northern row for every m and l = m ..= degree.
     fn new(degree: Degree, grid: LeafGrid, mut f: impl FnMut(usize, &mut [f64])) -> Self {
         let top = degree.get();
         let pairs = (top + 1) * (top + 2) / 2;
@@ -117,17 +117,16 @@ impl RowTable {
 
 /// Columns of the first quadrant, four in a tile; the other quadrants mirror them.
 pub(crate) struct ColumnTable {
-    /// The number of columns.
     pub(crate) columns: usize,
-    /// By tile, then m: the factors of A_m in four columns, then those of B_m.
+    /// The tiles, then m: the factors of A_m in four columns, then those of B_m.
     pub(crate) tiles: Vec<[f32; 2 * TILE]>,
 }
 
-/// Columns in a tile.
+/// The number of columns in a tile.
 pub(crate) const TILE: usize = 4;
 
 impl ColumnTable {
-    /// `f` is the scale and the angle of (m, column).
+    /// Makes a table; `f` is the scale and the angle of (m, column).
     fn new(top: usize, columns: usize, f: impl Fn(usize, usize) -> (f64, f64)) -> Self {
         let tile = |tile: usize| {
             let f = &f;

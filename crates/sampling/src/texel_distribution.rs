@@ -15,13 +15,13 @@ use crate::pieces::Pieces;
 #[derive(Clone)]
 pub(crate) struct TexelDistribution {
     leaf_columns: usize,
-    /// Of each row of leaves: its first row of pieces, where its blocks begin, and how long they are.
+    /// The first row of pieces of each row of leaves, where its blocks begin, and how long they are.
     leaf_rows: Vec<Blocks>,
-    /// Of each column of leaves, its first column of pieces.
+    /// The first column of pieces of each column of leaves.
     first_columns: Vec<u32>,
-    /// By leaf: running sums over its rows of pieces.
+    /// The running sums over the rows of pieces of each leaf.
     rows: Vec<f32>,
-    /// By row of pieces, then column of leaves: running sums over the columns of pieces in the leaf.
+    /// The running sums over the columns of pieces in a leaf, by row of pieces, then column of leaves.
     columns: Vec<f32>,
     width: usize,
 }
@@ -38,9 +38,9 @@ struct Blocks {
 pub(crate) struct DrawnPiece {
     pub(crate) row: usize,
     pub(crate) column: usize,
-    /// What is left of the two uniforms, in [0, 1).
+    /// The remainders of the two uniforms, in [0, 1).
     pub(crate) rest: [f32; 2],
-    /// Given the leaf.
+    /// The probability of the piece, given the leaf.
     pub(crate) probability: f32,
 }
 
@@ -127,7 +127,7 @@ impl TexelDistribution {
     }
 }
 
-/// Running sums, the last repeated to the end of the block.
+/// Writes running sums, the last repeated to the end of the block.
 fn add_up(masses: impl Iterator<Item = f32>, block: &mut [f32]) {
     let mut sum = 0.0;
     let mut sums = masses.map(|mass| {
@@ -141,7 +141,7 @@ fn add_up(masses: impl Iterator<Item = f32>, block: &mut [f32]) {
     }
 }
 
-/// The piece of a uniform below 1, what is left of the uniform, and the piece's share.
+/// Finds the piece of a uniform below 1; returns it, the remainder of the uniform, and the piece's share.
 #[inline(always)]
 fn search(sums: &[f32], u: f32) -> (usize, f32, f32) {
     let total = sums[sums.len() - 1];

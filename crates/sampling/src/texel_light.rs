@@ -13,7 +13,7 @@ use crate::{ChannelWeights, Error};
 #[derive(Clone, Debug, PartialEq)]
 pub struct TexelLight {
     grid: LatLong,
-    /// Relative to the largest.
+    /// The numbers of the texels, relative to the largest.
     values: Vec<f32>,
     largest: f64,
     negative_share: f64,

@@ -22,7 +22,7 @@ pub const REVISION: u32 = 1;
 /// Rows between parallels, from the north pole to the south pole, of equally wide columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellGrid {
-    /// One more than rows, from the north.
+    /// The parallels between the rows, from the north: one more than rows.
     parallels: Vec<Parallel>,
     columns: usize,
     /// Whether phi falls from pi as the column rises, as in a lat-long image; otherwise it rises from 0.

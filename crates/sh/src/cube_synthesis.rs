@@ -72,7 +72,7 @@ struct Circles {
     /// For each row d_m, m = 0 ..= degree: f at the column coordinate psi is Re sum of d_m e^(i m psi), where
     /// psi runs from the left of a lat-long image, psi = pi - phi.
     rows: Vec<Complex4>,
-    /// Over twice the rows.
+    /// The Fourier transform over twice the rows.
     fft: Fft,
 }
 
@@ -92,7 +92,7 @@ impl Circles {
         Ok(Self { degree, rows, fft })
     }
 
-    /// The columns of a side face, from the left, and those of the opposite face at the same places.
+    /// Samples the columns of a side face, from the left, and those of the opposite face at the same places.
     fn pair(&self, cube: Cube, face: Face) -> Vec<[Vec<[f64; 3]>; 2]> {
         let columns = (0..cube.edge).into_par_iter().map(|s| {
             let top = cube.direction(face, 0, s);
@@ -114,7 +114,7 @@ impl Circles {
     }
 }
 
-/// From N samples at x_j = 2 pi (j + 1/2) / N to the c_k of f(x) = Re sum over k of c_k e^(i k x), k = 0 ..=
+/// Takes N samples at x_j = 2 pi (j + 1/2) / N to the c_k of f(x) = Re sum over k of c_k e^(i k x), k = 0 ..=
 /// degree.
 fn series(fft: &Fft, samples: impl Iterator<Item = [f64; 3]>, degree: usize) -> Vec<Complex4> {
     let mut line: Vec<_> = samples.map(|[r, g, b]| [F64x4([r, g, b, 0.0]), F64x4::ZERO]).collect();

@@ -1,5 +1,4 @@
-//! How much of a function each degree holds, and the degree that holds enough (thesis, equations 5.15 and
-//! 5.16).
+//! How much of a function each degree holds, and the degree that holds enough [Ram02, eqs. 5.15 and 5.16].
 //!
 //! Harmonics are orthonormal, so that the integral of L^2 over the sphere is the sum of all |L_lm|^2
 //! (Parseval).
@@ -52,8 +51,8 @@ pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The integral over the sphere of an image squared, RGB (equation 5.15, left side), by the quadrature of
-/// [`crate::Transform`]. If the image is an expansion, this is the sum of its energies.
+/// The integral over the sphere of an image squared, RGB (the left side of [Ram02, eq. 5.15]), by the
+/// quadrature of [`crate::Transform`]. If the image is an expansion, this is the sum of its energies.
 ///
 /// `pixels` are RGB, row by row from the top. Exact if the degree of the square is below the number of rows
 /// and the number of columns.
@@ -85,8 +84,8 @@ pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
     energy
 }
 
-/// The least F whose degrees hold (1 - tolerance) of `total` (equation 5.16); `None` if all of them together
-/// hold less.
+/// The least F whose degrees hold (1 - tolerance) of `total` [Ram02, eq. 5.16]; `None` if all of them
+/// together hold less.
 ///
 /// `energy` is that of l = 0, 1, ..., summed over channels; `total` is the integral of L^2, summed over
 /// channels: of the image, which includes what lies past the last degree, or the sum of `energy`, which does

@@ -20,34 +20,34 @@ const SEARCH: f64 = 1e-9;
 /// Exchanges after which the rest is left to the lift. A free mean takes 10 to 30 of them.
 pub const ROUNDS: usize = 100;
 
-/// What happens to the mean of a function, each channel for itself.
+/// Whether the mean of a function may change, each channel for itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mean {
-    /// It may change: the function is the nearest of all. It never falls.
+    /// The mean may change, and never falls: the function is the nearest of all.
     Free,
-    /// It stays.
+    /// The mean stays.
     Kept,
 }
 
-/// There is no useful non-negative function near the one given, or it was not found.
+/// Why no useful non-negative function is near the one given, or none was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoneNear {
     /// The nearest non-negative function is black, though the function is not.
     NoMass,
-    /// The mean is to be kept, but is this, which is not positive.
+    /// The mean is to be kept, but it has this value, which is not positive.
     NoPositiveMean(f64),
-    /// It was stopped.
+    /// The search was stopped.
     Stopped,
 }
 
 /// The nearest non-negative function of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Its coefficients.
+    /// The coefficients of the function.
     pub coefficients: Vec<f64>,
-    /// By what share of the largest value it was lifted: 1e-6 or less if the exchange ended.
+    /// The share of the largest value by which the function was lifted: 1e-6 or less if the exchange ended.
     pub lifted: f64,
-    /// Its least value, 0 or more.
+    /// The least value of the function, 0 or more.
     pub least: f64,
 }
 
@@ -63,8 +63,8 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// For a function of these coefficients whose largest value is `largest`; `constant` is the value of the
-    /// constant function whose first coefficient is 1.
+    /// Starts the search for a function of these coefficients whose largest value is `largest`; `constant` is
+    /// the value of the constant function whose first coefficient is 1.
     ///
     /// # Errors
     /// If the function is not black but nowhere positive, or its mean is to be kept and not positive.

@@ -76,7 +76,7 @@ impl Expansion {
         self.rows[(l * l + l).wrapping_add_signed(m)]
     }
 
-    /// The same function cut, or padded with zeros, to another degree.
+    /// Returns the same function cut, or padded with zeros, to another degree.
     pub fn to_degree(&self, degree: Degree) -> Self {
         let mut rows = self.rows.clone();
         rows.resize(degree.rows(), [0.0; 3]);

@@ -19,20 +19,20 @@ impl F64x4 {
     /// Four zeros.
     pub const ZERO: Self = Self([0.0; LANES]);
 
-    /// The vector of a lane-by-lane function.
+    /// Makes a vector from a lane-by-lane function.
     #[inline(always)]
     pub fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
         Self(std::array::from_fn(f))
     }
 }
 
-/// From memory into a register of a kernel.
+/// Loads a vector from memory into a register of a kernel.
 #[inline(always)]
 pub fn load<S: Simd>(_: S, value: &F64x4) -> S::f64s {
     pulp::cast(value.0)
 }
 
-/// From a register of a kernel into memory.
+/// Stores a register of a kernel in memory.
 #[inline(always)]
 pub fn store<S: Simd>(_: S, vector: S::f64s, value: &mut F64x4) {
     value.0 = pulp::cast(vector);

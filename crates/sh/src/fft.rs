@@ -20,7 +20,7 @@ use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
 /// Four complex numbers: real parts, imaginary parts.
 pub(crate) type Complex4 = [F64x4; 2];
 
-/// The zeros.
+/// Four complex zeros.
 pub(crate) const ZERO: Complex4 = [F64x4::ZERO; 2];
 
 /// e^(i angle), [cosine, sine].
@@ -298,7 +298,8 @@ fn pass_odd<S: Simd>(
 mod tests {
     use super::*;
 
-    /// Against the sum itself. Both err by some roundings of values of size sqrt(n), times log n or n.
+    /// Compares transforms with the sum itself. Both err by some roundings of values of size sqrt(n), times
+    /// log n or n.
     #[test]
     fn transforms_of_every_kind_of_length_are_the_sum() {
         for len in [1, 2, 3, 4, 5, 8, 12, 31, 62, 63, 64, 67, 75, 96, 122, 130, 134, 211, 512, 1018] {

@@ -13,9 +13,9 @@
 /// a . g >= b for a vector g.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfSpace {
-    /// a, not zero.
+    /// The normal a, not zero.
     pub normal: Vec<f64>,
-    /// b.
+    /// The bound b.
     pub bound: f64,
 }
 
@@ -35,13 +35,13 @@ pub struct HalfSpace {
 pub struct NearestInHalfSpaces {
     target: Vec<f64>,
     point: Vec<f64>,
-    /// With normals of length 1.
+    /// The inequalities that the point meets with equality and that hold it, with normals of length 1.
     active: Vec<HalfSpace>,
-    /// Those that are met without being held to it.
+    /// The inequalities that the point meets without being held by them.
     inactive: Vec<HalfSpace>,
-    /// k.
+    /// The weight k of each active inequality.
     weights: Vec<f64>,
-    /// b_i - a_i . f.
+    /// b_i - a_i . f of each active inequality.
     right: Vec<f64>,
     /// Rows of the lower Cholesky factor of a_i . a_j.
     lower: Vec<Vec<f64>>,
@@ -54,7 +54,7 @@ pub struct NearestInHalfSpaces {
 const INDEPENDENT: f64 = 1e-13;
 
 impl NearestInHalfSpaces {
-    /// The target itself, before any inequality.
+    /// Starts with the target itself, before any inequality.
     pub fn new(target: Vec<f64>) -> Self {
         let point = target.clone();
         Self {
@@ -154,8 +154,9 @@ impl NearestInHalfSpaces {
         true
     }
 
-    /// Moves to the solution of the active system, and drops what would become negative on the way. Whether
-    /// one of those after the first `before` helped to move, and what was dropped; `None` if stopped.
+    /// Moves to the solution of the active system, and drops what would become negative on the way. Returns
+    /// whether an inequality after the first `before` helped to move, and the dropped ones; `None` if
+    /// stopped.
     fn settle(&mut self, before: usize, stop: &dyn Fn() -> bool) -> Option<(bool, Vec<HalfSpace>)> {
         let (mut progress, mut dropped) = (false, Vec::new());
         loop {
@@ -191,7 +192,7 @@ impl NearestInHalfSpaces {
         Some((progress, dropped))
     }
 
-    /// k of the active inequalities, met with equality: L L^T k = b - a . f.
+    /// Solves for k of the active inequalities, met with equality: L L^T k = b - a . f.
     fn solve(&self) -> Vec<f64> {
         let count = self.active.len();
         let mut k = Vec::with_capacity(count);
@@ -230,7 +231,7 @@ impl NearestInHalfSpaces {
     }
 }
 
-/// The same half-space with a normal of length 1; `None` if it has none.
+/// Scales a half-space's normal to length 1; `None` if the normal has no length.
 fn unit(half_space: HalfSpace) -> Option<HalfSpace> {
     let length = dot(&half_space.normal, &half_space.normal).sqrt();
     let scale = 1.0 / length;
@@ -238,7 +239,7 @@ fn unit(half_space: HalfSpace) -> Option<HalfSpace> {
     (length > 0.0 && scale.is_finite()).then_some(HalfSpace { normal, bound: half_space.bound * scale })
 }
 
-/// In eight sums, which the compiler vectorises.
+/// The scalar product in eight sums, which the compiler vectorises.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -261,7 +262,8 @@ mod tests {
         (0..count).map(|_| HalfSpace { normal: vector(), bound }).collect()
     }
 
-    /// Hildreth 1957: each k in turn is set to what its own inequality asks for. Slow, and one line.
+    /// The method of Hildreth 1957: each k in turn is set to what its own inequality asks for. Slow, and one
+    /// line.
     fn hildreth(target: &[f64], half_spaces: &[HalfSpace]) -> Vec<f64> {
         let mut point = target.to_vec();
         let mut k = vec![0.0; half_spaces.len()];

@@ -32,7 +32,7 @@ use crate::scaled::{HIGH, INVERSE_UNIT, Scaled};
 
 /// P_mm = c_m sin^m(theta) of rows in fours, for every m up to a degree.
 pub(crate) struct Sectoral {
-    /// c_m.
+    /// c_m for each m.
     factors: Vec<f64>,
     /// sin^j, j = 0 .. FINE, group by group.
     fine: Vec<Scaled>,
@@ -45,7 +45,7 @@ pub(crate) struct Sectoral {
 const FINE: usize = 16;
 
 impl Sectoral {
-    /// For rows of the given sines.
+    /// The sectoral functions of rows of the given sines.
     pub(crate) fn new(sines: &[F64x4], degree: usize) -> Self {
         let groups = sines.len();
         let mut fine = vec![Scaled::ONE; groups];
@@ -110,7 +110,7 @@ impl Form {
         if sine * sine < 0.5 { Self::POLAR } else { Self::EQUATORIAL }
     }
 
-    /// y of the rows.
+    /// The argument y of the recurrence for a row of this cosine and sine.
     pub(crate) fn argument(self, cosine: f64, sine: f64) -> f64 {
         if self == Self::POLAR { -sine * sine } else { cosine * cosine }
     }
@@ -177,17 +177,17 @@ impl Recurrence {
         &self.steps
     }
 
-    /// What multiplies lambda_k in P_l of l = m + 2 k.
+    /// The factor of lambda_k in P_l of l = m + 2 k.
     pub(crate) fn even(&self, k: usize) -> f64 {
         self.alpha[k] * self.eps[2 * k + 1]
     }
 
-    /// What multiplies lambda_k in P_l of l = m + 2 k + 2.
+    /// The factor of lambda_k in P_l of l = m + 2 k + 2.
     pub(crate) fn even_after(&self, k: usize) -> f64 {
         self.alpha[k] * self.eps[2 * k + 2]
     }
 
-    /// What multiplies x lambda_k in P_l of l = m + 2 k + 1.
+    /// The factor of x lambda_k in P_l of l = m + 2 k + 1.
     pub(crate) fn odd(&self, k: usize) -> f64 {
         self.alpha[k]
     }
@@ -195,11 +195,11 @@ impl Recurrence {
 
 /// The state in which four rows enter the sums: from `step` on, all four are in the range of a double.
 pub(crate) struct Entry {
-    /// The first step k at which every row is; the number of steps if this never happens.
+    /// The first step k at which every row is in range; the number of steps if this never happens.
     pub(crate) step: usize,
-    /// lambda of that step.
+    /// lambda at `step`.
     pub(crate) current: F64x4,
-    /// lambda of the step before.
+    /// lambda at the step before `step`.
     pub(crate) previous: F64x4,
 }
 

@@ -1,6 +1,9 @@
 //! Real spherical harmonics: basis, quadrature, transform, exact integrals over cells, rotation and windows.
+//!
+//! # Example: `examples/irradiance.rs`
+#![doc = concat!("```\n", include_str!("../examples/irradiance.rs"), "```")]
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod basis;
 mod cells;

@@ -34,16 +34,17 @@ const HORIZON_STEP: f64 = 0.08;
 /// A disk of constant radiance, far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// The direction of its centre.
+    /// The direction of the light's centre.
     pub direction: Direction,
-    /// The angle from its centre to its edge, in radians, 0 to pi / 2; 0 is a point.
+    /// The angle from the light's centre to its edge, in radians, 0 to pi / 2; 0 is a point.
     pub radius: f64,
-    /// The irradiance of a surface that faces it, RGB: the integral of radiance times cosine.
+    /// The irradiance of a surface that faces the light, RGB: the integral of radiance times cosine.
     pub irradiance: [f64; 3],
 }
 
 impl Light {
-    /// The integral of its radiance over its disk, RGB: what its BRDF is multiplied with if the light is
+    /// The integral of the light's radiance over its disk, RGB: what a BRDF is multiplied with if the light
+    /// is
     /// small. It is the irradiance times 2 / (1 + cos(radius)).
     pub fn flux(&self) -> [f64; 3] {
         self.irradiance.map(|irradiance| irradiance * 2.0 / (1.0 + math::cos(self.radius)))
@@ -54,7 +55,7 @@ impl Light {
         Self { direction, radius, irradiance: flux.map(|flux| flux * (1.0 + math::cos(radius)) / 2.0) }
     }
 
-    /// Its coefficients.
+    /// The spherical-harmonic coefficients of the light's radiance, up to a degree.
     ///
     /// # Example: a hemisphere of radiance 1 / pi has the irradiance 1
     /// ```
@@ -227,7 +228,7 @@ impl Lighting {
         whole
     }
 
-    /// The light after a rotation.
+    /// Returns the light after a rotation.
     pub fn rotated(&self, rotation: Rotation) -> Self {
         let turned = |light: &Light| Light { direction: rotation.apply(light.direction), ..*light };
         Self { series: rotate(&self.series, rotation), lights: self.lights.iter().map(turned).collect() }
@@ -255,7 +256,7 @@ impl std::ops::Add for &Lighting {
 }
 
 impl From<Expansion> for Lighting {
-    /// Light without lights beside the series.
+    /// Makes light without lights beside the series.
     fn from(series: Expansion) -> Self {
         Self { series, lights: Vec::new() }
     }

@@ -15,11 +15,11 @@ use crate::{Basis, Expansion, Synthesis};
 /// The least value that a function takes, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Minimum {
-    /// The value.
+    /// The least value.
     pub value: f64,
-    /// The channel that takes it: 0, 1, 2 for red, green, blue.
+    /// The channel that takes the least value: 0, 1, 2 for red, green, blue.
     pub channel: usize,
-    /// Where it is taken.
+    /// The direction in which the least value is taken.
     pub direction: Direction,
 }
 
@@ -46,7 +46,7 @@ pub fn minimum(expansion: &Expansion) -> Minimum {
     Search::new(expansion).run(expansion)
 }
 
-/// What the searches for one degree share.
+/// The basis and the grid that all searches for one degree share.
 pub(crate) struct Search {
     basis: Basis,
     grid: LatLong,
@@ -68,12 +68,12 @@ impl Search {
         self.search(expansion, f64::NEG_INFINITY).unwrap_or_else(|least| least)
     }
 
-    /// The least value; `None`, found sooner, if it is negative.
+    /// Returns the least value; `None`, found sooner, if it is negative.
     pub(crate) fn if_non_negative(&self, expansion: &Expansion) -> Option<Minimum> {
         self.search(expansion, 0.0).ok().filter(|least| least.value >= 0.0)
     }
 
-    /// The least value; or, as the error, the first one found to be below `floor`.
+    /// Returns the least value; or, as the error, the first one found to be below `floor`.
     fn search(&self, expansion: &Expansion, floor: f64) -> Result<Minimum, Minimum> {
         let start = Direction::Z;
         let values = self.basis.evaluate(expansion, start);

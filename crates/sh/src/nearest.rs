@@ -31,8 +31,8 @@ pub struct Nearest {
     pub expansion: Expansion,
     /// The root of the integral of (g - f)^2 over that of f^2, channels together; 0 for black.
     pub change: f64,
-    /// What was left below zero and lifted, as a share of the channel's largest value: 1e-6 or less if the
-    /// exchange ended.
+    /// The depth below zero that was lifted at the end, as a share of the channel's largest value: 1e-6 or
+    /// less if the exchange ended.
     pub lifted: f64,
     /// The least value of the function as given.
     pub before: Minimum,
@@ -46,28 +46,28 @@ pub enum NearestError {
     /// A coefficient is infinite or not a number.
     #[error("the coefficient of (l, m) = ({l}, {m}) is not finite in channel {channel}")]
     NotFinite {
-        /// Of the first such coefficient.
+        /// The degree of the first such coefficient.
         l: usize,
-        /// Of the first such coefficient.
+        /// The order of the first such coefficient.
         m: isize,
-        /// 0, 1, 2 for red, green, blue.
+        /// The channel of the first such coefficient: 0, 1, 2 for red, green, blue.
         channel: usize,
     },
     /// The nearest non-negative function is black, though the function is not.
     #[error("channel {channel} has no mass: black is the nearest non-negative function")]
     NoMass {
-        /// 0, 1, 2 for red, green, blue.
+        /// The channel: 0, 1, 2 for red, green, blue.
         channel: usize,
     },
     /// The mean is to be kept, but it is not positive.
     #[error("channel {channel} has mean {mean}: no non-negative function has it")]
     NoPositiveMean {
-        /// 0, 1, 2 for red, green, blue.
+        /// The channel: 0, 1, 2 for red, green, blue.
         channel: usize,
         /// The channel's mean over all directions.
         mean: f64,
     },
-    /// It was stopped.
+    /// The search was stopped.
     #[error("stopped")]
     Stopped,
 }
@@ -104,7 +104,7 @@ pub fn nearest_non_negative(expansion: &Expansion, mean: Mean) -> Result<Nearest
 /// every thread.
 ///
 /// # Errors
-/// As [`nearest_non_negative`]; [`NearestError::Stopped`] if it was stopped.
+/// The errors of [`nearest_non_negative`], and [`NearestError::Stopped`] if it was stopped.
 pub fn nearest_non_negative_unless(
     expansion: &Expansion,
     mean: Mean,

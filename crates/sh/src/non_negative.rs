@@ -26,7 +26,7 @@ pub struct NonNegative {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("channel {channel} has mean {mean}: no window makes it non-negative")]
 pub struct NoPositiveMean {
-    /// 0, 1, 2 for red, green, blue.
+    /// The channel: 0, 1, 2 for red, green, blue.
     pub channel: usize,
     /// The channel's mean over all directions.
     pub mean: f64,

@@ -1,8 +1,8 @@
 //! Exact integrals of the harmonics over rectangles in (z, phi), where dOmega = dz dphi.
 //!
 //! The integral of Y_lm over a rectangle is that of P_lm over a zone (a z-interval) times that of cos(m phi)
-//! or sin(m phi) (Jarosz, Carr and Jensen 2009). With s = sin(theta), P_mm = c_m s^m, e_l = sqrt((l^2 - m^2)
-//! / (4 l^2 - 1)) and [g] = g(z1) - g(z0), integrating
+//! or sin(m phi) (Jarosz et al. 2009; JCJ09). With s = sin(theta), P_mm = c_m s^m, e_l = sqrt((l^2 - m^2) /
+//! (4 l^2 - 1)) and [g] = g(z1) - g(z0), integrating
 //!
 //! ```text
 //! d(s^2 P_l)/dz = (l-1) e_l P_(l-1) - (l+2) e_(l+1) P_(l+1)
@@ -68,7 +68,7 @@ impl Parallel {
         math::atan2(self.z, self.sine)
     }
 
-    /// How much higher this parallel's z is.
+    /// How much higher this parallel's z is than that of `other`.
     pub(crate) fn above(self, other: Self) -> f64 {
         if self.z.signum() != other.z.signum() {
             self.z - other.z
@@ -90,7 +90,7 @@ pub struct ZoneIntegrals {
 }
 
 impl ZoneIntegrals {
-    /// Integrals of all P_lm with l up to `degree`.
+    /// Prepares the integrals of all P_lm with l up to `degree`.
     pub fn new(degree: Degree) -> Self {
         let top = degree.get();
         let mut climb = Vec::with_capacity(top * (top + 1) / 2);

@@ -16,7 +16,7 @@ use crate::wigner::{Pair, Recurrence, triangle};
 /// Values per (l, m): cosine and sine parts of three channels.
 pub(crate) const PARTS: usize = 6;
 
-/// Those of four orders.
+/// The values of four orders at one degree.
 pub(crate) type Row = [F64x4; PARTS];
 
 /// A rotation about +Y by an angle beta in [0, pi / 2], for coefficients up to a degree.
@@ -35,7 +35,7 @@ pub(crate) struct RotationAboutY {
 }
 
 impl RotationAboutY {
-    /// For the angle whose half has this sine and cosine.
+    /// Prepares the rotation by the angle whose half has this sine and cosine.
     pub(crate) fn new(degree: usize, sine: f64, cosine: f64) -> Self {
         // |d^l_mn| <= (l beta)^a / a! with a = |m - n|: J_y has norm l and reaches from m to n only in a steps,
         // so that the first a terms of exp(-i beta J_y) vanish there. beta <= pi s / sqrt(2) on [0, pi / 2].
@@ -88,7 +88,7 @@ impl RotationAboutY {
         (m * m + n * n - 2.0 * m * n * turn).sqrt() > horizon + 20.0 * math::cbrt(horizon)
     }
 
-    /// What the functions of a block start from, at l = max(m, n), for each n; zero if they never matter.
+    /// The starts of a block's functions, at l = max(m, n), for each n; zero if they never matter.
     #[inline(always)]
     fn starts(&self, first: usize) -> Vec<[Scaled; 2]> {
         let sign = |odd: usize| if odd.is_multiple_of(2) { 1.0 } else { -1.0 };

@@ -6,7 +6,7 @@
 
 use crate::f64x4::{F64x4, LANES};
 
-/// One unit of the exponent e, and its inverse; a value is kept within the square roots of the two.
+/// One unit of the exponent e; a value is kept within the square roots of it and of its inverse.
 pub(crate) const UNIT: f64 = power_of_two(160);
 pub(crate) const INVERSE_UNIT: f64 = power_of_two(-160);
 pub(crate) const HIGH: f64 = power_of_two(80);
@@ -30,7 +30,7 @@ impl Scaled {
     /// Four ones.
     pub const ONE: Self = Self { value: F64x4([1.0; LANES]), exponent: F64x4::ZERO };
 
-    /// The product; v of a number that is not negative is between 2^-80 and 2^80 if e > 0.
+    /// Multiplies two vectors; v of a number that is not negative is between 2^-80 and 2^80 if e > 0.
     #[inline(always)]
     pub fn times(self, other: Self) -> Self {
         let mut product = self;
@@ -57,13 +57,13 @@ impl Scaled {
         product
     }
 
-    /// The product with factors that a double holds.
+    /// Multiplies by factors that a double holds.
     #[inline(always)]
     pub fn times_plain(self, factors: F64x4) -> Self {
         self.times(Self { value: factors, exponent: F64x4::ZERO })
     }
 
-    /// The product with 1 or -1.
+    /// Multiplies by 1 or -1.
     #[inline(always)]
     pub fn with_sign(mut self, sign: f64) -> Self {
         self.value.0.iter_mut().for_each(|value| *value *= sign);

@@ -52,14 +52,14 @@ impl Recurrence {
         &self.steps[triangle(l)..][..=l]
     }
 
-    /// What f^l and f^(l-1) are multiplied by beside w, and what 1 - t is.
+    /// The factors of f^l and of f^(l-1), each without its w, and 1 - t.
     #[inline]
     pub fn degree(&self, l: usize) -> [f64; 3] {
         let [ahead, behind, product, _] = self.degrees[l];
         [ahead, behind, product]
     }
 
-    /// T_ln / T_l-1,n = sqrt(2l (2l-1)) / w_ln times s c, for l > n: this without s c.
+    /// sqrt(2l (2l-1)) / w_ln for l > n, which times s c is T_ln / T_l-1,n.
     #[inline]
     pub fn ratio_of_starts(&self, l: usize, n: usize) -> f64 {
         self.degrees[l][3] * self.steps(l - 1)[n][0]
@@ -83,7 +83,7 @@ pub struct Pair<S: Simd> {
 }
 
 impl<S: Simd> Pair<S> {
-    /// The functions at the l at which they start.
+    /// The functions at the l at which they start, with these values.
     #[inline(always)]
     pub fn new(simd: S, [g, h]: [Scaled; 2]) -> Self {
         let (zero, exponent) = (simd.splat_f64s(0.0), [g.exponent, h.exponent]);
@@ -108,8 +108,8 @@ impl<S: Simd> Pair<S> {
         (in_range != [F64x4::ZERO; 2]).then(|| [simd.mul_f64s(self.g, g), simd.mul_f64s(self.h, h)])
     }
 
-    /// From l to l + 1: f^(l+1) = `ahead` (`centre` -+ `product`) f^l + `behind` f^(l-1), where `product` is
-    /// m n.
+    /// Climbs from l to l + 1: f^(l+1) = `ahead` (`centre` -+ `product`) f^l + `behind` f^(l-1), where
+    /// `product` is m n.
     #[inline(always)]
     pub fn climb(&mut self, simd: S, [ahead, behind]: [S::f64s; 2], centre: S::f64s, product: S::f64s) {
         let to_g = simd.mul_f64s(ahead, simd.sub_f64s(centre, product));

@@ -1,6 +1,6 @@
 //! How much of a reflected light field a truncation to degrees (F, P) loses: the true loss, what the BRDF and
-//! the lighting alone say about it, and a bound that is certain (thesis, equations 5.15 to 5.19; paper 1,
-//! section 5.1 and Appendix B).
+//! the lighting alone say about it, and a bound that is certain ([Ram02, eqs. 5.15 to 5.19];
+//! [RH02, sec. 5.1 and app. B]).
 //!
 //! Functions D^l_mq(alpha) e^(i m beta) are orthogonal over the sphere of central directions with norm
 //! Lambda_l^2 = 4 pi / (2 l + 1), and Y_pq(w_o) are orthonormal over views, so that the energy of the field,
@@ -12,7 +12,7 @@
 //! Lambda_l^2 L_l rho_lp. What a truncation loses is the part of that sum that it cuts.
 //!
 //! Without the field there are estimates. A share of energy that the BRDF loses, or the lesser one of BRDF
-//! and lighting, tends to be more than the field loses, because light falls off with l too. Equation 5.19
+//! and lighting, tends to be more than the field loses, because light falls off with l too. [Ram02, eq. 5.19]
 //! bounds the loss by putting all residual energy into degree F + 1, with Lambda_(F+1) as printed, where an
 //! energy carries its square, and without what P cuts at l <= F. [`Estimate::bound_with_p`] has both:
 //!
@@ -30,9 +30,9 @@ use crate::Reflection;
 /// Energies by degree of a field known to a high degree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// L_l, RGB.
+    /// The energies L_l of the lighting, RGB.
     lighting: Vec<[f64; 3]>,
-    /// rho_lp over both signs of q, shape [F+1, P+1], RGB.
+    /// The energies rho_lp over both signs of q, shape [F+1, P+1], RGB.
     brdf: Vec<[f64; 3]>,
     p: usize,
     lighting_total: [f64; 3],
@@ -48,13 +48,13 @@ pub struct Estimate {
     pub f: usize,
     /// The degree in the view.
     pub p: usize,
-    /// What it loses of the field at the high degrees.
+    /// The share of the field at the high degrees that the truncation loses.
     pub truth: f64,
-    /// The share of its energy that the BRDF loses (equation 5.18).
+    /// The share of the BRDF's own energy that the BRDF loses [Ram02, eq. 5.18].
     pub by_brdf: f64,
     /// The lesser one of the shares that BRDF and lighting lose.
     pub by_min: f64,
-    /// The bound of equation 5.19 as it is printed.
+    /// The bound of [Ram02, eq. 5.19] as it is printed.
     pub bound_printed: f64,
     /// The bound that holds: see the module's text.
     pub bound_with_p: f64,
@@ -108,7 +108,7 @@ impl Accuracy {
         (share * self.energy().iter().sum::<f64>() / (3.0 * directions)).sqrt()
     }
 
-    /// What a truncation to (f, p) loses; degrees past the high ones cut nothing.
+    /// The shares that a truncation to (f, p) loses; degrees past the high ones cut nothing.
     ///
     /// # Example: a truncation that cuts nothing loses nothing
     /// ```
@@ -169,19 +169,19 @@ impl Accuracy {
         (0..=f).map(of).sum()
     }
 
-    /// What the lighting has past degree f.
+    /// The energy of the lighting past degree f.
     fn light_left(&self, channel: usize, f: usize) -> f64 {
         let held: f64 = self.lighting[..=f].iter().map(|energy| energy[channel]).sum();
         (self.lighting_total[channel] - held).max(0.0)
     }
 
-    /// What the coefficients of the BRDF have past (f, p).
+    /// The energy of the BRDF's coefficients past (f, p).
     fn brdf_left(&self, channel: usize, f: usize, p: usize) -> f64 {
         let of = |l| (if l <= f { p + 1 } else { 0 }..=self.p).map(move |p| self.brdf(l, p)[channel]);
         (0..=self.f()).flat_map(of).sum()
     }
 
-    /// The most that the field can have past l = f, for each unit of the BRDF's energy there.
+    /// The most energy that the field can have past l = f, for each unit of the BRDF's energy there.
     fn past_f(&self, channel: usize, f: usize) -> f64 {
         lambda(f + 1) * lambda(f + 1) * self.light_left(channel, f)
     }
@@ -249,7 +249,7 @@ mod tests {
         Reflection::convolve(&lighting, &brdf)
     }
 
-    /// The same coefficients, cut.
+    /// Returns the field with its coefficients cut to degrees f and p.
     fn cut(field: &Reflection, f: usize, p: usize) -> Reflection {
         let (brdf, side) = (field.brdf(), p + 1);
         let at = |i: usize| brdf.get(i / (side * side), i / side % side, i % side);
@@ -305,7 +305,7 @@ mod tests {
         }
     }
 
-    /// Against a field of which the coefficients at hand hold only a part.
+    /// Compares the bound with a field of which the coefficients at hand hold only a part.
     #[test]
     fn the_bound_holds_for_the_whole_field_whatever_is_known_of_it() {
         let mut tightest = 0.0_f64;

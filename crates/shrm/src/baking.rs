@@ -52,7 +52,7 @@ impl Reflection {
     /// `cancelled` is asked between blocks of texels; if it says so the map is unfinished.
     ///
     /// # Errors
-    /// As [`Reflection::synthesise_unless`].
+    /// The errors of [`Reflection::synthesise_unless`].
     pub fn bake(
         &self,
         grid: MapGrid,
@@ -70,7 +70,7 @@ impl Reflection {
     /// texels.
     ///
     /// # Errors
-    /// As [`Reflection::synthesise`].
+    /// The errors of [`Reflection::synthesise`].
     ///
     /// # Panics
     /// If a texel is not one of the map.
@@ -142,7 +142,7 @@ impl Reflection {
     }
 }
 
-/// The lamps on a map without a view.
+/// Adds the lamps to a map without a view.
 fn added(mut map: Shrm, lamps: &Lamps) -> Shrm {
     let scale = (4.0 * PI).sqrt() as f32;
     let plain = lamps.plain(crate::plain::Plain::HeadOn, map.grid());

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 /// Texels of a block.
 const BLOCK: usize = 256;
 
-/// The blocks of so many texels: how many times work on them asks whether to stop.
+/// The number of blocks of so many texels: how many times work on them asks whether to stop.
 pub fn blocks(texels: usize) -> usize {
     texels.div_ceil(BLOCK)
 }

@@ -1,7 +1,7 @@
 //! Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view (Cabral, Olano
-//! and Nemec 1999; paper 1, appendix C).
+//! and Nemec 1999; [RH02, app. C]).
 //!
-//! Map k holds equation 12 at the view V_k: B(C, V_k) for every central direction C. Between vertices the
+//! Map k holds [RH02, eq. 12] at the view V_k: B(C, V_k) for every central direction C. Between vertices the
 //! three maps around a view are blended by [`icosahedron::corners`]. All maps are looked up at the same C,
 //! the reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
 
@@ -21,13 +21,13 @@ pub struct Cabral {
 }
 
 impl Cabral {
-    /// The maps that a spherical harmonic reflection map gives at the vertices, local or global.
+    /// Samples the maps of a spherical harmonic reflection map at the vertices, local or global.
     pub fn from_shrm(map: &Shrm) -> Self {
         let maps = icosahedron::vertices().into_iter().flat_map(|view| map.view_map(view)).collect();
         Self { grid: map.grid(), centre: map.centre(), maps }
     }
 
-    /// The same with lamps that the map did not hold: exact at the twelve views.
+    /// Adds lamps that the map did not hold: exact at the twelve views.
     #[must_use]
     pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
         self.add(lamps, &|| false);
@@ -57,12 +57,12 @@ impl Cabral {
         (maps.len() == 12 * grid.len() && !grid.is_empty()).then_some(Self { grid, centre, maps })
     }
 
-    /// Where the texels lie.
+    /// The grid on which the texels lie.
     pub fn grid(&self) -> MapGrid {
         self.grid
     }
 
-    /// What the texels' directions are.
+    /// The kind of the texels' directions: reflection vectors, normals or tangents.
     pub fn centre(&self) -> Centre {
         self.centre
     }
@@ -113,7 +113,7 @@ impl Cabral {
     /// more, degrees 4 and up fold into the coefficients.
     ///
     /// # Errors
-    /// As [`fit_views`].
+    /// The errors of [`fit_views`].
     pub fn fit(&self, p: Option<Degree>) -> Result<Fit, FitError> {
         fit_views(self.grid, self.centre, View::Global, &icosahedron::vertices(), &self.maps, p)
     }

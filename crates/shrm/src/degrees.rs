@@ -1,4 +1,4 @@
-//! The degrees of a reflection, chosen for its light (paper 1, section 5, with the eye's measure).
+//! The degrees of a reflection, chosen for its light ([RH02, sec. 5], with the eye's measure).
 //!
 //! What a cut at (F, P) loses is a share of the *product* of this light with this material, and the eye reads
 //! it in stops: |log2((cut + e) / (uncut + e))|, e being [`DARK`] of the mean radiance, so that black does
@@ -30,13 +30,14 @@ const SHOWS: [f64; 2] = [0.06, 0.12];
 /// needs the rest.
 const DIFFUSE: f64 = 0.5;
 
-/// Stops that they may exceed by what F cuts beside it. F costs little, so it has to lose little.
+/// Stops that 5 of 100 samples, and 1 of 100, may exceed by what F cuts beside P. F costs little, so it has
+/// to lose little.
 const SHOWS_BESIDE: [f64; 2] = [0.015, 0.05];
 
-/// Central directions, and views of each.
+/// The number of central directions of the samples, and of views of each.
 pub(crate) const SAMPLES: [usize; 2] = [96, 16];
 
-/// How many times [`Reflection::for_light_unless`] asks whether to stop.
+/// The number of times that [`Reflection::for_light_unless`] asks whether to stop.
 pub const STEPS: usize = SAMPLES[0];
 
 /// The degrees F that are tried, besides the highest.
@@ -91,7 +92,7 @@ fn choose_unless(
     Some(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), share, dark))
 }
 
-/// The least of the tried degrees at which a cut uses no more than this share of the limits in these samples.
+/// Finds the least of the tried degrees at which a cut uses no more than this share of the limits.
 fn least(trial: &Trial, samples: &[Sample], share: f64, dark: f64) -> Cut {
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
@@ -110,7 +111,7 @@ fn least(trial: &Trial, samples: &[Sample], share: f64, dark: f64) -> Cut {
     (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached)
 }
 
-/// What is added to a field before it is seen: a cut shows less beside more light.
+/// The light that is added to a field before it is seen: a cut shows less beside more light.
 #[derive(Clone, Copy)]
 struct Beside<'a> {
     lamps: Option<&'a Lamps>,
@@ -136,7 +137,7 @@ impl Beside<'_> {
     }
 }
 
-/// What is tried.
+/// The degrees that are tried, and those that they are compared with.
 struct Trial {
     f: Vec<usize>,
     p: Vec<usize>,
@@ -144,8 +145,8 @@ struct Trial {
     centre: Centre,
 }
 
-/// B at one central direction and view: what is beside the cut field and beside the field at the highest
-/// degrees, that field, and the one for each F and P.
+/// Radiance at one central direction and view: what is beside the cut field and beside the field at the
+/// highest degrees, that field, and the cut field for each F and P.
 struct Sample {
     beside: [[f64; 3]; 2],
     reference: [f64; 3],
@@ -264,7 +265,7 @@ pub(crate) fn seen(centre: Centre, index: usize) -> Direction {
 }
 
 impl Reflection {
-    /// The reflection cut to the degrees that [`choose`] finds, with the lamps beside it.
+    /// Returns the reflection cut to the degrees that [`choose`] finds, with the lamps beside it.
     pub fn for_light(
         lighting: &sh::Lighting,
         brdf: &BrdfCoefficients,
@@ -289,9 +290,9 @@ impl Reflection {
         Some((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
     }
 
-    /// The same for the two parts of a material, the diffuse and the specular one, at degrees at which the
-    /// cut of their sum does not show. The cut that is returned has the degrees of the specular part and the
-    /// errors of the sum. `stop` is asked twice as often.
+    /// Cuts the reflections of the diffuse and the specular part of a material to degrees at which the cut of
+    /// their sum does not show. The cut that is returned has the degrees of the specular part and the errors
+    /// of the sum. `stop` is asked twice as often.
     pub fn parts_for_light_unless(
         lighting: &sh::Lighting,
         [(diffuse, matte), (specular, highlight)]: [(&BrdfCoefficients, &brdf::Material); 2],

@@ -1,5 +1,4 @@
-//! The reflected light field at single directions, straight from its coefficients (paper 1, equations 6 and
-//! 14).
+//! The reflected light field at single directions, straight from its coefficients [RH02, eqs. 6 and 14].
 //!
 //! With Y_lm(R w) = sum over n of D^l_mn(R) Y_ln(w), the lighting in the frame of the central direction, L(R
 //! w), has coefficients a_lq, and B(R, w_o), the integral of L(R w_i) rho_hat(w_i, w_o) over w_i, is

@@ -1,5 +1,4 @@
-//! Spherical harmonic reflection maps from explicit ones: coefficients fitted for each texel (paper 1,
-//! appendix C).
+//! Spherical harmonic reflection maps from explicit ones: coefficients fitted for each texel [RH02, app. C].
 //!
 //! Maps b_k of one grid, each for a view w_k, are samples of B(C, w) = sum over rows n of x_n(C) Y_n(w). For
 //! each texel the coefficients minimise the sum over k of (sum over n of A_kn x_n - b_k)^2 with A_kn =
@@ -31,12 +30,13 @@ pub const WORST_CONDITION: f64 = 1e4;
 /// A fitted map and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// The map.
+    /// The fitted map.
     pub map: Shrm,
-    /// What the map leaves of the values: root mean square over maps, texels (by solid angle) and channels,
-    /// divided by that of the values. 0 for black maps, and if there are as many coefficients as views.
+    /// The part of the values that the map leaves: root mean square over maps, texels (by solid angle) and
+    /// channels, divided by that of the values. 0 for black maps, and if there are as many coefficients as
+    /// views.
     pub residual: f64,
-    /// How far errors grow: |A| |A^+| / N, 1 at best.
+    /// The factor |A| |A^+| / N by which errors grow, 1 at best.
     pub condition: f64,
 }
 
@@ -57,19 +57,19 @@ pub enum FitError {
     /// A value is NaN or infinite.
     #[error("map {map} holds {value} at texel {texel}")]
     NotFinite {
-        /// Which map, from 0.
+        /// The index of the map, from 0.
         map: usize,
-        /// Which texel, along rows, rows along faces.
+        /// The index of the texel, along rows, rows along faces.
         texel: usize,
-        /// The value.
+        /// The value that is NaN or infinite.
         value: f32,
     },
     /// The degree has more coefficients than there are views.
     #[error("degree P = {p} has {rows} coefficients, more than {views} views determine")]
     TooFewViews {
-        /// The degree.
+        /// The degree P.
         p: usize,
-        /// Its coefficients.
+        /// The number of coefficients of the degree.
         rows: usize,
         /// The number of views.
         views: usize,
@@ -79,7 +79,7 @@ pub enum FitError {
         "the {views} views do not determine degree P = {p}: errors would grow {condition:.1e} times (at most 1e4)"
     )]
     Undetermined {
-        /// The degree.
+        /// The degree P.
         p: usize,
         /// The number of views.
         views: usize,
@@ -116,7 +116,7 @@ pub fn fit_views(
 /// `maps` has shape [angles, texels]; everything else as for [`fit_views`], with P + 1 coefficients.
 ///
 /// # Errors
-/// As [`fit_views`].
+/// The errors of [`fit_views`].
 pub fn fit_angles(
     grid: MapGrid,
     centre: Centre,
@@ -128,7 +128,7 @@ pub fn fit_angles(
     solver.run(grid, maps, |p, values| Shrm::new(grid, View::Local, centre, p, Terms::Zonal, values))
 }
 
-/// The solver of the requested degree, or of the highest that is well determined.
+/// Makes the solver of the requested degree, or of the highest that is well determined.
 fn solver(
     views: usize,
     p: Option<Degree>,
@@ -252,7 +252,7 @@ impl Solver {
         Ok(Fit { map, residual, condition: self.condition })
     }
 
-    /// The sums of squares of what coefficients leave of a texel's samples, and of the samples.
+    /// The sums of squares of the part of a texel's samples that coefficients leave, and of the samples.
     fn left(&self, samples: &[[f64; 3]], rows: &[[f32; 3]]) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for (sample, harmonics) in samples.iter().zip(self.matrix.chunks_exact(rows.len())) {

@@ -1,4 +1,4 @@
-//! From local to global coefficients (paper 1, equation 8).
+//! From local to global coefficients [RH02, eq. 8].
 //!
 //! A function given in the frame of a central direction becomes one of the world when its coefficients are
 //! rotated by R = R_z(beta) R_y(alpha). With X a quarter turn about +X, which takes +Y to +Z, R_y(alpha) =
@@ -16,7 +16,7 @@ use crate::{Shrm, Terms, View};
 /// Turns of expansions of one low degree from the frames of central directions into the world's.
 pub(crate) struct LocalToWorld {
     degree: usize,
-    /// X of degree p = 0 ..= degree, each with shape [2p+1, 2p+1].
+    /// The matrix X of degree p = 0 ..= degree, each with shape [2p+1, 2p+1].
     quarter: Vec<f64>,
 }
 
@@ -73,7 +73,8 @@ impl LocalToWorld {
     }
 }
 
-/// R_z(angle) of one degree p: c' = c cos(q angle) - s sin(q angle), s' = c sin(q angle) + s cos(q angle).
+/// Turns coefficients of one degree p by R_z(angle): c' = c cos(q angle) - s sin(q angle), s' = c sin(q
+/// angle) + s cos(q angle).
 fn turn(band: &mut [[f64; 3]], angle: f64) {
     let p = band.len() / 2;
     let (sine, cosine) = math::sin_cos(angle);
@@ -89,8 +90,8 @@ fn turn(band: &mut [[f64; 3]], angle: f64) {
 }
 
 impl Shrm {
-    /// The same map with coefficients over the view in the world's frame, all (P+1)^2 of them; a copy if it
-    /// is global already.
+    /// Returns the same map with coefficients over the view in the world's frame, all (P+1)^2 of them; a copy
+    /// if it is global already.
     ///
     /// The rotation is in f64 and rounded once; work is O(P^3) per texel. Global coefficients may be blended
     /// between texels, local ones may not.
@@ -129,8 +130,8 @@ mod tests {
     use crate::into_frame;
     use sh::Basis;
 
-    /// Equation 8 in f64: rotated coefficients at V are the local ones at R^-1 V. Matrices are orthogonal, so
-    /// that errors stay at some P^2 units of rounding.
+    /// [RH02, eq. 8] in f64: rotated coefficients at V are the local ones at R^-1 V. Matrices are orthogonal,
+    /// so that errors stay at some P^2 units of rounding.
     #[test]
     fn global_coefficients_at_v_are_local_ones_at_w_o() {
         for degree in [0, 1, 2, 5, 12] {

@@ -1,5 +1,5 @@
 //! The icosahedron whose twelve vertices are the views of Cabral's maps, and how a view lies between them
-//! (Cabral, Olano and Nemec 1999; paper 1, appendix C).
+//! (Cabral, Olano and Nemec 1999; [RH02, app. C]).
 //!
 //! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216
 //! and 288 degrees: vertex 1 is above +X. Vertices 6 to 10 lie at z = -1 / sqrt(5), at azimuths 36, 108, 180,
@@ -69,11 +69,11 @@ pub fn vertices() -> [Direction; 12] {
 /// The three vertices around a view and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corners {
-    /// Which of [`TRIANGLES`] holds the view.
+    /// The index in [`TRIANGLES`] of the triangle that holds the view.
     pub triangle: usize,
     /// The triangle's vertices.
     pub vertices: [usize; 3],
-    /// The share of each, 0 or more to rounding; they sum to 1.
+    /// The share of each vertex, 0 or more to rounding; they sum to 1.
     pub weights: [f64; 3],
 }
 

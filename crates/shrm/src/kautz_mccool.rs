@@ -1,5 +1,5 @@
 //! Kautz and McCool's 3D texture: reflection maps for angles between central direction and view (Kautz and
-//! McCool 2000; paper 1, appendix C).
+//! McCool 2000; [RH02, app. C]).
 //!
 //! A BRDF that has no azimuth about the central direction leaves the terms q = 0:
 //!
@@ -64,7 +64,7 @@ impl KautzMcCool {
         Some(Self { grid, centre: map.centre(), angles, slices })
     }
 
-    /// The same with lamps that the map did not hold, in the mean about each texel's central direction.
+    /// Adds lamps that the map did not hold, in the mean about each texel's central direction.
     #[must_use]
     pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
         self.add(lamps, &|| false);
@@ -98,12 +98,12 @@ impl KautzMcCool {
         fits.then_some(Self { grid, centre, angles, slices })
     }
 
-    /// Where the texels of a slice lie.
+    /// The grid on which the texels of a slice lie.
     pub fn grid(&self) -> MapGrid {
         self.grid
     }
 
-    /// What the texels' directions are.
+    /// The kind of the texels' directions: reflection vectors, normals or tangents.
     pub fn centre(&self) -> Centre {
         self.centre
     }
@@ -159,7 +159,7 @@ impl KautzMcCool {
     /// To f32 rounding it is the field, if that has no terms with q > 0 and P is below the number of slices.
     ///
     /// # Errors
-    /// As [`fit_angles`].
+    /// The errors of [`fit_angles`].
     pub fn fit(&self, p: Option<Degree>) -> Result<Fit, FitError> {
         fit_angles(self.grid, self.centre, &self.angles, &self.slices, p)
     }

@@ -26,7 +26,7 @@ use crate::{MapGrid, frame, into_frame};
 pub struct Lamps {
     /// The lights.
     pub lights: Vec<Light>,
-    /// What reflects them.
+    /// The material that reflects the lights.
     pub material: Material,
 }
 
@@ -50,9 +50,9 @@ pub struct LampPoints<'a> {
 struct LampLevels {
     light: Light,
     flux: [f64; 3],
-    /// Its centre alone.
+    /// The lamp's centre alone.
     centre: [(Direction, f64); 1],
-    /// Those for features of the highlight's width, of twice that, and so on.
+    /// The points for features of the highlight's width, of twice that, and so on.
     levels: Vec<Vec<(Direction, f64)>>,
 }
 
@@ -73,7 +73,7 @@ impl Lamps {
         self.for_views().radiance(central, view)
     }
 
-    /// The same for many views.
+    /// Prepares the points of the lights for many views.
     pub fn for_views(&self) -> LampPoints<'_> {
         let width = self.material.highlight_width();
         let levels = |light: &Light| {
@@ -117,7 +117,7 @@ impl Lamps {
         in_frame(&self.points(), central)
     }
 
-    /// Their radiance toward a view in that frame.
+    /// The radiance of such lights toward a view in the frame of their central direction.
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
         let surface = self.material.centre().surface_frame(outgoing);
         let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
@@ -130,8 +130,8 @@ impl Lamps {
         sum
     }
 
-    /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or
-    /// head on, as [`crate::Reflection::plain`] has the rest.
+    /// The light that the lamps add to a plain reflection map, at each of its texels: in the mean over all
+    /// views or head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
         let lobe = MeanLobe::plain(&self.material, plain);
         let lights = lobe.of(&self.lights);
@@ -167,8 +167,8 @@ impl LampPoints<'_> {
 }
 
 impl LampLevels {
-    /// The points for a surface in whose frame the lamp's centre and the mirror direction of the view are
-    /// these; `width` is the highlight's.
+    /// The points for a surface in whose frame `centre` is the lamp's centre and `mirrored` the mirror
+    /// direction of the view; `width` is the highlight's.
     fn points(&self, centre: DVec3, mirrored: DVec3, width: f64) -> &[(Direction, f64)] {
         let [finest, .., coarsest] = self.levels.as_slice() else {
             return self.levels.first().map_or(&[], Vec::as_slice);

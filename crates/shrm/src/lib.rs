@@ -1,6 +1,9 @@
 //! Reflected light: convolution in spherical harmonics and its evaluation; prefilters of engines.
+//!
+//! # Example: `examples/reflection_map.rs`
+#![doc = concat!("```\n", include_str!("../examples/reflection_map.rs"), "```")]
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 pub mod accuracy;
 mod baking;

@@ -1,5 +1,5 @@
 //! The spherical harmonic reflection map: for each central direction on a grid, the coefficients of the light
-//! reflected toward every view (paper 1, section 4 and equations 6 and 7).
+//! reflected toward every view [RH02, sec. 4, eqs. 6 and 7].
 //!
 //! B(C, w_o) = sum over p <= P, |q| <= p of B_pq(C) Y_pq(w_o), real harmonics, row p*p + p + q. In a local
 //! map w_o is the view in the frame of the central direction C, w_o = R^-1 V with R = R_z(beta) R_y(alpha);
@@ -34,7 +34,7 @@ impl MapGrid {
         self.len() == 0
     }
 
-    /// Faces, rows and columns: 1, height, width of a lat-long map; 6, edge, edge of a cube.
+    /// The number of faces, rows and columns: 1, height, width of a lat-long map; 6, edge, edge of a cube.
     pub fn shape(self) -> [usize; 3] {
         match self {
             Self::LatLong(LatLong { width, height }) => [1, height, width],
@@ -77,21 +77,21 @@ impl MapGrid {
     }
 }
 
-/// Which directions a map's coefficients are over.
+/// The frame of the views that a map's coefficients are over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum View {
-    /// w_o = R^-1 V, the view in the frame of the central direction.
+    /// Views w_o = R^-1 V in the frame of the central direction.
     Local,
-    /// V, the view in the world's frame.
+    /// Views V in the world's frame.
     Global,
 }
 
 /// Which coefficients a map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Terms {
-    /// All (P+1)^2, row p*p + p + q.
+    /// All (P+1)^2 coefficients, row p*p + p + q.
     All,
-    /// Those with q = 0, row p: all that a local map of a BRDF without azimuth has.
+    /// The coefficients with q = 0, row p: all that a local map of a BRDF without azimuth has.
     Zonal,
 }
 
@@ -107,8 +107,8 @@ pub struct Shrm {
 }
 
 impl Shrm {
-    /// A map from its values, shape [texels, rows], RGB; `None` if their number does not fit, there is no
-    /// texel, or a global map keeps zonal terms only (a rotation mixes q).
+    /// Makes a map from its values, shape [texels, rows], RGB; `None` if their number does not fit, there is
+    /// no texel, or a global map keeps zonal terms only (a rotation mixes q).
     pub fn new(
         grid: MapGrid,
         view: View,
@@ -122,22 +122,22 @@ impl Shrm {
         (fits && (terms, view) != (Terms::Zonal, View::Global)).then_some(map)
     }
 
-    /// Where the texels lie.
+    /// The grid on which the texels lie.
     pub fn grid(&self) -> MapGrid {
         self.grid
     }
 
-    /// Which directions the coefficients are over.
+    /// The frame of the views that the coefficients are over.
     pub fn view(&self) -> View {
         self.view
     }
 
-    /// What the texels' directions are: reflection vectors, normals or tangents.
+    /// The kind of the texels' directions: reflection vectors, normals or tangents.
     pub fn centre(&self) -> Centre {
         self.centre
     }
 
-    /// P, the degree in the view.
+    /// The degree P in the view.
     pub fn p(&self) -> Degree {
         self.p
     }
@@ -147,7 +147,7 @@ impl Shrm {
         self.terms
     }
 
-    /// The coefficients kept per texel: (P+1)^2, or P+1 zonal ones.
+    /// The number of coefficients kept per texel: (P+1)^2, or P+1 zonal ones.
     pub fn rows(&self) -> usize {
         match self.terms {
             Terms::All => self.p.rows(),
@@ -170,13 +170,13 @@ impl Shrm {
     }
 }
 
-/// R_z(beta) R_y(alpha): takes +Z to the central direction (alpha, beta). At the poles beta is 0.
+/// The rotation R_z(beta) R_y(alpha), which takes +Z to the central direction (alpha, beta). At the poles
+/// beta is 0.
 pub fn frame(central: Direction) -> Rotation {
     Rotation::from_zyz(Zyz { alpha: central.phi(), beta: central.theta(), gamma: 0.0 })
 }
 
-/// R^-1 V with R the [`frame`] of a central direction: a view in the world as w_o in that frame, without
-/// angles.
+/// Takes a view in the world to w_o = R^-1 V, R being the [`frame`] of a central direction, without angles.
 pub fn into_frame(central: Direction, view: Direction) -> Direction {
     let (c, v) = (central.vector(), view.vector());
     let sine = math::hypot(c.x, c.y);

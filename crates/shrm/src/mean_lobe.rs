@@ -35,7 +35,7 @@ struct Zonal {
 
 /// Lights that a [`MeanLobe`] reflects.
 pub struct MeanLight {
-    /// The direction, the flux and the lobe of each.
+    /// The direction, the flux and the lobe of each light.
     lights: Vec<(Direction, [f64; 3], Zonal)>,
 }
 
@@ -53,7 +53,7 @@ impl MeanLobe {
         Self::new(material, &views)
     }
 
-    /// For views of half a turn of azimuths: the other half is its mirror image.
+    /// The mean over views of half a turn of azimuths: the other half is its mirror image.
     fn new(material: &Material, views: &[(Direction, f64)]) -> Self {
         let mut angles = angles(1e-4, 0.04, 0.02);
         // The horizon of a surface that is seen by its normal.
@@ -209,7 +209,7 @@ fn arc(angle: f64, away: f64, radius: f64) -> f64 {
 }
 
 impl MeanLight {
-    /// Their radiance from a surface with this central direction.
+    /// The radiance of the lights from a surface with this central direction.
     pub fn radiance(&self, central: Direction) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (direction, flux, lobe) in &self.lights {
@@ -277,7 +277,7 @@ fn plain_views(centre: Centre, plain: Plain) -> Vec<(Direction, f64)> {
     }
 }
 
-/// The same with weights that sum to 1.
+/// Scales weights to a sum of 1.
 fn normalised(rows: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let sum: f64 = rows.iter().map(|row| row.1).sum();
     rows.into_iter().map(|(theta, weight)| (theta, weight / sum)).collect()

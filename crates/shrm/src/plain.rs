@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use brdf::Centre;
 
-/// Which one map stands for a reflection that depends on the view.
+/// How one map stands for a reflection that depends on the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Plain {
     /// The mean over all views as a ball shows them to a distant camera, weighted by projected area: about

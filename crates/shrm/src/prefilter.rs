@@ -14,8 +14,7 @@
 //!
 //! K is what importance sampling of half vectors about N, with weights N.L, converges to (Karis 2013, "Real
 //! Shading in Unreal Engine 4"; for Charlie, Estevez and Kulla 2017). At a = 1 GGX is Lambert. All are zonal,
-//! so that prefiltering is a convolution, F_lm = k_l L_lm (paper 1, section 3): see
-//! [`PrefilterKernel::factors`].
+//! so that prefiltering is a convolution, F_lm = k_l L_lm [RH02, eq. 5]: see [`PrefilterKernel::factors`].
 //!
 //! [`prefilter_series`] does it on coefficients. It is exact but for what L holds past its degree F, where
 //! k_l is small enough if F is [`PrefilterKernel::degree`]. [`LightBlocks`] sums over blocks of texels
@@ -45,10 +44,10 @@ pub const REVISION: u32 = 1;
 /// The lobe of a prefilter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Distribution {
-    /// Trowbridge-Reitz: metals and plastics.
+    /// The lobe of Trowbridge and Reitz: metals and plastics.
     #[default]
     Ggx,
-    /// Inverted Gaussian: cloth.
+    /// The inverted Gaussian: cloth.
     Charlie,
     /// The cosine: irradiance divided by pi.
     Lambert,
@@ -69,7 +68,7 @@ pub struct PrefilterKernel {
 /// From this roughness on the kink at the horizon asks for at least [`HORIZON_DEGREE`].
 const HORIZON_ROUGHNESS: f64 = 0.7;
 
-/// What the kink of a cosine at the horizon needs: its |k_l| is below 1e-4 from here on.
+/// The degree that the kink of a cosine at the horizon needs: its |k_l| is below 1e-4 from here on.
 const HORIZON_DEGREE: usize = 74;
 
 impl PrefilterKernel {

@@ -1,24 +1,24 @@
 //! Reflected radiance by brute force: the integral that everything else in this crate is a faster form of.
 //!
-//! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega (paper 1,
-//! equation 2), with C the central direction, R its frame and dOmega the exact solid angle of the texel. The
-//! sum takes rho_hat at the centre of each texel, the midpoint rule: it errs by h^2 / 24 times the curvature
-//! of rho_hat, h being the height of a row. If a lobe is less than 20 rows wide, that shows, and
+//! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega [RH02, eq. 2],
+//! with C the central direction, R its frame and dOmega the exact solid angle of the texel. The sum takes
+//! rho_hat at the centre of each texel, the midpoint rule: it errs by h^2 / 24 times the curvature of
+//! rho_hat, h being the height of a row. If a lobe is less than 20 rows wide, that shows, and
 //! [`Reference::new`] integrates over the areas of texels instead, each of one radiance, to an error of about
-//! 5e-4 ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's
-//! rule, which differ from the solid angles by O(h^2).
+//! 5e-4 ([`LightTree`]). Spherical harmonics of the same image are made with the weights of Fejér's rule,
+//! which differ from the solid angles by O(h^2).
 //!
 //! Summed over centres, [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert,
 //! phong and microfacet come from vectorised sums (`lobes.rs`), which the tests compare with it; maps of
 //! other materials come from the same sum as `radiance`. Work common to the texels of a row, to a row of a
 //! map and to one view is done once; black texels are not read.
 //!
-//! A [`Cull`] leaves out directions in which a lobe is small (paper 1, Appendix D): for max(0, cos)^s it
-//! keeps the cap about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A
-//! Gaussian of theta_h holds as much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more
-//! where the horizon cuts it; the incident directions of these lie within twice that angle of the reflection
-//! vector, because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap
-//! covers is [`Reference::width`].
+//! A [`Cull`] leaves out directions in which a lobe is small [RH02, app. D]: for max(0, cos)^s it keeps the
+//! cap about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A Gaussian
+//! of theta_h holds as much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more where the
+//! horizon cuts it; the incident directions of these lie within twice that angle of the reflection vector,
+//! because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap covers is
+//! [`Reference::width`].
 //!
 //! [`Sampled`] estimates the same integral from a few directions at each texel, and how far it may be off:
 //! for images of many texels.
@@ -50,30 +50,31 @@ use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 /// revision.
 pub const REVISION: u32 = 2;
 
-/// Which texels are summed over.
+/// The texels that are summed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cull {
-    /// All that hold light.
+    /// All texels that hold light.
     None,
-    /// For lambert, phong and microfacet, those that hold all but this share of the lobe's energy in angle;
-    /// for other models, and for lobes that are integrated over the areas of texels, all.
+    /// For lambert, phong and microfacet, the texels that hold all but this share of the lobe's energy in
+    /// angle; for other models, and for lobes that are integrated over the areas of texels, all.
     Energy(Tolerance),
 }
 
-/// The width, in rows of the environment, below which a lobe is integrated over the areas of texels.
+/// The width of a lobe, in rows of the environment, below which it is integrated over the areas of texels.
 const NARROW: f64 = 20.0;
 
-/// The error of such an integral, as a share of the radiance: 7e-4 stops.
+/// The error of an integral over the areas of texels, as a share of the radiance: 7e-4 stops.
 const SHARE: f64 = 5e-4;
 
-/// The radiance below which that error is not relative, as a share of the environment's mean.
+/// The radiance below which the error of such an integral is not relative, as a share of the environment's
+/// mean.
 const DARKEST: f64 = 1e-3;
 
 /// The brute-force integral of one environment and one material.
 #[derive(Debug)]
 pub struct Reference {
     texels: LitTexels,
-    /// For a narrow lobe: the areas of the texels, and the radiance below which nothing is seen.
+    /// The areas of the texels and the radiance below which nothing is seen, for a narrow lobe.
     areas: Option<(LightTree<'static>, f64)>,
     material: Material,
     lobe: Option<(Lobe, [f64; 3])>,
@@ -85,7 +86,7 @@ pub struct Reference {
 struct Central {
     direction: Direction,
     theta: f64,
-    /// The column of the environment that it lies on.
+    /// The column of the environment that the texel lies on.
     column: f64,
 }
 
@@ -114,7 +115,7 @@ impl Reference {
         Self { areas, ..Self::at_centres(environment, material, Cull::None) }
     }
 
-    /// Prepares the sum over the centres of texels, however narrow the lobe: as the papers have it.
+    /// Prepares the sum over the centres of texels, however narrow the lobe, as in [RH02, sec. 6.2].
     pub fn at_centres(environment: &Environment, material: &Material, cull: Cull) -> Self {
         let lobe = Lobe::of(material);
         let cap = match cull {
@@ -129,7 +130,7 @@ impl Reference {
         self.texels.lit()
     }
 
-    /// W, the part of the sphere that is summed over: 1 if nothing is culled.
+    /// The part W of the sphere that is summed over: 1 if nothing is culled.
     pub fn width(&self) -> f64 {
         self.cap.map_or(1.0, |cosine| (1.0 - cosine) / 2.0)
     }
@@ -313,7 +314,8 @@ mod tests {
     use brdf::{KajiyaKay, Lambert, Microfacet, Phong};
     use sphere::{Cube, DVec3, LatLong};
 
-    /// The same light in texels of a `factor`-th of the size: sums at their centres approach the integral.
+    /// Returns the same light in texels of a `factor`-th of the size: sums at their centres approach the
+    /// integral.
     pub(super) fn subdivided(environment: &Environment, factor: usize) -> Environment {
         let coarse = environment.grid();
         let grid = LatLong { width: factor * coarse.width, height: factor * coarse.height };
@@ -442,8 +444,8 @@ mod tests {
         }
     }
 
-    /// A cap of Appendix D under a constant sky keeps 1 - eps, and a little more with the texels beside it;
-    /// the texels on its edge make that uncertain by their share of the cap.
+    /// A cap of [RH02, app. D] under a constant sky keeps 1 - eps, and a little more with the texels beside
+    /// it; the texels on its edge make that uncertain by their share of the cap.
     #[test]
     fn a_cap_leaves_out_the_stated_share_of_energy() {
         let sky = environment(256, |_| [1.0; 3]);

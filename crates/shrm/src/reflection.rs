@@ -1,4 +1,4 @@
-//! The reflected light field B in spherical harmonics: lighting times BRDF (paper 1, equations 5 and 14).
+//! The reflected light field B in spherical harmonics: lighting times BRDF [RH02, eqs. 5 and 14].
 //!
 //! B(R, w_o) = sum over l, m, p, q of L_lm rho_lpq D^l_mq(alpha) e^(i m beta) Y_pq(w_o). If rho_hat depends
 //! only on the angle between w_i and the central direction, p = q = 0. Then D^l_m0(alpha) e^(i m beta) =
@@ -55,14 +55,14 @@ impl Reflection {
         }
     }
 
-    /// The same with lights beside the lighting, which the series does not hold, and with the material; there
-    /// may be no lights.
+    /// Returns the reflection with lights beside the lighting, which the series does not hold, and with the
+    /// material; there may be no lights.
     #[must_use]
     pub fn with_lamps(self, lamps: Lamps) -> Self {
         Self { lamps: Some(lamps), ..self }
     }
 
-    /// The same without the lights beside the lighting; it still knows its material.
+    /// Returns the reflection without the lights beside the lighting; it still knows its material.
     #[must_use]
     pub fn without_lamps(self) -> Self {
         let parts = self.parts.map(|parts| Box::new(parts.map(Self::without_lamps)));
@@ -70,8 +70,8 @@ impl Reflection {
         Self { lamps, parts, ..self }
     }
 
-    /// The same with the fields of its material's diffuse and specular part, whose sum it is: each is about
-    /// its own centre, and has the lamps that it reflects.
+    /// Returns the reflection with the fields of its material's diffuse and specular part, whose sum it is:
+    /// each is about its own centre, and has the lamps that it reflects.
     #[must_use]
     pub fn with_parts(self, parts: [Self; 2]) -> Self {
         Self { parts: Some(Box::new(parts)), ..self }
@@ -83,7 +83,7 @@ impl Reflection {
         self.parts.as_deref()
     }
 
-    /// The same with the lamps in the lighting's series, cut at its degree.
+    /// Returns the reflection with the lamps in the lighting's series, cut at its degree.
     #[must_use]
     pub fn with_whole_light(&self) -> Self {
         let lights = self.lamps.as_ref().map(|lamps| lamps.lights.clone()).unwrap_or_default();
@@ -91,7 +91,8 @@ impl Reflection {
         Self { lighting, brdf: self.brdf.clone(), lamps: None, for_light: self.for_light, parts: None }
     }
 
-    /// The same, marked as cut at degrees that were chosen for its light: see [`Reflection::is_for_light`].
+    /// Returns the reflection marked as cut at degrees that were chosen for its light: see
+    /// [`Reflection::is_for_light`].
     #[must_use]
     pub fn marked_for_light(self) -> Self {
         Self { for_light: true, ..self }
@@ -103,7 +104,7 @@ impl Reflection {
         self.for_light
     }
 
-    /// The same with a window on its series, which makes it ring less and blurs it.
+    /// Returns the reflection with a window on its series, which makes it ring less and blurs it.
     #[must_use]
     pub fn windowed(&self, window: Window) -> Self {
         let parts =
@@ -117,7 +118,7 @@ impl Reflection {
         self.lamps.as_ref().filter(|lamps| !lamps.lights.is_empty())
     }
 
-    /// The material that it is the reflection of, if it is known: it is with [`Reflection::with_lamps`].
+    /// The material of the reflection, if it is known: it is with [`Reflection::with_lamps`].
     pub fn material(&self) -> Option<&Material> {
         self.lamps.as_ref().map(|lamps| &lamps.material)
     }
@@ -128,12 +129,12 @@ impl Reflection {
         sh::Lighting { series: self.lighting.clone(), lights }.mean()
     }
 
-    /// The lighting's coefficients, L_lm.
+    /// The lighting's coefficients L_lm.
     pub fn lighting(&self) -> &Expansion {
         &self.lighting
     }
 
-    /// The BRDF's coefficients, rho_lpq.
+    /// The BRDF's coefficients rho_lpq.
     pub fn brdf(&self) -> &BrdfCoefficients {
         &self.brdf
     }

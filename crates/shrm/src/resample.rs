@@ -11,7 +11,7 @@ use crate::{MapGrid, Shrm, Terms, View, frame};
 pub const REVISION: u32 = 1;
 
 impl Shrm {
-    /// The same map on another grid, local or global.
+    /// Returns the same map on another grid, local or global.
     ///
     /// Each new texel is the bilinear blend of four old ones in the world's frame, rotated into its own frame
     /// for a local map. Zonal terms of a local map do not depend on the texels' frames; they are blended as
@@ -46,7 +46,7 @@ impl Shrm {
     }
 }
 
-/// Coefficients between the texels of a map.
+/// Blends coefficients between the texels of a map.
 fn blend(map: &Shrm, central: Direction) -> Vec<[f64; 3]> {
     let taps = map.grid().taps(central);
     let mut sums = vec![[0.0; 3]; map.rows()];
@@ -60,7 +60,7 @@ fn blend(map: &Shrm, central: Direction) -> Vec<[f64; 3]> {
     sums
 }
 
-/// Coefficients over the world's views as ones over views in the frame of a central direction.
+/// Turns coefficients over the world's views into ones over views in the frame of a central direction.
 fn into_frame_of(central: Direction, p: Degree, rows: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     // A map has (P + 1)^2 rows, so that they always make an expansion.
     let expansion = Expansion::from_coefficients(p, rows).unwrap_or_else(|| Expansion::zero(p));

@@ -25,7 +25,7 @@ use sh::{energy_per_degree, lambda};
 
 use crate::Reflection;
 
-/// Which grid a resolution is for.
+/// The kind of grid that a resolution is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MapLayout {
     /// Rows of constant colatitude, twice as many columns.
@@ -45,7 +45,7 @@ pub struct Resolution {
 }
 
 impl MapLayout {
-    /// c of the module text.
+    /// The constant c of the module text.
     fn constant(self) -> f64 {
         match self {
             Self::LatLong => 0.761_245,
@@ -53,9 +53,9 @@ impl MapLayout {
         }
     }
 
-    /// Paper 1, section 5.2: 10 F texels from pole to pole serve in general; a face of a cube spans half of
-    /// that. Seen from the world, the field varies with the central direction as fast as with the view: P
-    /// counts if it is higher.
+    /// 10 F texels from pole to pole serve in general [RH02, sec. 5.2]; a face of a cube spans half of that.
+    /// Seen from the world, the field varies with the central direction as fast as with the view: P counts if
+    /// it is higher.
     fn most(self, degree: usize) -> usize {
         match self {
             Self::LatLong => 10 * degree,
@@ -67,8 +67,8 @@ impl MapLayout {
 impl Reflection {
     /// The least resolution, a multiple of 4, whose estimated error of bilinear interpolation is at most
     /// `error`, the RMS over all central directions and views divided by RMS radiance; at least 4, and at
-    /// most the 10 F rows of the paper (5 F along the edge of a cube), at which the estimate may stay above
-    /// `error`.
+    /// most the 10 F rows of [RH02, sec. 5.2] (5 F along the edge of a cube), at which the estimate may stay
+    /// above `error`.
     ///
     /// The estimate counts interpolation alone, not what the degrees F and P leave out. Tests: the measured
     /// error is 0.8 to 1 times the estimate if that is 0.012 or less, and 0.5 to 1 times if it is 0.1 or
@@ -121,7 +121,7 @@ impl Reflection {
     }
 }
 
-/// <k^4> of one term, as the module text has it.
+/// The mean <k^4> of one term, as the module text has it.
 fn fourth_power(l: f64, p: f64, q: f64) -> f64 {
     let (l, p) = (l * (l + 1.0), p * (p + 1.0));
     let step = |q: f64| (l - q * (q + 1.0)) * (p - q * (q + 1.0));

@@ -41,7 +41,7 @@ impl Samples {
 }
 
 impl Reflection {
-    /// Its radiance where [`crate::degrees::choose`] looks.
+    /// The radiance of the reflection where [`crate::degrees::choose`] looks.
     pub fn samples(&self) -> Samples {
         self.samples_unless(&|| false).unwrap_or_else(|| Samples(Vec::new()))
     }
@@ -77,7 +77,8 @@ impl Reflection {
         Some(Samples(samples?.concat()))
     }
 
-    /// What one plain map, looked up by the central direction, shows in place of [`Reflection::samples`].
+    /// The radiance that one plain map, looked up by the central direction, shows in place of
+    /// [`Reflection::samples`].
     pub fn plain_samples(&self, plain: Plain) -> Samples {
         let field = self.plain(plain);
         let lobe = self.lamps().map(|lamps| (MeanLobe::plain(&lamps.material, plain), &lamps.lights));

@@ -49,7 +49,7 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
 /// milliseconds.
 ///
 /// # Errors
-/// As [`sphere_maps`].
+/// The errors of [`sphere_maps`].
 pub fn sphere_maps_unless(
     map: &Shrm,
     views: &[Direction],
@@ -107,7 +107,7 @@ pub fn add_to_sphere_maps(maps: &mut [[f32; 3]], lamps: &Lamps, views: &[Directi
 /// for each of the [`blocks`](crate::blocks) of each map.
 ///
 /// # Panics
-/// As [`add_to_sphere_maps`].
+/// The errors of [`add_to_sphere_maps`].
 pub fn add_to_sphere_maps_unless(
     maps: &mut [[f32; 3]],
     lamps: &Lamps,
@@ -124,7 +124,7 @@ pub fn add_to_sphere_maps_unless(
     })
 }
 
-/// The direction of a texel in the ball's frame; past the rim, its one direction.
+/// The direction of a texel in the ball's frame; past the rim, the one direction behind the ball.
 fn look(ball: MirrorBall, texel: usize) -> Direction {
     ball.direction(texel / ball.edge, texel % ball.edge).unwrap_or(Direction::normalised(-DVec3::X))
 }
@@ -159,7 +159,7 @@ fn ball_to_world(view: Direction) -> Rotation {
     Rotation::from_yaw_pitch_roll(view.phi(), view.theta() - FRAC_PI_2, 0.0)
 }
 
-/// The expansion to the degree that a grid's rows hold exactly.
+/// Expands an image to the degree that a grid's rows hold exactly.
 fn expand(grid: LatLong, pixels: &[[f32; 3]]) -> Result<Expansion, TransformError> {
     let degree = ((grid.height.max(1) - 1) / 2).min((grid.width.max(1) - 1) / 2).min(Degree::MAX.get());
     let degree = Degree::new(degree).unwrap_or(Degree::MAX);

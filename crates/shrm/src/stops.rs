@@ -3,7 +3,7 @@
 /// The radiance below which black is black, as a share of the light's mean: e of [`error`].
 pub use crate::degrees::DARK;
 
-/// |log2((value + e) / (truth + e))|, e being `dark`. A value below 0 is black.
+/// The error |log2((value + e) / (truth + e))| in stops, e being `dark`. A value below 0 is black.
 pub fn error(value: f64, truth: f64, dark: f64) -> f64 {
     let e = dark.max(f64::MIN_POSITIVE);
     let seen = |value: f64| value.max(0.0) + e;

@@ -44,12 +44,12 @@ pub enum SynthesisError {
          material's degree P"
     )]
     TooLarge {
-        /// Texels of the grid.
+        /// The number of texels of the grid.
         texels: usize,
-        /// Coefficients per texel.
+        /// The number of coefficients per texel.
         rows: usize,
     },
-    /// The caller did not want the map any more.
+    /// The synthesis was stopped, because the caller did not want the map any more.
     #[error("the synthesis was stopped")]
     Stopped,
 }
@@ -58,7 +58,7 @@ pub enum SynthesisError {
 pub const MOST_VALUES: usize = 1 << 28;
 
 impl Reflection {
-    /// The spherical harmonic reflection map on a grid (paper 1, equations 6, 7 and 14).
+    /// The spherical harmonic reflection map on a grid [RH02, eqs. 6, 7 and 14].
     ///
     /// Shape [texels, rows] RGB. A local map of a material without azimuth ([`Reflection::is_azimuth_free`])
     /// keeps zonal terms only; a global map keeps all. Every texel agrees with [`Reflection::coefficients`]
@@ -90,7 +90,7 @@ impl Reflection {
     /// on every thread.
     ///
     /// # Errors
-    /// As [`Reflection::synthesise`]; [`SynthesisError::Stopped`] if it was stopped.
+    /// The errors of [`Reflection::synthesise`], and [`SynthesisError::Stopped`] if it was stopped.
     pub fn synthesise_unless(
         &self,
         grid: MapGrid,

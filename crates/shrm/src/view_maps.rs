@@ -1,11 +1,10 @@
-//! Explicit reflection maps for T x T views: the full four-dimensional table (paper 1, section 5.2 and
-//! appendix C).
+//! Explicit reflection maps for T x T views: the full four-dimensional table [RH02, sec. 5.2 and app. C].
 //!
 //! The views are the texels of a lat-long image of T rows and T columns: theta_j = pi (j + 1/2) / T and phi_k
 //! = 2 pi (1/2 - (k + 1/2) / T). They are V in the world if the map that they are made from is global, and
-//! w_o in the frame of each texel if it is local (the paper's B(alpha, beta, theta_o, phi_o)). Global maps
-//! suit a renderer better: each is a plain reflection map, smooth over the sphere, while local ones turn
-//! about the poles with the frames of their texels, so that every tap needs a view of its own.
+//! w_o in the frame of each texel if it is local (the B(alpha, beta, theta_o, phi_o) of [RH02, sec. 3.2]).
+//! Global maps suit a renderer better: each is a plain reflection map, smooth over the sphere, while local
+//! ones turn about the poles with the frames of their texels, so that every tap needs a view of its own.
 //!
 //! With Y_pq = f_p|q|(theta) times cos(q phi) or sin(|q| phi), the sums separate:
 //!
@@ -67,7 +66,7 @@ impl ViewMaps {
         Some(Self { grid, view: map.view(), centre: map.centre(), side, maps })
     }
 
-    /// The same with lamps that the map did not hold: exact at the T x T views.
+    /// Adds lamps that the map did not hold: exact at the T x T views.
     #[must_use]
     pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
         self.add(lamps, &|| false);
@@ -104,22 +103,22 @@ impl ViewMaps {
         fits.then_some(Self { grid, view, centre, side, maps })
     }
 
-    /// Where the texels lie.
+    /// The grid on which the texels lie.
     pub fn grid(&self) -> MapGrid {
         self.grid
     }
 
-    /// Which directions the views are.
+    /// The frame of the views.
     pub fn view(&self) -> View {
         self.view
     }
 
-    /// What the texels' directions are.
+    /// The kind of the texels' directions: reflection vectors, normals or tangents.
     pub fn centre(&self) -> Centre {
         self.centre
     }
 
-    /// T: the views are T x T.
+    /// The number T: the views are T x T.
     pub fn side(&self) -> usize {
         self.side
     }
@@ -172,7 +171,7 @@ impl ViewMaps {
     /// T x T views determine P = (T - 1) / 2: a field with no more comes back to f32 rounding.
     ///
     /// # Errors
-    /// As [`fit_views`].
+    /// The errors of [`fit_views`].
     pub fn fit(&self, p: Option<Degree>) -> Result<Fit, FitError> {
         fit_views(self.grid, self.centre, self.view, &self.views(), &self.maps, p)
     }
@@ -225,7 +224,7 @@ struct Block<'a> {
     views: &'a Views,
     /// The texels' coefficients.
     values: &'a [[f32; 3]],
-    /// Their part of every map.
+    /// The texels' part of every map.
     runs: Vec<&'a mut [[f32; 3]]>,
 }
 

@@ -15,7 +15,7 @@ use crate::{Direction, from_file, to_file};
 /// direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AngularProbe {
-    /// Texels along an edge of the square image.
+    /// The number of texels along an edge of the square image.
     pub edge: usize,
 }
 

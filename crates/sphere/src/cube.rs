@@ -51,7 +51,7 @@ impl Face {
 /// A cube map whose faces have `edge` x `edge` texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Cube {
-    /// Texels along the edge of a face.
+    /// The number of texels along the edge of a face.
     pub edge: usize,
 }
 
@@ -86,7 +86,7 @@ impl Cube {
         Direction::normalised(from_cube(c))
     }
 
-    /// The face that a direction falls on, and (s, t) there.
+    /// The face that a direction falls on, and its place (s, t) there.
     pub fn position(self, direction: Direction) -> (Face, f64, f64) {
         let c = to_cube(direction.vector());
         let a = c.abs();

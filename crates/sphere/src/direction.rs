@@ -45,17 +45,17 @@ impl Direction {
         Self(DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
     }
 
-    /// Colatitude in [0, pi], accurate at the poles.
+    /// The colatitude in [0, pi], accurate at the poles.
     pub fn theta(self) -> f64 {
         math::atan2((self.0.x * self.0.x + self.0.y * self.0.y).sqrt(), self.0.z)
     }
 
-    /// Azimuth in (-pi, pi]; 0 at the poles.
+    /// The azimuth in (-pi, pi]; 0 at the poles.
     pub fn phi(self) -> f64 {
         if self.0.x == 0.0 && self.0.y == 0.0 { 0.0 } else { math::atan2(self.0.y, self.0.x) }
     }
 
-    /// The unit vector.
+    /// The direction as a unit vector.
     pub fn vector(self) -> DVec3 {
         self.0
     }

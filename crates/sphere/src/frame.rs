@@ -5,24 +5,24 @@
 
 use glam::DVec3;
 
-/// From the file frame (+Y up) to Specula's: (x, y, z) = (z_file, x_file, y_file).
+/// Converts from the file frame (+Y up) to Specula's: (x, y, z) = (z_file, x_file, y_file).
 pub fn from_file(v: DVec3) -> DVec3 {
     DVec3::new(v.z, v.x, v.y)
 }
 
-/// From Specula's frame to the file frame (+Y up): the inverse of [`from_file`].
+/// Converts from Specula's frame to the file frame (+Y up): the inverse of [`from_file`].
 pub fn to_file(v: DVec3) -> DVec3 {
     DVec3::new(v.y, v.z, v.x)
 }
 
-/// From Specula's frame to cube coordinates: c = (-x_file, y_file, z_file) = (-y, z, x).
+/// Converts from Specula's frame to cube coordinates: c = (-x_file, y_file, z_file) = (-y, z, x).
 ///
 /// With these, the face table of KTX2, Vulkan, GL and D3D shows faces unmirrored from inside.
 pub fn to_cube(v: DVec3) -> DVec3 {
     DVec3::new(-v.y, v.z, v.x)
 }
 
-/// From cube coordinates to Specula's frame: the inverse of [`to_cube`].
+/// Converts from cube coordinates to Specula's frame: the inverse of [`to_cube`].
 pub fn from_cube(c: DVec3) -> DVec3 {
     DVec3::new(c.z, -c.x, c.y)
 }

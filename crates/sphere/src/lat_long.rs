@@ -10,9 +10,9 @@ use crate::Direction;
 /// theta = pi v, phi = 2 pi (0.5 - u), with u = (column + 0.5) / width and v = (row + 0.5) / height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LatLong {
-    /// Columns, along phi.
+    /// The number of columns, along phi.
     pub width: usize,
-    /// Rows, along theta.
+    /// The number of rows, along theta.
     pub height: usize,
 }
 
@@ -32,12 +32,12 @@ impl LatLong {
         self.len() == 0
     }
 
-    /// Colatitude of a row's centres, in radians.
+    /// The colatitude of a row's centres, in radians.
     pub fn theta(self, row: usize) -> f64 {
         PI * (row as f64 + 0.5) / self.height as f64
     }
 
-    /// Azimuth of a column's centres, in (-pi, pi].
+    /// The azimuth of a column's centres, in (-pi, pi].
     pub fn phi(self, column: usize) -> f64 {
         TAU * (0.5 - (column as f64 + 0.5) / self.width as f64)
     }

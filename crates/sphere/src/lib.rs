@@ -3,7 +3,7 @@
 //! This crate alone defines the conventions in `CONVENTIONS.md`: no other crate flips an axis or decides
 //! where a pixel centre lies.
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod angular_probe;
 mod cube;

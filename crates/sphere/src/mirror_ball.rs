@@ -13,7 +13,7 @@ use crate::{Direction, from_file, to_file};
 /// disk have a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MirrorBall {
-    /// Texels along an edge of the square image.
+    /// The number of texels along an edge of the square image.
     pub edge: usize,
 }
 

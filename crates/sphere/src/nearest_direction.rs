@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Directions by height, so that a search looks only at those near the height of its own.
 #[derive(Clone, Debug)]
 pub struct NearestDirection {
-    /// With their indices, the lowest first.
+    /// The directions with their indices, the lowest first.
     by_height: Vec<(DVec3, usize)>,
 }
 
@@ -25,7 +25,8 @@ impl NearestDirection {
         Self { by_height }
     }
 
-    /// The index of the one nearest to a unit vector; of equally near ones the last. `None` if there is none.
+    /// The index of the direction nearest to a unit vector; of equally near ones the last. `None` if there is
+    /// none.
     pub fn nearest(&self, direction: DVec3) -> Option<usize> {
         let middle = self.by_height.partition_point(|(other, _)| other.z < direction.z);
         let (below, above) = self.by_height.split_at(middle);

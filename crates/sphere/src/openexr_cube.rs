@@ -24,7 +24,7 @@ use crate::{Direction, from_file, to_file};
 /// An image of `edge` columns and 6 x `edge` rows, `edge` at least 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpenExrCube {
-    /// Texels along the edge of a face.
+    /// The number of texels along the edge of a face.
     pub edge: usize,
 }
 

@@ -12,9 +12,9 @@ use crate::Direction;
 /// A lat-long image whose outer texels lie on the poles and on the seam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpenExrLatLong {
-    /// Columns, at least 2; the last repeats the first.
+    /// The number of columns, at least 2; the last repeats the first.
     pub width: usize,
-    /// Rows, at least 2; the first and the last are the poles.
+    /// The number of rows, at least 2; the first and the last are the poles.
     pub height: usize,
 }
 

@@ -20,10 +20,10 @@ pub struct Zyz {
 }
 
 impl Rotation {
-    /// The identity.
+    /// The rotation that changes nothing.
     pub const IDENTITY: Self = Self(DQuat::IDENTITY);
 
-    /// R = R_z(yaw) R_y(pitch) R_x(roll), in radians. A positive pitch lowers +X.
+    /// Makes the rotation R_z(yaw) R_y(pitch) R_x(roll), in radians. A positive pitch lowers +X.
     pub fn from_yaw_pitch_roll(yaw: f64, pitch: f64, roll: f64) -> Self {
         Self(about(DVec3::Z, yaw) * about(DVec3::Y, pitch) * about(DVec3::X, roll))
     }
@@ -53,7 +53,7 @@ impl Rotation {
             .then(|| Self(DQuat::from_xyzw(x / length, y / length, z / length, w / length)))
     }
 
-    /// R = R_z(alpha) R_y(beta) R_z(gamma).
+    /// Makes the rotation R_z(alpha) R_y(beta) R_z(gamma).
     pub fn from_zyz(zyz: Zyz) -> Self {
         Self(about(DVec3::Z, zyz.alpha) * about(DVec3::Y, zyz.beta) * about(DVec3::Z, zyz.gamma))
     }
@@ -75,7 +75,7 @@ impl Rotation {
         }
     }
 
-    /// R w.
+    /// Applies the rotation to a direction: R w.
     pub fn apply(self, direction: Direction) -> Direction {
         Direction::normalised(self.0 * direction.vector())
     }

@@ -1,4 +1,4 @@
-//! Maps of the light that a material reflects, in each of the formats that the papers give.
+//! Maps of the light that a material reflects, in each of the formats of [RH02, app. C].
 
 // The kinds.
 mod convolve;

@@ -46,8 +46,8 @@ fn field(environment: &Environment, material: &Material, f: usize, p: usize) -> 
     (field, accuracy)
 }
 
-/// Figure 6 of the paper: Grace cathedral, phong 32, truth from degree 30. Every estimate is on the safe
-/// side, and they approach the truth if little is lost.
+/// Grace cathedral, phong 32, truth from degree 30, as in [RH02, fig. 6]. Every estimate is on the safe side,
+/// and they approach the truth if little is lost.
 #[test]
 fn figure_6_grace_cathedral_on_phong_32() {
     let test = "figure_6_grace_cathedral_on_phong_32";

@@ -1,4 +1,4 @@
-//! The time of a frame at the vertices of a knot, 152,413 of them as in table 1 of the paper: a grey table of
+//! The time of a frame at the vertices of a knot, 152,413 of them as in [KSS02, tab. 1]: a grey table of
 //! degree 4 under coloured light.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
@@ -16,7 +16,7 @@ use transfer::{
     Visibility, precompute, shade, shade_with_transfer,
 };
 
-/// The vertices of the paper's teapot.
+/// The vertices of the teapot of [KSS02, tab. 1].
 const VERTICES: usize = 152_413;
 
 /// Vertices of the built-in knot, repeated up to the number; no triangles.
@@ -47,7 +47,7 @@ fn shading(criterion: &mut Criterion) {
     group.bench_function("fixed_light", |bencher| bencher.iter(|| fixed.shade(&frames, &table, viewer)));
     let fixed = FixedView::new(&frames, &table, viewer);
     group.bench_function("fixed_view", |bencher| bencher.iter(|| fixed.shade(&light)));
-    // The other meshes of table 1.
+    // The other meshes of [KSS02, tab. 1].
     group.sample_size(10).measurement_time(Duration::from_secs(1)).warm_up_time(Duration::from_millis(200));
     for count in [50_060, 49_990, 48_668, 100_000] {
         let frames = Frames::of(&knot(count)).unwrap();

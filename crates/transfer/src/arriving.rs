@@ -43,10 +43,10 @@ pub fn arriving(frames: &Frames, transfer: &[Transfer], light: &Expansion) -> Ve
 }
 
 impl LightField {
-    /// What arrives past the mesh of the light at each vertex, as [`arriving`] has it.
+    /// The light at each vertex that arrives past the mesh, as [`arriving`] has it.
     ///
     /// # Panics
-    /// As [`arriving`].
+    /// In the cases of [`arriving`].
     pub fn arriving(&self, frames: &Frames, transfer: &[Transfer]) -> Vec<f32> {
         let mut sum = Vec::new();
         for (point, light) in self.lights().iter().enumerate() {

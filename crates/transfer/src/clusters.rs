@@ -22,11 +22,12 @@ pub struct ClusteredTransfer {
     output: Degree,
     input: Degree,
     components: usize,
-    /// [K, n + 1, (O+1)^2, (F+1)^2]: the mean, then the components, orthonormal; zero if there are fewer.
+    /// The bases [K, n + 1, (O+1)^2, (F+1)^2]: the mean, then the components, orthonormal; zero if there are
+    /// fewer.
     bases: Vec<f32>,
     /// The cluster of each vertex.
     clusters: Vec<u32>,
-    /// [V, n].
+    /// The weights of the components, [V, n].
     weights: Vec<f32>,
 }
 
@@ -35,11 +36,11 @@ const MEAN_ROUNDS: usize = 6;
 const BASIS_ROUNDS: usize = 3;
 /// The rounds of the subspace iteration that finds components.
 const POWER_ROUNDS: usize = 6;
-/// The clusters that a vertex tries in each round: those with the nearest means.
+/// The number of clusters that a vertex tries in each round: those with the nearest means.
 const CANDIDATES: usize = 4;
-/// The blocks of eight vertices that a thread takes at a time.
+/// The number of blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
-/// The columns that [`product`] sums at once.
+/// The number of columns that [`product`] sums at once.
 const GROUP: usize = EIGHTS * LANES;
 
 impl ClusteredTransfer {
@@ -102,12 +103,12 @@ impl ClusteredTransfer {
         Some((value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 }))
     }
 
-    /// O, the degree of the light that arrives.
+    /// The degree O of the light that arrives.
     pub fn output(&self) -> Degree {
         self.output
     }
 
-    /// F, the degree of the light of the world.
+    /// The degree F of the light of the world.
     pub fn input(&self) -> Degree {
         self.input
     }
@@ -122,12 +123,12 @@ impl ClusteredTransfer {
         self.clusters.is_empty()
     }
 
-    /// n, the number of components.
+    /// The number of components n.
     pub fn components(&self) -> usize {
         self.components
     }
 
-    /// Means and components: [K, n + 1, (O+1)^2, (F+1)^2].
+    /// The means and components: [K, n + 1, (O+1)^2, (F+1)^2].
     pub fn bases(&self) -> &[f32] {
         &self.bases
     }
@@ -265,7 +266,7 @@ struct Points<'a> {
 }
 
 impl Points<'_> {
-    /// Something of each point and its index, unless it is stopped.
+    /// Computes something of each point and its index, unless it is stopped.
     fn each<T: Send>(&self, of: impl Fn(&[f32], usize) -> T + Sync) -> Option<Vec<T>> {
         let points = self.values.par_chunks_exact(self.length).enumerate();
         points.map(|(index, point)| (!(self.stop)()).then(|| of(point, index))).collect()
@@ -289,7 +290,7 @@ impl Points<'_> {
         near.into_iter().map(|(_, cluster)| cluster).collect()
     }
 
-    /// The mean of each cluster; one without points keeps that before.
+    /// The mean of each cluster; one without points keeps the mean it had before.
     fn means(&self, own: &[u32], before: &[f32]) -> Vec<f32> {
         let mut sums = vec![0.0f64; before.len()];
         let mut counts = vec![0usize; before.len() / self.length];
@@ -346,7 +347,7 @@ impl Points<'_> {
         Some(found.concat())
     }
 
-    /// The weights of a point in a cluster's basis, and the square of what that loses.
+    /// The weights of a point in a cluster's basis, and the square of the part that they lose.
     fn represent(&self, point: &[f32], bases: &[f32], cluster: u32) -> (Vec<f32>, f32) {
         let one = (self.components + 1) * self.length;
         let (mean, axes) = bases[cluster as usize * one..][..one].split_at(self.length);

@@ -83,7 +83,7 @@ impl Directions {
         &self.directions
     }
 
-    /// The weight of each; they sum to 4 pi.
+    /// The weight of each direction; they sum to 4 pi.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }

@@ -10,9 +10,9 @@ pub(crate) const LANES: usize = 8;
 /// Where a mesh is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewer {
-    /// From far away, in this direction.
+    /// The viewer is far away, in this direction.
     Distant(Direction),
-    /// From a place.
+    /// The viewer is at a place.
     At([f64; 3]),
 }
 
@@ -22,23 +22,23 @@ pub enum Viewer {
 /// always right-handed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// Where each vertex is.
+    /// The position of each vertex.
     positions: Vec<[f32; 3]>,
     /// The way from each vertex into the surface: in its plane, toward the centres of its triangles.
     inward: Vec<[f32; 3]>,
-    /// Each eight vertices; the last one is repeated to fill them.
+    /// The vertices in eights; the last vertex is repeated to fill them.
     blocks: Vec<Block>,
 }
 
 /// Eight vertices, as kernels take them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block {
-    /// Where they are: x, y and z.
+    /// The positions of the vertices: x, y and z.
     positions: [[f32; LANES]; 3],
-    /// x, y and N of the frames: x, y and z of each.
+    /// The axes x, y and N of the frames: x, y and z of each.
     axes: [[[f32; LANES]; 3]; 3],
     pub(crate) angles: Angles,
-    /// Where they are between the first material of a table, 0, and the last, 1.
+    /// The vertices' places between the first material of a table, 0, and the last, 1.
     pub(crate) blend: [f32; LANES],
 }
 
@@ -117,8 +117,8 @@ impl Frames {
         Self { positions, inward, blocks }
     }
 
-    /// The same frames for a table of several materials: where each vertex is between the first, 0, and the
-    /// last, 1.
+    /// Returns the same frames for a table of several materials: where each vertex is between the first, 0,
+    /// and the last, 1.
     ///
     /// # Panics
     /// If the numbers are not as many as the vertices.
@@ -146,7 +146,7 @@ impl Frames {
         self.positions.is_empty()
     }
 
-    /// Where each vertex is.
+    /// The position of each vertex.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }
@@ -161,7 +161,7 @@ impl Frames {
         self.blocks[vertex / LANES].axes[2].map(|component| component[vertex % LANES])
     }
 
-    /// x, y and N of a vertex.
+    /// The axes x, y and N of a vertex.
     pub fn axes(&self, vertex: usize) -> [[f32; 3]; 3] {
         self.blocks[vertex / LANES].axes.map(|axis| axis.map(|component| component[vertex % LANES]))
     }
@@ -246,7 +246,7 @@ fn orthonormal(normal: DVec3, tangent: DVec3) -> DMat3 {
     DMat3::from_cols(x, z.cross(x), z)
 }
 
-/// alpha, beta and gamma of a rotation matrix R_z(alpha) R_y(beta) R_z(gamma).
+/// The ZYZ angles alpha, beta and gamma of a rotation matrix R_z(alpha) R_y(beta) R_z(gamma).
 fn zyz(matrix: DMat3) -> [f64; 3] {
     let (x, y, z) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);
     let sine = math::hypot(z.x, z.y);

@@ -32,7 +32,7 @@ impl HalfTransfer {
     /// nothing.
     ///
     /// # Errors
-    /// As [`crate::precompute_unless`].
+    /// The errors of [`crate::precompute_unless`].
     pub fn precompute(
         frames: &Frames,
         occluders: &Occluders,
@@ -53,12 +53,12 @@ impl HalfTransfer {
         Self { output: transfer.output(), input: transfer.input(), values }
     }
 
-    /// O, the degree of the light that arrives.
+    /// The degree O of the light that arrives.
     pub fn output(&self) -> Degree {
         self.output
     }
 
-    /// F, the degree of the light of the world.
+    /// The degree F of the light of the world.
     pub fn input(&self) -> Degree {
         self.input
     }

@@ -1,4 +1,4 @@
-//! Interreflection: light that arrives at a vertex by way of the mesh itself (section 5 of the paper).
+//! Interreflection: light that arrives at a vertex by way of the mesh itself [KSS02, sec. 5].
 //!
 //! > T_ij += integral over blocked s of Y_i(R_p s) B_j(x_s, -s) ds
 //!
@@ -86,10 +86,10 @@ pub fn interreflect(
 /// for each channel; `None` if a material is not matte. Also the number of vertices that see nothing.
 ///
 /// # Errors
-/// As [`interreflect`].
+/// The errors of [`interreflect`].
 ///
 /// # Panics
-/// As [`interreflect`].
+/// The errors of [`interreflect`].
 pub fn interreflect_matte(
     frames: &Frames,
     occluders: &Occluders,
@@ -111,7 +111,7 @@ pub fn interreflect_matte(
     Ok(Some(((0..channels).filter_map(channel).collect(), blind)))
 }
 
-/// What a bake is of.
+/// The mesh, directions, table and degree that a bake is of.
 struct Scene<'a> {
     frames: &'a Frames,
     occluders: &'a Occluders,
@@ -182,14 +182,14 @@ impl Scene<'_> {
         Ok(vectors)
     }
 
-    /// The albedo times the vectors: what leaves.
+    /// The light that leaves the vertices: the albedo times the vectors.
     fn leaving(&self, vectors: &[f32], albedos: &[[f32; 3]]) -> Vec<f32> {
         let rows = vectors.chunks_exact(self.input.rows()).enumerate();
         let rows = rows.map(|(row, t)| (t, albedos[row / self.channels][row % self.channels]));
         rows.flat_map(|(t, albedo)| t.iter().map(move |t| albedo * t)).collect()
     }
 
-    /// What up to eight vertices receive, [channel][vertex][rows * (F+1)^2].
+    /// The light that up to eight vertices receive, [channel][vertex][rows * (F+1)^2].
     fn gather(
         &self,
         exit: &Exit<'_>,
@@ -207,11 +207,11 @@ impl Scene<'_> {
     }
 }
 
-/// What leaves the vertices.
+/// The light that leaves the vertices.
 enum Exit<'a> {
-    /// The same toward every view: [V, channels, (F+1)^2].
+    /// The light is the same toward every view: [V, channels, (F+1)^2].
     Matte(Vec<f32>),
-    /// c T, by the transfer before.
+    /// The light c T, by the transfer before.
     Glossy { frames: &'a Frames, table: &'a BrdfTable, before: &'a [Transfer], columns: usize },
 }
 
@@ -245,12 +245,12 @@ impl Exit<'_> {
     }
 }
 
-/// What a vertex makes of the light that arrives.
+/// The form in which a vertex takes the light that arrives.
 #[derive(Clone, Copy)]
 enum Receiver {
-    /// Its coefficients in the world, so many rows.
+    /// The light's coefficients in the world, so many rows.
     Harmonics(usize),
-    /// What a white matte surface sends out.
+    /// The light that a white matte surface sends out.
     Cosine,
 }
 

@@ -5,8 +5,8 @@ use pulp::Simd;
 use crate::frames::LANES;
 use crate::rotation::Lanes;
 
-/// Eight looked-up texels, [lane][row, channel], as [channel][row][lane], cut to the rows that there is room
-/// for.
+/// Takes eight looked-up texels, [lane][row, channel], to [channel][row][lane], cut to the rows that there is
+/// room for.
 #[inline(always)]
 pub(crate) fn by_lane<S: Simd>(simd: S, texels: &[f32], channels: usize, c: &mut Lanes) {
     // With a known number of channels nothing is divided.
@@ -16,7 +16,7 @@ pub(crate) fn by_lane<S: Simd>(simd: S, texels: &[f32], channels: usize, c: &mut
     }
 }
 
-/// Eight vectors, one after another, as [element][lane], cut to the elements that there is room for.
+/// Takes eight vectors, one after another, to [element][lane], cut to the elements that there is room for.
 #[inline(always)]
 fn transpose_all<S: Simd>(simd: S, texels: &[f32], channels: usize, c: &mut Lanes) {
     let (texel, length, rows) = (texels.len() / LANES, c.len(), c.len() / channels);
@@ -43,7 +43,7 @@ fn transpose_all<S: Simd>(simd: S, texels: &[f32], channels: usize, c: &mut Lane
     }
 }
 
-/// Eight vectors as columns rather than rows.
+/// Takes eight vectors as rows to the same as columns.
 #[inline(always)]
 fn transpose<S: Simd>(simd: S, rows: [[f32; LANES]; LANES]) -> [[f32; LANES]; LANES] {
     #[cfg(target_arch = "x86_64")]

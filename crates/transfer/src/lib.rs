@@ -1,11 +1,11 @@
 //! Light on the vertices of a mesh, for any material: precomputed radiance transfer and shading.
 //!
 //! Kautz, Sloan and Snyder, "Fast, Arbitrary BRDF Shading for Low-Frequency Lighting Using Spherical
-//! Harmonics" (2002). A vertex p has the frame R_p, whose rows are x (the tangent), y and N: R_p d are the
-//! coordinates of a direction d in it. With the light's coefficients L_i turned into that frame and the
-//! table's c_i at the view in that frame, its radiance is the sum of L_i c_i (equation 1).
+//! Harmonics" (2002; KSS02). A vertex p has the frame R_p, whose rows are x (the tangent), y and N: R_p d are
+//! the coordinates of a direction d in it. With the light's coefficients L_i turned into that frame and the
+//! table's c_i at the view in that frame, its radiance is the sum of L_i c_i [KSS02, eq. 1].
 
-#![cfg_attr(test, allow(clippy::disallowed_methods))] // tests may compute with std
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod arriving;
 mod clusters;

@@ -1,4 +1,4 @@
-//! Near light: lightings at points, blended at each vertex (section 4 of the paper).
+//! Near light: lightings at points, blended at each vertex [KSS02, sec. 4].
 //!
 //! Light that is not far away differs over an object. It is known at P points, as the series L_k of the light
 //! that arrives there, and is blended by the squares of the inverse distances (Shepard, "A Two-Dimensional
@@ -35,13 +35,13 @@ pub struct LightField {
 /// Why points and lights are not a light field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LightFieldError {
-    /// There is none.
+    /// There is no point.
     #[error("a light field needs at least one point")]
     Empty,
-    /// Not one light for each point.
+    /// There is not one light for each point.
     #[error("{points} points and {lights} lights")]
     Count {
-        /// P.
+        /// The number of points P.
         points: usize,
         /// The number of lights.
         lights: usize,
@@ -49,7 +49,7 @@ pub enum LightFieldError {
     /// A coordinate is NaN or infinite.
     #[error("point {0} has a coordinate that is not finite")]
     NotFinite(usize),
-    /// Two points that would have two lights in one place.
+    /// Two points are in one place, which would have two lights.
     #[error("points {0} and {1} are the same place")]
     SamePlace(usize, usize),
 }
@@ -98,17 +98,17 @@ impl LightField {
         self.degree
     }
 
-    /// x_k, [P, 3].
+    /// The points x_k, [P, 3].
     pub fn points(&self) -> &[[f64; 3]] {
         &self.points
     }
 
-    /// L_k, the light at each point.
+    /// The light L_k at each point.
     pub fn lights(&self) -> &[Expansion] {
         &self.lights
     }
 
-    /// w_k, the weight of each point at a place.
+    /// The weight w_k of each point at a place.
     pub fn weights(&self, place: [f64; 3]) -> impl Iterator<Item = f64> {
         let nearest = self.nearest(place);
         self.points.iter().map(move |point| nearest.weight(square(*point, place)))
@@ -164,7 +164,7 @@ impl LightField {
         self.blended(frames, |light| transfer.shade(frames, table, viewer, light))
     }
 
-    /// The blend of what `shade` makes of the light of each point.
+    /// Blends the radiance that `shade` makes of the light of each point.
     fn blended<E>(
         &self,
         frames: &Frames,

@@ -1,4 +1,4 @@
-//! The lights beside a series, shaded by the material itself, with shadow rays (section 7 of the paper).
+//! The lights beside a series, shaded by the material itself, with shadow rays [KSS02, sec. 7].
 //!
 //! A series of low degree blurs a lamp and its shadow. So light is taken apart: the soft rest by the table,
 //! each lamp by rho_hat, the BRDF times the cosine,

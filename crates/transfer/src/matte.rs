@@ -31,7 +31,7 @@ pub struct MatteTransfer {
 #[error("the table is not that of `lambert`, and a matte transfer is of no other material")]
 pub struct NotMatte;
 
-/// c_i of a white matte surface.
+/// The coefficients c_i of a white matte surface.
 pub(crate) fn white(degree: Degree) -> Vec<f32> {
     let white = Lambert::new([1.0; 3]).map(Material::Lambert);
     let c = white.ok().and_then(|white| Views::new(&white, degree).coefficients(Direction::Z).ok());
@@ -48,7 +48,7 @@ impl MatteTransfer {
     /// not cut at a degree: next to a sphere, 16,384 directions are within 1e-3 (`tests/forms.rs`).
     ///
     /// # Errors
-    /// As [`crate::precompute_unless`], for O = 0.
+    /// The errors of [`crate::precompute_unless`] for O = 0.
     pub fn precompute(
         frames: &Frames,
         occluders: &Occluders,
@@ -115,7 +115,7 @@ impl MatteTransfer {
         Self { input, values }
     }
 
-    /// F, the degree of the light of the world.
+    /// The degree F of the light of the world.
     pub fn input(&self) -> Degree {
         self.input
     }
@@ -158,7 +158,8 @@ impl MatteTransfer {
     }
 }
 
-/// What a white matte surface reflects of each degree: t_j of an open vertex over Y_j of its normal.
+/// The share of each degree that a white matte surface reflects: t_j of an open vertex over Y_j of its
+/// normal.
 fn shares(degree: Degree) -> Vec<f64> {
     let c = white(degree);
     let share = |l: usize| f64::from(c[l * l + l]) / ((2 * l + 1) as f64 / (4.0 * PI)).sqrt();

@@ -10,18 +10,18 @@ use crate::occluders::Occluders;
 pub struct OccluderNode {
     /// The least coordinates of the box.
     pub min: [f32; 3],
-    /// The greatest.
+    /// The greatest coordinates of the box.
     pub max: [f32; 3],
-    /// The next node that is not in this one's box.
+    /// The index of the next node that is not in this one's box.
     pub skip: u32,
-    /// The first of its own triangles.
+    /// The index of the first of the box's own triangles.
     pub first: u32,
-    /// Their number; 0 for a box around other boxes.
+    /// The number of the box's own triangles; 0 for a box around other boxes.
     pub count: u32,
 }
 
-/// By how much boxes grow on each side, as a share of the radius of all triangles: they are rounded apart
-/// from what is in them.
+/// The growth of boxes on each side, as a share of the radius of all triangles: they are rounded apart from
+/// what is in them.
 const ROUNDED: f32 = 1e-6;
 
 impl Occluders {

@@ -17,9 +17,9 @@ pub struct Occluders {
     tree: Bvh2,
     /// The nodes of the tree, as packets of rays read them.
     pub(crate) nodes: Vec<Node>,
-    /// In the order of the leaves.
+    /// The triangles, in the order of the leaves.
     pub(crate) triangles: Vec<Facet>,
-    /// The vertices of each.
+    /// The vertices of each triangle.
     pub(crate) corners: Vec<[u32; 3]>,
     /// The ball around all triangles: rays are cast in its coordinates, so that tolerances are shares of it.
     centre: DVec3,
@@ -28,9 +28,9 @@ pub struct Occluders {
 
 /// A box around two others or around triangles.
 pub(crate) struct Node {
-    /// The least and the greatest coordinates.
+    /// The least and the greatest coordinates of the box.
     pub(crate) bounds: [[f32; 3]; 2],
-    /// The first box in it, which the second one follows, or the first triangle.
+    /// The first box in this one, which the second one follows, or the first triangle.
     pub(crate) first: u32,
     /// The number of triangles; 0 for a box around boxes.
     pub(crate) count: u32,
@@ -63,8 +63,8 @@ const INSIDE: f64 = 2.0;
 /// rays pass between two triangles with a common edge.
 pub(crate) const WIDER: f32 = 1e-5;
 
-/// By how much boxes grow on each side, as a share of the radius of all triangles: rounding must not lose
-/// what lies in a flat one.
+/// The growth of boxes on each side, as a share of the radius of all triangles: rounding must not lose what
+/// lies in a flat one.
 const GROWN: f32 = 1e-6;
 
 impl Occluders {
@@ -220,12 +220,13 @@ impl Node {
 }
 
 impl Facet {
-    /// The longest edge.
+    /// The length of the triangle's longest edge.
     fn size(&self) -> f32 {
         self.along.length().max(self.across.length()).max((self.across - self.along).length())
     }
 
-    /// Where along a ray it is hit, from either side; infinite if it is not (as packets do).
+    /// The distance along a ray at which the triangle is hit, from either side; infinite if it is not (as
+    /// packets do).
     fn distance(&self, ray: &Ray) -> f32 {
         let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
         let scale = -1.0 / self.normal.dot(direction);

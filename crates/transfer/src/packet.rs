@@ -29,11 +29,11 @@ pub(crate) struct Towards {
 
 /// Eight rays of one direction, and what they met.
 pub(crate) struct Packet {
-    /// Where they start: x, y and z of each.
+    /// The places where the rays start: x, y and z of each.
     pub(crate) origins: [[f32; LANES]; 3],
-    /// How far each reaches; below zero if it is not cast, or was stopped by the first thing it met.
+    /// The length of each ray; below zero if it is not cast, or was stopped by the first thing it met.
     pub(crate) reach: [f32; LANES],
-    /// The triangle that each met, or [`NONE`].
+    /// The triangle that each ray met, or [`NONE`].
     met: [u32; LANES],
     /// The weights of the triangle's second and third corner.
     weights: [[f32; LANES]; 2],
@@ -57,13 +57,13 @@ struct Rays<S: Simd> {
 pub(crate) struct Hit {
     /// The vertices of the triangle.
     pub(crate) corners: [u32; 3],
-    /// The weight of each; they sum to 1.
+    /// The weight of each corner; they sum to 1.
     pub(crate) weights: [f32; 3],
     /// Whether the ray comes from the side from which the corners are counter-clockwise.
     pub(crate) front: bool,
 }
 
-/// No triangle.
+/// The index that stands for no triangle.
 const NONE: u32 = u32::MAX;
 
 impl Towards {
@@ -89,7 +89,7 @@ impl Packet {
         }
     }
 
-    /// Lets those that `is_cast` names reach so far; the others are not cast. Whether any is cast.
+    /// Lets the rays that `is_cast` names reach so far; the others are not cast. Returns whether any is cast.
     #[inline(always)]
     pub(crate) fn aim(&mut self, reach: f32, is_cast: impl Fn(usize) -> bool) -> bool {
         self.met = [NONE; LANES];
@@ -105,7 +105,7 @@ impl Packet {
         self.met[lane] != NONE
     }
 
-    /// What a ray met.
+    /// Returns the place at which a ray met a triangle, if it did.
     #[inline(always)]
     pub(crate) fn hit(&self, occluders: &Occluders, towards: &Towards, lane: usize) -> Option<Hit> {
         let index = self.met[lane] as usize;
@@ -152,7 +152,7 @@ impl<S: Simd> Rays<S> {
         }
     }
 
-    /// Casts the rays; the triangle that was found last, at first `blocker`.
+    /// Casts the rays; returns the triangle that was found last, at first `blocker`.
     #[inline(always)]
     fn trace<const ANY: bool>(
         &mut self,
@@ -295,11 +295,12 @@ pub(crate) fn rays(directions: &Directions) -> Vec<(usize, Towards)> {
 pub(crate) struct Blocked<'a, F> {
     pub(crate) occluders: &'a Occluders,
     pub(crate) frames: &'a Frames,
-    /// Of [`rays`].
+    /// The directions in the order of [`rays`].
     pub(crate) rays: &'a [(usize, Towards)],
     pub(crate) first: usize,
     pub(crate) count: usize,
-    /// Told each one: the vertex, counted from `first`, and the direction, in the order of the rays.
+    /// The function that is told each one: the vertex, counted from `first`, and the direction, in the order
+    /// of the rays.
     pub(crate) found: F,
 }
 

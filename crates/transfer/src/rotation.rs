@@ -1,10 +1,10 @@
 //! The rotation of coefficients by the frames of eight vertices at a time.
 //!
 //! R_z(alpha) R_y(beta) R_z(gamma), with the turn about y as a turn about x by 90 degrees, one about z and
-//! one about x by -90 degrees: R_y(beta) = R_x(-90) R_z(beta) R_x(90) (the appendix of the paper, its second
-//! method). A turn about z mixes the pairs of each m. The turn about x by 90 degrees takes (x, y, z) to (x,
-//! -z, y): it turns functions that are even in y into such that are even in z, and back, so that only a
-//! quarter of its entries is not zero ([`column`]). About 350 operations for degree 4.
+//! one about x by -90 degrees: R_y(beta) = R_x(-90) R_z(beta) R_x(90) (the second method of [KSS02, app.]). A
+//! turn about z mixes the pairs of each m. The turn about x by 90 degrees takes (x, y, z) to (x, -z, y): it
+//! turns functions that are even in y into such that are even in z, and back, so that only a quarter of its
+//! entries is not zero ([`column`]). About 350 operations for degree 4.
 //!
 //! Bands do not mix. Those up to degree 4 stay in registers from the first turn to the last.
 
@@ -22,7 +22,7 @@ pub(crate) type Lanes = [[f32; LANES]];
 /// The turn about x by 90 degrees, for coefficients up to a degree.
 pub(crate) struct FrameRotation {
     degree: usize,
-    /// The turns of each band from degree 1 on.
+    /// The turns of each band, from degree 1 on.
     bands: Vec<Quarter>,
 }
 
@@ -73,7 +73,7 @@ impl FrameRotation {
         Self { degree: degree.get(), bands: (1..=degree.get()).map(band).collect() }
     }
 
-    /// Memory for the turns.
+    /// Makes the memory for the turns.
     pub(crate) fn room(&self) -> Multiples {
         vec![[[[0.0; LANES]; 2]; 3]; self.degree]
     }

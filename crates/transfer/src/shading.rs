@@ -1,4 +1,4 @@
-//! Shading at vertices: equation 1 and steps 1 to 4 of section 4.
+//! Shading at vertices: [KSS02, eq. 1] and steps 1 to 4 of [KSS02, sec. 4].
 //!
 //! Both may move: c_i(v), looked up in the vertex' frame, is turned into the world, where the light is the
 //! same for all vertices; of a grey table that is one vector rather than the three of a coloured light. If
@@ -25,10 +25,10 @@ use crate::vectors::{EIGHTS, Entry, by_channel, by_row, dot, load, product, stor
 /// revision.
 pub const REVISION: u32 = 3;
 
-/// The blocks of eight vertices that a thread takes at a time.
+/// The number of blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
 
-/// The vertices that a thread takes at a time.
+/// The number of vertices that a thread takes at a time.
 const CHUNK: usize = LANES * BLOCKS;
 
 /// The radiance of each vertex, RGB; table and light are cut to the lower of their degrees.
@@ -75,12 +75,12 @@ impl Turned<'_> {
         (vec![0.0; LANES * self.table.texel()], self.rotation.room())
     }
 
-    /// The numbers that [`Turned::block`] has for each vertex.
+    /// The number of values that [`Turned::block`] has for each vertex.
     fn length(&self) -> usize {
         self.table.channels() * self.degree.rows()
     }
 
-    /// Those of a block, [channel][row][lane].
+    /// Looks up the coefficients of a block, [channel][row][lane].
     #[inline(always)]
     fn block<S: Simd>(&self, simd: S, block: &Block, (texels, room): &mut Room, c: &mut Lanes) {
         self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), texels);
@@ -106,7 +106,7 @@ fn under<S: Simd>(simd: S, light: &[[f32; 3]], c: &Lanes, channels: usize, radia
     write(simd, sums, radiance);
 }
 
-/// Red, green and blue of eight vertices, of up to eight.
+/// Writes red, green and blue of up to eight vertices.
 #[inline(always)]
 pub(crate) fn write<S: Simd>(simd: S, sums: [S::f32s; 3], radiance: &mut [[f32; 3]]) {
     let mut lanes = [[0.0; LANES]; 3];
@@ -143,7 +143,7 @@ pub struct FixedLight {
     degree: Degree,
     /// The number of vertices.
     count: usize,
-    /// [block of eight vertices][3][(F+1)^2][lane].
+    /// The turned light, [block of eight vertices][3][(F+1)^2][lane].
     values: Vec<[f32; LANES]>,
 }
 
@@ -161,8 +161,8 @@ impl FixedLight {
         Self { degree, count: frames.len(), values }
     }
 
-    /// What arrives of a light past the mesh, (T L)_i: the light turned and shadowed. The transfer is one for
-    /// all channels, or one for each of red, green and blue.
+    /// Returns the light (T L)_i that arrives past the mesh: the light turned and shadowed. The transfer is
+    /// one for all channels, or one for each of red, green and blue.
     ///
     /// # Panics
     /// If there is no transfer.
@@ -286,7 +286,7 @@ pub struct FixedView {
     channels: usize,
     /// The number of vertices.
     count: usize,
-    /// [block of eight vertices][channels][(F+1)^2][lane].
+    /// The coefficients, [block of eight vertices][channels][(F+1)^2][lane].
     values: Vec<[f32; LANES]>,
 }
 
@@ -454,7 +454,6 @@ pub(crate) fn shade_with_matrices<E: Entry>(
 /// A light of which eight rows are taken at a time; the last eight go back over what those before them have,
 /// where it is zero here.
 struct Vectors {
-    /// The number of rows.
     rows: usize,
     /// The first row of each eight, and their values, RGB.
     groups: Vec<[(usize, [[f32; LANES]; 3]); EIGHTS]>,
@@ -496,7 +495,8 @@ struct Transferred<'a, E> {
 impl<E: Entry> WithSimd for Transferred<'_, E> {
     type Output = ();
 
-    /// c T first, which is one product of vector and matrix for a grey table, then its dots with the light.
+    /// Computes c T first, which is one product of vector and matrix for a grey table, then its dots with the
+    /// light.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let (channels, texel, columns) = (self.table.channels(), self.table.texel(), self.light.rows);

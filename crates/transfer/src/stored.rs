@@ -53,7 +53,7 @@ impl Form {
         self.len() == 0
     }
 
-    /// F, the degree of the light of the world.
+    /// The degree F of the light of the world.
     pub fn input(&self) -> Degree {
         match self {
             Self::Matrices(transfer) => transfer.input(),
@@ -64,7 +64,7 @@ impl Form {
         }
     }
 
-    /// O, the degree of the light that arrives; none for a matte transfer.
+    /// The degree O of the light that arrives; none for a matte transfer.
     pub fn output(&self) -> Option<Degree> {
         match self {
             Self::Matrices(transfer) => Some(transfer.output()),
@@ -98,7 +98,7 @@ impl Form {
         })
     }
 
-    /// The bytes of its numbers.
+    /// The number of bytes of the transfer's numbers.
     fn bytes(&self) -> usize {
         match self {
             Self::Matrices(transfer) => size_of_val(transfer.values()),
@@ -147,7 +147,7 @@ impl StoredTransfer {
         (same && matches!(channels.len(), 1 | 3)).then_some(Self { channels })
     }
 
-    /// One for all channels, or one for each of red, green and blue.
+    /// The transfers: one for all channels, or one for each of red, green and blue.
     pub fn channels(&self) -> &[Form] {
         &self.channels
     }
@@ -167,13 +167,13 @@ impl StoredTransfer {
         self.form().is_empty()
     }
 
-    /// The bytes of its numbers.
+    /// The number of bytes of the transfer's numbers.
     pub fn bytes(&self) -> usize {
         self.channels.iter().map(Form::bytes).sum()
     }
 
-    /// The matrices that it stands for, one for all channels or one for each; `None` for a matte transfer, or
-    /// if the frames are not as many as the vertices.
+    /// The matrices that the transfer stands for, one for all channels or one for each; `None` for a matte
+    /// transfer, or if the frames are not as many as the vertices.
     pub fn matrices(&self, frames: &Frames) -> Option<Vec<Transfer>> {
         self.channels.iter().map(|form| form.matrices(frames)).collect()
     }

@@ -2,9 +2,9 @@
 //!
 //! > T_ij = integral of V(s) Y_i(R_p s) Y_j(s) ds
 //!
-//! (section 5 of the paper), with V(s) = 1 where the vertex sees the sky: (T L)_i are the coefficients of the
-//! light that arrives, in the vertex' frame. Below the vertex' own horizon V = 1, always: rho_hat is zero
-//! there, so that an open vertex has T = R, the rotation, and shading with and without transfer agree.
+//! [KSS02, sec. 5], with V(s) = 1 where the vertex sees the sky: (T L)_i are the coefficients of the light
+//! that arrives, in the vertex' frame. Below the vertex' own horizon V = 1, always: rho_hat is zero there, so
+//! that an open vertex has T = R, the rotation, and shading with and without transfer agree.
 //!
 //! What is blocked is taken from that: with v_k = integral of (1 - V) Y_k, its (O + F + 1)^2 coefficients,
 //!
@@ -43,20 +43,20 @@ pub enum TransferError {
     /// The matrices would take too much memory.
     #[error("the transfer of {vertices} vertices takes {bytes} bytes, more than {MOST_BYTES}")]
     TooLarge {
-        /// V.
+        /// The number of vertices V.
         vertices: usize,
-        /// Their size.
+        /// The size of the matrices in bytes.
         bytes: usize,
     },
     /// The directions are not exact to degree O + F.
     #[error("directions that are exact to degree {found} are too few; expected degree {expected}")]
     Directions {
-        /// The degree to which they are exact.
+        /// The degree to which the directions are exact.
         found: usize,
-        /// O + F.
+        /// The degree O + F that is needed.
         expected: usize,
     },
-    /// It was stopped before its end.
+    /// The bake was stopped before its end.
     #[error("the transfer was stopped")]
     Stopped,
 }
@@ -70,12 +70,12 @@ impl Transfer {
         values.len().is_multiple_of(output.rows() * input.rows()).then_some(Self { output, input, values })
     }
 
-    /// O, the degree of the light that arrives.
+    /// The degree O of the light that arrives.
     pub fn output(&self) -> Degree {
         self.output
     }
 
-    /// F, the degree of the light of the world.
+    /// The degree F of the light of the world.
     pub fn input(&self) -> Degree {
         self.input
     }
@@ -122,7 +122,7 @@ pub fn precompute(
 /// thread.
 ///
 /// # Errors
-/// As [`precompute`]; [`TransferError::Stopped`] if it was stopped.
+/// The errors of [`precompute`], and [`TransferError::Stopped`] if it was stopped.
 pub fn precompute_unless(
     frames: &Frames,
     occluders: &Occluders,
@@ -183,7 +183,7 @@ pub(crate) fn bake<T: Copy + Send>(
     Ok((values, blind))
 }
 
-/// What the vertices of a mesh do not see.
+/// The directions that the vertices of a mesh do not see.
 pub(crate) struct Shadows<'a> {
     frames: &'a Frames,
     occluders: &'a Occluders,
@@ -193,7 +193,7 @@ pub(crate) struct Shadows<'a> {
 }
 
 impl<'a> Shadows<'a> {
-    /// Of coefficients up to a degree, at most that of the directions.
+    /// Prepares the coefficients of the shadows up to a degree, at most that of the directions.
     pub(crate) fn new(
         frames: &'a Frames,
         occluders: &'a Occluders,

@@ -7,12 +7,13 @@ use sphere::Direction;
 /// The integrals for i up to degree O, j up to F and k up to O + F that are not zero: 2,229 of 50,625 for O =
 /// F = 4.
 pub(crate) struct TripleProducts {
-    /// i * (F+1)^2 + j, k and the integral, in this order.
+    /// The terms: i * (F+1)^2 + j, k and the integral, in this order.
     pub(crate) terms: Vec<(u32, u32, f64)>,
 }
 
 impl TripleProducts {
-    /// By a rule that is exact to degree 2 (O + F): Gauss-Legendre in cos(theta), equal steps in phi.
+    /// Computes the integrals by a rule that is exact to degree 2 (O + F): Gauss-Legendre in cos(theta),
+    /// equal steps in phi.
     pub(crate) fn new(output: Degree, input: Degree) -> Self {
         let sum = Degree::new(output.get() + input.get()).unwrap_or(Degree::MAX);
         let (nodes, weights) = gauss_legendre(sum.get() + 1);

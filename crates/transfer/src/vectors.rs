@@ -9,13 +9,13 @@ use crate::frames::LANES;
 /// The eights of columns that [`product`] sums at once: as many as registers hold.
 pub(crate) const EIGHTS: usize = 4;
 
-/// Eight numbers from memory into a register.
+/// Loads eight numbers from memory into a register.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(_: S, values: &[f32; LANES]) -> S::f32s {
     pulp::cast(*values)
 }
 
-/// Eight numbers from a register into memory.
+/// Stores a register's eight numbers in memory.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(_: S, vector: S::f32s, values: &mut [f32; LANES]) {
     *values = pulp::cast(vector);
@@ -23,7 +23,7 @@ pub(crate) fn store<S: Simd>(_: S, vector: S::f32s, values: &mut [f32; LANES]) {
 
 /// An entry of a matrix.
 pub(crate) trait Entry: Copy + Sync {
-    /// The same number in 32 bits.
+    /// Returns the same number in 32 bits.
     fn single(self) -> f32;
 
     /// The first eight of a slice.
@@ -48,7 +48,8 @@ impl Entry for f32 {
 }
 
 impl Entry for f16 {
-    /// Of finite numbers; eight at once are a few instructions on any machine. Subnormal ones are slow.
+    /// Converts a finite number; eight at once are a few instructions on any machine. Subnormal ones are
+    /// slow.
     #[inline(always)]
     fn single(self) -> f32 {
         // The exponents differ by 112: those of 16 bits are counted from -15, those of 32 bits from -127.
@@ -74,7 +75,7 @@ pub(crate) fn by_row(light: &Expansion, degree: Degree) -> Vec<[f32; 3]> {
     light.coefficients()[..degree.rows()].iter().map(|rgb| rgb.map(|value| value as f32)).collect()
 }
 
-/// Rows of each channel of a light up to a degree.
+/// The rows of each channel of a light up to a degree.
 pub(crate) fn by_channel(light: &Expansion, degree: Degree) -> [Vec<f32>; 3] {
     [0, 1, 2].map(|c| light.coefficients()[..degree.rows()].iter().map(|rgb| rgb[c] as f32).collect())
 }
@@ -125,7 +126,7 @@ pub(crate) fn product<S: Simd, E: Entry, const COUNT: usize>(
     sums
 }
 
-/// The sum of eight.
+/// The sum of a vector's eight numbers.
 #[inline(always)]
 pub(crate) fn total<S: Simd>(_: S, sum: S::f32s) -> f32 {
     let [a, b, c, d, e, f, g, h]: [f32; LANES] = pulp::cast(sum);

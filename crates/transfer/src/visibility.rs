@@ -30,10 +30,10 @@ pub struct Visibility {
     values: Vec<f32>,
 }
 
-/// The blocks of eight vertices that share the reading of a product.
+/// The number of blocks of eight vertices that share the reading of a product.
 const AT_ONCE: usize = 2;
 
-/// The blocks of eight vertices that a thread takes at a time.
+/// The number of blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
 
 impl Visibility {
@@ -49,7 +49,7 @@ impl Visibility {
     /// that see nothing.
     ///
     /// # Errors
-    /// As that; also if O or F is above 8.
+    /// The errors of [`crate::precompute_unless`]; also if O or F is above 8.
     pub fn precompute(
         frames: &Frames,
         occluders: &Occluders,
@@ -84,12 +84,12 @@ impl Visibility {
         Ok((Self { output, input, sum, values }, blind))
     }
 
-    /// O, the degree of the light that arrives.
+    /// The degree O of the light that arrives.
     pub fn output(&self) -> Degree {
         self.output
     }
 
-    /// F, the degree of the light of the world.
+    /// The degree F of the light of the world.
     pub fn input(&self) -> Degree {
         self.input
     }
@@ -177,16 +177,16 @@ struct Products {
     /// The number of columns that each row has products with.
     rows: Vec<u16>,
     columns: Vec<Column>,
-    /// k and the integral.
+    /// Pairs of the index k and the integral.
     terms: Vec<[(u16, f32); 2]>,
 }
 
 /// The products of a row i and a column j.
 struct Column {
     j: u16,
-    /// Whether those of (j, i) are the same.
+    /// Whether the products of (j, i) are the same.
     mirrored: bool,
-    /// The number of its pairs of terms, of which the last one may hold a zero.
+    /// The number of the column's pairs of terms, of which the last one may hold a zero.
     pairs: u16,
 }
 
@@ -219,7 +219,7 @@ struct Shade<'a> {
     table: &'a BrdfTable,
     viewer: Viewer,
     output: Degree,
-    /// (O + F + 1)^2.
+    /// The number of coefficients of a vertex, (O + F + 1)^2.
     columns: usize,
     /// The coefficients of these vertices.
     values: &'a [f32],
@@ -233,7 +233,7 @@ struct Shade<'a> {
 impl WithSimd for Shade<'_> {
     type Output = ();
 
-    /// c is turned into the world, where (c T)_j = sum over i and k of c_i G_ijk V_k.
+    /// Turns c into the world, where (c T)_j = sum over i and k of c_i G_ijk V_k.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let (channels, rows, columns) = (self.table.channels(), self.output.rows(), self.columns);

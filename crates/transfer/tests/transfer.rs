@@ -108,9 +108,9 @@ fn rms(pairs: &[([f32; 3], [f64; 3])]) -> f64 {
     (difference / size).sqrt()
 }
 
-/// With O = F = 4 against the paper's steps in exact arithmetic, within 1 percent; and against radiance that
-/// was integrated with the shadow, from which the matrix' output cut at degree O takes 1.1, 0.6 and 0.15
-/// percent.
+/// With O = F = 4 against the steps of [KSS02, secs. 4 and 5] in exact arithmetic, within 1 percent; and
+/// against radiance that was integrated with the shadow, from which the matrix' output cut at degree O takes
+/// 1.1, 0.6 and 0.15 percent.
 #[test]
 fn shadowed_vertices_have_the_radiance_that_they_should() {
     const TEST: &str = "shadowed_vertices_have_the_radiance_that_they_should";

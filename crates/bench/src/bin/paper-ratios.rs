@@ -1,4 +1,4 @@
-//! Prints tables 4 and 5 of the paper beside what this machine measures, all in one run.
+//! Prints [RH02, tabs. 4 and 5] beside what this machine measures, all in one run.
 
 use std::time::Instant;
 

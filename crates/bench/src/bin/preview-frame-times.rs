@@ -193,7 +193,8 @@ fn transfer(mesh: &Mesh) -> Result<Arc<Vec<Transfer>>, String> {
     Ok(Arc::new(vec![made.map_err(|error| error.to_string())?.0]))
 }
 
-/// A microfacet material of a roughness, with the degrees of the paper's tolerance, on faces of 64 texels.
+/// A microfacet material of a roughness, with the degrees of the tolerance of [RH02, tab. 5], on faces of 64
+/// texels.
 fn look(light: &Arc<Light>, sigma: f64, specular: [f64; 3]) -> Result<Arc<Look>, String> {
     let material = Microfacet::new(sigma, specular).map_err(|error| error.to_string())?;
     let material = Material::Microfacet(material);

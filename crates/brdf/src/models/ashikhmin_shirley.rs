@@ -115,7 +115,8 @@ impl Model for AshikhminShirley {
         })
     }
 
-    /// e_x / 2, e_y / 2, the factor of rho_s, specular (3), the factor of rho_d (3).
+    /// The constants of the formula: e_x / 2, e_y / 2, the factor of rho_s, specular (3), the factor of rho_d
+    /// (3).
     fn constants(&self) -> Vec<f64> {
         let [x, y] = self.exponent;
         let base = |channel: usize| self.diffuse[channel] * (1.0 - self.specular[channel]);

@@ -30,7 +30,7 @@ const EXPONENT: Parameter = Parameter::number(
 pub struct BlinnPhong {
     exponent: f64,
     specular: [f64; 3],
-    /// c(s).
+    /// The factor c(s) of the highlight.
     factor: f64,
 }
 
@@ -45,7 +45,7 @@ impl BlinnPhong {
     }
 }
 
-/// c(s).
+/// The factor c(s) of the highlight.
 pub(super) fn factor(s: f64) -> f64 {
     (s + 2.0) * (s + 4.0) / (8.0 * PI * (math::exp2(-0.5 * s) + s))
 }
@@ -71,7 +71,7 @@ impl Model for BlinnPhong {
         self.specular.map(|specular| specular * value)
     }
 
-    /// s / 2, specular c(s) (3).
+    /// The constants of the formula: s / 2, specular c(s) (3).
     fn constants(&self) -> Vec<f64> {
         [&[0.5 * self.exponent][..], &self.specular.map(|specular| specular * self.factor)].concat()
     }

@@ -24,9 +24,9 @@ const LEAST: f64 = 1e-4;
 pub(crate) struct Charlie {
     /// 1 / (2 alpha), the power of sin^2(theta_h).
     power: f64,
-    /// a, b, c, d and e.
+    /// The coefficients a, b, c, d and e of the fitted l.
     fit: [f64; 5],
-    /// 2 l(1/2).
+    /// Twice the fitted l at 1/2.
     twice_middle: f64,
 }
 
@@ -46,7 +46,7 @@ impl Charlie {
         (1.0 + self.power) / (4.0 * PI)
     }
 
-    /// The power of sin^2(theta_h), a, b, c, d, e and 2 l(1/2).
+    /// The constants of the formula: the power of sin^2(theta_h), a, b, c, d, e and 2 l(1/2).
     pub(crate) fn constants(&self) -> [f64; 7] {
         let [a, b, c, d, e] = self.fit;
         [self.power, a, b, c, d, e, self.twice_middle]
@@ -57,7 +57,7 @@ impl Charlie {
         self.masked(sin2, [light, self.lambda(light)], [view, self.lambda(view)])
     }
 
-    /// The same from cosines with their Lambda.
+    /// The BRDF, in 1/sr, from sin^2(theta_h) and the cosines of light and view with their Lambda.
     fn masked(&self, sin2: f64, [light, lambda_light]: [f64; 2], [view, lambda_view]: [f64; 2]) -> f64 {
         let masked = (1.0 + lambda_light + lambda_view) * light.max(LEAST) * view.max(LEAST);
         self.scale() * math::pow(sin2, self.power) / masked
@@ -92,7 +92,7 @@ impl CharlieQuadrature {
         Self::with_nodes(charlie, 24)
     }
 
-    /// Half as many azimuths as heights.
+    /// The quadrature with this many heights and half as many azimuths.
     fn with_nodes(charlie: Charlie, heights: usize) -> Self {
         let turns = gauss(heights / 2).into_iter().map(|(share, weight)| (math::cos(PI * share), weight));
         // The cosine is the square of the node: d cosine = 2 node d node.

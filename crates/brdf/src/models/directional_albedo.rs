@@ -13,7 +13,7 @@
 
 use std::f64::consts::PI;
 
-/// How many functions of the cosine a table holds.
+/// The number of functions of the cosine that a table holds.
 pub(crate) const COLUMNS: usize = 4;
 
 /// The number of nodes. With these, the error between nodes is below 5e-4 for cosines above 0.012.
@@ -36,7 +36,7 @@ impl Tables {
         [self.0.len() as f64].iter().chain(self.0.as_flattened()).copied().collect()
     }
 
-    /// The functions at a cosine, 0 to 1.
+    /// The values of all functions at a cosine, 0 to 1.
     pub(crate) fn at(&self, cosine: f64) -> [f64; COLUMNS] {
         let place = cosine.clamp(0.0, 1.0).sqrt() * (self.0.len() - 1) as f64;
         let node = (place as usize).min(self.0.len() - 2);
@@ -98,7 +98,7 @@ impl Facets {
         Self::with_nodes(alpha, 12)
     }
 
-    /// `nodes` azimuths in each quarter of the circle, twice as many slopes.
+    /// The quadrature with `nodes` azimuths in each quarter of the circle and twice as many slopes.
     fn with_nodes(alpha: f64, nodes: usize) -> Self {
         let quarter = |from: f64| {
             gauss(nodes)

@@ -59,7 +59,8 @@ impl Half {
         d * 0.5 * light / (light * masked(view) + view * masked(light))
     }
 
-    /// The same for facets that are `x` wide along +X and `y` along +Y (alpha of `ggx` each).
+    /// D G / (4 N.V) of facets that reflect everything and are `x` wide along +X and `y` along +Y (alpha of
+    /// `ggx` each).
     pub(crate) fn ggx_stretched(&self, [x, y]: [f64; 2], [light, view]: [DVec3; 2]) -> f64 {
         let across = math::powi(self.sum.x / x, 2) + math::powi(self.sum.y / y, 2) + self.sum.z * self.sum.z;
         let across = across / self.length_squared;

@@ -69,7 +69,8 @@ impl Fresnel {
         }
     }
 
-    /// 0, the index of refraction three times, 0 three times; or 1, n (3), k (3).
+    /// The constants of the formula: 0, the index of refraction three times, 0 three times; or 1, n (3), k
+    /// (3).
     pub(crate) fn constants(&self) -> Vec<f64> {
         match self {
             Self::Dielectric(ior) => vec![0.0, *ior, *ior, *ior, 0.0, 0.0, 0.0],
@@ -86,7 +87,7 @@ impl Fresnel {
     }
 }
 
-/// Cook and Torrance's form ("A Reflectance Model for Computer Graphics", 1982).
+/// The reflectance in Cook and Torrance's form ("A Reflectance Model for Computer Graphics", 1982).
 fn dielectric(ior: f64, c: f64) -> f64 {
     let g = (ior * ior - 1.0 + c * c).sqrt();
     let parallel = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
@@ -94,7 +95,7 @@ fn dielectric(ior: f64, c: f64) -> f64 {
     0.5 * share * share * (1.0 + parallel * parallel)
 }
 
-/// The exact form, with a^2 + b^2 = sqrt((n^2 - k^2 - sin^2)^2 + 4 n^2 k^2) (Born and Wolf, 14.2).
+/// The exact reflectance, with a^2 + b^2 = sqrt((n^2 - k^2 - sin^2)^2 + 4 n^2 k^2) (Born and Wolf, 14.2).
 fn conductor(n: f64, k: f64, c: f64) -> f64 {
     let (cos2, sin2) = (c * c, 1.0 - c * c);
     let real = n * n - k * k - sin2;

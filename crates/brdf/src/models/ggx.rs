@@ -38,7 +38,7 @@ const ROUGH: Parameter =
 /// A rough surface of GGX facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// Along and across the tangent.
+    /// The roughness along and across the tangent.
     roughness: [f64; 2],
     fresnel: Fresnel,
     specular: [f64; 3],
@@ -57,7 +57,7 @@ impl Ggx {
     /// A surface of these roughnesses along and across the tangent.
     ///
     /// # Errors
-    /// As [`Ggx::new`].
+    /// The errors of [`Ggx::new`].
     pub fn stretched(
         roughness: [f64; 2],
         fresnel: Fresnel,
@@ -101,8 +101,8 @@ impl Model for Ggx {
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
     }
 
-    /// alpha_x alpha_y, specular alpha_x alpha_y / (2 pi) (3), Fresnel (7), alpha_x^2, alpha_y^2, alpha_y /
-    /// alpha_x.
+    /// The constants of the formula: alpha_x alpha_y, specular alpha_x alpha_y / (2 pi) (3), Fresnel (7),
+    /// alpha_x^2, alpha_y^2, alpha_y / alpha_x.
     fn constants(&self) -> Vec<f64> {
         let [x, y] = self.roughness.map(|roughness| roughness * roughness);
         let peak = self.specular.map(|specular| specular * 0.5 * x * y / PI);

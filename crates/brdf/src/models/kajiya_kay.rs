@@ -1,9 +1,9 @@
 //! `kajiya-kay`: a highlight along a fibre, such as hair and brushed metal.
 //!
 //! rho_hat = specular * max(0, cos(theta_i - theta_o))^s, both angles from the tangent T, s the `exponent`
-//! (Kajiya and Kay, "Rendering Fur with Three Dimensional Textures", 1989, in the form of paper 1, section
-//! 7.1). The tangent is the surface's +X; no direction about it is special, so that rho_hat depends on
-//! neither the normal nor a horizon.
+//! (Kajiya and Kay, "Rendering Fur with Three Dimensional Textures", 1989, in the form of [RH02, sec. 7.1]).
+//! The tangent is the surface's +X; no direction about it is special, so that rho_hat depends on neither the
+//! normal nor a horizon.
 //!
 //! The model is not normalised: `specular` is its greatest value, in 1/sr. rho_hat itself, rather than the
 //! BRDF, is symmetric in light and view.
@@ -63,7 +63,7 @@ impl Model for KajiyaKay {
         self.specular.map(|specular| specular * value)
     }
 
-    /// s, specular (3).
+    /// The constants of the formula: s, specular (3).
     fn constants(&self) -> Vec<f64> {
         [&[self.exponent][..], &self.specular].concat()
     }

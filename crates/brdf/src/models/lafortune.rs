@@ -41,9 +41,9 @@ pub struct LafortuneLobe {
     pub cx: f64,
     /// The factor of L_z V_z.
     pub cz: f64,
-    /// The power.
+    /// The power of the lobe's cosine.
     pub n: f64,
-    /// The weight, RGB.
+    /// The weight of the lobe, RGB.
     pub weight: [f64; 3],
 }
 
@@ -126,7 +126,7 @@ impl Model for Lafortune {
         brdf.map(|brdf| brdf * light.z)
     }
 
-    /// diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3).
+    /// The constants of the formula: diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3).
     fn constants(&self) -> Vec<f64> {
         let mut constants = self.diffuse.map(|diffuse| diffuse / PI).to_vec();
         constants.push(self.lobes.len() as f64);

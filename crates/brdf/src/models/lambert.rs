@@ -56,7 +56,7 @@ impl Model for Lambert {
         self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
     }
 
-    /// albedo / pi (3).
+    /// The constants of the formula: albedo / pi (3).
     fn constants(&self) -> Vec<f64> {
         self.albedo.map(|albedo| albedo / PI).to_vec()
     }

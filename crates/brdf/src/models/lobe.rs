@@ -10,16 +10,16 @@ pub enum Lobe {
     Power {
         /// The factor of the view's part along the surface.
         cx: f32,
-        /// The factor of its height.
+        /// The factor of the view's height.
         cz: f32,
-        /// The power.
+        /// The power of the cosine.
         n: f32,
     },
     /// The mirror direction about facets that are distributed as GGX's.
     Facets {
-        /// Their width along the tangent: alpha of GGX.
+        /// The width of the facets along the tangent: alpha of GGX.
         x: f32,
-        /// Their width across it.
+        /// The width of the facets across the tangent.
         y: f32,
     },
     /// The cone about the tangent that the view lies on.

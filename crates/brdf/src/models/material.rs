@@ -148,15 +148,15 @@ pub enum LayersError {
     /// There is no layer.
     #[error("there is no layer; expected one or more")]
     None,
-    /// One is taken about the tangent, another is not.
+    /// One material is taken about the tangent, another is not.
     #[error(
         "{tangent} is taken about the tangent and {other} is not: they have no common centre; expected layers of \
          {tangent} alone, or none"
     )]
     Centres {
-        /// The model about the tangent.
+        /// The model that is taken about the tangent.
         tangent: &'static str,
-        /// A model that is not.
+        /// A model that is not taken about the tangent.
         other: &'static str,
     },
 }
@@ -212,9 +212,9 @@ impl Material {
         }
     }
 
-    /// Its diffuse and its specular part ([`Material::part`]), if it has two centres; their sum is the
-    /// material. What the facets of a bare metal of `standard` reflect several times makes no diffuse part by
-    /// itself: engines add it to the highlight.
+    /// Returns the diffuse and the specular part ([`Material::part`]) of a material that has two centres;
+    /// their sum is the material. What the facets of a bare metal of `standard` reflect several times makes
+    /// no diffuse part by itself: engines add it to the highlight.
     pub fn split(&self) -> Option<[Self; 2]> {
         let is_matte = |leaf: &Self| match leaf {
             Self::Standard(standard) => standard.has_body(),
@@ -224,8 +224,8 @@ impl Material {
         Some([self.part(Part::Diffuse)?, self.part(Part::Specular)?])
     }
 
-    /// The width of its narrowest highlight in the light's directions: about the standard deviation of a
-    /// bell, in radians, at most 1.
+    /// The width of the material's narrowest highlight in the light's directions: about the standard
+    /// deviation of a bell, in radians, at most 1.
     pub fn highlight_width(&self) -> f64 {
         let width = |lobe: &Lobe| match *lobe {
             Lobe::Cosine => 1.0,
@@ -370,7 +370,7 @@ mod tests {
         assert_eq!(Material::layers(Vec::new()), Err(LayersError::None));
     }
 
-    /// Their centre does not change the value for a light and a view in the world.
+    /// The centre of the layers does not change the value for a light and a view in the world.
     #[test]
     fn layers_are_summed_in_the_frame_of_the_surface() {
         let both = Material::layers(vec![lambert(), phong()]).unwrap();

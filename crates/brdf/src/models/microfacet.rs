@@ -1,10 +1,10 @@
-//! `microfacet`: the paper's simplified rough surface, a Gaussian of the half vector's angle.
+//! `microfacet`: RH02's simplified rough surface, a Gaussian of the half vector's angle.
 //!
 //! rho_hat = specular / (4 pi sigma^2) * e^(-(theta_h / sigma)^2), theta_h the angle between the normal and
-//! the vector half way between light and view; 0 if the light is below the horizon (paper 1, equation 11:
-//! Torrance and Sparrow's model without masking, Fresnel and cosines).
+//! the vector half way between light and view; 0 if the light is below the horizon ([RH02, eq. 11]: Torrance
+//! and Sparrow's model without masking, Fresnel and cosines).
 //!
-//! Equation 11 is taken as rho_hat, without another cosine. So the BRDF itself, rho_hat / cos(theta_i), is
+//! The equation is taken as rho_hat, without another cosine. So the BRDF itself, rho_hat / cos(theta_i), is
 //! not reciprocal. Toward a view along the normal the integral over all light is specular * (1 - O(sigma^2)),
 //! because the half vector's solid angle is a quarter of the light's; toward grazing it falls, as the horizon
 //! cuts the lobe.
@@ -23,7 +23,7 @@ const SIGMA: Parameter = Parameter::number(
     Range { least: 1e-4, most: 100.0, words: "a number from 1e-4 to 100" },
 );
 
-/// A rough surface by equation 11 of the paper.
+/// A rough surface by [RH02, eq. 11].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacet {
     sigma: f64,
@@ -79,7 +79,7 @@ impl Model for Microfacet {
         self.specular.map(|specular| specular * value)
     }
 
-    /// sigma, specular / (4 pi sigma^2) (3).
+    /// The constants of the formula: sigma, specular / (4 pi sigma^2) (3).
     fn constants(&self) -> Vec<f64> {
         let scale = 0.25 / (PI * self.sigma * self.sigma);
         [&[self.sigma][..], &self.specular.map(|specular| specular * scale)].concat()

@@ -13,7 +13,7 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     const NAME: &'static str;
     /// A description in one line, for the manual.
     const SUMMARY: &'static str;
-    /// Its parameters.
+    /// The parameters of the model.
     const PARAMETERS: &'static [Parameter];
 
     /// The model with these parameters.
@@ -22,7 +22,7 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// If a parameter is missing or out of its range; the error names it.
     fn from_values(values: &Values) -> Result<Self, ParameterError>;
 
-    /// Its parameters, from which [`Model::from_values`] makes the same model.
+    /// The values of the parameters, from which [`Model::from_values`] makes the same model.
     fn values(&self) -> Values;
 
     /// The direction that rho_hat is taken about.
@@ -60,10 +60,10 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
 /// The entry of a model in the manual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelText {
-    /// Its name in material files.
+    /// The model's name in material files.
     pub name: &'static str,
-    /// Its description in one line.
+    /// The model's description in one line.
     pub summary: &'static str,
-    /// Its parameters.
+    /// The model's parameters.
     pub parameters: &'static [Parameter],
 }

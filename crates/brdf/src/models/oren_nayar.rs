@@ -31,7 +31,7 @@ const SIGMA: Parameter = Parameter::number(
 pub struct OrenNayar {
     albedo: [f64; 3],
     degrees: f64,
-    /// A / pi and B / pi.
+    /// The factors A / pi and B / pi.
     factors: [f64; 2],
 }
 
@@ -79,7 +79,7 @@ impl Model for OrenNayar {
         self.albedo.map(|albedo| albedo * value)
     }
 
-    /// albedo A / pi (3), albedo B / pi (3).
+    /// The constants of the formula: albedo A / pi (3), albedo B / pi (3).
     fn constants(&self) -> Vec<f64> {
         self.factors.iter().flat_map(|factor| self.albedo.map(|albedo| albedo * factor)).collect()
     }

@@ -10,11 +10,11 @@ use std::fmt;
 /// A parameter of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its name in material files.
+    /// The parameter's name in material files.
     pub name: &'static str,
-    /// Its meaning, for the manual.
+    /// The parameter's meaning, for the manual.
     pub meaning: &'static str,
-    /// The type of its value.
+    /// The type of the parameter's value.
     pub value_type: ValueType,
     /// The rule for a file without it.
     pub absent: Absent,
@@ -23,7 +23,7 @@ pub struct Parameter {
 /// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ValueType {
-    /// A number.
+    /// A number in the range.
     Number(Range),
     /// RGB, each channel in the range; one number means grey.
     Colour(Range),
@@ -34,24 +34,24 @@ pub enum ValueType {
 /// The numbers that a parameter accepts, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The least.
+    /// The least number that is accepted.
     pub least: f64,
-    /// The greatest.
+    /// The greatest number that is accepted.
     pub most: f64,
-    /// Both in words: `a number from 0 to 1e6`.
+    /// Both ends in words: `a number from 0 to 1e6`.
     pub words: &'static str,
 }
 
 /// The rule for a parameter that a file leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Absent {
-    /// It is required.
+    /// The parameter is required.
     Required,
-    /// It is required, unless these are given, which are then used in its place.
+    /// The parameter is required, unless these are given, which are then used in its place.
     RequiredUnless([&'static str; 2]),
-    /// It is optional, and has no default.
+    /// The parameter is optional, and has no default.
     Optional,
-    /// It is optional, and this number, or this grey, is the default.
+    /// The parameter is optional, and this number, or this grey, is the default.
     Default(f64),
 }
 
@@ -70,7 +70,7 @@ pub(crate) const ROUGHNESS_X: Parameter =
     Parameter::number("roughness_x", "the width along the tangent; default `roughness`", ROUGHNESS)
         .optional();
 
-/// The same across the tangent.
+/// The roughness of a stretched highlight across the tangent.
 pub(crate) const ROUGHNESS_Y: Parameter =
     Parameter::number("roughness_y", "the width across the tangent; default `roughness`", ROUGHNESS)
         .optional();
@@ -90,22 +90,22 @@ impl Parameter {
         Self { name, meaning, value_type: ValueType::Colour(range), absent: Absent::Required }
     }
 
-    /// This parameter with a default.
+    /// Returns this parameter with a default.
     pub(crate) const fn or(self, value: f64) -> Self {
         Self { absent: Absent::Default(value), ..self }
     }
 
-    /// This parameter, required only if one of these is not given.
+    /// Returns this parameter, required only if one of `others` is not given.
     pub(crate) const fn unless(self, others: [&'static str; 2]) -> Self {
         Self { absent: Absent::RequiredUnless(others), ..self }
     }
 
-    /// This parameter, but optional.
+    /// Returns this parameter, but optional.
     pub(crate) const fn optional(self) -> Self {
         Self { absent: Absent::Optional, ..self }
     }
 
-    /// The number, if it is in the range.
+    /// Returns the number, if it is in the range.
     pub(crate) fn checked(&self, value: f64) -> Result<f64, ParameterError> {
         match self.value_type {
             ValueType::Number(range) | ValueType::Colour(range)
@@ -117,13 +117,13 @@ impl Parameter {
         }
     }
 
-    /// The colour, if every channel is in the range.
+    /// Returns the colour, if every channel is in the range.
     pub(crate) fn checked_colour(&self, rgb: [f64; 3]) -> Result<[f64; 3], ParameterError> {
         rgb.into_iter().try_for_each(|value| self.checked(value).map(|_| ()))?;
         Ok(rgb)
     }
 
-    /// The default, if it has one.
+    /// The default value of the parameter, if it has one.
     pub fn default(&self) -> Option<Value> {
         match (self.absent, self.value_type) {
             (Absent::Default(value), ValueType::Colour(_)) => Some(Value::Colour([value; 3])),
@@ -138,7 +138,7 @@ impl Parameter {
 pub enum Value {
     /// A number.
     Number(f64),
-    /// RGB.
+    /// A colour, RGB.
     Colour([f64; 3]),
     /// The tables of an array.
     Records(Vec<Values>),
@@ -154,14 +154,14 @@ impl Values {
         self.0.insert(name, value);
     }
 
-    /// The same with one more value.
+    /// Returns the same values with one more.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: Value) -> Self {
         self.set(name, value);
         self
     }
 
-    /// Every name and value, sorted by name.
+    /// Iterates over every name and value, sorted by name.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
         self.0.iter().map(|(name, value)| (*name, value))
     }
@@ -237,11 +237,11 @@ impl Values {
 pub struct ParameterError {
     /// The parameter's name in material files.
     pub parameter: &'static str,
-    /// The array of tables that holds it, and the index of its table.
+    /// The array of tables that holds the parameter, and the index of its table.
     pub record: Option<(&'static str, usize)>,
     /// The value that was given, if a single value is wrong.
     pub value: Option<f64>,
-    /// What was expected of the value; if `value` is `None`, what is wrong with the parameter as a whole.
+    /// The form that the value should have had; if `value` is `None`, the fault of the parameter as a whole.
     pub expected: &'static str,
 }
 
@@ -254,7 +254,7 @@ impl ParameterError {
         Self { parameter, record: None, value: None, expected: wrong }
     }
 
-    /// The same error in a table of an array.
+    /// Returns the same error, as one in a table of an array.
     pub(crate) fn within(self, records: &'static str, index: usize) -> Self {
         Self { record: Some((records, index)), ..self }
     }
@@ -274,7 +274,7 @@ impl fmt::Display for ParameterError {
 
 impl std::error::Error for ParameterError {}
 
-/// A weight: 0 or more in each channel.
+/// Checks a weight: 0 or more in each channel.
 pub(crate) fn colour(parameter: &'static str, rgb: [f64; 3]) -> Result<[f64; 3], ParameterError> {
     Parameter::colour(parameter, "", WEIGHT).checked_colour(rgb)
 }

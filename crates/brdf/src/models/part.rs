@@ -3,8 +3,9 @@
 /// A part of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// What is taken about the normal: matte bases, sheen, light that facets reflect several times.
+    /// The part that is taken about the normal: matte bases, sheen, light that facets reflect several times.
     Diffuse,
-    /// The rest: highlights about the reflection vector, and fibres about the tangent.
+    /// The part that is not about the normal: highlights about the reflection vector, fibres about the
+    /// tangent.
     Specular,
 }

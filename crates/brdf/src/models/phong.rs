@@ -1,9 +1,9 @@
 //! `phong`: a highlight about the reflection vector R, the same shape from every view.
 //!
 //! rho_hat = specular * (s + 1) / (2 pi) * max(0, cos(theta_i))^s, theta_i from R, with s the `exponent`:
-//! Phong's lobe, scaled so that the surface reflects a constant sky of radiance 1 as `specular` (paper 1,
-//! section 6, and its Appendix D). rho_hat includes the incident cosine; light from below the surface's
-//! horizon is reflected too, which keeps the model radially symmetric.
+//! Phong's lobe, scaled so that the surface reflects a constant sky of radiance 1 as `specular`
+//! [RH02, sec. 6.3 and app. D]. rho_hat includes the incident cosine; light from below the surface's horizon
+//! is reflected too, which keeps the model radially symmetric.
 
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ impl Phong {
         Ok(Self { exponent: EXPONENT.checked(exponent)?, specular: SPECULAR.checked_colour(specular)? })
     }
 
-    /// s, the sharpness of the highlight.
+    /// The sharpness s of the highlight.
     pub fn exponent(&self) -> f64 {
         self.exponent
     }
@@ -68,7 +68,7 @@ impl Model for Phong {
         self.specular.map(|specular| specular * value)
     }
 
-    /// s, specular (s + 1) / (2 pi) (3).
+    /// The constants of the formula: s, specular (s + 1) / (2 pi) (3).
     fn constants(&self) -> Vec<f64> {
         let scale = (self.exponent + 1.0) / TAU;
         [&[self.exponent][..], &self.specular.map(|specular| specular * scale)].concat()

@@ -13,9 +13,9 @@
 //! its f. For a view from the side of +Y, the arc begins at phi_v - pi / 2 and ends where the next cylinder
 //! hides it, sin(phi - phi_v) = d cos(phi_v) - 1, or at the floor.
 //!
-//! The matte part is integrated in closed form, the highlight with Gauss' rule, to 3e-6. The paper takes
-//! Chebyshev polynomials for it, and no factor c. Light and view count as 0.06 degrees above the horizon, as
-//! seen along the cylinders, if they are lower: nothing is seen of a cylinder from there.
+//! The matte part is integrated in closed form, the highlight with Gauss' rule, to 3e-6. Poulin and Fournier
+//! take Chebyshev polynomials for it, and no factor c. Light and view count as 0.06 degrees above the
+//! horizon, as seen along the cylinders, if they are lower: nothing is seen of a cylinder from there.
 //!
 //! The model is reciprocal. Of a constant sky a view sees no more than one point of the surface reflects.
 
@@ -77,21 +77,21 @@ pub struct PoulinFournier {
     /// The last angle of a cylinder above the floor, and half its width there.
     edge: f64,
     half_width: f64,
-    /// tan(psi / 2) where cos^s(psi) is e^-16.
+    /// tan(psi / 2) at the angle where cos^s(psi) is e^-16.
     reach: f64,
-    /// c(s).
+    /// The factor c(s) of the highlight.
     factor: f64,
 }
 
-/// What a direction sees of a cylinder and of the floor to its +Y side.
+/// The parts of a cylinder, and of the floor to its +Y side, that a direction sees.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
-    /// Its angle in the plane of +Y and +Z, at least 0.06 degrees from the horizon.
+    /// The direction's angle in the plane of +Y and +Z, at least 0.06 degrees from the horizon.
     phi: f64,
-    /// Of that angle.
+    /// The sine of `phi`.
     sine: f64,
     cosine: f64,
-    /// The first and the last angle of the arc.
+    /// The first and the last angle of the arc of the cylinder that is seen.
     arc: [f64; 2],
     /// The places along +Y where the floor begins and ends, from the cylinder's axis.
     floor: [f64; 2],
@@ -126,7 +126,7 @@ impl PoulinFournier {
         })
     }
 
-    /// What a direction above the horizon sees.
+    /// Returns the parts of cylinder and floor that a direction above the horizon sees.
     fn seen(&self, direction: DVec3) -> Seen {
         let across = math::hypot(direction.y, direction.z);
         let cosine = if across > 0.0 { (direction.z / across).max(LEAST) } else { 1.0 };
@@ -181,7 +181,7 @@ impl PoulinFournier {
     }
 }
 
-/// cos^s; 0 if the cosine is not above 0.
+/// Returns cos^s; 0 if the cosine is not above 0.
 fn power(cosine: f64, s: f64) -> f64 {
     if cosine > 0.0 { math::exp(s * math::ln(cosine)) } else { 0.0 }
 }
@@ -241,8 +241,8 @@ impl Model for PoulinFournier {
         [0, 1, 2].map(|channel| self.diffuse[channel] * diffuse + self.specular[channel] * specular)
     }
 
-    /// s, d, 1 - height, its arc cosine, b, the greatest tan(psi / 2), diffuse / pi (3), specular c(s) (3),
-    /// the nodes and weights of Gauss' rule (16).
+    /// The constants of the formula: s, d, 1 - height, its arc cosine, b, the greatest tan(psi / 2), diffuse
+    /// / pi (3), specular c(s) (3), the nodes and weights of Gauss' rule (16).
     fn constants(&self) -> Vec<f64> {
         let Self { exponent, distance, height, edge, half_width, reach, .. } = *self;
         let shape = [exponent, distance, 1.0 - height, edge, half_width, reach];
@@ -345,7 +345,7 @@ mod tests {
         }
     }
 
-    /// What a view sees of cylinders and floor has, turned toward it, the area that it sees.
+    /// The parts of cylinders and floor that a view sees have, turned toward it, the area that it sees.
     #[test]
     fn what_a_view_sees_has_the_area_of_the_surface() {
         for [distance, height] in shapes() {
@@ -361,7 +361,7 @@ mod tests {
         }
     }
 
-    /// A flat one is a matte surface with Blinn's highlight.
+    /// A surface of cylinders without height is a matte one with Blinn's highlight.
     #[test]
     fn cylinders_of_no_height_are_a_plane() {
         let flat = PoulinFournier::new(30.0, [0.4; 3], [0.6; 3], 2.5, 0.0).unwrap();
@@ -374,7 +374,7 @@ mod tests {
         }
     }
 
-    /// Gauss' rule against a sum of 10^5 steps: [`FAINT`] leaves 1e-7, the nodes 3e-6.
+    /// Compares Gauss' rule with a sum of 10^5 steps: [`FAINT`] leaves 1e-7, the nodes 3e-6.
     #[test]
     fn the_highlight_is_integrated_to_a_few_millionths() {
         for exponent in [0.0, 1.0, 7.5, 60.0, 3000.0, 1e5] {

@@ -148,7 +148,7 @@ impl StandardParameters {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Standard {
     parameters: StandardParameters,
-    /// `None` for the whole.
+    /// The part of the material that this is; `None` for the whole.
     part: Option<Part>,
     formula: Box<Formula>,
 }
@@ -156,20 +156,20 @@ pub struct Standard {
 /// The constants of rho_hat.
 #[derive(Clone, Debug, PartialEq)]
 struct Formula {
-    /// The highlight: alpha^2, F_0 and F_90.
+    /// alpha^2 of the highlight, whose F_0 and F_90 follow.
     alpha2: f64,
     f_0: [f64; 3],
     f_90: f64,
-    /// The coat: alpha^2 and its weight.
+    /// alpha^2 of the coat, whose weight follows.
     coat_alpha2: f64,
     coat: f64,
     charlie: Charlie,
     sheen: [f64; 3],
-    /// F_m / (pi mean(w)).
+    /// The factor F_m / (pi mean(w)) of the light that facets reflect several times.
     multiple: [f64; 3],
     /// The factor of t_L t_V.
     diffuse: [f64; 3],
-    /// u, s, w and t.
+    /// The tables of u, s, w and t.
     tables: Tables,
 }
 
@@ -191,12 +191,12 @@ impl Standard {
         self.parameters
     }
 
-    /// Which part this is; `None` for the whole.
+    /// The part of the material that this is; `None` for the whole.
     pub fn part(&self) -> Option<Part> {
         self.part
     }
 
-    /// Whether it has a matte base or sheen.
+    /// Whether the material has a matte base or sheen.
     pub fn has_body(&self) -> bool {
         [self.formula.diffuse, self.formula.sheen].as_flattened().iter().any(|value| *value > 0.0)
     }

@@ -6,10 +6,10 @@
 //!
 //! - D = e^(-tan^2(theta_h) / m^2) / (pi m^2 (N.h)^4), Beckmann's distribution (Cook and Torrance 1982,
 //!   equation 14),
-//! - G = 1 / (1 + Lambda(L) + Lambda(V)), Smith's masking correlated by height, in place of the paper's
-//!   V-shaped grooves, whose highlight has no bound toward grazing: Lambda(a) = (1 - 1.259 a + 0.396 a^2) /
-//!   (3.535 a + 2.181 a^2), 0 for a > 1.6, a = 1 / (m tan(theta)) (Walter et al. 2007, after equation 27:
-//!   within 0.35 percent),
+//! - G = 1 / (1 + Lambda(L) + Lambda(V)), Smith's masking correlated by height, in place of Torrance and
+//!   Sparrow's V-shaped grooves, whose highlight has no bound toward grazing: Lambda(a) = (1 - 1.259 a +
+//!   0.396 a^2) / (3.535 a + 2.181 a^2), 0 for a > 1.6, a = 1 / (m tan(theta)) (Walter et al. 2007, after
+//!   equation 27: within 0.35 percent),
 //! - F is Fresnel's exact reflectance, of a dielectric (`ior`) or a conductor (`n`, `k`).
 //!
 //! The model is reciprocal. D is normalised, so that with `specular` 1 no view sees more light than falls on
@@ -98,7 +98,7 @@ impl Model for TorranceSparrow {
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
     }
 
-    /// m, specular / (4 pi m^2) (3), Fresnel (7).
+    /// The constants of the formula: m, specular / (4 pi m^2) (3), Fresnel (7).
     fn constants(&self) -> Vec<f64> {
         let m = self.roughness;
         let peak = self.specular.map(|specular| specular * 0.25 / (PI * m * m));

@@ -85,7 +85,7 @@ impl Model for Ward {
         self.specular.map(|specular| specular * value)
     }
 
-    /// a_x, a_y, specular / (pi a_x a_y) (3).
+    /// The constants of the formula: a_x, a_y, specular / (pi a_x a_y) (3).
     fn constants(&self) -> Vec<f64> {
         let [x, y] = self.roughness;
         [&[x, y][..], &self.specular.map(|specular| specular / (PI * x * y))].concat()

@@ -16,7 +16,7 @@ fn nearest(coefficients: &BrdfCoefficients) -> Result<NearestBrdf, NearestBrdfEr
     nearest_non_negative_unless(coefficients, Mean::Free, &|| false)
 }
 
-/// The sum over both signs of q, from the definition.
+/// rho_hat by its definition, as the sum over both signs of q.
 fn rho_hat(coefficients: &BrdfCoefficients, incident: Direction, outgoing: Direction) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let [i, o] = [(coefficients.f(), incident), (coefficients.p(), outgoing)].map(|(degree, direction)| {

@@ -1,4 +1,4 @@
-//! The degrees: given ones, or the least that meet a tolerance (paper 1, Appendix C).
+//! The degrees: given ones, or the least that meet a tolerance [RH02, app. C].
 //!
 //! A few outgoing directions give an estimate of F. A table is made with that F and P = 4; as long as it does
 //! not hold enough, F or P is doubled, whichever holds more of the energy in its upper half. Then P is

@@ -25,12 +25,12 @@ pub enum ProjectionError {
     /// The degrees have more than [`MOST_COEFFICIENTS`] coefficients.
     #[error("degrees [{f}, {p}] make more than {MOST_COEFFICIENTS} coefficients")]
     TooMany {
-        /// F.
+        /// The degree F in the incident direction.
         f: usize,
-        /// P.
+        /// The degree P in the outgoing direction.
         p: usize,
     },
-    /// It was stopped before its end.
+    /// The projection was stopped before its end.
     #[error("the projection was stopped")]
     Stopped,
     /// The material has a value that is NaN or infinite. Angles are in degrees about the central direction.
@@ -41,9 +41,9 @@ pub enum ProjectionError {
     NotFinite {
         /// The incident direction's angle to the central direction.
         theta_i: f64,
-        /// The outgoing direction's.
+        /// The outgoing direction's angle to the central direction.
         theta_o: f64,
-        /// The azimuth between both.
+        /// The azimuth between the incident and the outgoing direction.
         phi: f64,
     },
 }

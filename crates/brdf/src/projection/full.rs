@@ -28,13 +28,13 @@ pub(super) const F: usize = 255;
 /// The highest P: above the 16 that maps have, so that a cut at 16 can be compared with something.
 const P: usize = 24;
 
-/// Nodes of theta_o.
+/// The number of nodes of theta_o.
 const OUTGOING: usize = 80;
 
-/// Nodes of phi over half a turn.
+/// The number of nodes of phi over half a turn.
 const AZIMUTHS: usize = 48;
 
-/// Nodes of a panel of theta_i.
+/// The number of nodes of a panel of theta_i.
 const NODES: usize = 6;
 
 /// The widest panel: 6 nodes on it resolve degree 255 (two nodes for each half wave).
@@ -93,7 +93,7 @@ pub(super) fn enough(energy: &[f64]) -> usize {
     last.unwrap_or(0)
 }
 
-/// How many times [`full`] asks whether to stop.
+/// The number of times that [`full`] asks whether to stop.
 pub(super) fn steps() -> usize {
     incident_nodes().len()
 }
@@ -118,7 +118,7 @@ fn incident_nodes() -> Vec<(f64, f64)> {
 
 /// The nodes of the outgoing directions, and the functions at them.
 struct Views {
-    /// theta_o and its weight over the cosine.
+    /// The angle theta_o and its weight over the cosine.
     outgoing: Vec<(f64, f64)>,
     /// The view of each theta_o, or its mirror image if it is below the surface.
     seen: Vec<SurfaceView>,

@@ -14,14 +14,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::Centre;
 use crate::quadrature::Panel;
 
-/// A part of the circles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum CirclePart {
     /// Whole circles.
     Whole,
-    /// The part above the horizon: phi from 0 to phi_h.
+    /// The part of the circles above the horizon: phi from 0 to phi_h.
     Above,
-    /// The part below: phi from phi_h to pi.
+    /// The part of the circles below the horizon: phi from phi_h to pi.
     Below,
 }
 
@@ -31,7 +30,7 @@ pub(super) struct Piece {
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) part: CirclePart,
-    /// theta_o / 2, if the horizon cuts the circles.
+    /// Half of theta_o, if the horizon cuts the circles.
     half: f64,
 }
 
@@ -55,7 +54,7 @@ pub(super) fn pieces(centre: Centre, theta_o: f64, below: bool) -> Vec<Piece> {
 }
 
 impl Piece {
-    /// Its panels, none wider than `widest` in theta_i.
+    /// The panels of the piece, none wider than `widest` in theta_i.
     pub(super) fn panels(self, widest: f64) -> impl Iterator<Item = Panel> {
         // If the horizon cuts the circles, the number of panels is even, so that a kink at theta_i = pi/2
         // lies between two.

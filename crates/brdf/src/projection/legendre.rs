@@ -18,9 +18,9 @@ pub(super) struct Legendre {
     f: usize,
     /// The highest q, at most f.
     orders: usize,
-    /// c_q.
+    /// The factor c_q of each order.
     start: Vec<f64>,
-    /// a_lq and b_lq, l = q+1 ..= f, order after order.
+    /// The constants a_lq and b_lq, l = q+1 ..= f, order after order.
     climb: Vec<[f64; 2]>,
 }
 

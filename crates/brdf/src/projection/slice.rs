@@ -1,5 +1,5 @@
 //! One outgoing direction: rho_hat sampled over all incident ones, and the first two steps of the projection
-//! (thesis, equation 5.22, with the sums over theta_i and theta_o exchanged)
+//! ([Ram02, eq. 5.22], with the sums over theta_i and theta_o exchanged)
 //!
 //! > rho_q(theta_i)  = integral over [0, 2 pi] of rho_hat(theta_i, theta_o, phi) cos(q phi) dphi
 //! > rho_lq(theta_o) = integral over [0, pi] of rho_q(theta_i) f_lq(theta_i) sin(theta_i) dtheta_i.
@@ -24,14 +24,14 @@ pub(super) struct Source<'a> {
     pub(super) centre: Centre,
     /// rho_hat in the frame of the surface, even in phi about the central direction.
     pub(super) rho_hat: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
-    /// Whether it reflects light from below the horizon.
+    /// Whether the function reflects light from below the horizon.
     pub(super) below: bool,
     /// Whether nobody wants the result any more.
     pub(super) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Source<'_> {
-    /// An error if nobody wants the result any more.
+    /// Returns an error if nobody wants the result any more.
     pub(super) fn check(&self) -> Result<(), ProjectionError> {
         if (self.stop)() { Err(ProjectionError::Stopped) } else { Ok(()) }
     }
@@ -64,16 +64,16 @@ pub(super) struct Fineness {
     pub(super) negligible: f64,
 }
 
-/// The result for one outgoing direction.
+/// A projection's moments and energy for one outgoing direction.
 #[derive(Clone, Debug)]
 pub(super) struct Slice {
     /// rho_lq for l <= F and q <= orders, shape [F+1, orders+1], RGB.
     pub(super) moments: Vec<[f64; 3]>,
     /// The integral of rho_hat^2 over the incident directions, summed over channels.
     pub(super) energy: f64,
-    /// The difference of both rules in it.
+    /// The difference of both quadrature rules in the energy.
     pub(super) error: f64,
-    /// The largest value.
+    /// The largest value of rho_hat.
     pub(super) peak: f64,
     /// The greatest variation of a value along a circle theta_i = const.
     pub(super) swing: f64,
@@ -127,7 +127,7 @@ impl<'a> Outgoing<'a> {
 struct Columns {
     cosine: F64x16,
     sine: F64x16,
-    /// rho_q of every node times its weight, per order and channel.
+    /// The value rho_q of every node times its weight, per order and channel.
     modes: Vec<[F64x16; 3]>,
     energy: f64,
     error: f64,
@@ -284,7 +284,7 @@ struct Circle<'a> {
     theta: f64,
     cosine: f64,
     sine: f64,
-    /// Whether the horizon does not cut it.
+    /// Whether the horizon does not cut the circle.
     whole: bool,
 }
 

@@ -1,12 +1,12 @@
 //! The coefficients up to given degrees: slices over theta_o, and the third step of the projection
-//! (thesis, equations 5.18 and 5.22)
+//! [Ram02, eqs. 5.18 and 5.22]
 //!
 //! > rho_lpq = 2 pi * integral over [0, pi] of rho_lq(theta_o) f_pq(theta_o) sin(theta_o) dtheta_o
 //! > energy  = 2 pi * integral over [0, pi] of sin(theta_o) * (integral of rho_hat^2 over w_i) dtheta_o.
 //!
-//! The thesis tabulates rho_hat on a fixed grid of S x T x T. Here each of the three integrals is a sum over
-//! panels of 15 nodes, which are halved until all of them meet [`ACCURACY`]: there are few if rho_hat is
-//! smooth, and many around a highlight, a horizon or the kinks of a measured table.
+//! [Ram02, sec. 5.5] tabulates rho_hat on a fixed grid of S x T x T. Here each of the three integrals is a
+//! sum over panels of 15 nodes, which are halved until all of them meet [`ACCURACY`]: there are few if
+//! rho_hat is smooth, and many around a highlight, a horizon or the kinks of a measured table.
 
 use std::f64::consts::{PI, TAU};
 
@@ -43,11 +43,11 @@ const NOTHING: f64 = 1e-18;
 #[derive(Clone, Debug)]
 pub(super) struct Table {
     pub(super) p: usize,
-    /// Shape [F+1, P+1, P+1], RGB.
+    /// The coefficients, shape [F+1, P+1, P+1], RGB.
     pub(super) rho: Vec<[f64; 3]>,
     /// The integral of rho_hat^2 over both directions, summed over channels.
     pub(super) total: f64,
-    /// The differences of both rules, summed over panels and relative to `total`.
+    /// The differences of both quadrature rules, summed over panels and relative to `total`.
     pub(super) error: f64,
     /// The number of evaluations of rho_hat.
     pub(super) evaluations: usize,
@@ -158,7 +158,7 @@ fn pass(
 
 /// A panel's part of all coefficients.
 struct PanelSum {
-    /// By both rules, shape [q, p - q, F+1 - q]; the second is their difference.
+    /// The panel's part by both rules, shape [q, p - q, F+1 - q]; the second is their difference.
     rho: Vec<[[f64; 3]; 2]>,
     energy: f64,
     difference: f64,

@@ -22,7 +22,7 @@ fn lambert() -> Material {
     Material::Lambert(Lambert::new([0.8, 0.4, 0.0]).unwrap())
 }
 
-/// Paper 1, Appendix D: F is about sqrt(-s log(tolerance)).
+/// F is about sqrt(-s log(tolerance)) [RH02, app. D].
 #[test]
 fn phong_needs_the_degrees_of_the_paper() {
     let exponents = [8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
@@ -123,7 +123,7 @@ fn impossible_parameters_are_errors_that_name_them() {
     assert_eq!(message, "exponent: -1 is not a number from 0 to 1e9");
 }
 
-/// Equation 11 of the paper.
+/// The model of [RH02, eq. 11].
 fn microfacet(sigma: f64) -> impl Fn(Direction, Direction) -> [f64; 3] {
     let model = Microfacet::new(sigma, [1.0; 3]).unwrap();
     move |incident, outgoing| model.rho_hat(incident, outgoing)
@@ -316,7 +316,7 @@ fn coefficients_agree_with_brute_force() {
     }
 }
 
-/// Table 5 of the paper; the first and third degrees agree within one.
+/// The degrees of [RH02, tab. 5]; the first and third agree within one.
 #[test]
 fn the_microfacet_model_needs_the_degrees_of_the_paper() {
     for (sigma, expected) in [(0.1, (23, 2)), (0.2, (11, 2)), (0.3, (7, 2)), (0.4, (5, 2)), (0.5, (4, 2))] {
@@ -330,7 +330,7 @@ fn the_microfacet_model_needs_the_degrees_of_the_paper() {
     }
 }
 
-/// Paper 1, section 7.1: cos^s(theta_i - theta_o) about the tangent needs P = 8 for s = 32, and no azimuth.
+/// cos^s(theta_i - theta_o) about the tangent needs P = 8 for s = 32, and no azimuth [RH02, sec. 7.1].
 #[test]
 fn the_hair_model_needs_degree_8_and_no_azimuth() {
     let hair = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
@@ -364,8 +364,8 @@ fn sharp_highlights_are_resolved() {
     }
 }
 
-/// Equation 5.18: the energies of all degrees add up to the integral of rho_hat^2, and give the share that is
-/// captured.
+/// The energies of all degrees add up to the integral of rho_hat^2 [Ram02, eq. 5.18], and give the share that
+/// is captured.
 #[test]
 fn energies_add_up() {
     let model = microfacet(0.3);

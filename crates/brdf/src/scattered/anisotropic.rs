@@ -23,8 +23,8 @@ pub struct InterpolatedAnisotropic {
     pub held_out: f64,
 }
 
-/// The shape of such tables: 7.5 degrees in the azimuth of the half vector, on which highlights depend, and
-/// 15 in that of the difference, on which they hardly do.
+/// The shape of tables of surfaces that have a direction: 7.5 degrees in the azimuth of the half vector, on
+/// which highlights depend, and 15 in that of the difference, on which they hardly do.
 pub const ANISOTROPIC_SHAPE: [usize; 4] = [36, 48, 24, 12];
 
 /// The most samples that are used; if there are more, evenly spaced ones are chosen.
@@ -35,7 +35,7 @@ const MOST_SITES: usize = 1 << 12;
 /// Uses all threads; the result does not depend on their number.
 ///
 /// # Errors
-/// As [`super::interpolate`].
+/// The errors of [`super::interpolate`].
 ///
 /// # Example: measurements of a matte surface reproduce it
 /// ```

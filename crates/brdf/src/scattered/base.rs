@@ -39,9 +39,9 @@ pub(super) struct Base {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Coat {
     distribution: Distribution,
-    /// Along a direction of the surface, and across it.
+    /// alpha along a direction of the surface, and across it.
     alpha: [f64; 2],
-    /// The azimuth of that direction.
+    /// The azimuth of the direction along which `alpha` has its first value.
     turn: f64,
 }
 
@@ -63,8 +63,8 @@ impl Base {
         search.best
     }
 
-    /// The same with a coat that may be stretched: first in steps of 22.5 degrees and factors of sqrt(2),
-    /// then by ever smaller steps from the best.
+    /// Fits the model with a coat that may be stretched: first in steps of 22.5 degrees and factors of
+    /// sqrt(2), then by ever smaller steps from the best.
     pub(super) fn fit_stretched(samples: &[Sample], floor: f64) -> Self {
         let alpha = Self::fit(samples, floor).width();
         let mut search = Search::new(samples, floor);
@@ -100,13 +100,13 @@ impl Base {
         search.best
     }
 
-    /// f_0 in 1/sr; below the horizon it is the value at the horizon.
+    /// The fitted BRDF f_0 in 1/sr; below the horizon it is the value at the horizon.
     pub(super) fn value(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let terms = terms(self.coat, incident, outgoing);
         self.weights.map(|weights| dot(&weights, &terms))
     }
 
-    /// alpha, about the highlight's width in theta_h, in radians; if it is stretched, the geometric mean.
+    /// alpha, about the highlight's width in theta_h, in radians; the geometric mean of both if stretched.
     pub(super) fn width(&self) -> f64 {
         let [x, y] = self.coat.alpha;
         if x == y { x } else { (x * y).sqrt() }

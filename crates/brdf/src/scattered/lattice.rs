@@ -29,7 +29,7 @@ const ACCURACY: f64 = 1e-4;
 /// A value to approximate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Site {
-    /// theta_h, phi_h, theta_d, psi.
+    /// The angles theta_h, phi_h, theta_d, psi.
     pub(super) angles: [f64; 4],
     pub(super) value: [f64; 3],
 }

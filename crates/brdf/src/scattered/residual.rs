@@ -30,7 +30,7 @@ const BAND: usize = (3 * (V + 1) + 3) * K + K;
 /// A value to approximate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Site {
-    /// theta_h, theta_d, phi_d.
+    /// The angles theta_h, theta_d, phi_d.
     pub(super) angles: [f64; 3],
     pub(super) value: [f64; 3],
 }

@@ -7,16 +7,16 @@ use crate::MeasuredError;
 /// One measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Toward the light, in the frame of the surface (+Z the normal).
+    /// The direction toward the light, in the frame of the surface (+Z the normal).
     pub incident: Direction,
-    /// Toward the viewer.
+    /// The direction toward the viewer, in the frame of the surface.
     pub outgoing: Direction,
     /// The BRDF in 1/sr, RGB, without the cosine.
     pub value: [f64; 3],
 }
 
 impl Sample {
-    /// The logarithm of what the base must be multiplied by, both raised by a floor.
+    /// The logarithm of the factor by which the value exceeds the base, both raised by a floor.
     pub(super) fn log_ratio(&self, base: [f64; 3], floor: f64) -> [f64; 3] {
         [0, 1, 2].map(|channel| {
             let ratio = (self.value[channel] + floor) / (base[channel] + floor);
@@ -38,7 +38,7 @@ pub enum ScatteredError {
     /// A measurement is impossible.
     #[error("sample {sample} is negative or not finite, or one of its directions lies below the horizon")]
     Sample {
-        /// Its index.
+        /// The index of the measurement.
         sample: usize,
     },
     /// The table is impossible.

@@ -10,26 +10,26 @@
 
 use std::f64::consts::TAU;
 
-/// The steps of the first, coarsest rule.
+/// The number of steps of the first, coarsest rule.
 const FIRST: usize = 8;
-/// The rules: the last has 2048 steps.
+/// The number of rules: the last has 2048 steps.
 const STAGES: usize = 9;
-/// Rules past the one whose steps a highlight cannot hide between: 32 times as many.
+/// The number of rules past the one whose steps a highlight cannot hide between: 32 times as many steps.
 const MORE: usize = 5;
-/// The choices of 1 - a: 1, 1/2, ... 1/1024.
+/// The number of choices of 1 - a: 1, 1/2, ... 1/1024.
 const CONCENTRATIONS: usize = 11;
 
 /// The nodes of every rule, and the harmonics of the azimuth at them.
 pub(super) struct Azimuths {
     /// The number of harmonics: 1, cos(phi), sin(phi), ... sin(F phi).
     columns: usize,
-    /// By concentration and stage.
+    /// The rules by concentration and stage.
     rules: Vec<Vec<Stage>>,
 }
 
 /// The nodes that a rule adds to those of the one before.
 struct Stage {
-    /// cos(phi) and sin(phi).
+    /// The cosine and sine of phi at each node.
     turns: Vec<[f64; 2]>,
     /// The harmonics times dphi / dt, [node, column].
     harmonics: Vec<f64>,
@@ -38,7 +38,7 @@ struct Stage {
 /// Which rules are tried on a circle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steps {
-    /// k of 1 - a = 2^-k.
+    /// The k of 1 - a = 2^-k.
     concentration: usize,
     /// The first and the last rule that may be the one that is used.
     stages: [usize; 2],
@@ -47,7 +47,7 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    /// For a highlight of a width in radians, at azimuth 0 or, if it `strays`, at any.
+    /// The rules for a highlight of a width in radians, at azimuth 0 or, if it `strays`, at any.
     pub(super) fn for_feature(width: f64, strays: bool, accuracy: f64) -> Self {
         let narrow = math::log2(1.0 / width.clamp(1e-9, 1.0));
         // Where 1 - a = width^(2/3), the highlight is about as wide in t as the bend of phi(t): width^(1/3).
@@ -62,11 +62,11 @@ impl Steps {
     }
 }
 
-/// What [`Azimuths::integrate`] works in; its results are in `moments`.
+/// The memory of [`Azimuths::integrate`], with its results in `moments`.
 pub(super) struct Circle {
     /// The integrals over phi of the function times each harmonic, [channel, column].
     pub(super) moments: [Vec<f64>; 3],
-    /// How far they may be off.
+    /// The error that the moments may have.
     pub(super) error: f64,
     /// The number of values taken so far, over all calls.
     pub(super) evaluations: usize,
@@ -82,7 +82,7 @@ impl Circle {
 }
 
 impl Azimuths {
-    /// For harmonics up to cos(`degree` phi).
+    /// Prepares the rules for harmonics up to cos(`degree` phi).
     pub(super) fn new(degree: usize) -> Self {
         let stage = |a: f64, stage: usize| {
             let (count, offset) = match stage {

@@ -34,7 +34,7 @@ const AZIMUTHS: usize = 8;
 /// ```
 ///
 /// # Errors
-/// As [`super::tabulate_unless`].
+/// The errors of [`super::tabulate_unless`].
 pub fn captured_unless(
     material: &Material,
     degree: Degree,

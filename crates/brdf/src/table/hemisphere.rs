@@ -13,23 +13,24 @@ use super::azimuths::{Azimuths, Circle, Steps};
 use crate::quadrature::{Panel, RULE};
 use crate::{Lobe, Material};
 
-/// The error that is aimed at, as a share of the greatest coefficient: of smooth models, of one whose kinks
-/// lie anywhere, and of a table, which has them between all of its nodes and is no more accurate itself.
+/// The error that is aimed at, as a share of the greatest coefficient of a smooth model. Models whose kinks
+/// lie anywhere have another, and so has a table, which has kinks between all of its nodes and is no more
+/// accurate itself.
 const ACCURACY: f64 = 4e-7;
 const ACCURACY_OF_KINKS: f64 = 1e-5;
 const ACCURACY_OF_TABLES: f64 = 1e-3;
-/// The share of it that a panel may have.
+/// The share of the error aimed at that a panel may have.
 const SHARE: f64 = 0.125;
 /// The most halvings of a panel.
 const DEEPEST: usize = 24;
-/// The most values for one view, and of a table; what is left unrefined shows in the error.
+/// The most values for one view of a model; tables have fewer. What is left unrefined shows in the error.
 const MOST_EVALUATIONS: usize = 250_000;
 const MOST_EVALUATIONS_OF_TABLES: usize = 20_000;
 
 /// Coefficients c_i in the frame of the surface, and how far they may be off.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewCoefficients {
-    /// c_i, row l*l + l + m, RGB.
+    /// The coefficients c_i, row l*l + l + m, RGB.
     pub c: Vec<[f64; 3]>,
     /// The difference of two rules of quadrature: many times the error if rho_hat is smooth, about the error
     /// if it has kinks. 0 for a closed form.
@@ -46,7 +47,7 @@ pub(super) enum Half {
     Lower,
 }
 
-/// What is the same for every view.
+/// The harmonics, rules and limits that are the same for every view.
 pub(super) struct Hemisphere {
     basis: Basis,
     azimuths: Azimuths,
@@ -68,7 +69,7 @@ struct Part {
 }
 
 impl Hemisphere {
-    /// For a material's coefficients up to a degree.
+    /// Prepares the integrals of a material's coefficients up to a degree.
     pub(super) fn new(material: &Material, degree: Degree) -> Self {
         let width = |lobe: &Lobe| match *lobe {
             Lobe::Cosine => 1.0,

@@ -1,8 +1,8 @@
 //! Tables of several materials, between which a surface varies.
 //!
-//! Kautz, Sloan and Snyder (2002), section 3: a table c_i(v, q) of one more dimension, and figure 4. The
-//! materials are evenly spaced in q, from 0 to Q - 1, and what lies between is blended: it reflects the
-//! shares of both, which is not quite what a material with the mean of their parameters reflects.
+//! This is a table c_i(v, q) of one more dimension [KSS02, sec. 3 and fig. 4]. The materials are evenly
+//! spaced in q, from 0 to Q - 1, and what lies between is blended: it reflects the shares of both, which is
+//! not quite what a material with the mean of their parameters reflects.
 
 use super::{BelowHorizon, BrdfTable};
 

@@ -18,7 +18,7 @@ fn brushed() -> Material {
     Material::Ward(Ward::new([0.2, 0.5], [1.0, 0.5, 0.25]).unwrap())
 }
 
-/// Gauss-Legendre in cos(theta) on each side of the horizon and equal steps in phi.
+/// The coefficients by Gauss-Legendre in cos(theta) on each side of the horizon and equal steps in phi.
 fn by_brute_force(material: &Material, view: Direction, degree: Degree) -> Vec<[f64; 3]> {
     let (nodes, weights) = sh::quadrature::gauss_legendre(160);
     let basis = Basis::new(degree);

@@ -15,12 +15,12 @@ const ACCURACY: f64 = 1e-9;
 /// The most halvings of a panel.
 const DEEPEST: usize = 20;
 
-/// Whether a material is such a model.
+/// Whether a material is a model whose rho_hat depends on the angle to one axis alone.
 pub(super) fn is_zonal(material: &Material) -> bool {
     material.radial().is_some() || material.centre() == Centre::Tangent
 }
 
-/// Adds the coefficients of such a material toward a view: c_lm = Lambda_l u_l Y_lm(axis) for rho_hat = sum
+/// Adds the coefficients of a zonal material toward a view: c_lm = Lambda_l u_l Y_lm(axis) for rho_hat = sum
 /// of u_l Y_l0(angle to the axis).
 pub(super) fn add_zonal(
     material: &Material,

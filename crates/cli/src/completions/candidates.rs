@@ -13,7 +13,7 @@ use stages::PreviewCatalog;
 use crate::arguments::{Arguments, MANIFEST};
 use crate::manifest;
 
-/// What may complete a word.
+/// A candidate to complete a word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Candidate {
     /// A word, and what it means.
@@ -33,7 +33,7 @@ impl fmt::Display for Candidate {
     }
 }
 
-/// What may complete the last of these words, the arguments so far.
+/// The candidates to complete the last of these words, the arguments so far.
 pub(super) fn of(words: &[String], kinds: &Kinds) -> Vec<Candidate> {
     let Some((word, before)) = words.split_last() else { return Vec::new() };
     let mut root = Arguments::command();
@@ -49,7 +49,7 @@ pub(super) fn of(words: &[String], kinds: &Kinds) -> Vec<Candidate> {
     found
 }
 
-/// Where on the command line a word is.
+/// The place of a word on the command line.
 struct Place<'c> {
     command: &'c Command,
     /// The option whose value the word is.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::facts::{Facts, range};
 use super::lights;
 
-/// What our files begin their texts with.
+/// The prefix of the names of texts in files of ours.
 const PREFIX: &str = "specula.";
 
 /// The text that a file of coefficients has.
@@ -18,7 +18,7 @@ const BASIS: &str = "specula.basis";
 /// The header, with its texts, comes first; it lies within this many bytes.
 const HEADER: usize = 1 << 20;
 
-/// What a file of coefficients holds; `None` if the OpenEXR file is another image.
+/// The facts of a file of coefficients; `None` if the OpenEXR file is another image.
 pub(super) fn reflection_map(bytes: &[u8]) -> Option<Result<Facts, Error>> {
     let header = &bytes[..bytes.len().min(HEADER)];
     if !header.windows(BASIS.len()).any(|text| text == BASIS.as_bytes()) {

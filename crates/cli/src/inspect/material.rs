@@ -36,7 +36,7 @@ pub(super) fn of_artifact(bytes: &[u8]) -> Option<Material> {
     tensors::decode_material(bytes).ok()
 }
 
-/// What a material file holds.
+/// The facts of a material file.
 pub(super) fn facts(file: &Path, bytes: &[u8], found: &MaterialFile) -> Facts {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let format = Format::of_name(&name).map_or("TOML", Format::name);
@@ -117,7 +117,7 @@ fn reciprocity(checks: &Checks) -> String {
     }
 }
 
-/// What a view reflects of a constant environment of radiance 1; angles are in degrees.
+/// The light that a view reflects of a constant environment of radiance 1; angles are in degrees.
 fn albedo_of(albedo: &brdf::Albedo, isotropic: bool) -> Value {
     // Four significant digits.
     let rgb = albedo.rgb.map(|channel| format!("{channel:.3e}").parse().unwrap_or(channel));

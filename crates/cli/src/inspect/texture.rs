@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::facts::{Facts, range};
 
-/// KTX2 and DDS.
+/// The facts of a texture: KTX2 or DDS.
 pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let file = read_texture(bytes)?;
     let texture = &file.texture;
@@ -44,7 +44,7 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
     Ok(facts)
 }
 
-/// Babylon.js' `.env`.
+/// The facts of an `.env` file of Babylon.js.
 pub(super) fn babylon_env(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let BabylonEnv { cube, irradiance, lod_generation_scale } = read_babylon_env(bytes)?;
     let mut facts: Facts =
@@ -65,7 +65,7 @@ pub(super) fn light(cube: &Texture) -> Facts {
     ]
 }
 
-/// The safetensors of a reflection map.
+/// The facts of the safetensors of a reflection map.
 pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let map = tensors::decode_shrm(bytes)?;
     // The facts of every tensor file include the centre.

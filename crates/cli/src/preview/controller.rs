@@ -34,7 +34,7 @@ pub(crate) use edits::MaterialEdit;
 /// Sends updates to a window.
 type Window = Box<dyn Fn(PreviewUpdate) + Send>;
 
-/// What the controller reacts to.
+/// A message that the controller reacts to.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends some of these"))]
 pub(crate) enum PreviewMessage {
     /// An event of the watcher, and when it came.
@@ -53,13 +53,12 @@ pub(crate) enum PreviewMessage {
     ReturnFromDropped,
     /// Save the window's state.
     SaveState(String),
-    /// Save a picture.
     SavePicture(Subject, Picture),
     /// Edit a material.
     Edit(String, MaterialEdit),
     /// Say how a turn of the light would be written to the manifest.
     ProposeLight(Aim),
-    /// Write it, if these lines still say what changes.
+    /// Write a turn of the light to the manifest, if these lines still say what changes.
     SaveLight(Aim, Vec<String>),
     /// Close the window, even if it has not opened yet.
     Close,
@@ -67,16 +66,16 @@ pub(crate) enum PreviewMessage {
     End,
 }
 
-/// Where the subject is shown.
+/// The output in which the subject is shown.
 enum CommandOutput {
-    /// Nowhere yet.
+    /// The subject is not shown yet.
     None,
     Window(Window),
-    /// In a file, in place of the window that would have had this view.
+    /// The subject is drawn into a file, in place of the window that would have had this view.
     Still(Box<InitialView>),
 }
 
-/// What to do after all messages are read.
+/// The work that is left to do after all messages are read.
 #[derive(Default)]
 struct PendingWork {
     /// Read the manifest again.
@@ -90,7 +89,7 @@ struct PendingWork {
     return_from_dropped: bool,
     state: Option<String>,
     pictures: Vec<(Subject, Picture)>,
-    /// In order, but of several values to show only the last.
+    /// The edits in order, but of several values to show only the last.
     edits: Vec<(String, MaterialEdit)>,
     proposed_light: Option<Aim>,
     saved_light: Option<edits::SavedLight>,
@@ -99,7 +98,7 @@ struct PendingWork {
     end: bool,
 }
 
-/// See the module's documentation.
+/// The controller of a preview; see the module's documentation.
 pub(crate) struct PreviewController<'a> {
     request: &'a WindowRequest<'a>,
     /// Stops the watcher: without a window, after a still is drawn.
@@ -107,7 +106,7 @@ pub(crate) struct PreviewController<'a> {
     watched: &'a WatchedProject,
     /// The project in the window.
     project: Project,
-    /// Whether its watcher has not begun.
+    /// Whether the watcher of the project in the window has not begun.
     awaits_watcher: bool,
     /// The projects before files were dropped, each with its subject; the last is the latest.
     before: Vec<(Project, Option<Subject>)>,
@@ -129,9 +128,10 @@ pub(crate) struct PreviewController<'a> {
     wanted: Option<Subject>,
     /// The items that the wanted subject depends on.
     ancestry: Vec<ItemName>,
-    /// Those of them that its scene is read from: environment, material, mesh and reflection.
+    /// The items that the scene of the wanted subject is read from: environment, material, mesh and
+    /// reflection.
     parts: Vec<ItemName>,
-    /// The same for the watcher: they go first.
+    /// The items of the wanted subject that the watcher builds first.
     goes_first: Wanted,
     shown: Option<(Subject, Scene, SubjectDetails)>,
     /// A turn of the light that was written, until a scene has it, and the light that was shown without it.
@@ -187,7 +187,7 @@ impl<'a> PreviewController<'a> {
         }
     }
 
-    /// What the watcher is to build first: the items of the subject that is shown, or is to be.
+    /// The items that the watcher is to build first: those of the subject that is shown, or is to be.
     pub(crate) fn goes_first(&self) -> Wanted {
         self.goes_first.clone()
     }
@@ -544,7 +544,7 @@ impl<'a> PreviewController<'a> {
         }
     }
 
-    /// What the errors mean for the picture, in any mode.
+    /// The headline that says what the errors mean for the picture, in any mode.
     fn headline(&self) -> String {
         let errors = self.status.errors();
         let headline = match (&self.shown, self.error.is_empty()) {

@@ -19,7 +19,7 @@ use crate::standard_pipeline::ImportParameters;
 /// A toast names at most this many files.
 const NAMED: usize = 4;
 
-/// What the window shows.
+/// The project, catalog and subject that the window shows.
 pub(super) struct Shown<'a> {
     pub(super) project: &'a Project,
     pub(super) catalog: Option<&'a PreviewCatalog>,
@@ -29,9 +29,9 @@ pub(super) struct Shown<'a> {
 /// The project that the window goes over to.
 pub(super) struct DroppedProject {
     pub(super) project: Project,
-    /// What was dropped, as parts of the subject.
+    /// The dropped files, as parts of the subject.
     pub(super) chosen: SubjectRequest,
-    /// What happened, how to keep it, and how to return.
+    /// A message of what happened, how to keep it, and how to return.
     pub(super) toast: Toast,
 }
 
@@ -101,7 +101,7 @@ impl Shown<'_> {
         (assets, parameters)
     }
 
-    /// What to write to keep files that were dropped: for each of their kinds a line.
+    /// The text to write to keep files that were dropped: for each of their kinds a line.
     fn how_to_keep(&self, dropped: &Assets) -> Vec<String> {
         let lists = [
             ("import-environment", &dropped.environments),

@@ -18,7 +18,7 @@ pub(crate) const SCREENSHOTS: &str = "screenshots";
 /// The state of a window takes some hundred bytes.
 const LARGEST_STATE: u64 = 1 << 20;
 
-/// The paths of these files.
+/// The paths of the files that a preview reads and writes.
 #[derive(Clone, Debug)]
 pub(crate) struct PreviewFiles {
     folder: PathBuf,
@@ -31,7 +31,7 @@ impl PreviewFiles {
         Self { folder: manifest.with_file_name(FOLDER), screenshots: manifest.with_file_name(SCREENSHOTS) }
     }
 
-    /// The same, with another folder for screenshots.
+    /// These paths, with another folder for screenshots.
     pub(crate) fn with_screenshots(self, folder: &Path) -> Self {
         Self { screenshots: folder.into(), ..self }
     }

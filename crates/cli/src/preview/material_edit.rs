@@ -14,7 +14,7 @@ use engine::Failure;
 #[derive(Default)]
 pub(crate) struct MaterialEdits {
     files: BTreeMap<String, MaterialText>,
-    /// Those whose latest update was sent.
+    /// The materials whose latest update was sent.
     sent: BTreeSet<String>,
 }
 
@@ -25,7 +25,7 @@ struct MaterialText {
     edit: Option<Edit>,
 }
 
-/// Other values of a file's parameters.
+/// An edit: other values of a file's parameters.
 struct Edit {
     form: MaterialForm,
     /// The material with these values, or why there is none.

@@ -20,17 +20,17 @@ use crate::{print, recognise, sample};
 const ENVIRONMENTS: &str = "assets/environments";
 const MATERIALS: &str = "assets/materials";
 
-/// What files may be named, for whoever named others.
+/// Advice on the files that may be named, for whoever named others.
 pub(super) const FILES: &str =
     "name images (.exr, .hdr), material files (.toml, measured BRDFs), glTF meshes, or one manifest";
 
-/// What is watched and shown.
+/// A manifest and its stages that are watched and shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Project {
     pub(crate) manifest: PathBuf,
     /// The stages that are watched; an empty list means all.
     pub(crate) stages: Vec<String>,
-    /// The files that the manifest was made for; none if it is somebody's own.
+    /// The files that the manifest was made for; none if the manifest is somebody's own.
     pub(crate) files: Vec<PathBuf>,
 }
 

@@ -9,14 +9,14 @@ use super::files::PreviewFiles;
 use super::project::Project;
 use crate::print::say;
 
-/// What a window shows, and how.
+/// A request for a window: what it shows, and how.
 pub(crate) struct WindowRequest<'a> {
-    /// What it shows first.
+    /// The project that the window shows first.
     pub(crate) project: &'a Project,
     /// The folder for pictures that somebody takes.
     pub(crate) screenshots: &'a Path,
     pub(crate) kinds: &'a Kinds,
-    /// Its subject to show first.
+    /// The subject that the window shows first.
     pub(crate) subject: SubjectRequest,
     /// Whether the CPU draws, even if there is a graphics device.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "stills are drawn by the CPU"))]
@@ -25,7 +25,7 @@ pub(crate) struct WindowRequest<'a> {
     pub(crate) continues_without: bool,
 }
 
-/// What a window, or the still that replaces it, shows first.
+/// The view that a window, or the still that replaces it, shows first.
 pub(super) fn initial_view(manifest: &Path, request: SubjectRequest) -> InitialView {
     let state = PreviewFiles::beside(manifest).state().unwrap_or_else(|reason| {
         say!("warning: {reason}");

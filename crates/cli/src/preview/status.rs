@@ -50,7 +50,7 @@ pub(crate) struct BuildStatus {
 /// Changes that were noticed.
 #[derive(Default)]
 struct Changes {
-    /// When the first was noticed, in milliseconds.
+    /// When the first of the changes was noticed, in milliseconds.
     since: Option<f64>,
     paths: Vec<String>,
 }
@@ -133,7 +133,6 @@ impl BuildStatus {
         self.progress.is_some()
     }
 
-    /// The status line.
     pub(crate) fn line(&self) -> String {
         if let Some(holder) = &self.holder {
             return format!("waiting for {holder}");
@@ -150,7 +149,6 @@ impl BuildStatus {
         }
     }
 
-    /// The outstanding errors.
     pub(crate) fn errors(&self) -> &OutstandingErrors {
         &self.errors
     }

@@ -5,7 +5,6 @@ use parking_lot::Mutex;
 
 use super::project::Project;
 
-/// The project that is watched.
 pub(crate) struct WatchedProject {
     /// Stops all watching.
     cancel: Cancel,

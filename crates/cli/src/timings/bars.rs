@@ -2,7 +2,7 @@
 
 use super::timeline::{Index, Nanoseconds};
 
-/// What a bar stands for: a span of work, or a moment.
+/// A span of work or a moment that a bar stands for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mark {
     pub(super) item: Index,
@@ -11,7 +11,7 @@ pub(super) struct Mark {
     pub(super) style: BarStyle,
 }
 
-/// What a bar shows; of several in one bar, it shows the greatest.
+/// The style of a bar. A bar of several marks shows the greatest of their styles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum BarStyle {
     UpToDate,
@@ -29,7 +29,7 @@ pub(super) struct Bar {
     pub(super) start: Nanoseconds,
     pub(super) end: Nanoseconds,
     pub(super) style: BarStyle,
-    /// In the order of their times.
+    /// The marks in the order of their times.
     pub(super) marks: Vec<Mark>,
 }
 

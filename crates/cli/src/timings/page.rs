@@ -21,7 +21,7 @@ const ROOM: f64 = 4.0;
 /// At most this many items of a bar are named in its tooltip.
 const NAMED: usize = 12;
 
-/// The whole page.
+/// The whole page as HTML.
 pub(super) fn page(timeline: &Timeline) -> String {
     let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n");
     html += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n";
@@ -152,7 +152,7 @@ fn draw(timeline: &Timeline, bars: &[Bar], depth: usize, html: &mut String) {
     }
 }
 
-/// What a bar stands for.
+/// The tooltip of a bar: what it stands for.
 fn tooltip(timeline: &Timeline, bar: &Bar) -> String {
     let name = |mark: &Mark| timeline.nodes[mark.item].name.as_str();
     let took = |mark: &Mark| time(mark.end - mark.start);

@@ -25,19 +25,18 @@ pub(super) struct TimelineItem {
     pub(super) needs: Vec<Index>,
 }
 
-/// What became of an item.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ItemOutcome {
-    /// It was not selected, or not reached.
+    /// The item was not selected, or not reached.
     NotReached,
-    /// Its result was in the cache, as was known at this time.
+    /// The item's result was in the cache, as was known at this time.
     UpToDate(Nanoseconds),
     Ran {
         changed: bool,
     },
-    /// It failed, with this error.
+    /// The item failed, with this error.
     Failed(String),
-    /// It was not run because this item failed, or it was stopped.
+    /// The item was not run because the named item failed, or it was stopped.
     Skipped(Option<String>),
 }
 
@@ -47,17 +46,17 @@ pub(super) struct WorkSpan {
     pub(super) item: Index,
     pub(super) work: Work,
     pub(super) worker: usize,
-    /// Whether it waited for another machine.
+    /// Whether the worker waited for another machine.
     pub(super) is_elsewhere: bool,
     pub(super) start: Nanoseconds,
     pub(super) end: Nanoseconds,
-    /// How many spans of the same worker contain it.
+    /// The number of spans of the same worker that contain this one.
     pub(super) depth: usize,
-    /// Its duration without that of the spans that it contains.
+    /// The duration without that of the spans that this one contains.
     pub(super) own: Nanoseconds,
 }
 
-/// What the events of a build say about its items and workers.
+/// The course of a build by its events: its items and workers.
 pub(crate) struct Timeline {
     pub(super) manifest: String,
     pub(super) began: Timestamp,
@@ -74,7 +73,7 @@ pub(crate) struct Timeline {
 }
 
 impl Timeline {
-    /// A build that begins now.
+    /// The timeline of a build that begins now.
     pub(crate) fn new(plan: &Plan) -> Self {
         let stage = |index: usize| &plan.stages[index];
         let names = plan
@@ -102,7 +101,6 @@ impl Timeline {
         }
     }
 
-    /// Records an event.
     pub(crate) fn record(&mut self, event: &Event) {
         let index = |item: &ItemName| self.indices.get(item).copied();
         match event {
@@ -205,7 +203,7 @@ impl Timeline {
         costs
     }
 
-    /// Of all chains of items that need each other, the one whose runs took longest, and how long they took.
+    /// The chain of items that need each other whose runs took longest, and how long they took.
     pub(super) fn critical_path(&self) -> (Vec<Index>, Nanoseconds) {
         let costs = self.costs();
         let mut longest = costs.clone();

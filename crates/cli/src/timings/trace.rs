@@ -70,7 +70,7 @@ pub(super) fn category(work: Work) -> &'static str {
     }
 }
 
-/// What became of an item, in a few words.
+/// The outcome of an item in a few words.
 pub(super) fn describe(outcome: &ItemOutcome) -> &'static str {
     match outcome {
         ItemOutcome::NotReached => "not reached",

@@ -30,7 +30,7 @@ pub(super) fn verify(plan: &Plan, files: &[PathBuf], json: bool) -> Result<(Exit
     Ok((printed, is_current))
 }
 
-/// What the arguments ask for.
+/// The files that the arguments ask for.
 #[derive(Default)]
 struct Wanted {
     /// Files of `out`, by their names there.
@@ -40,7 +40,7 @@ struct Wanted {
     elsewhere: Vec<PathBuf>,
 }
 
-/// Files of `out`, by their names there.
+/// A part of `out`, by its names there.
 enum InOut {
     All,
     File(String),

@@ -93,7 +93,7 @@ impl Chromaticities {
     }
 }
 
-/// XYZ of a white of Y = 1.
+/// The XYZ of a white of Y = 1.
 fn white([x, y]: [f64; 2]) -> Option<DVec3> {
     (x.is_finite() && y.is_finite() && y > 1e-6).then(|| DVec3::new(x / y, 1.0, (1.0 - x - y) / y))
 }

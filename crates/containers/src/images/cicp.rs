@@ -14,7 +14,7 @@ const C: [f64; 2] = [0.310, 0.316];
 /// The encoding of these primaries, transfer, matrix and range, and whether it holds high dynamic range.
 ///
 /// # Errors
-/// What is not read, for a warning.
+/// A text of what is not read, for a warning.
 pub(crate) fn encoding([primaries, transfer, matrix, full]: [u8; 4]) -> Result<(Encoding, bool), String> {
     if full != 1 {
         return Err("it declares the narrow range of video, which is not read".into());

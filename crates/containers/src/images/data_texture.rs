@@ -11,9 +11,9 @@ use crate::format::{Format, identify};
 pub enum Wrap {
     /// The picture is repeated.
     Repeat,
-    /// It is repeated, every other time in a mirror.
+    /// The picture is repeated, every other time in a mirror.
     Mirror,
-    /// Its edge goes on.
+    /// The edge of the picture goes on.
     Clamp,
 }
 

@@ -6,7 +6,7 @@ use super::colour_space::ColourSpace;
 use super::panorama::Panorama;
 use crate::format::Format;
 
-/// What to read if a file holds several pictures.
+/// The choice of what to read if a file holds several pictures.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
     /// The OpenEXR layer: a part's name, a channel prefix, or `part.prefix`. The other formats have no
@@ -45,9 +45,9 @@ pub struct Decoded {
     /// The name of the ICC profile by which the colours were converted, or PNG's cICP as "cICP 9/16". If
     /// other primaries were asked for, only its curve was used.
     pub profile: Option<String>,
-    /// What was ignored or assumed, in whole sentences.
+    /// Notes of what was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,
-    /// What was done that hardly changed the picture, in whole sentences.
+    /// Notes of what was done that hardly changed the picture, in whole sentences.
     pub notes: Vec<String>,
     /// The recipe, if Specula wrote the file.
     pub recipe: Option<String>,

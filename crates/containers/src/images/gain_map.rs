@@ -19,7 +19,7 @@ use crate::error::Error;
 /// Stops and offsets beyond this are damage: 2^64 is more than any light of a picture.
 const MOST: f64 = 64.0;
 
-/// What the metadata says of one channel.
+/// The metadata of one channel of a gain map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gain {
     /// Stops at the code 0.
@@ -28,18 +28,18 @@ pub(crate) struct Gain {
     pub(crate) max: f64,
     /// The exponent by which the map was encoded.
     pub(crate) gamma: f64,
-    /// What is added to the base's value.
+    /// The offset that is added to the base's value.
     pub(crate) base_offset: f64,
-    /// What is taken from the result.
+    /// The offset that is subtracted from the result.
     pub(crate) alternate_offset: f64,
 }
 
 /// How the map of a file is applied.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parameters {
-    /// The metadata from which they come, in words.
+    /// The metadata from which the parameters come, in words.
     pub(crate) source: &'static str,
-    /// Red, green and blue.
+    /// The gains of red, green and blue.
     pub(crate) gains: [Gain; 3],
     /// Whether the base is the rendition in HDR already, from which the map leads to SDR.
     pub(crate) base_is_hdr: bool,
@@ -140,7 +140,7 @@ impl Gain {
     }
 }
 
-/// Where the pixels of the base lie between those of the map, along one side.
+/// The places of the base's pixels between those of the map, along one side.
 struct Places {
     /// Pixels of the map for one of the base.
     scale: f64,

@@ -31,14 +31,14 @@ const VERSIONS: usize = 4;
 const MOST_PICTURES: usize = 32;
 const START: &[u8] = &[0xff, 0xd8, 0xff];
 
-/// What follows a picture in its file.
+/// Whether a gain map follows a picture in its file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Found {
-    /// Nothing that concerns gain maps.
+    /// Nothing that concerns gain maps follows the picture.
     Nothing,
     /// A gain map, and where its JPEG lies in the file.
     GainMap(Parameters, Range<usize>),
-    /// None that is read, although the file speaks of one: a warning.
+    /// No gain map that is read, although the file speaks of one: a warning.
     Lost(&'static str),
 }
 

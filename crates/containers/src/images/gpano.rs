@@ -16,7 +16,7 @@ use super::xmp;
 
 const NAMESPACE: &str = "http://ns.google.com/photos/1.0/panorama/";
 
-/// What names the metadata in a message.
+/// The name of the metadata in a message.
 const SOURCE: &str = "XMP GPano";
 
 /// The names of the sizes and places: columns, rows.
@@ -24,12 +24,13 @@ const FULL: [&str; 2] = ["FullPanoWidthPixels", "FullPanoHeightPixels"];
 const CROP: [&str; 2] = ["CroppedAreaImageWidthPixels", "CroppedAreaImageHeightPixels"];
 const CORNER: [&str; 2] = ["CroppedAreaLeftPixels", "CroppedAreaTopPixels"];
 
-/// What XMP says of a picture of this size, which is upright.
+/// The panorama that XMP makes of a picture of this size, which is upright; `None` if XMP says nothing of it.
 pub(crate) fn of_xmp(xmp: &str, size: [usize; 2]) -> Option<Panorama> {
     of_properties(|name| xmp::property(xmp, NAMESPACE, "GPano", name), size)
 }
 
-/// What the properties of GPano, by their names without a prefix, say of a picture of this size.
+/// The panorama that the properties of GPano, by their names without a prefix, make of a picture of this
+/// size.
 pub(crate) fn of_properties(get: impl Fn(&str) -> Option<String>, size: [usize; 2]) -> Option<Panorama> {
     let names = FULL.iter().chain(&CROP).chain(&CORNER).chain(&["ProjectionType"]);
     if !names.into_iter().any(|name| get(name).is_some()) {

@@ -40,12 +40,12 @@ enum Primaries {
 }
 
 impl Encoding {
-    /// sRGB (IEC 61966-2-1).
+    /// The encoding of sRGB (IEC 61966-2-1).
     pub(crate) fn srgb() -> Self {
         Self::of_curve(srgb_to_linear)
     }
 
-    /// Linear Rec. 709 already.
+    /// The encoding of values that are linear Rec. 709 already.
     pub(crate) fn linear() -> Self {
         Self::of_curve(|value| value)
     }
@@ -54,7 +54,7 @@ impl Encoding {
         Self::of_curve_and_matrix(curve, DMat3::IDENTITY)
     }
 
-    /// One curve for all channels, then a matrix to linear Rec. 709.
+    /// The encoding by one curve for all channels, then a matrix to linear Rec. 709.
     pub(crate) fn of_curve_and_matrix(curve: fn(f64) -> f64, matrix: DMat3) -> Self {
         let curves = [(); 3].map(|()| -> Curve { Box::new(curve) });
         Self { curves, primaries: Primaries::Matrix(matrix), profile: None }
@@ -120,8 +120,8 @@ impl Encoding {
         self.primaries = Primaries::Matrix(to);
     }
 
-    /// The same curves with the primaries of a colour space; a warning says if a profile or cICP has others.
-    /// A profile of tables is left out: it has no curve of its own.
+    /// Returns these curves with the primaries of a colour space; a warning says if a profile or cICP has
+    /// others. A profile of tables is left out: it has no curve of its own.
     #[must_use]
     pub(crate) fn with_primaries(self, space: ColourSpace, warnings: &mut Vec<String>) -> Self {
         let matrix = space.chromaticities().to_rec_709().unwrap_or(DMat3::IDENTITY);
@@ -222,7 +222,6 @@ fn name_of(profile: &ColorProfile) -> String {
     if name.is_empty() { "without a name".into() } else { name }
 }
 
-/// The linear value of an sRGB value.
 pub(crate) fn srgb_to_linear(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { math::pow((value + 0.055) / 1.055, 2.4) }
 }

@@ -17,7 +17,7 @@ const SIGNATURE: u64 = 256;
 /// Bytes of a file in which its segments before the pixels are sought.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// What the header of a picture says.
+/// The facts in the header of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageHeader {
     /// The format that the content is in.

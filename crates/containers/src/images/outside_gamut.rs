@@ -6,17 +6,17 @@ const UNNOTICED: f64 = 1e-4;
 /// The pixels that lay outside of Rec. 709 before they were brought in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct OutsideGamut {
-    /// Their number.
+    /// The number of these pixels.
     pub(crate) pixels: usize,
     /// The number of all pixels.
     pub(crate) of: usize,
-    /// The sum of their luminances.
+    /// The sum of the luminances of these pixels.
     luminance: f64,
-    /// The sum of all luminances.
+    /// The sum of the luminances of all pixels.
     all_luminance: f64,
-    /// The sum of the changes of their channels.
+    /// The sum of the changes of the channels of these pixels.
     moved: f64,
-    /// The sum of all channels.
+    /// The sum of the channels of all pixels.
     light: f64,
 }
 
@@ -32,7 +32,7 @@ impl OutsideGamut {
         }
     }
 
-    /// A sentence if there are any.
+    /// A sentence about these pixels, if there are any.
     fn message(&self) -> Option<String> {
         let percent = |part: f64, whole: f64| percent(if whole > 0.0 { part / whole } else { 0.0 });
         (self.pixels > 0).then(|| {

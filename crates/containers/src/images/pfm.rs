@@ -24,7 +24,7 @@ struct Header {
     height: usize,
     channels: usize,
     scale: f64,
-    /// Where the floats begin.
+    /// The length of the header, after which the floats begin.
     length: usize,
 }
 

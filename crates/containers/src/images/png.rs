@@ -70,7 +70,7 @@ pub(crate) fn write_rgba(width: usize, height: usize, codes: &[[u8; 4]]) -> Resu
 /// animations shows its first frame. Each frame is as in [`write_png`] and is shown for some milliseconds.
 ///
 /// # Errors
-/// As [`write_png`], and if there is no frame.
+/// The errors of [`write_png`], and an error if there is no frame.
 pub fn write_apng(
     width: usize,
     height: usize,

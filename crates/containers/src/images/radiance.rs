@@ -87,7 +87,7 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
 
 /// The size of the picture, and what of the sphere it shows.
 pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<([usize; 2], Option<Panorama>), Error> {
-    /// In bytes, with the line of the resolution.
+    /// The longest header in bytes, with the line of the resolution.
     const LONGEST_HEADER: u64 = MAX_HEADER as u64 + 4096;
     // Nearly all headers are short.
     let short = size_of(&beginning(file, 1 << 14)?);
@@ -150,7 +150,7 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
 /// 255 / 256 * 2^127: the largest mantissa of the largest exponent.
 const LARGEST: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
 
-/// RGB of a pixel.
+/// The RGB of a pixel.
 fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
     if e == 0 {
         return [0.0; 3];
@@ -179,7 +179,7 @@ fn encode(rgb: [f32; 3]) -> [u8; 4] {
 
 /// The parts of a recipe, each of which fits a line of the header.
 fn recipe_parts(mut recipe: &str) -> impl Iterator<Item = &str> {
-    /// With its end of line.
+    /// The longest line in bytes, with its end of line.
     const LONGEST_LINE: usize = 100;
     std::iter::from_fn(move || {
         let (part, rest) = recipe.split_at(recipe.floor_char_boundary(LONGEST_LINE - PART.len() - 1));
@@ -188,7 +188,7 @@ fn recipe_parts(mut recipe: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// What the header says.
+/// The facts in the header.
 struct Header {
     divisor: [f64; 3],
     chromaticities: Option<Chromaticities>,
@@ -198,7 +198,7 @@ struct Header {
     warnings: Vec<String>,
 }
 
-/// Begins a line with a part of the recipe.
+/// The beginning of a line with a part of the recipe.
 const PART: &str = "#SPECULA=";
 
 impl Header {

@@ -11,10 +11,10 @@ use sphere::{DMat3, DQuat, DVec3, Rotation};
 use super::gpano::rounded;
 use super::panorama::{Panorama, Shows};
 
-/// What names the metadata in a message.
+/// The name of the metadata in a message.
 const SOURCE: &str = "the header's VIEW";
 
-/// What the texts of all VIEW lines, one after the other, say of a picture of this size.
+/// The panorama that the texts of all VIEW lines, one after the other, make of a picture of this size.
 pub(crate) fn of_view(text: &str, size: [usize; 2]) -> Option<Panorama> {
     let view = match View::parse(text) {
         Ok(view) => view,
@@ -48,9 +48,9 @@ struct View {
     kind: char,
     direction: DVec3,
     up: DVec3,
-    /// Horizontal and vertical, in degrees.
+    /// The horizontal and the vertical size in degrees.
     sizes: [f64; 2],
-    /// To the right and up, in sizes of the picture.
+    /// The shift to the right and up, in sizes of the picture.
     shift: [f64; 2],
 }
 

@@ -46,7 +46,7 @@ pub(crate) struct Raster {
     pub(crate) code_points: Option<[u8; 4]>,
     /// JPEG's gain map.
     pub(crate) gain_map: Option<GainMap>,
-    /// What else the file says about its pixels.
+    /// The other metadata of the file that concern its pixels.
     pub(crate) metadata: Metadata,
 }
 

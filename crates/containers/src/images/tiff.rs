@@ -96,7 +96,7 @@ fn raster(bytes: &[u8], page: &Page) -> Result<Raster, Error> {
     })
 }
 
-/// What the `tiff` crate makes of a page or a plane.
+/// Decodes a page or a plane by the `tiff` crate.
 fn decode(mut file: SinglePage<'_>, page: &Page) -> Result<DecodingResult, Error> {
     let size = page.decoded_size();
     limits::plausible(size, file.len(), raster::DEFLATE_RATIO)?;

@@ -17,7 +17,7 @@ pub(crate) fn property(xmp: &str, namespace: &str, usual: &str, name: &str) -> O
     properties(xmp, namespace, usual, name)?.into_iter().next()
 }
 
-/// As [`property`], all values of a list (RDF's Seq, Bag or Alt).
+/// The values of the property `name`, found as by [`property`]: all of a list (RDF's Seq, Bag or Alt).
 pub(crate) fn properties(xmp: &str, namespace: &str, usual: &str, name: &str) -> Option<Vec<String>> {
     let pieces = pieces(xmp);
     let declared = pieces.iter().filter_map(|piece| match piece {

@@ -26,34 +26,34 @@ const PNG_RATIO: usize = 1040;
 /// A quadratic polynomial of a direction in the frame of a cube's faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial {
-    /// Of x.
+    /// The coefficients of x, one for each colour.
     pub x: [f64; 3],
-    /// Of y.
+    /// The coefficients of y, one for each colour.
     pub y: [f64; 3],
-    /// Of z.
+    /// The coefficients of z, one for each colour.
     pub z: [f64; 3],
-    /// Of x^2; a constant is in all three squares.
+    /// The coefficients of x^2, one for each colour; a constant is in all three squares.
     pub xx: [f64; 3],
-    /// Of y^2.
+    /// The coefficients of y^2, one for each colour; a constant is in all three squares.
     pub yy: [f64; 3],
-    /// Of z^2.
+    /// The coefficients of z^2, one for each colour; a constant is in all three squares.
     pub zz: [f64; 3],
-    /// Of y z.
+    /// The coefficients of y z, one for each colour.
     pub yz: [f64; 3],
-    /// Of z x.
+    /// The coefficients of z x, one for each colour.
     pub zx: [f64; 3],
-    /// Of x y.
+    /// The coefficients of x y, one for each colour.
     pub xy: [f64; 3],
 }
 
 impl Polynomial {
-    /// Its rows, in the order of the fields.
+    /// The rows of the polynomial, in the order of the fields.
     pub fn rows(&self) -> [[f64; 3]; 9] {
         [self.x, self.y, self.z, self.xx, self.yy, self.zz, self.yz, self.zx, self.xy]
     }
 }
 
-/// What an `.env` file holds.
+/// The content of an `.env` file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BabylonEnv {
     /// A cube with all levels of detail.
@@ -192,7 +192,7 @@ fn manifest(bytes: &[u8]) -> Result<(Manifest, usize), Error> {
 /// Only the polynomial of an `.env` file, whatever its images are.
 ///
 /// # Errors
-/// As [`read_babylon_env`], but for the images.
+/// The errors of [`read_babylon_env`], but for those of the images.
 pub fn read_babylon_polynomial(bytes: &[u8]) -> Result<Option<Polynomial>, Error> {
     let (manifest, _) = manifest(bytes).map_err(|error| error.within("Babylon.js environment"))?;
     Ok(manifest.irradiance)

@@ -27,11 +27,11 @@ const WEIGHTS: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55,
 
 /// A mode with one line.
 struct Mode {
-    /// Its first five bits.
+    /// The first five bits of a block in the mode.
     code: u128,
-    /// Of the first colour's numbers.
+    /// The number of bits of each of the first colour's numbers.
     bits: u32,
-    /// Of the second's: all of them, or of a difference.
+    /// The number of bits of each of the second colour's numbers: all of them, or those of a difference.
     second: u32,
 }
 
@@ -319,7 +319,7 @@ fn unquantise(code: i32, bits: u32) -> i32 {
     }
 }
 
-/// From 16 bits to the bits of a half, at most those of 65504.
+/// Converts 16 bits to the bits of a half, at most those of 65504.
 fn finish(wide: i32) -> i32 {
     (wide * 31) >> 6
 }

@@ -49,7 +49,7 @@ const OLD_VOLUME: u32 = 0x20_0000;
 
 /// Writes DDS; formats of four channels have an alpha of 1.
 ///
-/// What the format cannot hold is counted, as by [`crate::textures::ktx2::write_ktx2`].
+/// Numbers that the format cannot hold are counted, as by [`crate::textures::ktx2::write_ktx2`].
 ///
 /// # Errors
 /// If the texture's sizes are impossible or not those of its pixels.

@@ -22,7 +22,7 @@ const IDENTIFIER: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
 
 const HEADER: usize = 64;
 
-/// What the number at byte 12 is in a file of this machine's order.
+/// The number at byte 12 in a file of this machine's order.
 const ORDER: u32 = 0x0403_0201;
 
 /// GL_R11F_G11F_B10F, and the type that OpenGL has for it, GL_UNSIGNED_INT_10F_11F_11F_REV.

@@ -76,10 +76,10 @@ pub fn write_ktx2(
     write_levels(texture, format.into(), Scheme::Plain, recipe, metadata)
 }
 
-/// [`write_ktx2`] with each level compressed by Zstandard.
+/// Writes KTX2 as [`write_ktx2`] does, with each level compressed by Zstandard.
 ///
 /// # Errors
-/// As [`write_ktx2`].
+/// The errors of [`write_ktx2`].
 pub fn write_ktx2_zstd(
     texture: &Texture,
     format: impl Into<TexelFormat>,
@@ -89,11 +89,11 @@ pub fn write_ktx2_zstd(
     write_levels(texture, format.into(), Scheme::Zstd, recipe, metadata)
 }
 
-/// [`write_ktx2`] of four channels, none of which is an opacity: `rgba` are the pixels of a texture with the
-/// sizes of `sizes`, whose own pixels are ignored.
+/// Writes KTX2 as [`write_ktx2`] does, of four channels, none of which is an opacity: `rgba` are the pixels
+/// of a texture with the sizes of `sizes`, whose own pixels are ignored.
 ///
 /// # Errors
-/// As [`write_ktx2`].
+/// The errors of [`write_ktx2`].
 pub fn write_ktx2_rgba(
     sizes: &Texture,
     rgba: &[[f32; 4]],
@@ -363,8 +363,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     Ok(TextureFile { texture, format, container: "KTX2", metadata })
 }
 
-/// Where the bytes of a level are, which the sizes make `expected` once they are decompressed, and those
-/// bytes.
+/// The place of the stored bytes of a level, and those bytes; decompressed they must be `expected` bytes.
 fn stored(bytes: &[u8], level: usize, expected: usize, scheme: Scheme) -> Result<(usize, &[u8]), Error> {
     let number = |position: usize| -> Option<usize> {
         let at = HEADER + LEVEL_INDEX * level + 8 * position;

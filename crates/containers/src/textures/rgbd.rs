@@ -29,7 +29,7 @@ fn enclosing(texel: [f32; 3]) -> ([[u8; 2]; 3], u8) {
     (texel.map(codes), divisor as u8)
 }
 
-/// What a code stands for, of 1.
+/// The value that a code stands for, of 1.
 fn of_code(code: u8) -> f32 {
     math::pow(f32::from(code) / 255.0, GAMMA)
 }

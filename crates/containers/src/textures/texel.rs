@@ -23,24 +23,24 @@ pub enum TexelFormat {
     R11G11B10F,
     /// Blocks of 4 x 4 texels in 16 bytes (BC6H, unsigned): nothing negative.
     Bc6h,
-    /// The same with signs.
+    /// Blocks of 4 x 4 texels in 16 bytes (BC6H, signed).
     Bc6hSigned,
     /// Three halves.
     Rgb16F,
     /// Three floats.
     Rgb32F,
-    /// Bytes, of 255.
+    /// Bytes, whose 255 stands for 1.
     Bytes(ByteFormat),
 }
 
 /// How colours are stored in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ByteFormat {
-    /// Of a texel: three, or four with an alpha.
+    /// The number of channels of a texel: three, or four with an alpha.
     pub channels: usize,
     /// Whether blue is the first.
     pub is_bgr: bool,
-    /// Whether they are sRGB's codes, or else linear.
+    /// Whether the bytes are sRGB's codes, or else linear.
     pub is_srgb: bool,
 }
 
@@ -49,7 +49,7 @@ impl TexelFormat {
     pub const ALL: [Self; 6] =
         [Self::Rgba16F, Self::Rgba32F, Self::Rg16F, Self::Rgb9E5, Self::R11G11B10F, Self::Bc6h];
 
-    /// What people call it.
+    /// The name that people call the format by.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rgba16F => "RGBA16F",
@@ -81,12 +81,12 @@ impl TexelFormat {
         Self::ALL.into_iter().chain(Self::only_read())
     }
 
-    /// Whether it holds light brighter than its white.
+    /// Whether the format holds light brighter than its white.
     pub fn is_high_dynamic_range(self) -> bool {
         !matches!(self, Self::Bytes(_))
     }
 
-    /// The largest number that it holds.
+    /// The largest number that the format holds.
     pub fn largest(self) -> f32 {
         match self {
             Self::Rgba32F | Self::Rgb32F => f32::MAX,
@@ -99,12 +99,12 @@ impl TexelFormat {
         }
     }
 
-    /// Whether it holds negative numbers.
+    /// Whether the format holds negative numbers.
     pub fn is_signed(self) -> bool {
         !matches!(self, Self::Rgb9E5 | Self::R11G11B10F | Self::Bc6h | Self::Bytes(_))
     }
 
-    /// VkFormat.
+    /// The format's VkFormat.
     pub(crate) fn vulkan(self) -> u32 {
         match self {
             Self::Rgba16F => 97,
@@ -128,7 +128,7 @@ impl TexelFormat {
         }
     }
 
-    /// DXGI_FORMAT; 0 if there is none.
+    /// The format's DXGI_FORMAT; 0 if there is none.
     pub(crate) fn dxgi(self) -> u32 {
         match self {
             Self::Rgba16F => 10,
@@ -240,7 +240,7 @@ impl TexelFormat {
     }
 }
 
-/// What a VkFormat that is not read is called, if it is one that others often write.
+/// The name of a VkFormat that is not read, if it is one that others often write.
 pub(crate) fn foreign_vulkan(number: u32) -> Option<&'static str> {
     Some(match number {
         0 => "Basis Universal (UASTC or ETC1S)",
@@ -252,7 +252,7 @@ pub(crate) fn foreign_vulkan(number: u32) -> Option<&'static str> {
     })
 }
 
-/// The same of a DXGI_FORMAT.
+/// The name of a DXGI_FORMAT that is not read, if it is one that others often write.
 pub(crate) fn foreign_dxgi(number: u32) -> Option<&'static str> {
     Some(match number {
         70..=84 => "BC1 to BC5",

@@ -41,7 +41,7 @@ pub struct Texture {
     pub smaller_levels: Vec<Vec<[f32; 3]>>,
 }
 
-/// One pixel is declared, and none is there.
+/// A texture that declares one pixel and has none.
 impl Default for Texture {
     fn default() -> Self {
         Self {
@@ -81,7 +81,7 @@ impl Texture {
             .try_fold(width, |product, size| product.checked_mul(size))
     }
 
-    /// Where the first number is that is NaN or infinite: "level 1, face -X, row 2, column 3". Rows and
+    /// The place of the first number that is NaN or infinite: "level 1, face -X, row 2, column 3". Rows and
     /// columns are counted from 0 at the top left.
     pub fn first_not_finite(&self) -> Option<String> {
         const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
@@ -164,7 +164,7 @@ impl Texture {
         self.levels().enumerate().try_for_each(|(level, pixels)| self.check_len(level, pixels.len()))
     }
 
-    /// Each level, as it is stored.
+    /// Packs each level as it is stored.
     ///
     /// # Errors
     /// [`ErrorKind::Unwritable`] if the sizes are impossible or are not those of the pixels.
@@ -218,7 +218,7 @@ pub struct TextureFile {
 /// Four channels of a texture of these sizes, little endian.
 ///
 /// # Errors
-/// As [`Texture::pack`].
+/// The errors of [`Texture::pack`].
 pub(crate) fn pack_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision) -> Result<Packed, Error> {
     if let Some(error) = sizes.size_error(1) {
         return Err(Error::new(ErrorKind::Unwritable, error.to_string()));

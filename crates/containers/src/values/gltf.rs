@@ -67,7 +67,7 @@ pub const MAX_TRIANGLES: usize = 1 << 22;
 pub struct Model {
     /// All triangles of the default scene, in Specula's frame.
     pub mesh: Mesh,
-    /// What was ignored, and what was made because it was missing.
+    /// Notes of what was ignored, and of what was made because it was missing.
     pub notes: Vec<String>,
 }
 
@@ -92,7 +92,7 @@ pub fn read_gltf<E: From<Error>>(bytes: &[u8], read: &mut ReadBeside<'_, E>) -> 
 /// as `_BLEND`, or the first of one with several, such as `COLOR_0`.
 ///
 /// # Errors
-/// As [`read_gltf`], and if a primitive lacks the attribute.
+/// The errors of [`read_gltf`], and an error if a primitive lacks the attribute.
 pub fn read_gltf_attribute<E: From<Error>>(
     bytes: &[u8],
     name: &str,
@@ -122,7 +122,7 @@ pub fn check_gltf<E: From<Error>>(
 /// alone.
 ///
 /// # Errors
-/// As [`check_gltf`], but for the files that hold vertices.
+/// The errors of [`check_gltf`], but for those of the files that hold vertices.
 pub fn gltf_has_triangles(file: &mut (impl Read + Seek)) -> Result<bool, Error> {
     let (json, _) = document::read_json(file)?;
     let document = document::of_json(json, None)?;
@@ -148,7 +148,7 @@ fn read_with<E: From<Error>>(
 /// The nodes of the scene and their places, in Specula's frame.
 struct Placed {
     meshes: Vec<PlacedMesh>,
-    /// Of each node that is in the scene, the map from its own coordinates to the scene's.
+    /// The maps from each node's own coordinates to the scene's; `None` for a node that is not in the scene.
     nodes: Vec<Option<DAffine3>>,
 }
 
@@ -362,7 +362,7 @@ fn primitives(
     Ok(meshes)
 }
 
-/// What the file holds of a primitive, in Specula's frame.
+/// The parts of a primitive that the file holds, in Specula's frame.
 fn parts(
     document: &Document,
     accessors: &Accessors<'_>,
@@ -441,7 +441,7 @@ fn triangles(mode: Mode, indices: &[u32]) -> Result<Vec<[u32; 3]>, Error> {
     })
 }
 
-/// What its user should know of a file, in numbers of primitives.
+/// Counts of primitives that the user of a file should know of.
 #[derive(Default)]
 struct Notes {
     primitives: usize,

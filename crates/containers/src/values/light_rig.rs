@@ -63,13 +63,13 @@ pub fn write_gltf_lights(lights: &[Light], recipe: Option<&str>) -> Result<Vec<u
     Ok(text.into_bytes())
 }
 
-/// How a USD text file begins.
+/// The beginning of a USD text file.
 const USDA: &str = "#usda 1.0\n";
 
 /// The lights as a USD text file: a `DistantLight` for each, below the prim `Lights`.
 ///
 /// # Errors
-/// As [`write_gltf_lights`].
+/// The errors of [`write_gltf_lights`].
 pub fn write_usda_lights(lights: &[Light], recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     check(lights, recipe).map_err(|error| error.within("USD"))?;
     let mut text = format!("{USDA}(\n    defaultPrim = \"Lights\"\n    upAxis = \"Y\"\n");

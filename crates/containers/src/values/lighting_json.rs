@@ -148,7 +148,12 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
         #[serde(borrow)]
         specula: &'a RawValue,
     }
-    serde_json::from_slice::<File<'_>>(bytes).ok().map(|file| file.specula.get().to_owned())
+    let recipe = serde_json::from_slice::<File<'_>>(bytes).ok()?.specula.get();
+    // A file that is laid out for people has it on several lines; a recipe is one.
+    match recipe.contains('\n') {
+        true => serde_json::from_str::<serde_json::Value>(recipe).ok().map(|recipe| recipe.to_string()),
+        false => Some(recipe.to_owned()),
+    }
 }
 
 /// A table as JSON: a row on each line, or the one row alone.

@@ -55,7 +55,7 @@ impl Format {
         }
     }
 
-    /// The ending of its files, without the dot.
+    /// The ending of the format's files, without the dot.
     pub const fn ending(self) -> &'static str {
         match self {
             Self::Merl => "binary",
@@ -77,9 +77,9 @@ impl Format {
 pub struct Reading {
     /// The table: a [`Material::Measured`] or a [`Material::MeasuredAnisotropic`].
     pub material: Material,
-    /// The format that it was read as.
+    /// The format that the file was read as.
     pub format: Format,
-    /// What its user should know: values that were missing, out of gamut or fitted, in sentences.
+    /// Notes for the user: values that were missing, out of gamut or fitted, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -145,7 +145,7 @@ fn format_of(file_name: &str, format: Option<Format>) -> Result<Format, Error> {
 /// Reads a measured BRDF as [`read`] does, and says what a user should know about the file.
 ///
 /// # Errors
-/// For the same files as [`read`].
+/// The errors of [`read`].
 pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Reading, Error> {
     refuse_non_files(bytes)?;
     let format = format_of(file_name, format)?;

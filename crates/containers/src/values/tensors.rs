@@ -80,7 +80,7 @@ pub struct Description {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What is before the names of a part's tensors.
+/// The prefixes of the names of each part's tensors.
 const PARTS: [(Part, &str); 2] = [(Part::Diffuse, "diffuse."), (Part::Specular, "specular.")];
 
 /// The tensors and the metadata of a safetensors file, whichever program wrote it.
@@ -117,10 +117,10 @@ pub fn decode_lighting(bytes: &[u8]) -> Result<Lighting, Error> {
     Ok(Lighting { series: file.lighting("")?, lights: file.lights()? })
 }
 
-/// The coefficients of a BRDF, and what they are of.
+/// The coefficients of a BRDF, and the material that they are of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Brdf {
-    /// rho_lpq.
+    /// The coefficients rho_lpq.
     pub coefficients: BrdfCoefficients,
     /// The material, if it is known.
     pub material: Option<Material>,
@@ -153,7 +153,7 @@ pub fn encode_brdf(brdf: &Brdf, recipe: Option<&str>) -> Result<Vec<u8>, Error> 
 /// A BRDF and its material, from a file of kind `brdf`.
 ///
 /// # Errors
-/// As [`decode_lighting`].
+/// The errors of [`decode_lighting`].
 pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
     let file = File::open_as(bytes, "brdf")?;
     let part = |(_, prefix): (Part, &str)| file.brdf(prefix);
@@ -173,7 +173,7 @@ pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
 /// A reflected field: its two factors `sh` and `rho`, of one degree F, and its lamps.
 ///
 /// # Errors
-/// As [`encode_lighting`] and [`encode_brdf`].
+/// The errors of [`encode_lighting`] and [`encode_brdf`].
 pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("reflection", recipe);
     file.brdf("", reflection.brdf())?;
@@ -197,7 +197,8 @@ pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Resul
 /// A reflected field, from a file of kind `reflection`.
 ///
 /// # Errors
-/// As [`decode_lighting`], if the degrees differ, and if there are lights without a material.
+/// The errors of [`decode_lighting`], and errors if the degrees differ or there are lights without a
+/// material.
 pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
     let file = File::open_as(bytes, "reflection")?;
     let lights = file.lights()?;
@@ -252,7 +253,7 @@ pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Re
 /// An environment, from a file of kind `environment`.
 ///
 /// # Errors
-/// As [`decode_lighting`].
+/// The errors of [`decode_lighting`].
 pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
     const NAME: &str = "radiance";
     let file = File::open_as(bytes, "environment")?;

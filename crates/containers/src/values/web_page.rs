@@ -2,7 +2,8 @@
 
 use crate::recipe::KEY;
 
-/// What stands for itself nowhere in a quoted attribute, and how it is written; `&` first.
+/// The characters that stand for themselves nowhere in a quoted attribute, and how they are written; `&`
+/// first.
 const ESCAPES: [(&str, &str); 4] = [("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("\"", "&quot;")];
 
 /// Text as HTML and XML hold it, in an element or between double quotes. Control characters, of which XML

@@ -67,7 +67,7 @@ pub struct CollectOptions {
     pub lock_timeout: LockTimeout,
 }
 
-/// What a collection removed, or would have removed.
+/// The result of a collection: the blobs that it removed or would have removed, and those that remain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Freed {
     /// Blobs that no record named.
@@ -78,7 +78,7 @@ pub struct Freed {
     pub temporary: Amount,
     /// The remaining blobs.
     pub left: Amount,
-    /// Of these the last good outputs, which always remain.
+    /// The last good outputs, which always remain and are also counted in `left`.
     pub in_effect: Amount,
 }
 
@@ -87,16 +87,16 @@ pub struct Freed {
 pub struct Verified {
     /// The blobs whose bytes have their digest.
     pub intact: Amount,
-    /// The damaged ones, which have been removed, and those that should exist and do not.
+    /// The damaged blobs, which have been removed, and the blobs that should exist and do not.
     pub lost: Vec<LostBlob>,
 }
 
 /// A damaged or missing blob.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LostBlob {
-    /// Its digest.
+    /// The blob's digest.
     pub digest: Digest,
-    /// Whether it had other bytes; if not, it did not exist.
+    /// Whether the blob's file had other bytes; if not, it did not exist.
     pub damaged: bool,
     /// The items whose last good output it is: the next build makes it again.
     pub items: Vec<ItemName>,
@@ -273,7 +273,6 @@ enum Holding {
     Garbage,
 }
 
-/// The outputs in a record.
 #[derive(Deserialize)]
 struct RecordOutputs {
     manifest: String,
@@ -373,7 +372,7 @@ fn digests(made: &[RecordOutputs]) -> impl Iterator<Item = Digest> {
     made.iter().flat_map(|made| made.outputs.iter().map(|blob| blob.digest))
 }
 
-/// What a collection removes.
+/// The lines and blobs that a collection removes.
 struct Collection {
     /// The places of the results' lines.
     lines: HashSet<u64>,

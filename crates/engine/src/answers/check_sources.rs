@@ -20,7 +20,7 @@ use crate::storage::{Disk, Reader, State, path_name};
 pub struct SourceError {
     /// The item.
     pub item: ItemName,
-    /// Its source, relative to the manifest's folder if it is inside.
+    /// The item's source, relative to the manifest's folder if it is inside.
     pub source: String,
     /// What is wrong, then its causes.
     pub error: Vec<String>,

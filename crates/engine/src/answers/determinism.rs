@@ -25,7 +25,7 @@ pub struct Determinism {
     pub threads: Vec<usize>,
     /// The number of items that were compared.
     pub items: usize,
-    /// The number of their outputs.
+    /// The number of outputs of the compared items.
     pub outputs: usize,
     /// The outputs that differ, in the order of the graph.
     pub differences: Vec<Difference>,
@@ -33,7 +33,7 @@ pub struct Determinism {
     pub failures: Vec<FailedRun>,
     /// The files that changed between the runs: the check has to be repeated.
     pub disturbed: Vec<String>,
-    /// Whether it was stopped before it was done.
+    /// Whether the check was stopped before it was done.
     pub cancelled: bool,
 }
 
@@ -50,13 +50,13 @@ impl Determinism {
 /// An output that differs between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// The item that made it.
+    /// The item that made the output.
     pub item: ItemName,
     /// The exported file, relative to `out`, or the type of the artifact.
     pub output: String,
     /// The numbers of threads of the two runs.
     pub threads: [usize; 2],
-    /// The sizes.
+    /// The sizes of the two outputs in bytes.
     pub bytes: [u64; 2],
     /// The first byte that differs, counted from 0.
     pub at: u64,
@@ -70,7 +70,7 @@ pub struct Difference {
 pub struct FailedRun {
     /// The item.
     pub item: ItemName,
-    /// The number of threads.
+    /// The number of threads of the run.
     pub threads: usize,
     /// What happened and its causes.
     pub error: Vec<String>,
@@ -91,7 +91,7 @@ pub fn default_threads() -> Vec<usize> {
 /// system's (`TMPDIR`); it contains the results of two runs at a time and is removed at the end.
 ///
 /// # Errors
-/// As [`crate::build::build`], and if the temporary folder cannot be written.
+/// The errors of [`crate::build::build`], and an error if the temporary folder cannot be written.
 pub fn determinism(
     plan: &Plan,
     stages: &[String],

@@ -46,39 +46,39 @@ pub struct Explanation {
 /// made it, and everything else is this item's own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LastRun {
-    /// When it started.
+    /// When the run started.
     pub started: Timestamp,
-    /// How long it took.
+    /// How long the run took.
     pub milliseconds: f64,
-    /// The version of the program that ran it.
+    /// The version of the program that ran the item.
     pub version: String,
     /// The kind and its revision: `project-sh 3`.
     pub kind: String,
-    /// Why it ran, or why its result came from the cache.
+    /// Why the item ran, or why its result came from the cache.
     pub reasons: Vec<Reason>,
-    /// The causes of the run, as [`Explanation::causes`].
+    /// The causes of the run, in the form of [`Explanation::causes`].
     pub causes: Vec<Cause>,
     /// The origin of the result if it came from the cache; `None` if the item ran for these reasons.
     pub from_cache: Option<FromCache>,
-    /// Where it ran, in a build with other machines, and if here, why.
+    /// Where the item ran, in a build with other machines, and if here, why.
     pub place: Option<Place>,
-    /// Its warnings.
+    /// The warnings of the run.
     pub warnings: Vec<String>,
-    /// Its notes.
+    /// The notes of the run.
     pub notes: Vec<String>,
-    /// The artifacts at its ports.
+    /// The artifacts at the item's ports.
     pub inputs: Vec<InputOrigin>,
-    /// What it read: files, names in folders, and where PATH leads.
+    /// Everything that the run read: files, names in folders, and where PATH leads.
     pub reads: Vec<FileRead>,
-    /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported
-    /// files hold it.
+    /// The item's parameters with defaults filled in, kind, revision and input digests: canonical JSON, as
+    /// exported files hold it.
     pub recipe: String,
     /// The digests of its outputs; empty if it failed. An export has one for each of its files, in the order
     /// of [`Explanation::outputs`].
     pub results: Vec<Digest>,
     /// The files that it and the items before it were made from.
     pub sources: Vec<String>,
-    /// What happened and its causes, if it failed.
+    /// What happened and its causes, if the run failed.
     pub failure: Option<Vec<String>>,
 }
 
@@ -99,7 +99,7 @@ pub struct ExportedFile {
     pub file: String,
     /// The digest of what was published there last; `None` if nothing was.
     pub digest: Option<Digest>,
-    /// Its present state.
+    /// The file's present state.
     pub state: FileState,
 }
 
@@ -107,20 +107,20 @@ pub struct ExportedFile {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum FileState {
-    /// It is as it was published.
+    /// The file is as it was published.
     AsPublished,
-    /// It was published and no longer exists.
+    /// The file was published and no longer exists.
     Gone,
-    /// Someone else changed it since it was published.
+    /// Someone else changed the file since it was published.
     Altered {
-        /// The digest of its present content; `None` if it cannot be read.
+        /// The digest of the file's present content; `None` if it cannot be read.
         digest: Option<Digest>,
-        /// When it was modified, by its file system.
+        /// When the file was modified, by its file system.
         modified: Option<Timestamp>,
-        /// What made its present content; `None` if no run did.
+        /// The origin of the file's present content; `None` if no run made it.
         made_by: Option<Origin>,
     },
-    /// Nothing was published there.
+    /// No file was published at this path.
     NeverPublished,
 }
 

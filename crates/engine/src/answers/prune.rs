@@ -12,7 +12,8 @@ use crate::error::Error;
 use crate::platform;
 use crate::storage::{Journal, LockPurpose, LockRequest, LockTimeout, State};
 
-/// What [`prune`] removed, or would remove: files, relative to the folder of the manifests.
+/// The files that [`prune`] removed or would remove, and those that stay, relative to the folder of the
+/// manifests.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Pruned {
     /// The files that were as they had been published.

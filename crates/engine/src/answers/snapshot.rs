@@ -22,7 +22,6 @@ pub struct ResultsSnapshot {
     items: Vec<Option<ItemResult>>,
 }
 
-/// The result of an item.
 struct ItemResult {
     record: Record,
     /// The artifact; `None` for an item that exports files.

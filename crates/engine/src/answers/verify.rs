@@ -32,19 +32,19 @@ pub use out::{FilesToVerify, MissingFile, OutVerification, verify_out};
 pub struct Verification {
     /// The requested file.
     pub file: String,
-    /// The digest of its bytes.
+    /// The digest of the file's bytes.
     pub digest: Digest,
     /// The item that exports it; `None` if the manifest no longer has one that does.
     pub item: Option<ItemName>,
-    /// When the run that made it started.
+    /// When the run that made the file started.
     pub made: Timestamp,
     /// The item of that run: another one if the item took over a result from the cache.
     pub maker: ItemName,
-    /// What its bytes are.
+    /// Whether the file's bytes are the last result, an earlier one, or none.
     pub content: Content,
-    /// What its recipe is.
+    /// The file's recipe, compared with the record's.
     pub recipe: Recipe,
-    /// The files that it and its ancestors were made from.
+    /// The files that the exported file and its ancestors were made from.
     pub sources: Vec<SourceFile>,
     /// The parameters and kinds in its ancestry that have changed since.
     pub revised: Vec<Cause>,
@@ -52,7 +52,7 @@ pub struct Verification {
     pub gone: Vec<ItemName>,
     /// The ancestors without a remaining record: what they were made from is not known.
     pub forgotten: Vec<ItemName>,
-    /// Whether a build would make it again, as far as that can be known.
+    /// Whether a build would make the file again, as far as that can be known.
     pub would_run: bool,
     /// The causes of that rerun.
     pub causes: Vec<Cause>,
@@ -70,15 +70,15 @@ impl Verification {
     }
 }
 
-/// What the bytes of an exported file are.
+/// Whether the bytes of an exported file are the last result of its item, an earlier one, or none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "content", rename_all = "kebab-case")]
 pub enum Content {
-    /// The last result of its item.
+    /// The bytes are the last result of the file's item.
     Current,
-    /// A result of an earlier run.
+    /// The bytes are a result of an earlier run.
     Earlier,
-    /// Not a result: someone changed it.
+    /// The bytes are no result: someone changed the file.
     Altered {
         /// The digest of the result.
         made: Option<Digest>,
@@ -96,9 +96,9 @@ pub enum Recipe {
     },
     /// The file holds another recipe.
     Differs {
-        /// The recipe that it holds.
+        /// The recipe that the file holds.
         found: String,
-        /// The recipe of its record.
+        /// The recipe of the file's record.
         recorded: String,
     },
     /// Neither the file nor one beside it holds a recipe.
@@ -129,7 +129,7 @@ pub struct SourceFile {
     pub new_time: Option<Timestamp>,
 }
 
-/// What made a result.
+/// The item that made a result, and the sources of that.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Origin {
     /// The item.
@@ -157,10 +157,10 @@ pub fn verify(
     })
 }
 
-/// What is read of a file to verify it.
+/// The content of a file that is to be verified.
 struct FileContent {
     digest: Digest,
-    /// The recipe that it holds.
+    /// The recipe that the file holds.
     recipe: Option<String>,
 }
 
@@ -258,7 +258,7 @@ struct Match {
     /// The item, if the plan has it.
     item: Option<ItemIndex>,
     record: Record,
-    /// Which of its outputs the file is.
+    /// Which of the item's outputs the file is.
     output: usize,
     content: Content,
 }
@@ -295,7 +295,7 @@ impl<'a> Records<'a> {
         Self { check, manifest, items, places, last, earlier: LazyCell::new(read) }
     }
 
-    /// What made a file with this content, which may be in any place; `None` if no record has it.
+    /// The origin of a file with this content, which may be in any place; `None` if no record has it.
     pub(crate) fn origin(&self, digest: Digest, file: &Path) -> Option<Origin> {
         let Match { item, record, .. } = self.by_digest(digest, file)?;
         Some(Origin { item: record.item.clone(), sources: self.sources(item, &record) })
@@ -338,7 +338,7 @@ impl<'a> Records<'a> {
         places.get(file).copied()
     }
 
-    /// A file of the plan, whatever it contains now.
+    /// The run that made a file of the plan, whatever the file contains now.
     fn by_path(&self, names: &[String], digest: Digest) -> Option<Match> {
         let (item, output) = names.iter().find_map(|name| self.place(name))?;
         let is_this = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
@@ -410,7 +410,7 @@ impl<'a> Records<'a> {
         Some(Match { item, record: record.clone(), output, content: Content::Earlier })
     }
 
-    /// A copy that was changed, except for its recipe.
+    /// The run that made a file of which this is a copy that was changed, except for its recipe.
     fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Match> {
         let exports = |item: &ItemIndex| !self.check.plan.items[*item].files.is_empty();
         let mut last = (0..self.check.plan.items.len()).filter(exports);
@@ -488,7 +488,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// What a file was made from, up to its sources.
+/// The ancestry of a file: everything that it was made from, up to its sources.
 #[derive(Default)]
 struct Ancestry {
     sources: Vec<SourceFile>,

@@ -17,7 +17,7 @@ use crate::storage::{Blob, FileRead, ReadKind};
 /// To be raised when a request or report would be misunderstood by other versions.
 pub(crate) const FORMAT: u32 = 2;
 
-/// Files of the folder.
+/// The places of the description, of the files that it reads and of the report in an item's folder.
 pub(crate) const ITEM: &str = "item.json";
 pub(crate) const FILES: &str = "files";
 pub(crate) const REPORT: &str = "outputs/report.json";
@@ -27,7 +27,6 @@ pub(crate) fn artifact_place(digest: Digest) -> String {
     format!("artifacts/{digest}")
 }
 
-/// The place of an output.
 pub(crate) fn output_place(index: usize) -> String {
     format!("outputs/{index}")
 }
@@ -54,21 +53,21 @@ pub(crate) struct ItemRequest {
     pub(crate) revision: u32,
     /// The parameters as the manifest has them: TOML.
     pub(crate) parameters: String,
-    /// The same with defaults filled in, to be compared with what the other machine makes of them.
+    /// The parameters with defaults filled in, to be compared with what the other machine makes of them.
     pub(crate) canonical: Value,
     pub(crate) inputs: Vec<PortInputs>,
-    /// For a kind that shows names.
+    /// The item's key, for a kind that shows names.
     pub(crate) key: Option<ItemKey>,
     pub(crate) source: Option<String>,
     /// The folder for exports, of which the item reads nothing.
     pub(crate) out: String,
-    /// For a kind whose results depend on the processor.
+    /// The processor, for a kind whose results depend on it.
     pub(crate) processor: Option<String>,
-    /// For a kind that exports files.
+    /// The recipe, for a kind that exports files.
     pub(crate) recipe: Option<String>,
-    /// The files that it may read, sorted by name.
+    /// The files that the item may read, sorted by name.
     pub(crate) files: Vec<KnownFile>,
-    /// The folders whose names it may read.
+    /// The folders whose names the item may read.
     pub(crate) folders: Vec<KnownFolder>,
 }
 
@@ -79,10 +78,10 @@ pub(crate) struct PortInputs {
     pub(crate) items: Vec<InputArtifact>,
 }
 
-/// An artifact.
+/// An artifact at a port.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputArtifact {
-    /// For a kind that shows names; otherwise empty.
+    /// The key of the item that made the artifact, for a kind that shows names; otherwise empty.
     pub(crate) key: ItemKey,
     #[serde(rename = "type")]
     pub(crate) type_name: String,
@@ -93,7 +92,7 @@ pub(crate) struct InputArtifact {
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct KnownFile {
     pub(crate) name: String,
-    /// `None` if it does not exist.
+    /// The digest of the file's content; `None` if it does not exist.
     pub(crate) digest: Option<Digest>,
 }
 
@@ -101,11 +100,11 @@ pub(crate) struct KnownFile {
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct KnownFolder {
     pub(crate) name: String,
-    /// What it contains, each with whether it is a folder; `None` if it does not exist.
+    /// The names in the folder, each with whether it is a folder; `None` if the folder does not exist.
     pub(crate) entries: Option<Vec<(String, bool)>>,
 }
 
-/// What became of an item.
+/// The report on a run of an item.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ItemReport {
     pub(crate) end: ItemEnd,
@@ -115,15 +114,14 @@ pub(crate) struct ItemReport {
     pub(crate) reads: Vec<FileRead>,
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ItemEnd {
-    /// It made these outputs.
+    /// The item made these outputs.
     Made(Vec<Blob>),
-    /// It reads what was not sent: the names of files and folders, and what is asked of each.
+    /// The item reads what was not sent: the names of files and folders, and what is asked of each.
     Needs(Vec<(String, ReadKind)>),
-    /// It failed.
     Failed {
         chain: Vec<String>,
         help: Option<String>,

@@ -37,7 +37,7 @@ pub(crate) struct Published {
     pub(crate) file: String,
     item: ItemName,
     pub(crate) digest: Digest,
-    /// `None` while it is being renamed into place.
+    /// The file's stamp; `None` while the file is being renamed into place.
     pub(crate) stamp: Option<Stamp>,
     /// Whether every later change of the file shows in its stamp. Records of older versions do not say.
     #[serde(default)]
@@ -113,9 +113,8 @@ pub(crate) struct Ledger<'a> {
 
 #[derive(Default)]
 struct OtherLines {
-    /// Those of this manifest and its `out`.
+    /// The lines of this manifest and its `out`.
     unwanted: Vec<Published>,
-    /// All others.
     others: Others,
     /// The plan's `out`, as [`Others`] contains paths.
     root: Option<String>,
@@ -149,7 +148,7 @@ impl<'a> Ledger<'a> {
         line.or_else(|| self.taken_over.get(file).cloned())
     }
 
-    /// The same, as far as every build needs it.
+    /// The line of a file, as far as every build needs it.
     pub(crate) fn stamp(&self, file: &str) -> Option<PublishedStamp> {
         self.journal.published(self.subject(file)).or_else(|| {
             let Published { digest, stamp, settled, .. } = self.taken_over.get(file)?;

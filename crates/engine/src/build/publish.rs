@@ -85,7 +85,7 @@ pub(crate) struct Publisher<'a> {
     next: AtomicU64,
 }
 
-/// What has to be done for a file.
+/// An action that has to be done for a file.
 struct Action {
     file: String,
     blob: Blob,
@@ -101,7 +101,7 @@ struct Action {
 struct Write {
     bytes: Vec<u8>,
     restored: bool,
-    /// To be reported when it is done.
+    /// The event to report when the file is written.
     remark: Option<PublishEvent>,
     temporary: Option<Temporary>,
 }
@@ -110,7 +110,7 @@ struct Write {
 struct Temporary {
     path: PathBuf,
     stamp: Stamp,
-    /// As [`Published::settled`].
+    /// Whether every later change of the file shows in its stamp, as in [`Published::settled`].
     settled: bool,
 }
 
@@ -125,7 +125,7 @@ impl<'a> Publisher<'a> {
         publisher
     }
 
-    /// The same, if it is known that items export every file of the ledger.
+    /// A publisher for a ledger of which it is known that items export every file.
     pub(crate) fn without_stale(plan: &'a Plan, state: &'a State) -> Self {
         Self {
             state,
@@ -211,7 +211,7 @@ impl<'a> Publisher<'a> {
         Ok(self.remove(&left_out, &mut |what| events.push(what))?)
     }
 
-    /// What has to be done for one file; `None` if it is in place.
+    /// The action that has to be done for one file; `None` if the file is in place.
     fn plan_file(
         &self,
         item: &ItemName,
@@ -473,7 +473,6 @@ pub(crate) fn is_temporary(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(TEMPORARY))
 }
 
-/// The kind in a recipe.
 fn kind_of_recipe(recipe: &str) -> Option<String> {
     #[derive(Deserialize)]
     struct Recipe {

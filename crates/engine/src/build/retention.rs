@@ -8,7 +8,7 @@ use crate::platform::is_one_file;
 use crate::storage::{Journal, ReadKind, Retention, path_name, short, stamp_subject};
 
 impl Retention {
-    /// What a compaction of the journal of the manifests in a folder keeps.
+    /// The lines that a compaction of the journal of the manifests in a folder keeps.
     pub(crate) fn of(journal: &Journal, folder: &Path) -> Self {
         let mut manifests = Manifests::new(folder, None);
         let (mut results, mut stamps, mut gone) = (HashSet::new(), HashSet::new(), HashSet::new());

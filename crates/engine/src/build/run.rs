@@ -28,7 +28,7 @@ use crate::storage::{
 };
 use crate::timestamp::Timestamp;
 
-/// What all running items share.
+/// The context that all running items share.
 pub(crate) struct RunContext<'a> {
     pub(crate) check: &'a UpToDateCheck<'a>,
     pub(crate) disk: &'a Disk,
@@ -38,7 +38,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) running: &'a Arc<RunningBuild>,
     /// What a watcher knows of changes, if there is one.
     pub(crate) watched: Option<&'a WatchedChanges>,
-    /// What goes first.
+    /// The items that go first.
     pub(crate) wanted: &'a Wanted,
     /// Where items pause while wanted ones run.
     pub(crate) gate: Arc<Gate>,
@@ -46,9 +46,9 @@ pub(crate) struct RunContext<'a> {
     pub(crate) repeat_warnings: bool,
     /// Whether the scratch folders of items that fail are kept.
     pub(crate) keep_scratch: bool,
-    /// Where results are also stored, and found.
+    /// The shared cache where results are also stored, and found.
     pub(crate) shared: Option<&'a SharedCacheOptions>,
-    /// What is known of its blobs.
+    /// What is known of the shared cache's blobs.
     pub(crate) shared_blobs: Option<&'a SharedBlobs>,
 }
 
@@ -63,15 +63,14 @@ pub(crate) struct RunRequest {
     pub(crate) handles: Vec<(String, Inputs)>,
     pub(crate) reasons: Vec<Reason>,
     pub(crate) causes: Vec<Cause>,
-    /// Whether somebody looks at it.
+    /// Whether somebody looks at the item.
     pub(crate) is_wanted: bool,
     /// Why it runs here, if other items run elsewhere.
     pub(crate) why_here: Option<String>,
-    /// The share of its work that is done.
+    /// The share of the item's work that is done.
     pub(crate) share: Arc<ShareDone>,
 }
 
-/// The outcome of a run.
 pub(crate) struct Outcome {
     pub(crate) made: Result<Made, Failure>,
     pub(crate) milliseconds: f64,
@@ -86,7 +85,7 @@ pub(crate) struct Made {
     pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
     /// Why its files could not be published although they are stored.
     pub(crate) unpublished: Option<Failure>,
-    /// Whether that is because its outputs are gone again.
+    /// Whether its files could not be published because the outputs are gone again.
     pub(crate) is_lost: bool,
 }
 
@@ -110,7 +109,7 @@ impl Attempt {
     }
 }
 
-/// What a run made, and what it was.
+/// A run of an item, with what it made.
 pub(crate) struct Ran {
     pub(crate) stored: Result<Stored, Failure>,
     pub(crate) reads: Vec<FileRead>,
@@ -327,7 +326,7 @@ impl RunContext<'_> {
     /// Puts an item's files in place, and removes those that it no longer exports.
     ///
     /// # Errors
-    /// As [`Publisher::publish`].
+    /// The errors of [`Publisher::publish`].
     pub(crate) fn publish(
         &self,
         item: ItemIndex,
@@ -527,7 +526,6 @@ pub(crate) fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
     bug(kind, &format!("panicked: {}", message_of(panic)))
 }
 
-/// The message of a panic.
 pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
     let message = panic.downcast_ref::<String>().map(String::as_str);
     message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")

@@ -35,22 +35,22 @@ const ROUNDS: usize = 16;
 
 /// How an attempt to run an item elsewhere ended.
 pub(crate) enum Elsewhere {
-    /// It ran there.
+    /// The item ran on another machine.
     Ran(Outcome),
-    /// It has to run here, because of this: a property of the item.
+    /// The item has to run here, because of this: a property of the item.
     Here(String),
-    /// It has to run here, because of this: something is wrong with the server or its machines.
+    /// The item has to run here, because of this: something is wrong with the server or its machines.
     Unable(String),
 }
 
-/// Where the content of a file of the other machine's folder comes from.
+/// The origin of the content of a file of the other machine's folder.
 enum Content {
     Bytes(Vec<u8>),
     Artifact(Digest),
     File(String, Digest),
 }
 
-/// What an item may read: the names, and what is asked of each.
+/// The names that an item may read, and what is asked of each.
 type Names = BTreeSet<(String, ReadKind)>;
 
 impl RunContext<'_> {
@@ -237,7 +237,7 @@ impl RunContext<'_> {
         self.watched.is_some() && reads.iter().any(is_other)
     }
 
-    /// What an item is expected to read: its source, and what its last run read.
+    /// The names that an item is expected to read: its source, and what its last run read.
     fn names(&self, item: ItemIndex) -> Names {
         let expected = self.check.expected_reads(item).into_iter().map(|(name, kind, _)| (name, kind));
         let mut names = expected.collect::<Names>();

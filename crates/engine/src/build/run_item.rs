@@ -227,7 +227,7 @@ struct SentFiles {
     folders: BTreeMap<String, Option<Vec<(String, bool)>>>,
     /// The folders of programs.
     programs: Vec<PathBuf>,
-    /// What was read and is not here, in order.
+    /// The places that were read and are not here, in order.
     missing: Mutex<Vec<(String, ReadKind)>>,
 }
 

@@ -20,16 +20,16 @@ use crate::storage::{Disk, Read, ReadKind, SearchPath, digest_now, normal};
 
 /// The files that an item's result depends on.
 pub(crate) enum Dependencies {
-    /// None yet.
+    /// No files yet.
     None,
-    /// Those that an earlier run read and that have not changed since.
+    /// The files that an earlier run read and that have not changed since.
     Recorded(Box<[Read]>),
-    /// Those that the item's run in this build has read so far.
+    /// The files that the item's run in this build has read so far.
     Running(Arc<Mutex<Vec<Read>>>),
 }
 
 impl Dependencies {
-    /// Those that an earlier run read.
+    /// The files that an earlier run read.
     pub(crate) fn recorded(reads: Box<[Read]>) -> Self {
         if reads.is_empty() { Self::None } else { Self::Recorded(reads) }
     }
@@ -191,7 +191,7 @@ fn does_the_same(old: &Stage, new: &Stage) -> bool {
 /// The files and folders that may have changed.
 pub(crate) struct ChangedPaths {
     paths: HashSet<PathBuf>,
-    /// The folders that contain them.
+    /// The folders that contain these files and folders.
     folders: HashSet<PathBuf>,
     search_path: SearchPath,
 }

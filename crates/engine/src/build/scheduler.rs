@@ -50,15 +50,15 @@ pub(crate) use reports::event_of;
 /// The progress of an item.
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {
-    /// It waits for its inputs, or for its turn.
+    /// The item waits for its inputs, or for its turn.
     Waiting,
-    /// It is being run or published, or its inputs are being fetched.
+    /// The item is being run or published, or its inputs are being fetched.
     Busy,
-    /// Its result is complete.
+    /// The item's result is complete.
     Done,
-    /// It failed, or was skipped because of the named item.
+    /// The item failed, or was skipped because of the named item.
     Failed(ItemName),
-    /// It was stopped.
+    /// The item was stopped.
     Stopped,
 }
 
@@ -71,7 +71,7 @@ struct Progress {
     users: usize,
     /// The number of inputs that have to be fetched before it can run.
     missing: usize,
-    /// Its outputs, new or found; `None`: those of its latest record.
+    /// The item's outputs, new or found; `None`: those of its latest record.
     outputs: Option<Vec<Blob>>,
     handle: Option<Arc<Handle>>,
     /// The consumers that cannot run before the artifact is fetched or made again.
@@ -136,7 +136,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     tasks: Tasks,
     /// The tasks for other machines.
     elsewhere: Tasks,
-    /// Whether it was said that items cannot run there.
+    /// Whether it was said that items cannot run on other machines.
     has_told: bool,
     /// The threads that wait for other machines: whether each does now.
     waiting: Vec<bool>,
@@ -527,7 +527,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// The number of the first worker of a lane.
     fn first_worker(&self, lane: Lane) -> usize {
         lane as usize * self.jobs
     }

@@ -72,11 +72,11 @@ pub(crate) struct WatchedChanges {
     pub(crate) unfinished: Arc<PathSet>,
     /// Whether programs may have begun to write without its notice, since a build looked for them.
     may_have_missed_writers: Arc<AtomicBool>,
-    /// Whether the running build looks for them.
+    /// Whether the running build looks for programs that write.
     is_looking: AtomicBool,
     /// The files that programs had open for writing at the last look of this build, and when that was.
     looked: Mutex<Option<(Instant, HashSet<Identity>)>>,
-    /// Reports such a file to the watcher.
+    /// Reports a file that a program has open for writing to the watcher.
     report: Mutex<Box<dyn Fn(PathBuf) + Send>>,
 }
 
@@ -91,14 +91,14 @@ impl WatchedChanges {
         Self { pending, unfinished, may_have_missed_writers, is_looking, looked, report }
     }
 
-    /// A build begins.
+    /// Notes that a build begins.
     fn begin(&self) {
         *self.looked.lock() = None;
         let is_needed = self.may_have_missed_writers.swap(false, Ordering::Relaxed);
         self.is_looking.fetch_or(is_needed, Ordering::Relaxed);
     }
 
-    /// A build was completed.
+    /// Notes that a build was completed.
     pub(crate) fn completed(&self) {
         self.is_looking.store(false, Ordering::Relaxed);
     }
@@ -146,8 +146,8 @@ const RECENT: u64 = 30_000;
 /// The time between two looks at the files that programs have open.
 const LOOK_INTERVAL: Duration = Duration::from_millis(200);
 
-/// What is kept of the state folder between two builds. Others may write there meanwhile, so it is checked
-/// before it is used.
+/// The part of the state folder that is kept between two builds. Others may write there meanwhile, so it is
+/// checked before it is used.
 #[derive(Default)]
 pub(crate) struct SavedState {
     /// The journal as the last build left it.

@@ -32,7 +32,7 @@ pub(crate) const ROUNDS: usize = 4;
 /// An item that read more files than this is not looked for.
 pub(crate) const MOST_READS: usize = 4096;
 
-/// What an action names: path, what is asked of it, digest of the answer.
+/// The files that an action names: path, what is asked of it, digest of the answer.
 pub(crate) type NamedFiles = BTreeSet<(String, ReadKind, Option<Digest>)>;
 
 /// An action: the canonical text of everything that a result depends on.
@@ -51,13 +51,13 @@ pub(crate) fn list(version: &str, plan: &Plan, stage: usize) -> Vec<u8> {
     text.to_string().into_bytes()
 }
 
-/// What is stored under an action.
+/// The engine's description that is stored under an action.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Description {
     /// The item reads further files: their paths, and what is asked of each.
     Reads(Vec<(String, ReadKind)>),
-    /// The result.
+    /// The action has this result.
     Result(Box<ResultDescription>),
 }
 

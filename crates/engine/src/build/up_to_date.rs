@@ -23,7 +23,7 @@ use crate::{parallel, platform};
 mod gone;
 mod shared;
 
-/// What is computed once for a stage.
+/// Facts about a stage that are computed once.
 pub(crate) struct StageInfo {
     pub(crate) parameters: Value,
     parameters_text: String,
@@ -51,17 +51,17 @@ pub(crate) struct UpToDateCheck<'a> {
     latest: Vec<Option<LatestRecord<'a>>>,
     /// For each item, whether its result was in the cache when the build began.
     current: Vec<bool>,
-    /// What an earlier build left, as far as nothing has changed since.
+    /// The items as an earlier build left them, as far as nothing has changed since.
     known: Option<KnownItems>,
     /// Results that a shared cache has of items whose own are out of date.
     shared: HashMap<ItemIndex, Record>,
-    /// The items that it was asked for in vain.
+    /// The items for which the shared cache was asked in vain.
     missed: HashSet<ItemIndex>,
     /// Whether outputs that are perhaps only in a shared cache do not count.
     pub(crate) all_local: bool,
 }
 
-/// What an earlier build of the plan left, so that it does not need to be checked again.
+/// The items as an earlier build of the plan left them, so that they do not need to be checked again.
 #[derive(Clone)]
 pub(crate) struct KnownItems {
     /// For each item, whether it is as that build left it, with its result and its files.
@@ -72,9 +72,8 @@ pub(crate) struct KnownItems {
 
 /// Whether an item's result is in the cache.
 pub(crate) enum Freshness {
-    /// It is.
+    /// The result is in the cache.
     Current {
-        /// The outputs.
         outputs: Vec<Blob>,
         /// The record of the run that made them, if that is not the latest record.
         restored: Option<Box<Record>>,
@@ -204,7 +203,7 @@ impl<'a> UpToDateCheck<'a> {
         self.known.as_ref().is_some_and(|known| known.complete[item])
     }
 
-    /// What an earlier build left; `None` if everything was checked.
+    /// The items as an earlier build left them; `None` if everything was checked.
     pub(crate) fn known(&self) -> Option<&KnownItems> {
         self.known.as_ref()
     }
@@ -236,7 +235,7 @@ impl<'a> UpToDateCheck<'a> {
         }
     }
 
-    /// The same record in full, read from the journal.
+    /// The latest record of a selected item in full, read from the journal.
     pub(crate) fn record(&self, item: ItemIndex) -> Option<Record> {
         self.latest(item).and_then(|_| self.state.journal.get(Tag::Item, self.subject(item)))
     }
@@ -257,7 +256,6 @@ impl<'a> UpToDateCheck<'a> {
         item_subject(&self.manifest, &self.plan.stages[item.stage].name, &item.key)
     }
 
-    /// Whether a record is of this item.
     pub(crate) fn is_of(&self, item: ItemIndex, record: &Record) -> bool {
         record.item == self.name(item) && record.manifest == self.manifest
     }

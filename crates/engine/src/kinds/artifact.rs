@@ -45,7 +45,7 @@ impl Handle {
         Self { type_name, digest, value: OnceLock::new(), load: Box::new(load) }
     }
 
-    /// The same, with its value, which was just made or decoded.
+    /// Returns the handle with its value, which was just made or decoded.
     #[must_use]
     pub fn with_value(self, value: Arc<dyn Any + Send + Sync>) -> Self {
         let _ = self.value.set(value);

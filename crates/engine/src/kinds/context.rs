@@ -25,7 +25,7 @@ pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
 pub(crate) const HOW_TO_READ_EXPORTS: &str =
     "connect the stage that makes the file instead, or move the file";
 
-/// What a running item has access to.
+/// The inputs, files and folders that a running item has access to.
 pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
@@ -41,7 +41,7 @@ pub struct Context<'a> {
     pub(crate) cancel: Cancel,
     /// Whether a change has made the item stale.
     pub(crate) stale: Option<StaleFlag>,
-    /// Where it pauses while wanted items run.
+    /// Where the item pauses while wanted items run.
     pub(crate) gate: Option<Arc<Gate>>,
     pub(crate) share: Arc<ShareDone>,
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
@@ -346,7 +346,7 @@ impl<'a> Context<'a> {
         self.notes.lock().clone()
     }
 
-    /// What was read so far, in order.
+    /// The reads so far, in order.
     pub fn reads(&self) -> Vec<Read> {
         self.reads.lock().clone()
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use parking_lot::{Condvar, Mutex};
 
-/// Where other items pause while wanted ones run.
+/// A gate where other items pause while wanted ones run.
 #[derive(Debug, Default)]
 pub(crate) struct Gate {
     wanted: Mutex<usize>,

@@ -53,7 +53,7 @@ impl Port {
         Self { many: true, ..Self::one::<T>(name) }
     }
 
-    /// The same port, also taking artifacts of type `T`. If it takes all types, this says that the kind
+    /// Returns the port, also taking artifacts of type `T`. If it takes all types, this says that the kind
     /// decodes artifacts of type `T`, rather than taking their bytes.
     #[must_use]
     pub fn or<T: Artifact>(mut self) -> Self {
@@ -61,7 +61,7 @@ impl Port {
         self
     }
 
-    /// The same port, which may stay unconnected.
+    /// Returns the port as one that may stay unconnected.
     #[must_use]
     pub fn optional(mut self) -> Self {
         self.optional = true;
@@ -92,7 +92,7 @@ impl Port {
     }
 }
 
-/// What an item of a stage makes.
+/// The product of an item: an artifact or files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Product {
     /// An artifact of this type, for other stages.
@@ -103,7 +103,7 @@ pub enum Product {
     Files(Vec<String>),
 }
 
-/// What a run of an item made.
+/// The output of a run of an item.
 pub enum Output {
     /// An artifact: its encoded bytes, and the value for consumers of the same build.
     Artifact {
@@ -116,8 +116,8 @@ pub enum Output {
     Files(Vec<Vec<u8>>),
 }
 
-/// In place of a file's bytes: the item does not export this one of its declared files. A file that it
-/// published there before is removed.
+/// Bytes that stand in place of a file's: the item does not export this one of its declared files. A file
+/// that it published there before is removed.
 pub const LEFT_OUT: &[u8] = b"specula: this item does not export this file\n";
 
 /// Whether this is the digest of [`LEFT_OUT`].
@@ -175,7 +175,7 @@ pub trait Kind: Send + Sync + 'static {
         Self::ports()
     }
 
-    /// What an item makes, given the type that arrives at each connected port (in the order of `ports`).
+    /// The product of an item, given the type that arrives at each connected port (in the order of `ports`).
     ///
     /// Whether that is an artifact or files must not depend on an optional parameter.
     fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
@@ -192,7 +192,8 @@ pub trait Kind: Send + Sync + 'static {
         Vec::new()
     }
 
-    /// The same, given the types that arrive, as [`Kind::product`] gets them.
+    /// The errors of parameters that show only with the types that arrive, which are given as to
+    /// [`Kind::product`]: pairs of a parameter's name and a message.
     fn check_inputs(
         _parameters: &Self::Parameters,
         _types: &[(&str, &'static str)],
@@ -218,8 +219,8 @@ pub trait Kind: Send + Sync + 'static {
         None
     }
 
-    /// What another machine must be that runs items of a stage with these parameters, such as
-    /// `("container-image", "docker://...")`; usually nothing. `None`: they run only on the machine of the
+    /// The properties that another machine must have to run items of a stage with these parameters, such as
+    /// `("container-image", "docker://...")`; usually none. `None`: the items run only on the machine of the
     /// build. What is not shared never runs elsewhere.
     fn properties(_parameters: &Self::Parameters) -> Option<Vec<(String, String)>> {
         Some(Vec::new())
@@ -271,9 +272,9 @@ pub struct MapSizes {
 
 /// A [`Kind`] as the engine sees it.
 pub trait ErasedKind: Send + Sync {
-    /// [`Kind::NAME`].
+    /// Returns [`Kind::NAME`].
     fn name(&self) -> &str;
-    /// [`Kind::REVISION`] and the sum of [`Kind::KERNELS`].
+    /// Returns [`Kind::REVISION`] and the sum of [`Kind::KERNELS`].
     fn revision(&self) -> u32;
     /// The manual text, Markdown, from the `//!` lines of [`Kind::TEXT`].
     fn manual(&self) -> String;
@@ -286,22 +287,22 @@ pub trait ErasedKind: Send + Sync {
     }
     /// The parameters: names, what each expects, defaults and docs.
     fn fields(&self) -> Vec<Field>;
-    /// [`Kind::ports`]: those of the manual page.
+    /// The ports of [`Kind::ports`], which the manual page lists.
     fn ports(&self) -> Vec<Port>;
-    /// [`Kind::ports_named`]: those of a stage whose `inputs` have these names.
+    /// The ports of [`Kind::ports_named`], for a stage whose `inputs` have these names.
     fn ports_named(&self, names: &[&str]) -> Vec<Port> {
         let _ = names;
         self.ports()
     }
-    /// [`Kind::SOURCE`].
+    /// Returns [`Kind::SOURCE`].
     fn has_source(&self) -> bool;
-    /// [`Kind::SHOWS_KEYS`].
+    /// Returns [`Kind::SHOWS_KEYS`].
     fn shows_keys(&self) -> bool;
-    /// [`Kind::SLOW`].
+    /// Returns [`Kind::SLOW`].
     fn is_slow(&self) -> bool {
         false
     }
-    /// [`Kind::RUNS_PROGRAMS`].
+    /// Returns [`Kind::RUNS_PROGRAMS`].
     fn runs_programs(&self) -> bool {
         false
     }
@@ -316,45 +317,45 @@ pub trait ErasedKind: Send + Sync {
 pub trait Configured: Send + Sync {
     /// The parameters with defaults filled in, as canonical JSON.
     fn canonical(&self) -> serde_json::Value;
-    /// [`Kind::product`].
+    /// [`Kind::product`] with the stage's parameters.
     fn product(&self, types: &[(&str, &'static str)]) -> Product;
-    /// [`Kind::map_sizes`].
+    /// [`Kind::map_sizes`] of the stage's parameters.
     fn map_sizes(&self) -> MapSizes {
         MapSizes::default()
     }
-    /// [`Kind::check_inputs`]; each message begins with the parameter's name.
+    /// [`Kind::check_inputs`] of the stage's parameters; each message begins with the parameter's name.
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let _ = types;
         Vec::new()
     }
-    /// [`Kind::named_paths`].
+    /// [`Kind::named_paths`] of the stage's parameters.
     fn named_paths(&self) -> Vec<NamedPath> {
         Vec::new()
     }
-    /// [`Kind::is_shared`].
+    /// [`Kind::is_shared`] of the stage's parameters.
     fn is_shared(&self) -> bool {
         true
     }
-    /// [`Kind::processor`].
+    /// [`Kind::processor`] of the stage's parameters.
     fn processor(&self) -> Option<&'static str> {
         None
     }
-    /// [`Kind::properties`], and `None` for what is not shared.
+    /// [`Kind::properties`] of the stage's parameters, and `None` for what is not shared.
     fn properties(&self) -> Option<Vec<(String, String)>> {
         self.is_shared().then(Vec::new)
     }
-    /// [`Kind::check_source`].
+    /// Checks an item's source by [`Kind::check_source`] with the stage's parameters.
     ///
     /// # Errors
-    /// Those of [`Kind::check_source`].
+    /// The errors of [`Kind::check_source`].
     fn check_source(&self, context: &Context<'_>) -> Result<(), Failure> {
         let _ = context;
         Ok(())
     }
-    /// [`Kind::run`].
+    /// Makes the output of an item by [`Kind::run`] with the stage's parameters.
     ///
     /// # Errors
-    /// As [`Kind::run`].
+    /// The errors of [`Kind::run`].
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure>;
 }
 

@@ -7,14 +7,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub(crate) struct ShareDone(AtomicU64);
 
 impl ShareDone {
-    /// The share is at least this.
+    /// Raises the share to at least this.
     pub(crate) fn raise(&self, share: f64) {
         let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
         // The bits of numbers that are not negative are in the order of the numbers.
         self.0.fetch_max(share.to_bits(), Ordering::Relaxed);
     }
 
-    /// The share.
     pub(crate) fn get(&self) -> f64 {
         f64::from_bits(self.0.load(Ordering::Relaxed))
     }

@@ -44,7 +44,7 @@ impl<'a> Steps<'a> {
     /// Counts a step; to be called before it or after it, at least ten times a second.
     ///
     /// # Errors
-    /// As [`Context::check_cancelled`].
+    /// The errors of [`Context::check_cancelled`].
     pub fn step(&self) -> Result<(), Failure> {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         self.context.progress(self.share(done));

@@ -9,7 +9,7 @@ use super::spelling::nearest;
 
 /// A parameter that is one of some words.
 pub trait Choice: Copy + PartialEq + 'static {
-    /// Each value with its word and with what it means.
+    /// The values, each after its word and what it means.
     fn words() -> Vec<(&'static str, &'static str, Self)>;
 }
 

@@ -199,7 +199,6 @@ fn syntax_errors(text: &str, mut found: Vec<(Range<usize>, &str)>, table: &Table
 struct Lines<'a> {
     text: &'a str,
     table: &'a Table,
-    /// The start of each line.
     starts: Vec<usize>,
     /// The first line, counted from 0, of each header.
     headers: OnceCell<HashMap<&'a str, usize>>,

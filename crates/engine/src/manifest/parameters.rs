@@ -38,9 +38,9 @@ pub trait Parameter: Sized {
 pub struct Field {
     /// The key in the manifest.
     pub name: String,
-    /// What it expects.
+    /// The value that the parameter expects, in words.
     pub expected: String,
-    /// What it expects, as JSON Schema.
+    /// The values that the parameter expects, as JSON Schema.
     pub schema: serde_json::Value,
     /// The default; `None` if the parameter is required.
     pub default: Option<serde_json::Value>,

@@ -24,7 +24,7 @@ impl Range {
         Self { least: bound(range.start_bound()), most: bound(range.end_bound()) }
     }
 
-    /// What is expected: `a whole number from 1 to 64`.
+    /// The text of what is expected: `a whole number from 1 to 64`.
     fn expected(&self, noun: &str) -> String {
         match (self.least, self.most) {
             (Bound::Unbounded, Bound::Unbounded) => noun.into(),
@@ -45,7 +45,7 @@ impl Range {
         }
     }
 
-    /// The same as JSON Schema.
+    /// The range as JSON Schema for a type of numbers.
     fn schema(&self, kind: &str) -> serde_json::Value {
         let mut schema = json!({ "type": kind });
         let number = |number: f64| match number as i64 {
@@ -205,7 +205,7 @@ impl<T: Ranged> Ranged for Option<T> {
 pub enum OrAuto<T> {
     /// The kind chooses.
     Auto,
-    /// This value.
+    /// The manifest gives this value.
     Fixed(T),
 }
 

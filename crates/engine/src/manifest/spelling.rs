@@ -20,7 +20,7 @@ pub(crate) struct Spelling {
 }
 
 impl Default for Spelling {
-    /// Enough for fifty short words among twenty thousand.
+    /// A budget that is enough for fifty short words among twenty thousand.
     fn default() -> Self {
         Self { budget: Cell::new(50_000_000) }
     }
@@ -33,7 +33,7 @@ impl Spelling {
     /// The cost of listing a name in a folder.
     const NAME: usize = 1000;
 
-    /// [`nearest`], within the budget.
+    /// Finds what [`nearest`] finds, within the budget.
     pub(crate) fn nearest<'a>(
         &self,
         name: &str,

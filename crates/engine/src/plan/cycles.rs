@@ -88,8 +88,8 @@ fn components(needs: &[Vec<StageIndex>], is_left: &[bool]) -> Vec<Vec<StageIndex
     found
 }
 
-/// From the first member through what it needs back to itself, without the repetition; empty if there is no
-/// way.
+/// The shortest way from the first member through what it needs back to itself, without the repetition; empty
+/// if there is no way.
 fn shortest_cycle(needs: &[Vec<StageIndex>], members: &[StageIndex]) -> Vec<StageIndex> {
     let first = members[0];
     let mut came_from = HashMap::new();

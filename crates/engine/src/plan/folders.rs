@@ -15,7 +15,7 @@ use crate::storage::{BrokenLink, leads_to, normal};
 pub struct Name {
     /// The name, without its folder.
     pub name: OsString,
-    /// What it is, links followed.
+    /// What the name leads to, links followed.
     pub found: Found,
     /// Whether it is a link. `**` does not follow links to folders, because they could form a cycle.
     pub link: bool,
@@ -110,12 +110,11 @@ impl Folders for DiskFolders {
     }
 }
 
-/// What was asked of the disk: everything that a plan depends on besides its manifest.
+/// The questions that were asked of the disk: everything that a plan depends on besides its manifest.
 #[derive(Debug, Default)]
 pub(crate) struct FolderQueries {
     /// The folders that were listed, each with the names of the links in it.
     pub(crate) listed: BTreeMap<PathBuf, BTreeSet<OsString>>,
-    /// The paths that were looked for.
     pub(crate) looked_for: BTreeSet<PathBuf>,
 }
 
@@ -124,7 +123,7 @@ pub(crate) struct FolderQueries {
 pub(crate) struct RecordingFolders(RefCell<FolderQueries>);
 
 impl RecordingFolders {
-    /// What was asked.
+    /// The questions that were asked of the folders.
     pub(crate) fn queries(self) -> FolderQueries {
         self.0.into_inner()
     }

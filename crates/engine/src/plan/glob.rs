@@ -15,7 +15,8 @@ pub(crate) struct Glob {
     whole: GlobMatcher,
     /// `whole` with the case ignored, to find the files that were meant and do not match.
     in_any_case: GlobMatcher,
-    /// What the names of folders must match, level by level, as far as the glob restricts them: one of these.
+    /// Patterns for the names of folders, level by level, as far as the glob restricts them: a name has to
+    /// match one of its level.
     levels: Vec<Vec<GlobMatcher>>,
     /// The deepest level at which a file can match; `None` if the glob contains `**`.
     depth: Option<usize>,

@@ -25,7 +25,7 @@ pub struct Graph {
     pub(crate) manifest: PathBuf,
     pub(crate) out: PathBuf,
     pub(crate) document: Arc<Document>,
-    /// In topological order, ties in the order of the manifest.
+    /// The stages in topological order, ties in the order of the manifest.
     pub(crate) nodes: Vec<Node>,
     pub(crate) recipe_reader: RecipeReader,
 }
@@ -37,18 +37,18 @@ pub(crate) struct Node {
     pub(crate) header: Range<usize>,
     pub(crate) kind: Option<Arc<dyn ErasedKind>>,
     pub(crate) configured: Option<Arc<dyn Configured>>,
-    /// Its parameters as they are written.
+    /// The parameters as they are written.
     pub(crate) parameters: Table,
     /// The kind's ports, or, if the kind accepts any port, those that the stage names.
     pub(crate) ports: Vec<Port>,
-    /// In the order of `ports`.
+    /// The connections, in the order of `ports`.
     pub(crate) edges: Vec<Edge>,
     /// The `source`, if it is valid.
     pub(crate) source: Option<Source>,
     pub(crate) product: Option<Product>,
     /// The source stages whose files distinguish its items, sorted by name; `None` if one of them is unknown.
     pub(crate) keys: Option<Vec<StageIndex>>,
-    /// For a stage that exports files.
+    /// The parsed `path`, for a stage that exports files.
     pub(crate) template: Option<Template>,
 }
 
@@ -306,7 +306,8 @@ impl Graph {
         (stage, index, Diagnostic::at(node.header.clone(), message).expected(expected))
     }
 
-    /// The same for a port that is connected to a stage of the wrong type.
+    /// The error of a port that is connected to a stage of the wrong type, with its stage and its index
+    /// there.
     fn mismatched(&self, stage: StageIndex, edge: usize) -> (StageIndex, usize, Diagnostic) {
         let node = &self.nodes[stage];
         let edge = &node.edges[edge];

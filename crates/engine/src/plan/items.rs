@@ -38,7 +38,7 @@ const MOST_INPUTS: usize = 16_000_000;
 pub struct Item {
     /// The stage.
     pub stage: StageIndex,
-    /// What distinguishes it from the other items of its stage.
+    /// The key that distinguishes the item from the others of its stage.
     pub key: ItemKey,
     /// For each of the stage's inputs, in order: the items that arrive there, sorted by key.
     pub inputs: Vec<Vec<ItemIndex>>,
@@ -166,7 +166,6 @@ fn too_many(graph: &Graph, node: &Node, keys: &[StageIndex], assets: &Assets) ->
         .expected(format!("expected at most {MOST_ITEMS} items with {MOST_INPUTS} inputs in all stages"))
 }
 
-/// The keys of the items of a stage.
 fn item_keys(graph: &Graph, keys: &[StageIndex], count: usize, assets: &Assets) -> Vec<ItemKey> {
     let stages = keys.iter().map(|&key| Arc::<str>::from(graph.nodes[key].name.as_str())).collect::<Vec<_>>();
     let item_keys = (0..count).into_par_iter().map(|number| {

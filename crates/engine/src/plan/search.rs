@@ -298,7 +298,7 @@ impl Source {
         if search.spelling.is_used_up() { error } else { error.help(self.surroundings(path, search)) }
     }
 
-    /// What exists near the path.
+    /// Describes what exists near the path.
     fn surroundings(&self, path: &SourcePath, search: &Search<'_>) -> String {
         let Search { folders, spelling, .. } = search;
         let plain = resolved(&path.root);
@@ -348,7 +348,7 @@ impl Source {
         self.out.as_ref().is_some_and(|out| lies_in(out) || folders.are_one(path, out))
     }
 
-    /// What a link is that leads nowhere, for messages.
+    /// Describes a link that leads nowhere, for messages.
     fn broken(&self, link: &BrokenLink) -> String {
         BrokenLink { path: self.shown(&link.path).into(), ..link.clone() }.to_string()
     }

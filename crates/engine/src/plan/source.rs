@@ -36,7 +36,7 @@ pub struct Source {
 /// A path or glob of a source.
 #[derive(Clone, Debug)]
 pub(super) struct SourcePath {
-    /// Without the `!` of what is left out.
+    /// The path or glob, without the `!` of what is left out.
     pub(super) text: String,
     pub(super) span: Range<usize>,
     /// The folder that a glob searches, or the file or folder itself.
@@ -49,7 +49,7 @@ pub(super) struct SourcePath {
 pub(crate) struct Asset {
     /// The file's name without its extension, or the folder's name.
     pub(crate) stem: Arc<str>,
-    /// Absolute.
+    /// The absolute path.
     pub(crate) path: PathBuf,
 }
 

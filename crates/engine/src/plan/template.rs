@@ -85,7 +85,6 @@ impl Template {
         path
     }
 
-    /// Whether the template contains a key.
     pub(crate) fn has(&self, key: usize) -> bool {
         self.parts.iter().any(|part| matches!(part, Part::Stem(own) if *own == key))
     }
@@ -111,7 +110,7 @@ fn unknown_placeholder(
     }
 }
 
-/// What is wrong with a path.
+/// A problem with a path.
 #[derive(Debug)]
 pub(crate) struct Problem {
     /// The end of a sentence that begins with the path.

@@ -22,7 +22,7 @@ struct Items {
 }
 
 impl Wanted {
-    /// From now on these items are wanted, with all that they need, and no others.
+    /// Makes these items wanted from now on, with all that they need, and no others.
     pub fn set(&self, names: Vec<ItemName>) {
         let mut items = self.0.lock();
         if items.names != names {

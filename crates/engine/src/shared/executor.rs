@@ -11,11 +11,11 @@ use super::shared_blob::SharedBlob;
 /// A file that a program finds in its folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputFile {
-    /// Its place in the folder, with `/` between folders, without `.` and `..`.
+    /// The file's place in the folder, with `/` between folders, without `.` and `..`.
     pub path: String,
-    /// Its content.
+    /// The file's content.
     pub blob: SharedBlob,
-    /// Whether it is a program.
+    /// Whether the file is a program.
     pub is_program: bool,
 }
 
@@ -28,39 +28,39 @@ pub struct RemoteRun<'a> {
     /// Reads the content of one of these files, in case the server does not have it; `None` if it is gone, or
     /// has changed.
     pub read: &'a (dyn Fn(usize) -> Option<Vec<u8>> + Sync),
-    /// The files that it makes, as places in its folder. It may leave out some of them.
+    /// The files that the run makes, as places in its folder. It may leave out some of them.
     pub outputs: Vec<String>,
-    /// What the machine must be, such as `("container-image", "docker://...")`.
+    /// The properties that the machine must have, such as `("container-image", "docker://...")`.
     pub properties: Vec<(String, String)>,
-    /// Whether it has to run, even if the server knows what it made before.
+    /// Whether the program has to run, even if the server knows what it made before.
     pub is_fresh: bool,
 }
 
-/// What a run on another machine left.
+/// The result of a run on another machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RemoteEnd {
-    /// What it made of [`RemoteRun::outputs`], in order.
+    /// The files of [`RemoteRun::outputs`], in order; `None` for each that the run did not make.
     pub outputs: Vec<Option<SharedBlob>>,
-    /// Its exit code.
+    /// The exit code of the run.
     pub exit_code: i32,
-    /// The end of what it wrote to standard error.
+    /// The end of what the run wrote to standard error.
     pub message: String,
     /// The machine, as far as the server names it.
     pub worker: String,
-    /// Whether the server knew what it makes, and nothing ran.
+    /// Whether the server knew the result, and nothing ran.
     pub is_known: bool,
 }
 
 /// Why there is no run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RemoteError {
-    /// It was asked to stop.
+    /// The run was asked to stop.
     Stopped,
-    /// Its files are too large to be sent.
+    /// The files of the run are too large to be sent.
     TooLarge(String),
     /// The content of this input could not be read any more.
     InputGone(usize),
-    /// The server or its workers cannot run it.
+    /// The server or its workers cannot run the program.
     Impossible(String),
 }
 
@@ -90,9 +90,9 @@ pub trait Executor: Debug + Send + Sync {
 pub struct ExecutorOptions {
     /// The machines.
     pub executor: Arc<dyn Executor>,
-    /// How many items run there at a time.
+    /// How many items run on the machines at a time.
     pub jobs: usize,
-    /// An item that reads more bytes of files runs here.
+    /// The most bytes of files that an item on another machine reads; one that reads more runs here.
     pub most_bytes: u64,
 }
 
@@ -100,12 +100,12 @@ pub struct ExecutorOptions {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
-    /// Here.
+    /// The item ran on the machine of the build.
     Here {
-        /// Why.
+        /// Why the item ran on the machine of the build.
         because: String,
     },
-    /// On another machine.
+    /// The item ran on another machine.
     Worker {
         /// The server that had it run.
         host: String,

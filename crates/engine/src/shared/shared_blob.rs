@@ -9,6 +9,6 @@ use crate::key::Digest;
 pub struct SharedBlob {
     /// The digest by which the server knows it.
     pub hash: Digest,
-    /// Its size.
+    /// The size in bytes.
     pub bytes: u64,
 }

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::executor::ExecutorOptions;
 use super::shared_blob::SharedBlob;
 
-/// What is stored under an action.
+/// The result that is stored under an action.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SharedResult {
-    /// The engine's description.
+    /// The engine's description of the result.
     pub description: Vec<u8>,
     /// The outputs, in order.
     pub outputs: Vec<SharedBlob>,
@@ -25,7 +25,7 @@ pub struct SharedResult {
 pub struct Question {
     /// The item, among those of its list.
     pub item: String,
-    /// The action.
+    /// The action under which the result is stored.
     pub action: Vec<u8>,
 }
 
@@ -37,20 +37,20 @@ pub struct Upload {
     pub item: String,
     /// The actions and what is stored under each; the last one has the outputs.
     pub entries: Vec<(Vec<u8>, Vec<u8>)>,
-    /// The outputs.
+    /// The outputs of the result.
     pub outputs: UploadOutputs,
 }
 
 /// The outputs of a result to store.
 pub enum UploadOutputs {
-    /// They are here.
+    /// The outputs are on this machine.
     Here {
-        /// How many there are.
+        /// The number of outputs.
         count: usize,
-        /// Reads one; `None` if it is gone.
+        /// Reads the output of an index; `None` if it is gone.
         read: Box<dyn Fn(usize) -> Option<Vec<u8>> + Send>,
     },
-    /// They are on the server, which made them.
+    /// The outputs are on the server, which made them.
     There(Vec<SharedBlob>),
 }
 
@@ -70,11 +70,11 @@ pub struct Traffic {
 /// An implementation that cannot reach its server answers as an empty cache would, and says why in
 /// [`SharedCache::trouble`].
 pub trait SharedCache: Debug + Send + Sync {
-    /// Where it is, for messages: `cache.studio:8980`.
+    /// Where the cache is, for messages: `cache.studio:8980`.
     fn host(&self) -> String;
 
-    /// What is stored under each action; `None` if nothing is. `list` names what the items have in common,
-    /// so that an implementation may find many results at once.
+    /// The result that is stored under each action; `None` if none is. `list` names what the items have in
+    /// common, so that an implementation may find many results at once.
     fn find(&self, list: &[u8], questions: &[Question]) -> Vec<Option<SharedResult>>;
 
     /// Reads blobs, and gives each to `each` with its index, in any order and few at a time; `None` if it is
@@ -88,11 +88,11 @@ pub trait SharedCache: Debug + Send + Sync {
     /// call.
     fn finish(&self, stop: &dyn Fn() -> bool) -> Traffic;
 
-    /// What went wrong since the last call, if something did: the first of it.
+    /// The first trouble since the last call, if there was any.
     fn trouble(&self) -> Option<Trouble>;
 }
 
-/// What is wrong with a cache.
+/// A trouble with a cache.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trouble {
     /// What happened.
@@ -120,17 +120,17 @@ pub struct SharedCacheOptions {
     pub programs: Vec<PathBuf>,
 }
 
-/// Where the outputs of a record are, if they came from a shared cache.
+/// The place of the outputs of a record that came from a shared cache.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Shared {
     pub(crate) host: String,
-    /// The machine that made them.
+    /// The machine that made the outputs.
     pub(crate) machine: String,
     pub(crate) blobs: Vec<SharedBlob>,
 }
 
 impl Shared {
-    /// The same for people.
+    /// The origin of the outputs, for people.
     pub(crate) fn origin(&self) -> SharedOrigin {
         SharedOrigin { host: self.host.clone(), machine: self.machine.clone() }
     }

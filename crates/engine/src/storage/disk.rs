@@ -31,12 +31,12 @@ pub(crate) struct Disk {
     cancel: Cancel,
 }
 
-/// What the items of a build read, now or in their last runs.
+/// The places that the items of a build read, now or in their last runs.
 #[derive(Default)]
 pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, ReadKind)>>);
 
 impl ReadSet {
-    /// All of them so far, locked.
+    /// All places so far, locked.
     pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, ReadKind)>> {
         self.0.lock()
     }

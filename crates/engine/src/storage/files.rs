@@ -91,7 +91,7 @@ impl From<ReadKind> for ReadFields {
 pub struct Read {
     /// The path as the item resolved it.
     pub path: PathBuf,
-    /// What was asked of it.
+    /// What was asked of the path.
     pub kind: ReadKind,
     /// The digest of the content, of the names (joined by newlines) or of the path that was found; `None` if
     /// there was nothing.
@@ -101,12 +101,12 @@ pub struct Read {
 }
 
 impl Read {
-    /// A content, or the names in a folder.
+    /// The read of a file's content, or of the names in a folder.
     pub(crate) fn of(path: PathBuf, kind: ReadKind, digest: Option<Digest>) -> Self {
         Self { path, kind, digest, found: None }
     }
 
-    /// Where PATH leads for a program in the eyes of a manifest's folder.
+    /// The read of where PATH leads for a program, in the eyes of a manifest's folder.
     pub(crate) fn lookup(folder: &Path, name: &OsStr, found: Option<PathBuf>) -> Self {
         let digest = found.as_deref().map(|found| found_digest(folder, found));
         Self { path: folder.join(name), kind: ReadKind::Lookup, digest, found }

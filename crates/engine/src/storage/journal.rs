@@ -77,7 +77,7 @@ pub(crate) struct LiveLine {
 }
 
 impl LiveLine {
-    /// Its place in the file: a later line has a greater one.
+    /// The line's place in the file: a later line has a greater one.
     pub(crate) fn place(&self) -> u64 {
         self.range.start
     }
@@ -127,7 +127,7 @@ impl Journal {
     /// this file as it was some time ago, only the lines appended since are read.
     ///
     /// # Errors
-    /// As [`Journal::read`], and if it cannot be written.
+    /// The errors of [`Journal::read`], and an error if the file cannot be written.
     pub(crate) fn write(
         path: &Path,
         saved: Option<Self>,
@@ -159,7 +159,7 @@ impl Journal {
     /// Compacts the file to what `retention` keeps.
     ///
     /// # Errors
-    /// As [`Journal::compact`].
+    /// The errors of [`Journal::compact`].
     pub(crate) fn compact_to(&mut self, mut retention: Retention) -> Result<(), Error> {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
@@ -192,7 +192,7 @@ impl Journal {
         self.tables.latest(subject)
     }
 
-    /// The same of all items, by subject.
+    /// The latest records of all items, each with its subject.
     pub(crate) fn latest_records(&self) -> impl Iterator<Item = (Subject, LatestRecord<'_>)> {
         self.tables.latest_records()
     }
@@ -222,7 +222,7 @@ impl Journal {
         self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
-    /// The same of these subjects.
+    /// These subjects of a tag, each with the content of its last line, in the order of the file.
     pub(crate) fn contents_of<T: DeserializeOwned>(
         &self,
         tag: Tag,

@@ -54,9 +54,9 @@ pub struct LockTimeout(
 );
 
 impl LockTimeout {
-    /// Not at all.
+    /// No wait at all.
     pub const NONE: Self = Self(Some(Duration::ZERO));
-    /// As long as it takes.
+    /// A wait as long as it takes.
     pub const ENDLESS: Self = Self(None);
 }
 

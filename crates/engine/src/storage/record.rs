@@ -25,7 +25,7 @@ pub(crate) struct Record {
     pub(crate) gone: bool,
     /// Everything that the result depends on except for the files read, which are known only after the run.
     pub(crate) key: Digest,
-    /// The version of the program that ran it. It is not part of the key.
+    /// The version of the program that ran the item. It is not part of the key.
     pub(crate) version: String,
     pub(crate) kind: String,
     pub(crate) revision: u32,
@@ -36,7 +36,7 @@ pub(crate) struct Record {
     pub(crate) mount: Option<String>,
     pub(crate) inputs: Vec<InputUsed>,
     pub(crate) reads: Vec<FileRead>,
-    /// Its outputs; for a failure, those of the last successful run.
+    /// The item's outputs; for a failure, those of the last successful run.
     pub(crate) outputs: Vec<Blob>,
     pub(crate) started: Timestamp,
     pub(crate) milliseconds: f64,
@@ -49,7 +49,7 @@ pub(crate) struct Record {
     /// made the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) from_cache: Option<FromCache>,
-    /// Where it ran, in a build that lets items run elsewhere.
+    /// Where the item ran, in a build that lets items run elsewhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) place: Option<Place>,
     /// Where the outputs are, if a shared cache had them: perhaps only there.
@@ -61,7 +61,7 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// What it read: the path, what was asked of it, and the digest of the answer.
+    /// Everything that the run read: the path, what was asked of it, and the digest of the answer.
     pub(crate) fn reads(&self) -> impl Iterator<Item = (&str, ReadKind, Option<Digest>)> {
         self.reads.iter().map(|read| (read.path.as_str(), read.kind, read.digest))
     }
@@ -85,13 +85,13 @@ impl Record {
 pub struct InputUsed {
     /// The port.
     pub port: String,
-    /// The item that made it.
+    /// The item that made the artifact.
     pub item: ItemName,
-    /// Its digest.
+    /// The artifact's digest.
     pub digest: Digest,
 }
 
-/// What a run read: a file, the names in a folder, or where PATH leads.
+/// Something that a run read: a file, the names in a folder, or where PATH leads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileRead {
     /// The path, relative to the manifest's folder if it is inside; for a look-up, the program's name.
@@ -112,13 +112,13 @@ pub struct FileRead {
 /// The origin of a result that an item has without a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FromCache {
-    /// Since when the item has it.
+    /// Since when the item has the result.
     pub since: Timestamp,
-    /// The item whose run made it: this one earlier, or another one with the same inputs.
+    /// The item whose run made the result: this one earlier, or another one with the same inputs.
     pub item: ItemName,
-    /// That item's manifest: the manifests of one folder share the cache.
+    /// The manifest of the item whose run made the result: the manifests of one folder share the cache.
     pub manifest: String,
-    /// The shared cache that had it, and the machine that made it; `None` if it was made here.
+    /// The shared cache that had the result, and the machine that made it; `None` if it was made here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shared: Option<SharedOrigin>,
 }

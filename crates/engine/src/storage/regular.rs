@@ -104,15 +104,15 @@ pub(crate) fn read_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Vec
 /// The digest of a regular file's content.
 ///
 /// # Errors
-/// As [`read_file`].
+/// The errors of [`read_file`].
 pub(crate) fn hash(path: &Path) -> io::Result<Digest> {
     hash_until(path, &|| false)
 }
 
-/// As [`hash`], until `stop` says so.
+/// The digest of a regular file's content; the work ends early if `stop` returns true.
 ///
 /// # Errors
-/// As [`hash`]; [`io::ErrorKind::Interrupted`] if it was stopped.
+/// The errors of [`hash`]; [`io::ErrorKind::Interrupted`] if it was stopped.
 pub(crate) fn hash_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Digest> {
     let (mut file, metadata) = open(path)?;
     let mut hasher = blake3::Hasher::new();
@@ -123,7 +123,7 @@ pub(crate) fn hash_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Dig
 /// Opens a regular file to read, links followed.
 ///
 /// # Errors
-/// As [`read_file`].
+/// The errors of [`read_file`].
 pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
     // Checked before it is opened, because opening some devices has effects, and after, because it may have
     // been replaced.

@@ -22,7 +22,7 @@ use super::regular::{check_own, create_folder, links_in};
 use super::store::Store;
 use crate::error::{Error, ErrorKind};
 
-/// The folder's name.
+/// The name of the state folder.
 pub(crate) const FOLDER: &str = ".specula";
 
 /// An open state folder.
@@ -50,7 +50,7 @@ impl State {
     /// Locks the folder beside a manifest, and creates it if it does not exist.
     ///
     /// # Errors
-    /// As [`Lock::take`].
+    /// The errors of [`Lock::take`].
     pub(crate) fn lock(beside: &Path, request: &LockRequest<'_>) -> Result<Lock, Error> {
         let folder = beside.join(FOLDER);
         check(&folder)?;

@@ -34,7 +34,7 @@ pub(crate) struct Blob {
 pub struct Amount {
     /// How many there are.
     pub count: u64,
-    /// Their bytes.
+    /// The total size in bytes.
     pub bytes: u64,
 }
 
@@ -53,11 +53,11 @@ impl std::ops::Add for Amount {
     }
 }
 
-/// What a blob's file contains.
+/// The state of a blob's file.
 pub(crate) enum BlobFile {
-    /// The blob's bytes.
+    /// The file contains the blob's bytes.
     Intact(Vec<u8>),
-    /// Other bytes.
+    /// The file contains other bytes.
     Damaged,
     /// The file does not exist.
     Missing,
@@ -70,11 +70,11 @@ pub(crate) struct Store {
     next: AtomicU64,
     /// The number of bytes that have been stored through this.
     stored: AtomicU64,
-    /// What a shared cache has of what is not here.
+    /// Gets blobs that are not here from a shared cache.
     elsewhere: OnceLock<Elsewhere>,
 }
 
-/// Where blobs are that are not here.
+/// A function that gets blobs which are not here.
 struct Elsewhere(Box<dyn Fn(Digest) -> Option<Vec<u8>> + Send + Sync>);
 
 impl fmt::Debug for Elsewhere {
@@ -130,7 +130,7 @@ impl Store {
         }
     }
 
-    /// Lets it get from a shared cache what is not here.
+    /// Lets the store get blobs that are not here from a shared cache.
     pub(crate) fn connect(&self, get: impl Fn(Digest) -> Option<Vec<u8>> + Send + Sync + 'static) {
         let _ = self.elsewhere.set(Elsewhere(Box::new(get)));
     }

@@ -55,13 +55,13 @@ pub(super) struct Hints {
 }
 
 impl Hints {
-    /// Something changed now, and can be built.
+    /// Notes that something changed now, and can be built.
     fn add_now(&mut self) {
         let now = Instant::now();
         self.add(now, now, now);
     }
 
-    /// Something changed at a time, could be built since another, and can be built from now on.
+    /// Notes that something changed at a time, could be built since another, and can be built from now on.
     fn add(&mut self, changed: Instant, since: Instant, now: Instant) {
         self.first = Some(self.first.map_or(changed, |first| first.min(changed)));
         let ready = self.ready.unwrap_or((since, now));
@@ -83,7 +83,7 @@ impl Hints {
         self.ready.map(|(first, last)| (last + quiet).min(first + quiet * MOST_QUIET_TIMES))
     }
 
-    /// An exported file was removed. Whoever removes it may be about to remove others.
+    /// Notes that an exported file was removed. Whoever removes it may be about to remove others.
     fn add_removed_output(&mut self, path: PathBuf) {
         let now = Instant::now();
         self.removed_outputs.insert(path);
@@ -100,7 +100,7 @@ impl Hints {
         self.first.map_or(Duration::ZERO, |first| first.elapsed())
     }
 
-    /// Adds others.
+    /// Adds other changes.
     pub(super) fn merge(&mut self, others: Self) {
         for (path, existed) in others.paths {
             self.paths.entry(path).or_insert(existed);
@@ -141,7 +141,7 @@ pub(crate) struct ChangeCollector {
     probes: Probes,
     /// The roots that have been probed or need no probe.
     probed: BTreeSet<PathBuf>,
-    /// Why it polls.
+    /// Why the collector polls.
     because: Option<String>,
     hints: Hints,
     unfinished: UnfinishedFiles,
@@ -151,7 +151,7 @@ pub(crate) struct ChangeCollector {
     may_have_missed_writers: Arc<AtomicBool>,
     /// The changed paths that have not been built yet.
     pending: Arc<PathSet>,
-    /// The mode that was reported last: whether it polls.
+    /// The mode that was reported last: whether the collector polls.
     reported_polling: Option<bool>,
 }
 
@@ -213,7 +213,7 @@ impl ChangeCollector {
         self
     }
 
-    /// What a build is told of changes: those that come while it runs, too.
+    /// The changes that a build is told of, those included that come while it runs.
     pub(super) fn watched_changes(&self) -> WatchedChanges {
         let missed = Arc::clone(&self.may_have_missed_writers);
         let sender = self.sender();
@@ -378,7 +378,7 @@ impl ChangeCollector {
         self.hints.merge(hints);
     }
 
-    /// Whether it is still unknown if events arrive.
+    /// Whether it is still unknown if the system reports events.
     pub(super) fn is_probing(&self) -> bool {
         self.reported_polling.is_none() || self.probes.are_waiting()
     }

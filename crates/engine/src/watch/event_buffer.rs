@@ -25,12 +25,12 @@ impl OutstandingErrors {
         self.build.as_ref() == Some(error)
     }
 
-    /// An error of a build as a whole was reported.
+    /// Notes that an error of a build as a whole was reported.
     pub(super) fn build_failed(&mut self, error: Error) {
         self.build = Some(error);
     }
 
-    /// An event was reported.
+    /// Notes an event that was reported.
     fn update(&mut self, event: &Event) {
         match event {
             Event::Planned { .. } => self.build = None,
@@ -53,7 +53,7 @@ pub(super) struct EventBuffer<'a> {
 
 struct State<'a> {
     outstanding: &'a mut OutstandingErrors,
-    /// What is held back; `None` after an event was news.
+    /// The events that are held back; `None` after an event was news.
     held: Option<Vec<Event>>,
     /// The items that failed in this build.
     failed: BTreeSet<ItemName>,

@@ -17,28 +17,27 @@ use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watche
 use super::places::Places;
 use crate::platform::{self, Identity};
 
-/// What the collector of changes receives.
+/// A message to the collector of changes.
 #[derive(Debug)]
 pub(crate) enum Message {
     /// An event of the system.
     Event(Event),
-    /// Events were lost.
     EventsLost,
     /// A drive was mounted or unmounted.
     #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "only Linux reports mounts"))]
     MountsChanged,
     /// A program has this file open for writing, and no event has said so.
     BeingWritten(PathBuf),
-    /// Only ends the waiting.
+    /// Nothing has happened: the message only ends the waiting.
     Wake,
 }
 
-/// What an event means for the file at a path.
+/// The meaning of an event for the file at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FileEvent {
-    /// It was written to; a close follows.
+    /// The file was written to; a close follows.
     Written,
-    /// It was closed after it was open for writing.
+    /// The file was closed after it was open for writing.
     Closed,
     /// Another file, which is complete, or no file is in its place.
     Replaced,
@@ -50,7 +49,7 @@ pub(super) enum FileEvent {
 const CLOSES: bool = cfg!(any(target_os = "linux", target_os = "android"));
 
 impl FileEvent {
-    /// What an event of a kind means for a path.
+    /// The meaning of an event of a kind for a path.
     pub(super) fn of(kind: &EventKind, path: &Path) -> Self {
         match kind {
             EventKind::Access(_) => Self::Closed,

@@ -47,7 +47,7 @@ impl MountListener {
     }
 }
 
-/// Nothing: the system does not report mounts.
+/// A listener that sends nothing, because the system does not report mounts.
 #[cfg(not(target_os = "linux"))]
 pub(super) struct MountListener;
 

@@ -35,7 +35,7 @@ const MAX_OUTPUT_FOLDERS: usize = 1024;
 /// All places of a graph.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    /// By canonical folder.
+    /// The watched folders by their canonical paths.
     pub(super) folders: HashMap<PathBuf, WatchedFolder>,
     /// Paths, as the graph spells them, that exist.
     existing: HashSet<PathBuf>,

@@ -41,7 +41,7 @@ impl Probes {
         }
     }
 
-    /// An event of this path arrived.
+    /// Notes that an event of this path arrived.
     pub(super) fn arrived(&mut self, path: &Path) {
         self.waiting.retain(|probe| {
             let is_this = probe.file == path;

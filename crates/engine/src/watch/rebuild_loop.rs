@@ -21,7 +21,7 @@ const PERIOD: Duration = Duration::from_secs(10);
 /// File systems may keep times so much more coarsely than the clock.
 const RESOLUTION: Duration = Duration::from_millis(20);
 
-/// What a build did to the outside world, as far as it can cause a build.
+/// The traces of a build in the outside world that can cause another build.
 #[derive(Debug, Default)]
 pub(super) struct BuildTrace {
     /// The first item that was started.
@@ -33,7 +33,6 @@ pub(super) struct BuildTrace {
 }
 
 impl BuildTrace {
-    /// Records an event of the build.
     pub(super) fn record(&mut self, event: &Event, plan: &Plan) {
         match event {
             Event::Started { item, .. } => {
@@ -62,18 +61,18 @@ pub(super) struct RebuildLoop {
     programs: Option<(SystemTime, SystemTime)>,
     /// Whether the watcher has stopped.
     is_stopped: bool,
-    /// When to look once more.
     look_again: Option<Instant>,
 }
 
 /// Whether changes are to be built.
 #[derive(Debug, PartialEq)]
 pub(super) enum LoopCheck {
-    /// They are.
+    /// The changes are to be built.
     Build,
-    /// They are not any more: too many builds caused each other, the last of which began with this item.
+    /// The changes are not to be built any more: too many builds caused each other, the last of which began
+    /// with this item.
     Stop(ItemName),
-    /// They are not, because the watcher has stopped.
+    /// The changes are not to be built, because the watcher has stopped.
     Stopped,
 }
 
@@ -114,7 +113,6 @@ impl RebuildLoop {
         self.look_again.take_if(|time| *time <= Instant::now()).is_some()
     }
 
-    /// A build has ended.
     pub(super) fn build_ended(&mut self, trace: BuildTrace) {
         if trace.first.is_some() {
             self.ended.push_back(Instant::now());

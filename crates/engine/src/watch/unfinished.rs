@@ -27,7 +27,7 @@ pub(crate) struct WritePauses {
     /// The quiet time of a file that no program is known to have open for writing, and the time between two
     /// looks whether one has.
     pub(crate) open: Duration,
-    /// The longest wait for such a file, however busy it is.
+    /// The longest wait for a file that no program is known to have open for writing, however busy it is.
     pub(crate) longest: Duration,
     /// The quiet time of a file after the first failure of an item on it, and the longest.
     pub(crate) failed: [Duration; 2],
@@ -57,7 +57,7 @@ pub(super) struct UnfinishedFile {
     last: Instant,
     /// Whether it was written to and not closed since.
     is_open: bool,
-    /// If it was complete at some time and has not been built since: that time.
+    /// The time at which the file was complete, if there was one and it has not been built since.
     pub(super) complete_since: Option<Instant>,
 }
 
@@ -69,7 +69,7 @@ struct UnstableFile {
     quiet: Duration,
     /// The time of its last change or failure.
     last: Instant,
-    /// Its size at the last close or failure.
+    /// The file's size at the last close or failure.
     size: u64,
 }
 

@@ -14,7 +14,7 @@ use crate::shading::difference::{Squares, difference};
 use crate::shading::shadows::Shadows;
 use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, ViewTransform};
 
-/// Rows of pixels in a band.
+/// The number of rows of pixels in a band.
 pub(super) const BAND: usize = 4;
 
 /// Draws the bands of a picture.
@@ -23,9 +23,9 @@ pub(super) struct BandRenderer<'a> {
     light: &'a Light,
     transform: ViewTransform,
     geometry: Geometry,
-    /// For each band the triangles that may cover it, in order.
+    /// The triangles that may cover each band, in order.
     bins: Vec<Vec<u32>>,
-    /// For each mode of [`Show::modes`] the shaders of all looks.
+    /// The shaders of all looks, for each mode of [`Show::modes`].
     shaders: Vec<Vec<Shader<'a>>>,
     /// The index of each object's look.
     looks: Vec<usize>,
@@ -167,7 +167,7 @@ impl<'a> BandRenderer<'a> {
 /// A sample of a pixel.
 struct Sample {
     radiance: Vec3,
-    /// The factor that its radiance is multiplied with before development.
+    /// The factor that the sample's radiance is multiplied with before development.
     amplify: f32,
     gain: f32,
 }

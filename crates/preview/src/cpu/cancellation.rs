@@ -46,7 +46,7 @@ impl<'a> PeriodicCheck<'a> {
     /// last time.
     ///
     /// # Errors
-    /// As [`Cancellation::check`].
+    /// The errors of [`Cancellation::check`].
     pub(super) fn count(&mut self, light_samples: u32) -> Result<(), RenderError> {
         self.light_samples = self.light_samples.saturating_add(light_samples);
         if self.light_samples > Self::LIGHT_SAMPLES {

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3, Vec4};
 /// A corner of a triangle before division.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
-    /// Clip coordinates.
+    /// The clip coordinates of the corner.
     pub(super) clip: Vec4,
     /// The position in the mesh's coordinates.
     pub(super) position: Vec3,

@@ -14,11 +14,11 @@ pub(super) const STEPS: i32 = 256;
 /// A corner on the screen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
-    /// In steps from the left and from the top of the picture.
+    /// The corner's place in steps from the left and from the top of the picture.
     pub(super) at: [i32; 2],
-    /// z / w, 0 near to 1 far.
+    /// The depth z / w, 0 near to 1 far.
     pub(super) depth: f32,
-    /// 1 / w.
+    /// The nearness 1 / w.
     pub(super) nearness: f32,
     /// The position in the mesh's coordinates.
     pub(super) position: Vec3,
@@ -38,9 +38,9 @@ pub(super) type VertexRadiance<'a> = [&'a [[f32; 3]]; 2];
 #[derive(Clone, Debug)]
 pub(super) struct Triangle {
     pub(super) corners: [u32; 3],
-    /// Which object of the scene.
+    /// The index of the object in the scene.
     pub(super) object: u32,
-    /// Whether its outer side faces the viewer.
+    /// Whether the outer side of the triangle faces the viewer.
     pub(super) front: bool,
     /// The columns and rows of the samples inside both its bounding box and the picture.
     pub(super) columns: RangeInclusive<i32>,

@@ -13,7 +13,7 @@ use crate::{Mode, RenderError, Scene, Shot};
 /// The vertices and the occluders of the objects of a scene.
 #[derive(Debug, Default)]
 pub(super) struct ObjectCache {
-    /// By the number of the object, and the mode.
+    /// The shaded vertices, by the number of the object, and the mode.
     vertices: Vec<(usize, Mode, VertexShading)>,
     occluders: Vec<(Arc<Mesh>, Arc<Occluders>)>,
     /// The passes of shadings that were dropped.
@@ -88,7 +88,7 @@ impl ObjectCache {
         of.collect()
     }
 
-    /// How often vertices were shaded.
+    /// The number of times that vertices were shaded.
     pub(super) fn passes(&self) -> VertexPasses {
         let mut passes = self.dropped;
         self.vertices.iter().for_each(|(.., shading)| passes += shading.passes());

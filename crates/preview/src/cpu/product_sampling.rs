@@ -31,7 +31,7 @@ const HELD: f64 = 0.95;
 /// The share of the series' density that is uniform, for what the series lacks of the material.
 const UNIFORM: f32 = 0.1;
 
-/// Samples of a pixel from which on samplers are worth making.
+/// The number of samples of a pixel from which on samplers are worth making.
 const LEAST: u32 = 256;
 
 /// The cells of normals: texels of a cube.
@@ -40,15 +40,15 @@ const CELLS: Cube = Cube { edge: 26 };
 /// A face, a row and a column of [`CELLS`].
 type Cell = (Face, usize, usize);
 
-/// What the samplers of a look share.
+/// The series and tables that the samplers of a look share.
 pub(super) struct ProductSampling {
     series: BrdfCoefficients,
     tables: Arc<ProductTables>,
 }
 
 impl ProductSampling {
-    /// `None` if a look's light is black, its series is not known, depends on the tangent, or does not hold
-    /// the lobe.
+    /// Prepares the samplers of a look; `None` if its light is black, its series is not known, depends on the
+    /// tangent, or does not hold the lobe.
     pub(super) fn new(look: &Look) -> Option<Self> {
         let series = look.reflection()?.brdf();
         if series.centre() == Centre::Tangent || !is_held(look, series) {
@@ -100,7 +100,6 @@ impl fmt::Debug for ProductSampling {
     }
 }
 
-/// The samplers of a band.
 #[derive(Default)]
 pub(super) struct BandSamplers(HashMap<(*const ProductSampling, Cell), Option<ProductSampler>>);
 

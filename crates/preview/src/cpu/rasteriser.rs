@@ -17,7 +17,7 @@ use crate::shading::surface::Surface;
 /// Triangles with fewer columns test every sample of their bounding box.
 const FEW: i32 = 16;
 
-/// No triangle.
+/// The index that stands for no triangle.
 const NONE: u32 = u32::MAX;
 
 /// The visible triangles in some rows of a picture.
@@ -34,13 +34,13 @@ pub(super) struct Band {
 pub(super) struct Hit {
     /// The index of the object.
     pub(super) object: usize,
-    /// Its surface there.
+    /// The surface at the sample.
     pub(super) surface: Surface,
     /// The position in the mesh's coordinates. It lies in the plane of the triangle, while the end of the ray
     /// does so only up to the snapping of corners.
     pub(super) position: Vec3,
-    /// The radiance of the vertices in the first and the second mode; black on the inner side, which vertices
-    /// do not know.
+    /// The radiance of the vertices in the first and the second mode; black on the inner side, where vertices
+    /// have none.
     pub(super) radiance: [Vec3; 2],
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Hit {
 struct Edge {
     from: [i64; 2],
     along: [i64; 2],
-    /// 0 for a top or left edge, -1 for others.
+    /// The bias of the edge: 0 for a top or left edge, -1 for others.
     bias: i64,
 }
 
@@ -164,9 +164,9 @@ impl Band {
     }
 }
 
-/// What is linear on a triangle, at a sample: sums of l_k v_k / w_k.
+/// The values that are linear on a triangle, at a sample: sums of l_k v_k / w_k.
 struct Interpolated {
-    /// The sum of l_k / w_k, by which the others are to be divided.
+    /// The sum of l_k / w_k, by which the other values are to be divided.
     nearness: f32,
     position: Vec3,
     normal: Vec3,

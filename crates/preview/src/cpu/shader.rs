@@ -86,7 +86,7 @@ pub(super) enum Shader<'a> {
     /// The radiance of the vertices in the first or the second mode.
     Vertices(usize),
     BruteForce(&'a Prepared, Option<&'a ProductSampling>),
-    /// Brute force past what the object hides from itself.
+    /// Brute force with the light that the object does not hide from itself.
     Shadowed(&'a Prepared, Option<&'a ProductSampling>),
 }
 

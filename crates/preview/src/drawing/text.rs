@@ -14,31 +14,31 @@ use super::canvas::{Canvas, Rect};
 /// The weight of a typeface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
-    /// Of running text.
+    /// The weight of running text.
     Regular,
-    /// Of names and titles.
+    /// The weight of names and titles.
     SemiBold,
 }
 
-/// Weight, size and colour of a text.
+/// The weight, size and colour of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     /// The weight.
     pub weight: Weight,
-    /// Pixels per em.
+    /// The size in pixels per em.
     pub size: f32,
-    /// sRGB.
+    /// The colour, sRGB.
     pub colour: [u8; 3],
 }
 
 /// The position of a text in its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// At its left edge.
+    /// The text is at the left edge of its box.
     Left,
-    /// In its middle.
+    /// The text is in the middle of its box.
     Centre,
-    /// At its right edge.
+    /// The text is at the right edge of its box.
     Right,
 }
 
@@ -66,7 +66,7 @@ impl Style {
         }
     }
 
-    /// Pixels per font unit.
+    /// The number of pixels per font unit.
     fn unit(&self) -> f32 {
         self.size / self.font().units_per_em().unwrap_or(1000.0)
     }

@@ -18,14 +18,14 @@ pub(super) struct Canvas {
     pub(super) normals: wgpu::TextureView,
     pub(super) tangents: wgpu::TextureView,
     pub(super) depth: wgpu::TextureView,
-    /// What a mode has drawn to read it as its map: the radiance of vertices, or positions in the mesh.
+    /// The map that a mode has drawn to read it: the radiance of vertices, or positions in the mesh.
     pub(super) drawn_map: Option<(Map, wgpu::TextureView)>,
     /// Sums over the samples of pixels: radiance, and the number of samples that hit a surface.
     pub(super) radiances: wgpu::Buffer,
     /// Sums over the samples of pixels: display light.
     pub(super) displays: wgpu::Buffer,
-    /// For each sample of pixels and workgroup: squared differences, squares of the reference, and the number
-    /// of samples that hit a surface.
+    /// The squared differences, the squares of the reference, and the number of samples that hit a surface,
+    /// for each sample of pixels and workgroup.
     pub(super) squares: wgpu::Buffer,
     pub(super) codes: wgpu::Buffer,
     /// The codes, for the pass that presents them.
@@ -84,7 +84,7 @@ impl Canvas {
         })
     }
 
-    /// Makes sure that it has [`Canvas::drawn_map`].
+    /// Makes sure that [`Canvas::drawn_map`] exists.
     pub(super) fn reserve_drawn_map(
         &mut self,
         device: &Device,

@@ -13,7 +13,7 @@ use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, 
 
 use crate::RenderError;
 
-/// Pixels along each side of a workgroup of the compute passes.
+/// The number of pixels along each side of a workgroup of the compute passes.
 pub(super) const GROUP: u32 = 8;
 /// The most storage buffers of a stage: those of `develop`, and the constants of the harmonics.
 pub(super) const STORAGE_BUFFERS: u32 = 7;
@@ -27,7 +27,7 @@ pub(super) const COLOUR_BYTES: u32 = 32;
 pub struct DeviceStatus(Arc<DeviceErrors>);
 
 impl DeviceStatus {
-    /// Why the device stopped working; known after the next poll.
+    /// The reason why the device stopped working; known after the next poll.
     pub fn lost(&self) -> Option<String> {
         self.0.lost.lock().clone()
     }
@@ -42,7 +42,7 @@ pub(super) struct Device {
     errors: Arc<DeviceErrors>,
 }
 
-/// How long to sleep between polls of the device.
+/// The time to sleep between polls of the device.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_micros(100);
 
 /// Errors outside of any call.

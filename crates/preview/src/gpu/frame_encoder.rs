@@ -12,7 +12,7 @@ use super::numbers;
 use super::resources::Resources;
 use crate::{Background, Mode, RenderError, Scene, Shot, Show, ViewTransform};
 
-/// `FrameEncoder` of frame.wgsl.
+/// The struct `FrameUniforms` of frame.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct FrameUniforms {
@@ -24,7 +24,7 @@ struct FrameUniforms {
     chosen: [u32; 2],
 }
 
-/// `PlacedUniforms` of raster.wgsl.
+/// The struct `PlacedUniforms` of raster.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct PlacedUniforms {
@@ -36,7 +36,7 @@ struct PlacedUniforms {
     unused: [u32; 2],
 }
 
-/// `PartUniforms` of shade.wgsl.
+/// The struct `PartUniforms` of shade.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct PartUniforms {
@@ -48,7 +48,7 @@ struct PartUniforms {
     unused: u32,
 }
 
-/// `DevelopUniforms` of develop.wgsl.
+/// The struct `DevelopUniforms` of develop.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct DevelopUniforms {
@@ -74,7 +74,7 @@ struct Visible {
 }
 
 impl Visible {
-    /// The part in some columns of pixels.
+    /// The part of the rectangle in some columns of pixels.
     fn within(self, columns: std::ops::Range<u32>) -> Option<Self> {
         Some(Self { pixels: self.pixels.columns(columns)?, ..self })
     }
@@ -164,7 +164,7 @@ impl<'a> FrameEncoder<'a> {
         }
     }
 
-    /// One sample of each pixel: the visible surfaces, the radiance of each side's mode, and the sums.
+    /// Draws one sample of each pixel: the visible surfaces, the radiance of each side's mode, and the sums.
     /// `accumulate` adds light samples to a side in brute force and returns their total number.
     pub(super) fn sample(
         &self,
@@ -211,7 +211,7 @@ impl<'a> FrameEncoder<'a> {
         });
     }
 
-    /// A pass that draws what is nearest.
+    /// Begins a pass that draws the nearest surfaces.
     fn raster_pass<'p>(
         &self,
         encoder: &'p mut CommandEncoder,
@@ -232,7 +232,7 @@ impl<'a> FrameEncoder<'a> {
         })
     }
 
-    /// Draws the visible objects for which `bind`, which binds what they need beside their shape, is true.
+    /// Draws the visible objects for which `bind`, which binds their inputs beside their shape, is true.
     fn draw_visible(
         &self,
         pass: &mut wgpu::RenderPass<'_>,

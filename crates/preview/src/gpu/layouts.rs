@@ -69,9 +69,9 @@ pub(super) struct Pipelines {
     pub(super) develop: wgpu::ComputePipeline,
     pub(super) present: wgpu::RenderPipeline,
     pub(super) vertices: wgpu::ComputePipeline,
-    /// Draws the radiance of vertices.
+    /// The pipeline that draws the radiance of vertices.
     pub(super) shaded: wgpu::RenderPipeline,
-    /// Draws positions in the mesh.
+    /// The pipeline that draws positions in the mesh.
     pub(super) located: wgpu::RenderPipeline,
     modes: HashMap<Mode, wgpu::ComputePipeline>,
 }

@@ -38,19 +38,18 @@ pub(super) struct Map {
 pub(super) struct LightMaps {
     /// The lat-long environment.
     pub(super) environment: Option<Map>,
-    /// [`Light::reconstruction`], a cube.
+    /// The cube of [`Light::reconstruction`].
     pub(super) reconstruction: Option<Map>,
     /// Nine coefficients of irradiance over pi, side by side.
     pub(super) irradiance: Option<Map>,
     samples: Option<wgpu::Buffer>,
 }
 
-/// The maps of a look.
 #[derive(Debug, Default)]
 pub(super) struct LookMaps {
     /// The maps of the modes that have one.
     pub(super) modes: HashMap<Mode, Map>,
-    /// The highest degree of their harmonics.
+    /// The highest degree of the harmonics of those maps.
     pub(super) degree: usize,
     /// Light, material and lobes of brute force, which has no map.
     pub(super) samples: Option<LightSampling>,
@@ -60,7 +59,7 @@ pub(super) struct LookMaps {
     pub(super) update: Option<Update>,
 }
 
-/// What brute force reads of a look.
+/// The buffers of a look that brute force reads.
 #[derive(Debug)]
 pub(super) struct LightSampling {
     pub(super) bound: wgpu::BindGroup,
@@ -373,7 +372,6 @@ fn cubes(
     Map::new(device, layouts, texture, uniforms)
 }
 
-/// All layers of a texture.
 fn layers(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&TextureViewDescriptor {
         dimension: Some(TextureViewDimension::D2Array),
@@ -381,7 +379,7 @@ fn layers(texture: &wgpu::Texture) -> wgpu::TextureView {
     })
 }
 
-/// RGB in four channels.
+/// Pads RGB to four channels.
 fn padded(texels: impl Iterator<Item = [f32; 3]>) -> Vec<[f32; 4]> {
     texels.map(|[r, g, b]| [r, g, b, 1.0]).collect()
 }

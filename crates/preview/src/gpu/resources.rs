@@ -27,16 +27,16 @@ pub(super) struct Resources {
     pub(super) meshes: IdentityCache<mesh::Mesh, Option<Shape>>,
     pub(super) looks: IdentityCache<Look, LookMaps>,
     pub(super) lights: IdentityCache<Light, LightMaps>,
-    /// What casts the shadows of a mesh.
+    /// The triangles that cast the shadows of a mesh, as a tree.
     trees: IdentityCache<mesh::Mesh, ShadowTree>,
     /// Light, material and shadows of each object in the present shot, by its number.
     pub(super) shadowed: HashMap<usize, wgpu::BindGroup>,
-    /// Vertices that a BRDF table shades, by the number of the object, and the mode.
+    /// The vertices that a BRDF table shades, by the number of the object, and the mode.
     pub(super) vertices: HashMap<(usize, Mode), ShadedVertices>,
     /// The constants of the harmonics, up to a degree.
     pub(super) harmonics: wgpu::Buffer,
     degree: usize,
-    /// For passes that read no map.
+    /// A map for passes that read none.
     pub(super) empty_map: Map,
 }
 
@@ -65,7 +65,7 @@ impl Resources {
         })
     }
 
-    /// Makes what a shot of a scene needs, and drops what the scene does not use.
+    /// Makes the resources that a shot of a scene needs, and drops those that the scene does not use.
     pub(super) fn prepare(&mut self, scene: &Scene, shot: &Shot) -> Result<(), RenderError> {
         let objects = || scene.objects.iter();
         self.meshes.retain(objects().map(|object| &object.mesh));

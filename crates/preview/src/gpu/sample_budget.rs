@@ -18,9 +18,9 @@ pub(super) struct SampleBudget {
     done: VecDeque<Arc<AtomicBool>>,
 }
 
-/// Frames faster than this raise the number of light samples.
+/// The time of a frame below which the number of light samples rises.
 const SMOOTH: Duration = Duration::from_millis(40);
-/// Frames slower than this lower it.
+/// The time of a frame above which the number of light samples falls.
 const SLOW: Duration = Duration::from_millis(80);
 /// The most light samples of a frame.
 const MOST: u32 = 256;

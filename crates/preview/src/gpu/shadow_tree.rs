@@ -18,7 +18,7 @@ pub(super) struct ShadowTree {
     nodes: u32,
 }
 
-/// `ShadowUniforms` of shadows.wgsl.
+/// The struct `ShadowUniforms` of shadows.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct ShadowUniforms {
@@ -44,7 +44,7 @@ impl ShadowTree {
         Ok(Self { buffer, nodes: nodes.len() as u32 })
     }
 
-    /// What shadowed brute force reads of an object.
+    /// Binds the buffers that shadowed brute force reads of an object.
     pub(super) fn bound(
         &self,
         device: &Device,

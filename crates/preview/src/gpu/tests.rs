@@ -283,8 +283,8 @@ fn brute_force_accumulates_while_the_view_stays() {
     assert_eq!(gpu.draw(&scene, &turned, &target).unwrap().light_samples, 1);
 }
 
-/// The codes that are presented, in the columns of the diagram: what the CPU draws, before and after a mode
-/// that a shader draws, and beside one.
+/// Compares the codes that are presented in the columns of the diagram with those that the CPU draws, before
+/// and after a mode that a shader draws, and beside one.
 #[test]
 fn a_diagram_is_presented_as_the_cpu_draws_it() {
     let Some(mut gpu) = gpu("a_diagram_is_presented_as_the_cpu_draws_it") else { return };

@@ -14,7 +14,7 @@ use crate::shading::table::TableUniforms;
 use crate::vertex_shading::{Change, ShadedMesh, VertexPasses, VertexView};
 use crate::{Object, RenderError, Shot};
 
-/// `VertexUniforms` of vertices.wgsl.
+/// The struct `VertexUniforms` of vertices.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct VertexUniforms {
@@ -24,10 +24,10 @@ struct VertexUniforms {
     unused: [u32; 2],
 }
 
-/// The invocations of a workgroup of `shade_vertices`.
+/// The number of invocations of a workgroup of `shade_vertices`.
 const WORKGROUP: u32 = 64;
 
-/// See the module's text.
+/// The vertices of an object that a shader shades, and what it keeps of them between pictures.
 #[derive(Debug)]
 pub(super) struct ShadedVertices {
     of: ShadedMesh,
@@ -71,7 +71,7 @@ impl ShadedVertices {
         })
     }
 
-    /// Whether it is the shading of this mesh.
+    /// Whether the buffers are the shading of this mesh.
     pub(super) fn is_of(&self, mesh: &ShadedMesh) -> bool {
         self.of.is_same(mesh)
     }

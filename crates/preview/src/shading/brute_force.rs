@@ -1,5 +1,5 @@
 //! The integral over all light with many samples: B(V) = the integral of L(w) rho_hat(w, V) over the sphere
-//! (paper 1, equation 2).
+//! [RH02, eq. 2].
 //!
 //! There are two kinds of samples: directions in which the light is bright ([`super::light_samples`]), and
 //! directions from which the material reflects ([`super::lobe_sampling`]). The first coordinate of a sample's
@@ -74,7 +74,7 @@ impl Prepared {
         &self.material
     }
 
-    /// Where it is sampled: the buffer `lobe_sampling`.
+    /// The lobes that samples follow: the buffer `lobe_sampling`.
     pub fn lobes(&self) -> &LobeSampling {
         &self.lobes
     }
@@ -143,7 +143,7 @@ pub(crate) fn brute_force_past(
     sum
 }
 
-/// `brute_force_sees` of brute_force.wgsl without shadows.
+/// The function `brute_force_sees` of brute_force.wgsl without shadows.
 #[cfg(feature = "gpu")]
 pub(crate) const NO_SHADOWS: &str = "fn brute_force_sees(direction: vec3f) -> bool { return true; }\n";
 

@@ -1,5 +1,5 @@
-// The integral over all light (paper 1, equation 2) with samples of the light and of the material's lobes,
-// weighted by the balance heuristic. The twin of brute_force.rs, with the same samples.
+// The integral over all light [RH02, eq. 2] with samples of the light and of the material's lobes, weighted
+// by the balance heuristic. The twin of brute_force.rs, with the same samples.
 //
 // It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and
 // lobe_sampling.wgsl. Their buffers come from `Prepared`: light_samples from `Prepared::light`, material from

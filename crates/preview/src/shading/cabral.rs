@@ -1,6 +1,5 @@
-//! Cabral's twelve maps (Cabral, Olano and Nemec 1999; paper 1, appendix C): the three maps around the view,
-//! each looked up bilinearly, are blended with the view's weights in their triangle, as in
-//! `shrm::icosahedron`.
+//! Cabral's twelve maps (Cabral, Olano and Nemec 1999; [RH02, app. C]): the three maps around the view, each
+//! looked up bilinearly, are blended with the view's weights in their triangle, as in `shrm::icosahedron`.
 //!
 //! > w_a = V.(b x c) / s,  w_b = V.(c x a) / s,  w_c = V.(a x b) / s,  s the sum of the three numerators.
 

@@ -1,6 +1,6 @@
-// Cabral's twelve maps (Cabral, Olano and Nemec 1999; paper 1, appendix C): the three maps around the view,
-// each looked up bilinearly, are blended with the view's weights in their triangle. The twin of cabral.rs;
-// the vertices and triangles are those of `shrm::icosahedron`.
+// Cabral's twelve maps (Cabral, Olano and Nemec 1999; [RH02, app. C]): the three maps around the view, each
+// looked up bilinearly, are blended with the view's weights in their triangle. The twin of cabral.rs; the
+// vertices and triangles are those of `shrm::icosahedron`.
 
 const CABRAL_POINTS = array<vec3f, 12>(
     vec3f(0.0, 0.0, 1.0),

@@ -11,11 +11,11 @@ use glam::{Vec2, Vec3};
 /// A texel: face in file order, column and row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Texel {
-    /// 0 to 5: +X -X +Y -Y +Z -Z of the cube coordinates.
+    /// The index of the face, 0 to 5: +X -X +Y -Y +Z -Z of the cube coordinates.
     pub face: u32,
-    /// From the left.
+    /// The column, from the left.
     pub column: u32,
-    /// From the top.
+    /// The row, from the top.
     pub row: u32,
 }
 
@@ -24,7 +24,7 @@ pub struct Texel {
 pub struct Taps {
     /// The texels.
     pub texel: [Texel; 4],
-    /// Their weights.
+    /// The weights of the texels.
     pub weight: [f32; 4],
 }
 
@@ -36,12 +36,12 @@ struct OnFace {
     distance: f32,
 }
 
-/// From the light's frame to cube coordinates.
+/// Converts from the light's frame to cube coordinates.
 fn to_cube(v: Vec3) -> Vec3 {
     Vec3::new(-v.y, v.z, v.x)
 }
 
-/// From cube coordinates to the light's frame.
+/// Converts from cube coordinates to the light's frame.
 fn from_cube(c: Vec3) -> Vec3 {
     Vec3::new(c.z, -c.x, c.y)
 }

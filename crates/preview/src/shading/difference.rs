@@ -7,7 +7,7 @@ pub fn difference(of: Vec3, from: Vec3) -> Vec3 {
     (of - from).abs()
 }
 
-/// Sums over channels and the samples that hit a surface.
+/// The sums of squares over channels and the samples that hit a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
     /// The number of samples that hit a surface.

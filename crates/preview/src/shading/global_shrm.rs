@@ -1,6 +1,6 @@
-//! The global SHRM for a distant viewer (paper 1, equation 12, section 7.5): once per frame every texel is
-//! evaluated at the one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. Each pixel then looks
-//! up its central direction.
+//! The global SHRM for a distant viewer [RH02, eq. 12, sec. 7.5]: once per frame every texel is evaluated at
+//! the one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. Each pixel then looks up its
+//! central direction.
 //!
 //! The update is the product of a matrix, texels by rows, with the vector Y_pq(V). It reads every coefficient
 //! once and is as fast as memory: coefficients are stored in the order in which they are read, in strips
@@ -15,11 +15,11 @@ use super::cube;
 use super::harmonics::Harmonics;
 use super::surface::Surface;
 
-/// The numbers of a strip: three for each texel, texels side by side.
+/// The number of values of a strip: three for each texel, texels side by side.
 const STRIP: usize = 48;
-/// The texels that a strip covers.
+/// The number of texels that a strip covers.
 const TEXELS: usize = STRIP / 3;
-/// The strips of a task.
+/// The number of strips of a task.
 const TASK: usize = 128;
 
 /// A global map on a cube in the CPU's layout.
@@ -29,7 +29,7 @@ pub struct GlobalShrm {
     edge: u32,
     harmonics: Harmonics,
     rows: usize,
-    /// Shape [strips, rows].
+    /// The coefficients, shape [strips, rows].
     strips: Vec<[f32; STRIP]>,
 }
 

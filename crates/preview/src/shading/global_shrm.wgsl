@@ -1,6 +1,5 @@
-// The global SHRM for a distant viewer (paper 1, equation 12, section 7.5): once per frame every texel is
-// evaluated at the one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. The twin of
-// global_shrm.rs.
+// The global SHRM for a distant viewer [RH02, eq. 12, sec. 7.5]: once per frame every texel is evaluated at
+// the one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. The twin of global_shrm.rs.
 
 // A look-up of the central direction in the map that `global_update` made.
 fn global_shrm(surface: Surface) -> vec3f {

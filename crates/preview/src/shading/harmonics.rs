@@ -16,7 +16,7 @@ use std::ops::{Add, Mul, Sub};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Harmonics {
     degree: usize,
-    /// For each q: k_q, then [a_pq, b_pq] for p = q + 1 ..= P.
+    /// The columns of each q: k_q, then [a_pq, b_pq] for p = q + 1 ..= P.
     columns: Vec<Column>,
 }
 
@@ -26,7 +26,7 @@ struct Column {
     climb: Vec<[f32; 2]>,
 }
 
-/// a_pq.
+/// The constant a_pq of the recurrence.
 fn climb(p: usize, q: usize) -> f32 {
     (((2 * p - 1) * (2 * p + 1)) as f32 / ((p - q) * (p + q)) as f32).sqrt()
 }
@@ -52,7 +52,7 @@ impl Harmonics {
         Self { degree, columns }
     }
 
-    /// P.
+    /// The degree P.
     pub fn degree(&self) -> usize {
         self.degree
     }

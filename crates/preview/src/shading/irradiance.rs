@@ -14,7 +14,7 @@ pub struct Irradiance {
     rows: [Vec3; 9],
 }
 
-/// A_l / pi.
+/// The factors A_l / pi of the first three degrees.
 const SHARES: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
 
 impl Irradiance {

@@ -1,4 +1,4 @@
-//! Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of several evenly spaced
+//! Kautz and McCool's texture (2000; [RH02, app. C]): a reflection map for each of several evenly spaced
 //! angles between the central direction and the view, 0 to pi. Look-ups are bilinear in a slice and linear
 //! between two.
 

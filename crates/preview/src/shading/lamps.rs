@@ -37,7 +37,7 @@ impl PackedLamps {
     /// Packs the lamps of a reflection; an imported map has none.
     ///
     /// # Errors
-    /// As [`PackedMaterial::new`].
+    /// The errors of [`PackedMaterial::new`].
     pub fn new(reflection: Option<&Reflection>) -> Result<Self, RenderError> {
         let lamps = reflection.and_then(Reflection::lamps).filter(|lamps| !lamps.lights.is_empty());
         let is_cut = lamps.is_some() || reflection.is_some_and(Reflection::is_for_light);

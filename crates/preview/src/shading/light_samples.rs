@@ -44,9 +44,9 @@ pub struct LightSamples {
 /// A direction, the radiance from there, and the density of [`LightSamples::sample`] there, in 1/sr.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {
-    /// A unit vector in the light's frame.
+    /// The direction, a unit vector in the light's frame.
     pub direction: Vec3,
-    /// RGB.
+    /// The radiance from the direction, RGB.
     pub radiance: Vec3,
     /// The density of samples.
     pub density: f32,
@@ -160,7 +160,8 @@ impl LightSamples {
     }
 }
 
-/// One entry for four places: the places between two entries then mostly share a cache line.
+/// The length of a guide: one entry for four places, so that the places between two entries mostly share a
+/// cache line.
 fn guide_length(places: usize) -> usize {
     places.div_ceil(4).next_power_of_two()
 }

@@ -1,5 +1,5 @@
-//! The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central
-//! direction C, each evaluated at the view in its own frame, are blended.
+//! The local SHRM at a pixel [RH02, eqs. 6 and 7, sec. 7.5]: four texels around the central direction C, each
+//! evaluated at the view in its own frame, are blended.
 //!
 //! A texel at (alpha, beta) has coefficients over w_o = R^-1 V with R = R_z(beta) R_y(alpha). The axes of R
 //! follow from the texel's direction c without angles: s = (c_z x, c_z y, -sin alpha), e = (-y, x, 0) and c,
@@ -22,7 +22,7 @@ pub struct LocalShrm {
     zonal: bool,
     rows: usize,
     harmonics: Harmonics,
-    /// Shape [texels, rows].
+    /// The coefficients, shape [texels, rows].
     coefficients: Vec<Vec3A>,
 }
 
@@ -68,7 +68,7 @@ pub fn local_shrm(map: &LocalShrm, surface: &Surface) -> Vec3 {
     (sums[0] + sums[1] + (sums[2] + sums[3])).into()
 }
 
-/// x, y and z of R^-1 V in the frames of four texels, one lane each.
+/// The parts x, y and z of R^-1 V in the frames of four texels, one lane each.
 fn into_frames(taps: &Taps, edge: u32, v: Vec3) -> [Vec4; 3] {
     let centres = taps.texel.map(|texel| texel.centre(edge));
     let lanes = |axis: usize| Vec4::from_array(centres.map(|centre| centre[axis]));

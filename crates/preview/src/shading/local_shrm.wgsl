@@ -1,5 +1,5 @@
-// The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central
-// direction, each evaluated at the view in its own frame, are blended. The twin of local_shrm.rs.
+// The local SHRM at a pixel [RH02, eqs. 6 and 7, sec. 7.5]: four texels around the central direction, each
+// evaluated at the view in its own frame, are blended. The twin of local_shrm.rs.
 
 // A row of the map is in the layers 6 row + face.
 fn local_shrm_row(taps: Taps, row: u32, share: vec4f) -> vec3f {

@@ -345,7 +345,7 @@ impl Layer<'_> {
         self.colour(4) * sum * light.z
     }
 
-    /// What a direction sees of a cylinder of poulin-fournier, and of the floor beside it.
+    /// The parts of a cylinder of poulin-fournier, and of the floor beside it, that a direction sees.
     fn cylinder(self, direction: Vec3) -> Cylinder {
         let height = direction.z.max(0.0);
         let length = Vec3::new(0.0, direction.y, height).length();
@@ -440,16 +440,16 @@ impl Layer<'_> {
     }
 }
 
-/// What a direction sees of a cylinder of poulin-fournier, and of the floor beside it.
+/// The parts of a cylinder of poulin-fournier, and of the floor beside it, that a direction sees.
 #[derive(Clone, Copy)]
 struct Cylinder {
-    /// Its angle in the plane across the cylinder, from +Z toward +Y.
+    /// The direction's angle in the plane across the cylinder, from +Z toward +Y.
     phi: f32,
-    /// Of phi.
+    /// The cosine of `phi`.
     cosine: f32,
-    /// The ends of the arc.
+    /// The ends of the arc of the cylinder that is seen.
     arc: [f32; 2],
-    /// The ends of the floor.
+    /// The ends of the floor that is seen.
     floor: [f32; 2],
 }
 

@@ -3,7 +3,7 @@
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, MapMode, PollType};
 
-/// Group 0: binding 0 has the inputs, binding 1 the results.
+/// The bindings of group 0: binding 0 has the inputs, binding 1 the results.
 const ASKED: &str = "
 @group(0) @binding(0) var<storage, read> asked: array<vec4f>;
 @group(0) @binding(1) var<storage, read_write> answers: array<vec4f>;

@@ -6,7 +6,7 @@ macro_rules! shader_constants {
     ($prefix:literal: $($(#[$doc:meta])* $vis:vis $name:ident: $type:ty = $value:expr;)*) => {
         $($(#[$doc])* $vis const $name: $type = $value;)*
 
-        /// The same constants, declared for the shader.
+        /// The constants, declared for the shader.
         const WGSL_CONSTANTS: &str =
             concat!($("const ", $prefix, stringify!($name), ": ", stringify!($type), " = ", stringify!($value), ";\n",)*);
     };

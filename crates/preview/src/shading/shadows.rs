@@ -12,7 +12,7 @@ use transfer::Occluders;
 use super::surface::Surface;
 use crate::{Object, Shot};
 
-/// What hides light from the points of an object.
+/// The triangles that hide light from the points of an object.
 #[derive(Clone, Debug)]
 pub struct Shadows {
     occluders: Arc<Occluders>,
@@ -23,7 +23,7 @@ pub struct Shadows {
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowedPoint<'a> {
     shadows: &'a Shadows,
-    /// Where rays start.
+    /// The place where rays start.
     origin: Vec3,
     up: Vec3,
 }

@@ -10,7 +10,7 @@
 use brdf::Centre;
 use glam::Vec3;
 
-/// e: the smallest cosine between the normal and the view before the bent normal is normalised.
+/// The bound e: the smallest cosine between the normal and the view before the bent normal is normalised.
 pub const GRAZING: f32 = 1e-3;
 
 /// The square of a length that counts as 0.

@@ -1,5 +1,5 @@
-//! A BRDF table at a vertex: B = the sum of c_i(v) L_i (Kautz, Sloan and Snyder 2002, equation 1), with the
-//! table's coefficients toward the view and the light's in the frame of the vertex.
+//! A BRDF table at a vertex: B = the sum of c_i(v) L_i [KSS02, eq. 1], with the table's coefficients toward
+//! the view and the light's in the frame of the vertex.
 //!
 //! The CPU shades vertices with the kernels of `transfer`. These functions are the shader's formulas one by
 //! one, which the tests hold against both. The views lie on a parabolic map: x = v_x / (1 + v_z), y alike,
@@ -8,22 +8,22 @@
 use brdf::{BelowHorizon, BrdfTable};
 use glam::Vec3;
 
-/// `TableUniforms` of table.wgsl.
+/// The struct `TableUniforms` of table.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
 pub struct TableUniforms {
-    /// N: the map has N x N views.
+    /// The edge N of the map, which has N x N views.
     pub size: u32,
-    /// Coefficients of a view.
+    /// The number of coefficients of a view.
     pub rows: u32,
     /// 1 if the table is grey, else 3.
     pub channels: u32,
     /// 1 if a view from below the horizon is looked up at its mirror image, 0 if at the horizon.
     pub mirrored: u32,
-    /// Coefficients of a channel of the light.
+    /// The number of coefficients of a channel of the light.
     pub light_rows: u32,
-    /// Q: the materials of the table.
+    /// The number Q of materials of the table.
     pub count: u32,
 }
 

@@ -1,5 +1,5 @@
-// A BRDF table at a vertex: B = sum of c_i(v) L_i (paper 2, equation 1). The twin of table.rs, which says how
-// the views lie on the map.
+// A BRDF table at a vertex: B = sum of c_i(v) L_i [KSS02, eq. 1]. The twin of table.rs, which says how the
+// views lie on the map.
 //
 // It needs the buffers table_values, [Q, N, N, rows, channels], and table_light,
 // [vertices, 3, rows of the light].

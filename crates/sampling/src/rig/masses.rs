@@ -72,7 +72,7 @@ impl LightMasses {
         if masses.has_mass() { Ok(masses) } else { Err(Error::NoMass) }
     }
 
-    /// From integrals over texels of either sign.
+    /// Makes masses of integrals over texels of either sign.
     fn of_flux(grid: LatLong, mut flux: Vec<[f64; 3]>) -> Self {
         let (mut positive, mut total) = ([0.0; 3], [0.0; 3]);
         for rgb in &flux {
@@ -181,7 +181,7 @@ fn check(lighting: &Lighting) -> Result<(), Error> {
 /// The mean direction over each texel; not a unit vector.
 struct Centres {
     grid: LatLong,
-    /// Of each row, the part along the horizon and the height.
+    /// The part along the horizon and the height of each row.
     rows: Vec<[f64; 2]>,
     columns: Vec<[f64; 2]>,
 }

@@ -11,11 +11,11 @@ struct Rectangle {
     rows: Range<usize>,
     columns: Range<usize>,
     flux: f64,
-    /// Where it is to be cut; `None` if it is one texel.
+    /// The place at which the rectangle is to be cut; `None` if it is one texel.
     cut: Option<Cut>,
 }
 
-/// Before a row or a column.
+/// The row or the column before which a rectangle is cut.
 enum Cut {
     Row(usize),
     Column(usize),

@@ -20,7 +20,7 @@ fn phong(exponent: i32, degree: usize) -> Expansion {
     })
 }
 
-/// With a mean that leaves every channel some mass.
+/// Noise with a mean that leaves every channel some mass.
 fn noise(degree: usize, seed: u64) -> Expansion {
     let mut noise = Noise::new(seed);
     let mut f = Expansion::zero(Degree::new(degree).unwrap());

@@ -14,7 +14,7 @@ use crate::f64x4::{F64x4, LANES, load, store};
 use crate::legendre::Recurrence;
 use crate::{Expansion, quadrature};
 
-/// How a grid integrates along theta.
+/// The rule by which a grid integrates along theta.
 pub(super) enum Colatitude {
     /// A weight w for each northern row, in fours, zeros past the last: w for even parts, w x for odd ones.
     Weights(Vec<[F64x4; 2]>),
@@ -176,7 +176,7 @@ fn multiply(value: &mut F64x4, factor: &F64x4) {
     value.0.iter_mut().zip(factor.0).for_each(|(value, factor)| *value *= factor);
 }
 
-/// From sums with lambda_k to sums with P_lm, l = m ..= degree.
+/// Turns sums with lambda_k into sums with P_lm, l = m ..= degree.
 fn finish(recurrence: &Recurrence, sums: &[Group], order: &mut [[f64; 6]]) {
     let mut earlier = [0.0; ODD];
     for (k, (sum, degrees)) in sums.iter().zip(order.chunks_mut(2)).enumerate() {
@@ -196,7 +196,7 @@ fn finish(recurrence: &Recurrence, sums: &[Group], order: &mut [[f64; 6]]) {
     }
 }
 
-/// From rising m, then l, to rows l * l + l + m.
+/// Takes coefficients ordered by rising m, then l, to rows l * l + l + m.
 fn reorder(degree: usize, orders: &[[f64; 6]], rows: &mut [[f64; 3]]) {
     let blocks: Vec<_> = (0..=degree).step_by(DEGREES).map(|l| l..(l + DEGREES).min(degree + 1)).collect();
     let lengths = blocks.iter().map(|block| block.end * block.end - block.start * block.start);

@@ -21,13 +21,13 @@ use crate::fft::{self, Complex4, Fft, cis};
 
 /// A channel of a pixel: `f32` or `f64`.
 pub trait Sample: Copy + Send + Sync + private::Sealed {
-    /// Black.
+    /// The value of a black channel.
     const ZERO: Self;
 
-    /// To the precision of the sums.
+    /// Converts to the precision of the sums.
     fn to_f64(self) -> f64;
 
-    /// From the precision of the sums, rounded to nearest.
+    /// Converts from the precision of the sums, rounding to nearest.
     fn from_f64(value: f64) -> Self;
 }
 
@@ -172,7 +172,7 @@ const COLUMNS: usize = 64;
 /// Groups that a synthesis reads at once.
 const GROUPS: usize = 32;
 
-/// From the pixels of four pairs of rows, each row with a factor, to complex rows.
+/// Takes the pixels of four pairs of rows, each row times a factor, to complex rows.
 struct Interleave<'a, T> {
     pairs: [([&'a [[T; 3]]; LANES], F64x4); 2],
     rows: &'a mut [Vec<Complex4>; 3],
@@ -203,7 +203,7 @@ impl<T: Sample> WithSimd for Interleave<'_, T> {
     }
 }
 
-/// From the transforms of pairs of rows to E and O of every m.
+/// Takes the transforms of pairs of rows to E and O of every m.
 struct Separate<'a> {
     turns: &'a [[f64; 2]],
     rows: &'a [Vec<Complex4>; 3],
@@ -237,7 +237,7 @@ impl WithSimd for Separate<'_> {
     }
 }
 
-/// From E and O of some m, `first` and up, to the terms of pairs of rows.
+/// Takes E and O of some m, `first` and up, to the terms of pairs of rows.
 struct Join<'a> {
     first: usize,
     turns: &'a [[f64; 2]],

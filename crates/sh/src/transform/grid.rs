@@ -23,22 +23,22 @@ impl GaussGrid {
         Self { width, theta, weights }
     }
 
-    /// Columns, along phi.
+    /// The number of columns, along phi.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows, along theta.
+    /// The number of rows, along theta.
     pub fn height(&self) -> usize {
         self.theta.len()
     }
 
-    /// Colatitude of a row, in radians, rising with the row.
+    /// The colatitude of a row, in radians, rising with the row.
     pub fn theta(&self, row: usize) -> f64 {
         self.theta[row]
     }
 
-    /// Azimuth of a column's centres, in (-pi, pi], as in a lat-long image.
+    /// The azimuth of a column's centres, in (-pi, pi], as in a lat-long image.
     pub fn phi(&self, column: usize) -> f64 {
         LatLong { width: self.width, height: self.height() }.phi(column)
     }
@@ -69,7 +69,7 @@ pub enum Grid {
 }
 
 impl Grid {
-    /// Columns, along phi.
+    /// The number of columns, along phi.
     pub fn width(&self) -> usize {
         match self {
             Self::LatLong(grid) => grid.width,
@@ -77,7 +77,7 @@ impl Grid {
         }
     }
 
-    /// Rows, along theta.
+    /// The number of rows, along theta.
     pub fn height(&self) -> usize {
         match self {
             Self::LatLong(grid) => grid.height,

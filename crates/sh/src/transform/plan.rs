@@ -13,15 +13,15 @@ pub enum TransformError {
     /// The grid has no pixel.
     #[error("a grid of {columns} columns and {rows} rows has no pixel")]
     Empty {
-        /// Columns of the grid.
+        /// The number of columns of the grid.
         columns: usize,
-        /// Rows of the grid.
+        /// The number of rows of the grid.
         rows: usize,
     },
     /// Too few columns to distinguish the cosines and sines of every order.
     #[error("{columns} columns are too few for degree {degree}: at least {} are needed", 2 * degree + 1)]
     TooFewColumns {
-        /// Columns of the grid.
+        /// The number of columns of the grid.
         columns: usize,
         /// The requested degree.
         degree: usize,
@@ -29,14 +29,14 @@ pub enum TransformError {
     /// Too few rows to distinguish the degrees.
     #[error("{rows} rows are too few for degree {degree}: at least {} are needed", degree + 1)]
     TooFewRows {
-        /// Rows of the grid.
+        /// The number of rows of the grid.
         rows: usize,
         /// The requested degree.
         degree: usize,
     },
 }
 
-/// What both directions share.
+/// The plan that analysis and synthesis share: sizes, tables and spare memory.
 pub(super) struct TransformPlan {
     pub(super) grid: Grid,
     pub(super) degree: usize,
@@ -47,7 +47,7 @@ pub(super) struct TransformPlan {
     pub(super) fourier_scratch: Spare<FourierScratch>,
 }
 
-/// Memory of one call.
+/// The memory of one analysis or synthesis.
 #[derive(Default)]
 pub(super) struct Workspace {
     /// Fourier coefficients along the rows: one group for each m and each four pairs of rows.

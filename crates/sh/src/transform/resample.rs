@@ -27,14 +27,14 @@ pub(crate) struct Resample {
     fft: Fft,
     /// Clenshaw-Curtis weights of our northern rows (the equator included).
     rows: Vec<f64>,
-    /// Those of the nodes between, around the circle; the scale of the four Fourier transforms and of the
-    /// circle's two halves included.
+    /// The Clenshaw-Curtis weights of the nodes between our rows, around the circle; the scale of the four
+    /// Fourier transforms and of the circle's two halves included.
     between: Vec<f64>,
     /// The shift by half a sample toward theta = 0, by frequency; zero at the highest.
     shift: Vec<[f64; 2]>,
 }
 
-/// Memory of one task.
+/// The memory of one task.
 #[derive(Default)]
 pub(crate) struct ResampleScratch {
     /// The circle of each channel, one in each lane.
@@ -43,7 +43,7 @@ pub(crate) struct ResampleScratch {
 }
 
 impl Resample {
-    /// For `height` rows; `scale` multiplies the result.
+    /// Prepares M for `height` rows; `scale` multiplies the result.
     pub(crate) fn new(level: SimdLevel, height: usize, scale: f64) -> Self {
         let samples = 2 * height;
         let weights = quadrature::clenshaw_curtis(samples);
@@ -135,7 +135,6 @@ impl Resample {
     }
 }
 
-/// a + sign b.
 fn combine(a: &Complex4, b: &Complex4, sign: f64) -> Complex4 {
     [0, 1].map(|part| F64x4::from_fn(|lane| a[part].0[lane] + sign * b[part].0[lane]))
 }

@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 
 use parking_lot::Mutex;
 
-/// Values that nobody uses now. What they hold is arbitrary.
+/// Values that nobody uses now, with arbitrary contents.
 #[derive(Default)]
 pub(super) struct Spare<T>(Mutex<Vec<T>>);
 

@@ -28,14 +28,14 @@ const CHUNK: usize = 64;
 pub(crate) struct Rows {
     pub(crate) cosine: Vec<F64x4>,
     pub(crate) sine: Vec<F64x4>,
-    /// y of the recurrence's steps; the first `polar` groups use the polar form.
+    /// The argument y of the recurrence's steps; the first `polar` groups use the polar form.
     argument: Vec<F64x4>,
     polar: usize,
     sectoral: Sectoral,
 }
 
 impl Rows {
-    /// Rows of the given (cosine, sine), for m up to `degree`.
+    /// Prepares rows of the given (cosine, sine), for m up to `degree`.
     pub(crate) fn new(rows: &[(f64, f64)], degree: usize) -> Self {
         let at = |group: usize, lane: usize| rows[(group * LANES + lane).min(rows.len() - 1)];
         let groups = rows.len().div_ceil(LANES);
@@ -57,7 +57,7 @@ impl Rows {
         if group < self.polar { Form::POLAR } else { Form::EQUATORIAL }
     }
 
-    /// The number of groups of four.
+    /// The number of groups of four rows.
     pub(crate) fn groups(&self) -> usize {
         self.sine.len()
     }

@@ -27,7 +27,7 @@ pub(super) struct LightTable {
     values: Vec<f32>,
     /// The largest value of each angle.
     largest: Vec<f32>,
-    /// Azimuths of an angle: 1 if the material does not depend on it.
+    /// The number of azimuths of an angle: 1 if the material does not depend on it.
     azimuths: usize,
 }
 
@@ -75,9 +75,9 @@ impl LightTable {
 /// The light of a texel's lamps, to be added to a lane of every view.
 pub(super) struct AddLights<'a> {
     pub(super) table: &'a LightTable,
-    /// In the texel's own frame.
+    /// The lamps in the texel's own frame.
     pub(super) lights: &'a [LocalLight],
-    /// The radiance e below which black is black.
+    /// The radiance e below which a value counts as black.
     pub(super) dark: f32,
     pub(super) views: &'a ViewGrid,
     pub(super) lane: usize,

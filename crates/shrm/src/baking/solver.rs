@@ -29,7 +29,7 @@ impl F32x8 {
 /// One channel of eight texels.
 pub(super) struct Solve<'a> {
     pub(super) views: &'a ViewGrid,
-    /// The radiance e below which black is black.
+    /// The radiance e below which a value counts as black.
     pub(super) dark: f32,
     /// Coefficients of the soft field, in pairs as [`ViewGrid::rows_of_pairs`] has them; becomes the
     /// solution.
@@ -205,7 +205,7 @@ fn synthesise<S: Simd>(simd: S, views: &ViewGrid, x: &[[F32x8; 2]], out: &mut [F
     }
 }
 
-/// The adjoint: for each pair of coefficients the sum over all views.
+/// The adjoint of the synthesis: for each pair of coefficients the sum over all views.
 #[inline(always)]
 fn adjoin<S: Simd>(simd: S, views: &ViewGrid, seen: &[F32x8], out: &mut [[F32x8; 2]]) {
     out.fill([F32x8::ZERO; 2]);

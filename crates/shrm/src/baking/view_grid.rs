@@ -30,7 +30,7 @@ pub(super) struct ViewGrid {
     pub(super) solid_angle: f32,
 }
 
-/// What a quarter's azimuth stands for: phi, pi - phi, pi + phi, -phi.
+/// The number of azimuths that one of a quarter turn stands for: phi, pi - phi, pi + phi, -phi.
 pub(super) const MIRRORED: usize = 4;
 
 impl ViewGrid {
@@ -75,7 +75,6 @@ impl ViewGrid {
         self.rows.len() * self.quarter.len() * MIRRORED
     }
 
-    /// The functions of a row.
     pub(super) fn functions_of(&self, row: usize) -> &[f32] {
         let count = self.functions.len() / self.rows.len();
         &self.functions[row * count..][..count]

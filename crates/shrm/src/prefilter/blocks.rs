@@ -25,19 +25,19 @@ use super::{Distribution, PrefilterKernel};
 pub struct LightBlocks<'a> {
     environment: &'a Environment,
     rows: Vec<Row>,
-    /// Of each column the sine and the cosine of its azimuth.
+    /// The sine and the cosine of each column's azimuth.
     columns: Vec<(f64, f64)>,
-    /// Above the pixels: the finest first.
+    /// The levels above the pixels, the finest first.
     levels: Vec<Level>,
 }
 
-/// What the pixels of a row have in common.
+/// The place and size that the pixels of a row have in common.
 #[derive(Debug)]
 struct Row {
     sin_theta: f64,
     cos_theta: f64,
     solid_angle: f32,
-    /// Of [`Spread`].
+    /// The variance of a pixel's directions, as in [`Spread`].
     variance: f32,
 }
 
@@ -52,7 +52,7 @@ struct Level {
 struct Block {
     /// Radiance times solid angle.
     flux: [f32; 3],
-    /// Where the light comes from; if there is none, as `area`.
+    /// Where the light comes from; the block's `area` if there is no light.
     light: Spread,
     solid_angle: f32,
     area: Spread,
@@ -70,7 +70,7 @@ impl Spread {
         DVec3::from_array(self.direction.map(f64::from))
     }
 
-    /// Of parts with weights: the variances within the parts and between them. `None` without weight.
+    /// Combines parts with weights: the variances within the parts and between them. `None` without weight.
     fn of(parts: impl Iterator<Item = (Self, f64)> + Clone) -> Option<Self> {
         let (mut sum, mut weight, mut within) = (DVec3::ZERO, 0.0, 0.0);
         for (part, share) in parts.clone() {
@@ -86,7 +86,7 @@ impl Spread {
 }
 
 impl Block {
-    /// One block of several. Negative light has no place.
+    /// Combines several blocks into one. Negative light has no place.
     fn of(parts: &[Self]) -> Self {
         let (mut flux, mut solid_angle) = ([0.0_f64; 3], 0.0);
         for part in parts {
@@ -117,7 +117,7 @@ struct Sum {
 }
 
 impl Sum {
-    /// Adds a block: what its light weighs, and what its area does.
+    /// Adds a block: its light with the weight `of_light`, and its area with `of_area`.
     fn add(&mut self, block: &Block, of_light: f64, of_area: f64) {
         (0..3).for_each(|channel| self.light[channel] += of_light * f64::from(block.flux[channel]));
         self.weight += of_area * f64::from(block.solid_angle);

@@ -39,7 +39,7 @@ use table::{FIRST, PER_OCTAVE, WEIGHTS};
 /// An environment as a chain of cubes, for [`FastChain::prefilter`].
 #[derive(Debug)]
 pub struct FastChain {
-    /// The coarsest first, 2 texels along an edge; spread to round spots.
+    /// The levels of the chain, the coarsest first with 2 texels along an edge; spread to round spots.
     levels: Vec<EvenCube>,
 }
 
@@ -74,7 +74,7 @@ impl FastChain {
         Self { levels }
     }
 
-    /// How many levels of the chain have a weight in a kernel.
+    /// The number of levels of the chain that have a weight in a kernel.
     pub fn taps(&self, kernel: &PrefilterKernel) -> usize {
         self.levels.iter().filter(|level| has_weight(kernel, level.edge())).count()
     }
@@ -185,13 +185,13 @@ fn weight(t: f64) -> f32 {
 
 /// Where a place lies between three texels of an even row, for a quadratic B-spline.
 struct Taps {
-    /// Counting the border.
+    /// The first of the three texels, counted from the border.
     first: usize,
     shares: [f32; 3],
 }
 
 impl Taps {
-    /// At s (or t) in a row of `edge`.
+    /// The taps at s (or t) in a row of `edge` texels.
     fn new(s: f64, edge: usize) -> Self {
         let x = to_even(s) * edge as f64;
         let middle = (x as usize).min(edge - 1);

@@ -10,15 +10,16 @@ use super::{
     prefilter_series,
 };
 
-/// How the caller wants levels to be made.
+/// The caller's choice of how levels are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum MethodChoice {
-    /// In spherical harmonics if the light holds the degree that the lobe needs, otherwise by quadrature.
+    /// Levels are made in spherical harmonics if the light holds the degree that the lobe needs, otherwise by
+    /// quadrature.
     #[default]
     Auto,
-    /// In spherical harmonics; an error if the light does not hold the degree.
+    /// Levels are made in spherical harmonics; an error if the light does not hold the degree.
     Series,
-    /// By quadrature over blocks of texels.
+    /// Levels are made by quadrature over blocks of texels.
     Quadrature,
     /// GGX lobes that need more than [`FastChain::SERIES_DEGREE`] from a [`FastChain`], as far as it has an
     /// edge for them; all others as by `Auto`.
@@ -28,18 +29,18 @@ pub enum MethodChoice {
 /// How a level was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LevelMethod {
-    /// A mirror: the environment, averaged over each texel.
+    /// The level is a mirror: the environment, averaged over each texel.
     Resampled,
-    /// By [`prefilter_series`] with this many degrees.
+    /// The level was made by [`prefilter_series`] with this many degrees.
     Series {
         /// The highest l, inclusive.
         degree: usize,
     },
-    /// By [`LightBlocks`].
+    /// The level was made by [`LightBlocks`].
     Quadrature,
-    /// By a [`FastChain`].
+    /// The level was made by a [`FastChain`].
     Fast {
-        /// The levels of the chain that have a weight.
+        /// The number of levels of the chain that have a weight.
         taps: usize,
     },
 }
@@ -47,13 +48,13 @@ pub enum LevelMethod {
 /// One level of a prefiltered cube.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrefilteredLevel {
-    /// 0 is a mirror.
+    /// The roughness of the level; 0 is a mirror.
     pub roughness: f64,
-    /// Radiance; nothing is negative.
+    /// The radiance; nothing is negative.
     pub map: CubeMap,
-    /// How it was made.
+    /// The method by which the level was made.
     pub method: LevelMethod,
-    /// Values that were negative and became 0.
+    /// The number of values that were negative and became 0.
     pub negative: usize,
     /// The estimated RMS error as a share of the level's largest value: of a series, what its cut leaves
     /// out, as the light's energy per degree tells; of quadrature, the difference from blocks of a third of
@@ -65,9 +66,9 @@ pub struct PrefilteredLevel {
 /// An environment, prefiltered for several roughnesses: a cube map with levels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prefiltered {
-    /// The lobe.
+    /// The lobe that the environment was prefiltered with.
     pub distribution: Distribution,
-    /// Each with half the edge of the one before.
+    /// The levels, each with half the edge of the one before.
     pub levels: Vec<PrefilteredLevel>,
     /// The coefficients of the light, lamps included: not prefiltered.
     pub series: Expansion,
@@ -83,9 +84,9 @@ pub enum PrefilterError {
     /// The light does not hold the degree that a level needs, and quadrature was not wanted.
     #[error("roughness {roughness:.3} needs degree {needed}; the light holds {held}")]
     DegreeTooLow {
-        /// Of the level.
+        /// The roughness of the level.
         roughness: f64,
-        /// The degree that it needs.
+        /// The degree that the level needs.
         needed: usize,
         /// The highest degree of the light.
         held: usize,
@@ -96,7 +97,7 @@ pub enum PrefilterError {
     /// A grid has no pixels.
     #[error(transparent)]
     Transform(#[from] TransformError),
-    /// The caller did not want the levels any more.
+    /// The levels were stopped, because the caller did not want them any more.
     #[error("the prefilter was stopped")]
     Stopped,
 }
@@ -124,7 +125,7 @@ pub fn prefilter(
 /// [`prefilter`], which ends early once `stop` says so.
 ///
 /// # Errors
-/// As [`prefilter`]; [`PrefilterError::Stopped`] if it was stopped.
+/// The errors of [`prefilter`], and [`PrefilterError::Stopped`] if it was stopped.
 pub fn prefilter_unless(
     environment: &Environment,
     lighting: Option<&Lighting>,
@@ -220,15 +221,15 @@ fn series(
     Ok(series)
 }
 
-/// What levels are made from.
+/// The light that levels are made from.
 struct Light<'a> {
     environment: &'a Environment,
     series: Expansion,
-    /// Of the series, per degree.
+    /// The energy of the series, per degree.
     energy: Vec<[f64; 3]>,
-    /// Built when the first level needs them.
+    /// The environment's blocks, built when the first level needs them.
     blocks: Option<LightBlocks<'a>>,
-    /// For levels that are made by it: there before the first of them.
+    /// The chain of levels that are made by one: built before the first of them.
     chain: Option<FastChain>,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -286,7 +287,7 @@ impl Light<'_> {
     }
 }
 
-/// In how many directions errors are measured.
+/// The number of directions in which errors are measured.
 const DIRECTIONS: usize = 64;
 
 /// The RMS difference from blocks, in texels that are spread evenly.

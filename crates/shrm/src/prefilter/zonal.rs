@@ -106,7 +106,8 @@ mod tests {
         }
     }
 
-    /// Against ten times as many panels. The recurrence of P_l rounds by about 1e-16 l.
+    /// Compares factors with those from ten times as many panels. The recurrence of P_l rounds by about 1e-16
+    /// l.
     #[test]
     fn sharp_lobes_are_resolved() {
         for (distribution, roughness, degree) in [

@@ -19,10 +19,10 @@ const COARSEST: usize = 4;
 /// How many times a texel is halved, at most: parts of one row of 8 are then 4e-7 radians.
 const HALVINGS: i32 = 20;
 
-/// Which block.
+/// The size and place of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
-    /// The binary logarithm of its edge in texels: below 0, it is a part of a texel.
+    /// The binary logarithm of the block's edge in texels: below 0, it is a part of a texel.
     pub(super) size: i32,
     row: usize,
     column: usize,
@@ -37,18 +37,18 @@ pub(super) struct Block {
     direction: [f32; 3],
 }
 
-/// All blocks.
+/// All blocks of an environment.
 #[derive(Debug)]
 pub(super) struct LightBlocks<'a> {
     environment: Cow<'a, Environment>,
-    /// The size of the finest that are kept.
+    /// The size of the finest blocks that are kept.
     finest: i32,
-    /// The blocks of each size from there on.
+    /// The blocks of each size from `finest` on.
     kept: Vec<Vec<Block>>,
 }
 
 impl Place {
-    /// Whether it consists of whole texels.
+    /// Whether the block consists of whole texels.
     pub(super) fn is_of_texels(self) -> bool {
         self.size > 0
     }
@@ -100,7 +100,7 @@ impl<'a> LightBlocks<'a> {
         }
     }
 
-    /// Rows and columns of the blocks of a size.
+    /// The number of rows and columns of the blocks of a size.
     fn shape(&self, size: i32) -> [usize; 2] {
         let grid = self.environment.grid();
         [grid.height, grid.width].map(|texels| match size {
@@ -158,7 +158,7 @@ impl<'a> LightBlocks<'a> {
         }
     }
 
-    /// The light of a block, from those below it.
+    /// Makes the light of a block from those below it.
     fn made(&self, place: Place) -> Block {
         if place.size <= 0 {
             return self.part(place);

@@ -15,7 +15,7 @@ const PAD: usize = 16;
 pub(super) struct Row {
     pub(super) cos_theta: f64,
     pub(super) sin_theta: f64,
-    /// Of each texel of the row, exactly.
+    /// The exact solid angle of each texel of the row.
     solid_angle: f64,
 }
 
@@ -27,11 +27,11 @@ pub(super) struct LitTexels {
     /// For each row and column, and past the last: the first lit texel there or right of there, [height,
     /// width + 1].
     first: Vec<u32>,
-    /// Radiance, as the image has it.
+    /// The radiance of each lit texel, as the image has it.
     radiance: Vec<[f32; 3]>,
-    /// Cosine and sine of the azimuth.
+    /// The cosine and sine of each lit texel's azimuth.
     azimuth: Vec<[f64; 2]>,
-    /// The same numbers apart, for vectors; red, green and blue are radiance times solid angle.
+    /// The cosine of each texel's azimuth, for vectors, as are `sine` and `rgb`, radiance times solid angle.
     pub(super) cosine: Vec<f32>,
     pub(super) sine: Vec<f32>,
     pub(super) rgb: [Vec<f32>; 3],
@@ -41,7 +41,7 @@ pub(super) struct LitTexels {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub(super) row: usize,
-    /// Half its width, in columns.
+    /// Half the width of the span, in columns.
     half: f64,
 }
 
@@ -97,7 +97,7 @@ impl LitTexels {
         self.rows[row]
     }
 
-    /// The number of texels that hold texels.
+    /// The number of lit texels.
     pub(super) fn lit(&self) -> usize {
         self.radiance.len() - PAD * self.grid.height
     }

@@ -132,7 +132,7 @@ impl<W: Weight> pulp::WithSimd for Sum<'_, W> {
 
 /// rho_hat up to a factor, about one central direction and toward one view.
 pub(super) trait Weight: Copy {
-    /// What it shares between the texels of a row.
+    /// The values that the texels of a row share.
     type Row<S: Simd>: Copy;
 
     fn row<S: Simd>(&self, simd: S, row: Row) -> Self::Row<S>;
@@ -247,7 +247,7 @@ pub(super) struct Gaussian {
 }
 
 impl Weight for Gaussian {
-    /// sin(theta); the z part of (L + V) squared; of N . (L + V).
+    /// sin(theta), the square of the z part of L + V, and the z part's share of N . (L + V).
     type Row<S: Simd> = [S::f32s; 3];
 
     #[inline(always)]

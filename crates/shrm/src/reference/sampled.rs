@@ -30,13 +30,13 @@ use sphere::{DMat3, DVec3, Direction};
 
 use crate::{MapGrid, View, frame};
 
-/// The directions in one batch.
+/// The number of directions in one batch.
 pub const BATCH: usize = 32;
 
-/// The first directions of a batch follow the product.
+/// The number of a batch's directions that follow the product; they are the first.
 const OF_PRODUCT: usize = 16;
 
-/// The next follow the light alone, and the last the material's lobes.
+/// The number that follow the light alone, after those of the product; the last follow the material's lobes.
 const OF_LIGHT: usize = 8;
 const OF_LOBES: usize = BATCH - OF_PRODUCT - OF_LIGHT;
 
@@ -69,7 +69,7 @@ pub struct Sampled<'a> {
     material: &'a Material,
     coefficients: BrdfCoefficients,
     lobes: Vec<Lobe>,
-    /// `None` if all texels are black.
+    /// The light to draw from; `None` if all texels are black.
     light: Option<Light>,
     batches: usize,
     seed: u32,
@@ -340,7 +340,7 @@ mod tests {
         [sky + sun, sky + 0.8 * sun, 1.2 * sky + 0.5 * sun]
     }
 
-    /// What is left of light after more was taken out of it than there was.
+    /// Light of which more was taken out in places than there was.
     fn partly_negative(w: DVec3) -> [f64; 3] {
         let stripes = (7.0 * w.x + 3.0 * w.y).sin() * (5.0 * w.z).cos();
         [stripes, 0.3 + stripes, 2.0 * stripes - 0.5]
@@ -363,7 +363,7 @@ mod tests {
         project(material, Choice::Full).unwrap().coefficients
     }
 
-    /// A texel's central direction and a view of it.
+    /// Picks a texel's central direction and a view of it.
     fn seen_from(material: &Material, index: usize, count: usize) -> (Direction, Direction) {
         let central = spiral(index, count);
         (central, frame(central).apply(seen(material.centre(), index)))

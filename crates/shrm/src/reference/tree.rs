@@ -101,8 +101,8 @@ impl<'a> LightTree<'a> {
         self.sum(material, to_surface, (central, view), share, dark)
     }
 
-    /// The same for a surface that may be brushed: `frame` has its tangent, N x tangent, and its normal N as
-    /// columns, in the world.
+    /// Returns the radiance of a surface that may be brushed: `frame` has its tangent, N x tangent, and its
+    /// normal N as columns, in the world.
     pub fn surface_radiance(
         &self,
         material: &Material,
@@ -148,12 +148,12 @@ struct Sum<'a> {
     material: &'a Material,
     to_surface: DMat3,
     outgoing: Direction,
-    /// Of the material's narrowest lobe.
+    /// The width of the material's narrowest lobe.
     width: f64,
     /// The blocks that may be split.
     open: BinaryHeap<Open>,
     total: [f64; 3],
-    /// The sum of the squared errors of these blocks, which are as often above as below.
+    /// The sum of the squared errors of the open blocks, which are as often above as below.
     left: f64,
 }
 
@@ -161,9 +161,9 @@ struct Sum<'a> {
 struct Open {
     error: f64,
     place: Place,
-    /// What its parts reflect.
+    /// The light that the block's parts reflect.
     parts: [[f64; 3]; 4],
-    /// What was added to them.
+    /// The light that was added beyond that of the parts.
     beyond: [f64; 3],
 }
 
@@ -223,7 +223,7 @@ impl Sum<'_> {
         }
     }
 
-    /// What a block reflects from its mean direction.
+    /// The light that a block reflects from its mean direction.
     fn reflected(&self, block: &Block) -> [f64; 3] {
         if block.is_dark() {
             return [0.0; 3];
@@ -255,8 +255,8 @@ impl Sum<'_> {
         }
     }
 
-    /// What the part of a block above the horizon may reflect, of a block whose mean direction lies about
-    /// there or lower: none of its parts need see it.
+    /// The light that the part of a block above the horizon may reflect, of a block whose mean direction lies
+    /// about there or lower: none of its parts need see it.
     fn above_horizon(&self, place: Place) -> f64 {
         let (extent, block) = (self.blocks.extent(place), self.blocks.block(place));
         let direction = (self.to_surface * block.direction()).normalize_or_zero();
@@ -471,7 +471,7 @@ mod tests {
         }
     }
 
-    /// Of a brushed surface, whose streak is 1e-2 radians wide, and of a strand's cone, 4e-2.
+    /// Compares streaks of a brushed surface, 1e-2 radians wide, and cones of a strand, 4e-2, with sums.
     #[test]
     fn a_thin_streak_is_found_away_from_the_central_direction() {
         let environment = environment(48);
@@ -495,7 +495,7 @@ mod tests {
         }
     }
 
-    /// The oracle adds every texel.
+    /// Compares the radiance with a sum over every texel.
     #[test]
     fn a_brushed_surface_has_the_sum_in_its_own_frame() {
         let environment = environment(48);

@@ -142,7 +142,7 @@ impl<'a> Pair<'a> {
 
 /// 2 / (F + 1) cos(k alpha) and sin(k alpha) at the northern rows, from which the mirrored ones follow.
 struct Waves {
-    /// [k, row] for even k and for odd k, of cosines and of sines.
+    /// The values by k and row for even k and for odd k, of cosines and of sines.
     values: [[Vec<f64>; 2]; 2],
     /// The number of northern rows.
     half: usize,
@@ -166,17 +166,17 @@ impl Waves {
     }
 }
 
-/// From samples at the rows to the series in alpha, for one term in beta.
+/// Takes samples at the rows to the series in alpha, for one term in beta.
 struct Colatitude<'a> {
     plan: &'a SynthesisPlan<'a>,
     waves: &'a Waves,
-    /// North and south.
+    /// The samples in the north and in the south.
     rows: [&'a [f64]; 2],
     /// The place of the term in beta.
     place: usize,
-    /// Whether its order m is odd.
+    /// Whether the order m of the term in beta is odd.
     odd: bool,
-    /// [k, padded values].
+    /// The terms in alpha, [k, padded values].
     terms: &'a mut [f64],
 }
 
@@ -229,7 +229,7 @@ impl WithSimd for Colatitude<'_> {
 /// The sums over m of one k.
 struct Across<'a> {
     plan: &'a SynthesisPlan<'a>,
-    /// [columns, terms in beta].
+    /// The terms in beta at each column, [columns, terms in beta].
     betas: &'a [f64],
     /// The values of k, `width` after those of the term before.
     terms: &'a [f64],
@@ -251,7 +251,7 @@ impl WithSimd for Across<'_> {
 struct Block<'a> {
     plan: &'a SynthesisPlan<'a>,
     cube: Cube,
-    /// Columns first .. last.
+    /// The first column of the block, which goes up to `last`.
     first: usize,
     last: usize,
     /// For each row of each face, these columns and their mirrors.

@@ -53,7 +53,7 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3
 struct Line<'a> {
     plan: &'a SynthesisPlan<'a>,
     grid: LatLong,
-    /// [columns, orders] for the columns that are not mirrors.
+    /// The terms in beta, [columns, orders], for the columns that are not mirrors.
     angles: &'a [f64],
     series: &'a [f64],
     values: &'a mut [[f32; 3]],

@@ -12,9 +12,9 @@ pub(super) struct SynthesisPlan<'a> {
     pub(super) level: SimdLevel,
     pub(super) f: usize,
     pub(super) terms: Terms,
-    /// Values of a texel: coefficients times channels.
+    /// The number of values of a texel: coefficients times channels.
     pub(super) columns: usize,
-    /// The same, filled up to whole vectors.
+    /// The number of values of a texel, filled up to whole vectors.
     pub(super) padded: usize,
     pub(super) fourier: ParitySplitFourier,
     pub(super) recurrence: Recurrence,
@@ -68,12 +68,13 @@ impl<'a> SynthesisPlan<'a> {
         &self.rho[(((q * side + p) * 3 + channel) * 2 + parity) * count..][..count]
     }
 
-    /// Coefficients of a texel.
+    /// The number of coefficients of a texel.
     pub(super) fn rows(&self) -> usize {
         self.columns / 3
     }
 
-    /// Values of one Fourier series: cosines and sines of every order, for every value of a texel.
+    /// The number of values of one Fourier series: cosines and sines of every order, for every value of a
+    /// texel.
     pub(super) fn series(&self) -> usize {
         self.fourier.len() * self.padded
     }

@@ -31,11 +31,11 @@ pub(super) struct Rows<'a> {
     pub(super) plan: &'a SynthesisPlan<'a>,
     /// The lighting of the plan's reflection, or that lighting rotated.
     pub(super) lighting: &'a Expansion,
-    /// Colatitudes.
+    /// The colatitudes of the rows.
     pub(super) alphas: &'a [f64],
     /// For each colatitude, a series [orders, padded values].
     pub(super) north: &'a mut [f64],
-    /// The same for pi minus each.
+    /// For pi minus each colatitude, a series [orders, padded values].
     pub(super) south: &'a mut [f64],
 }
 

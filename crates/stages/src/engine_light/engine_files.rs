@@ -19,26 +19,27 @@ use crate::values::{
 /// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
 const LOD_GENERATION_SCALE: f64 = 0.8;
 
-/// Texels along the edge of Bevy's cube of irradiance, which is smooth.
+/// The number of texels along the edge of Bevy's cube of irradiance, which is smooth.
 const DIFFUSE_EDGE: usize = 32;
 
-/// What is written for an engine, in the order of [`names`].
+/// The contents of an engine's files, in the order of [`names`].
 pub(crate) struct EngineFiles {
     pub(crate) files: Vec<Vec<u8>>,
     /// The precision, if the format leaves it open: half unless a value exceeds the largest half.
     pub(crate) precision: Option<Precision>,
     /// The largest number that the file holds.
     pub(crate) limit: f32,
-    /// What was given, past the limit or, if the precision was open, past the largest half.
+    /// The part of what was given that lies past the limit or, if the precision was open, past the largest
+    /// half.
     pub(crate) excess: Excess,
-    /// The texels that were weighed for it.
+    /// The kind of values, by which the excess was weighed.
     pub(crate) content: Content,
-    /// Values below 0 in a format without a sign.
+    /// The number of values below 0 in a format without a sign.
     pub(crate) negative: usize,
-    /// Of each level, the RMS difference between what is read back and what was given, as a share of the
+    /// The RMS difference of each level between what is read back and what was given, as a share of the
     /// level's largest value.
     pub(crate) errors: Vec<f64>,
-    /// Of each level, what rounding adds to the light of red, green and blue, as a share of it.
+    /// The change that rounding makes to the light of red, green and blue in each level, as a share of it.
     pub(crate) rounded: Vec<[f64; 3]>,
 }
 
@@ -87,7 +88,7 @@ fn turned(map: &CubeMap, preset: EnginePreset) -> Vec<[f32; 3]> {
     preset.texels(map.cube()).map(|texel| map.pixels()[texel]).collect()
 }
 
-/// The levels as a texture of the engine's.
+/// Makes a texture of the engine's from levels.
 pub(crate) fn texture<'a>(levels: impl IntoIterator<Item = &'a CubeMap>, preset: EnginePreset) -> Texture {
     let mut texture = Texture { faces: 6, ..Texture::default() };
     for (level, map) in levels.into_iter().enumerate() {
@@ -188,7 +189,7 @@ pub(crate) fn of_levels(
     })
 }
 
-/// Irradiance over pi, in all degrees that the light holds.
+/// The irradiance over pi, in all degrees that the light holds.
 fn diffuse(light: &Expansion, preset: EnginePreset) -> Result<Texture, Failure> {
     let kernel =
         PrefilterKernel::new(Distribution::Lambert, 1.0).map_err(|error| Failure::new(error.to_string()))?;
@@ -263,7 +264,7 @@ fn difference(given: &[[f32; 3]], found: &[[f32; 3]]) -> f64 {
     if largest == 0.0 { 0.0 } else { (squares / (3 * given.len()) as f64).sqrt() / largest }
 }
 
-/// Warns of what the format could not hold, or fails.
+/// Warns of the values that the format could not hold, or fails.
 pub(crate) fn report(
     made: &EngineFiles,
     (preset, format): (EnginePreset, EngineFormat),
@@ -298,7 +299,7 @@ pub(crate) fn report(
     Ok(())
 }
 
-/// What rounds less than a format does.
+/// Advises a format that rounds less than this one.
 fn finer(preset: EnginePreset, format: EngineFormat) -> String {
     let finer = [EngineFormat::Rgba16F, EngineFormat::Rgba32F, EngineFormat::Exr];
     match preset.formats().iter().find(|other| **other != format && finer.contains(other)) {
@@ -307,7 +308,7 @@ fn finer(preset: EnginePreset, format: EngineFormat) -> String {
     }
 }
 
-/// What keeps a light of this radiance in an engine.
+/// Advises how to keep a light of this radiance in an engine.
 fn remedy(preset: EnginePreset, largest: f32) -> String {
     let beside =
         "a light beside the map keeps it (`subtract-lights` takes it out, `export-light-rig` writes it)";

@@ -87,13 +87,13 @@ use super::engine_readme::readme;
 use super::irradiance::windowed;
 use crate::values::{EngineFormat, EnginePreset, MOST, Overflow, artifacts, check_format};
 
-/// What files are called before their endings.
+/// The stem of file names, before their endings.
 const STEM: &str = "environment";
 
 /// The port of the light.
 const LIGHT: &str = "light";
 
-/// Texels along the edge of a face, if nothing says how many.
+/// The number of texels along the edge of a face, if nothing says how many.
 const DEFAULT_EDGE: usize = 256;
 
 parameters! {
@@ -251,12 +251,12 @@ fn light_of(environment: &Environment) -> Result<Expansion, Failure> {
     Ok(Transform::new(environment.grid(), Degree::new(2)?)?.analyse(environment.pixels()))
 }
 
-/// Nine coefficients, without ringing.
+/// Cuts a light to nine coefficients, without ringing.
 fn nine(light: &Expansion, context: &Context<'_>) -> Expansion {
     windowed(light.to_degree(Degree::new(2).unwrap_or(light.degree())), context)
 }
 
-/// The files of a cube, and what `bounds.json` says of its levels.
+/// Makes the files of a cube, and the entries of `bounds.json` about its levels.
 fn cube_files(
     of: (EnginePreset, EngineFormat),
     cube: &Prefiltered,
@@ -280,7 +280,7 @@ fn cube_files(
     Ok((made, cube.levels.iter().map(level).collect()))
 }
 
-/// The JSON with the largest value, what was clamped, and the error of each level.
+/// Makes the JSON with the largest value, what was clamped, and the error of each level.
 fn bounds(
     (preset, format): (EnginePreset, EngineFormat),
     made: &EngineFiles,

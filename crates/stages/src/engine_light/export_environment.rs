@@ -134,7 +134,7 @@ parameters! {
 }
 
 impl Parameters {
-    /// How pictures of this resolution are written.
+    /// The way in which pictures of this resolution are written.
     fn pictures(&self, format: PictureFormat, resolution: usize) -> MapPictures {
         let Self { layout, precision, overflow, .. } = *self;
         MapPictures { layout, resolution, format, precision, overflow, exposure: 0.0 }

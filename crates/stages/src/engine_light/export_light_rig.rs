@@ -67,7 +67,7 @@ choice! {
     }
 }
 
-/// Rows of the map that `mip` is a level of.
+/// The number of rows of the map that `mip` is a level of.
 const ROWS: usize = 512;
 
 parameters! {

@@ -8,7 +8,7 @@ use sh::{Expansion, Penalty, non_negative};
 /// The highest degree that a window is sought for: probes of few coefficients.
 pub(crate) const MOST_WINDOWED: usize = 8;
 
-/// The series with the least window under which the irradiance is nowhere negative.
+/// Returns the series with the least window under which the irradiance is nowhere negative.
 pub(crate) fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
     let mut irradiance = series.clone();
     for l in 0..=series.degree().get() {
@@ -32,7 +32,7 @@ pub(crate) fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
     }
 }
 
-/// A_l, the factor of the clamped cosine: pi, 2 pi / 3, pi / 4, 0, -pi / 24 ... (Ramamoorthi and Hanrahan
+/// The factor A_l of the clamped cosine: pi, 2 pi / 3, pi / 4, 0, -pi / 24 ... (Ramamoorthi and Hanrahan
 /// 2001).
 fn cosine(l: usize) -> f64 {
     match l {

@@ -43,17 +43,17 @@ const ORIENT: &str = "pattern-orient";
 const AXES: &str = "pattern-axes";
 const LOD: &str = "pattern-lod";
 
-/// Texels along the edge of a face, or rows of a lat-long image, if nothing says how many.
+/// The number of texels along the edge of a face, or of rows of a lat-long image, if nothing says how many.
 const DEFAULT_SIZE: usize = 64;
 
-/// Rows of the painted axes.
+/// The number of rows of the painted axes.
 const AXES_ROWS: usize = 512;
 
 /// The radius of an axis' disc, and the half width of its text, as tangents.
 const DISC: f64 = 0.45;
 const TEXT: f64 = 0.3;
 
-/// What `orient` is: 2 + 1.5 d.
+/// The mean of the pattern `orient`, which is 2 + 1.5 d.
 const MEAN: f64 = 2.0;
 const SLOPE: f64 = 1.5;
 
@@ -239,7 +239,7 @@ fn painted(rows: usize, colour: impl Fn(DVec3) -> [f32; 3] + Sync) -> Result<Env
 /// An axis with its name and its colour.
 struct Axis {
     direction: DVec3,
-    /// Where the top of its name points.
+    /// The direction in which the top of the axis' name points.
     up: DVec3,
     colour: [f32; 3],
     name: Canvas,
@@ -266,7 +266,7 @@ fn axes() -> Result<Environment, Failure> {
 }
 
 impl Axis {
-    /// The colour of its disc and its name; `None` outside of the disc.
+    /// The colour of the axis' disc and name; `None` outside of the disc.
     fn colour_at(&self, d: DVec3) -> Option<[f32; 3]> {
         let ahead = self.direction.dot(d);
         // Seen from within, right is forward times up.

@@ -316,7 +316,7 @@ struct Scratch {
 const WORK: &str = "work";
 
 impl Scratch {
-    /// The failure with the command that can be run by hand, in this folder if it is kept.
+    /// Adds to the failure the command that can be run by hand, in this folder if it is kept.
     fn report(self, mut failure: Failure, process: &Process, context: &Context<'_>) -> Failure {
         let shown = match context.kept_scratch().map(|kept| self.keep(kept)) {
             Some(Ok(kept)) => {

@@ -21,21 +21,21 @@ use crate::values::artifacts;
 /// A manifest in which a light is turned.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightEdit {
-    /// What changes, for whoever is asked: lines.
+    /// The changes to the manifest, in lines for whoever is asked.
     pub changes: Vec<String>,
     /// The manifest's text.
     pub text: String,
 }
 
-/// Where light enters a stage: the stage, and the index of the input in [`engine::Stage::inputs`].
+/// The place where light enters a stage: the stage, and the index of the input in [`engine::Stage::inputs`].
 type Use = (StageIndex, usize);
 
-/// How the light of a stage is turned.
+/// The stage by which the light of another is turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Turning {
-    /// By this `rotate` stage.
+    /// The light is turned by this `rotate` stage.
     By(StageIndex),
-    /// By none; one is needed behind this stage.
+    /// The light is turned by no stage; one is needed behind this stage.
     Behind(StageIndex),
 }
 
@@ -125,14 +125,14 @@ impl PreviewCatalog {
 struct Turns {
     /// The `rotate` stages to change.
     rotates: BTreeSet<StageIndex>,
-    /// The stages behind which one is added, and what reads it.
+    /// The stages behind which one is added, and the uses of light that will read it.
     behind: BTreeMap<StageIndex, BTreeSet<Use>>,
     /// All uses of light that turn.
     uses: BTreeSet<Use>,
 }
 
 impl Turns {
-    /// For the light that this stage gives to the one that reflects it.
+    /// Finds the stages for the light that this stage gives to the one that reflects it.
     fn of(graph: &LightGraph<'_>, light: StageIndex) -> Self {
         let (turning, origins) = (graph.turning(light), graph.origins(light));
         let mut turns = Self { rotates: BTreeSet::new(), behind: BTreeMap::new(), uses: BTreeSet::new() };
@@ -214,7 +214,7 @@ impl LightGraph<'_> {
         inputs.filter(|from| self.makes_light(*from))
     }
 
-    /// What turns the light that a stage makes, or passes on: all of it, and as the last.
+    /// The stage that turns the light that another makes, or passes on: all of it, and as the last.
     fn turning(&self, light: StageIndex) -> Turning {
         let mut stage = light;
         loop {
@@ -236,7 +236,7 @@ impl LightGraph<'_> {
         all.into_iter().filter(is_origin).collect()
     }
 
-    /// Some stages, and those that they need.
+    /// Adds to some stages those that they need.
     fn upstream(&self, stages: &BTreeSet<StageIndex>) -> BTreeSet<StageIndex> {
         let mut found = stages.clone();
         // Each stage comes after those that it needs.
@@ -248,7 +248,7 @@ impl LightGraph<'_> {
         found
     }
 
-    /// Some stages, and those that need them.
+    /// Adds to some stages those that need them.
     fn downstream(&self, stages: &BTreeSet<StageIndex>) -> BTreeSet<StageIndex> {
         let mut found = stages.clone();
         for (index, stage) in self.plan.stages.iter().enumerate() {
@@ -293,12 +293,12 @@ fn angles(now: rotate::Parameters, [yaw, pitch]: [f64; 2]) -> Vec<Angle> {
         .collect()
 }
 
-/// The same angle from -180 to 180 degrees.
+/// Wraps an angle to between -180 and 180 degrees.
 fn wrapped(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
 }
 
-/// An angle in hundredths of a degree: a hand is not more accurate.
+/// Rounds an angle to hundredths of a degree: a hand is not more accurate.
 fn rounded(degrees: f64) -> f64 {
     (degrees * 100.0).round() / 100.0 + 0.0
 }

@@ -94,7 +94,7 @@ fn entries_of<'e>(entries: &'e mut [Entry], name: &str) -> Option<&'e mut Vec<En
 }
 
 impl Written {
-    /// Its TOML. A whole number in place of a whole one stays without a point.
+    /// The value as TOML. A whole number in place of a whole one stays without a point.
     pub(crate) fn toml(&self, in_place_of_integer: bool) -> String {
         match self {
             Self::Text(text) => format!("{text:?}"),
@@ -175,7 +175,7 @@ impl Text<'_> {
     }
 }
 
-/// Where the last value in a table ends.
+/// The place where the last value in a table ends.
 fn last_place(value: &Value) -> usize {
     match &value.kind {
         ValueKind::Table(table) => table.entries.iter().map(|entry| last_place(&entry.value)).max(),

@@ -37,12 +37,12 @@ pub struct PreviewCatalog {
     plan: Plan,
     environments: Vec<String>,
     materials: Vec<String>,
-    /// By the positions of their names.
+    /// The entries by the positions of their names.
     entries: BTreeMap<(usize, usize), CatalogEntry>,
     meshes: Vec<(String, MeshSource)>,
     /// The transfer of meshes, by the item that makes the mesh.
     transfers: BTreeMap<ItemIndex, ItemIndex>,
-    /// Where tables of several materials are which on meshes, likewise.
+    /// The places of several materials of a table on meshes, by the item that makes the mesh.
     blends: BTreeMap<ItemIndex, ItemIndex>,
 }
 
@@ -61,22 +61,22 @@ pub struct CatalogEntry {
     pub lighting: Option<ItemIndex>,
     /// The item that makes the material.
     pub material: Option<ItemIndex>,
-    /// How the graph turns the light before it is reflected.
+    /// The turn that the graph gives to the light before it is reflected.
     pub turn: Rotation,
-    /// The sizes of the maps that are exported of it.
+    /// The sizes of the maps that are exported of the entry.
     pub sizes: MapSizes,
-    /// Whether its spherical harmonic reflection maps are exported with the lamps in them, and none without.
+    /// Whether the entry's spherical harmonic reflection maps are exported with the lamps in them, and none
+    /// without.
     pub holds_lamps: bool,
-    /// The items that export it and nothing else, in the manifest's order.
+    /// The items that export the entry and nothing else, in the manifest's order.
     pub exports: Vec<ItemIndex>,
-    /// The items that it was made of, and the item itself, each after those that it needs.
+    /// The items that the entry was made of, and the item itself, each after those that it needs.
     pub ancestry: Vec<ItemIndex>,
-    /// Those of them that make its maps and its table of the light and the material: what neither of the two
-    /// needs.
+    /// The items of the ancestry that make the entry's maps and its table, and that neither the light nor the
+    /// material needs.
     pub maps: Vec<ItemIndex>,
 }
 
-/// Where a mesh comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MeshSource {
     /// An item makes it.
@@ -88,9 +88,9 @@ enum MeshSource {
 /// Why a subject cannot be shown: there is nothing of that name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unknown {
-    /// What was looked for: `material`.
+    /// The kind of subject that was looked for: `material`.
     pub what: &'static str,
-    /// Its name.
+    /// The name that was looked for.
     pub name: String,
     /// The names that exist.
     pub known: Vec<String>,
@@ -303,7 +303,7 @@ impl MaterialKey {
         Self { made: item.stage, rest, material }
     }
 
-    /// Its name, and the stages that distinguish it from others of that name.
+    /// The name of the material, and the stages that distinguish it from others of that name.
     fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
         let name = |stage: StageIndex| plan.stages[stage].name.as_str();
         let stages = self.material.into_iter().chain([self.made]).map(name).collect::<Vec<_>>();
@@ -319,14 +319,15 @@ struct Label<'p> {
 }
 
 impl<'p> Label<'p> {
-    /// An item, by its key.
+    /// Makes the label of an item, from its key.
     fn of(plan: &'p Plan, item: ItemIndex) -> Self {
         let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
         let name = if key.is_empty() { stage.to_owned() } else { key.to_string() };
         Self { name, stages: vec![stage] }
     }
 
-    /// From the shortest to the longest: the name alone, with one stage, with all stages.
+    /// The forms of the name from the shortest to the longest: the name alone, with one stage, with all
+    /// stages.
     fn forms(&self) -> Vec<String> {
         let Self { name, stages } = self;
         let with = |stages: &str| format!("{name} ({stages})");
@@ -366,7 +367,7 @@ fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
     &plan.stages[plan.items[item].stage].name
 }
 
-/// Of the stages that reflect one material, those that lead to files; if none does, all; and if no stage
+/// Keeps of the stages that reflect one material those that lead to files; if none does, all; and if no stage
 /// reflects it, its table.
 fn without_steps(plan: &Plan, graph: &Connections, found: Vec<CatalogEntry>) -> Vec<CatalogEntry> {
     let leads_to_files =
@@ -542,12 +543,12 @@ fn artifact(plan: &Plan, item: ItemIndex) -> Option<&'static str> {
     }
 }
 
-/// Where a reflection comes from, as far as it has been followed.
+/// The origin of a reflection, as far as it has been followed.
 #[derive(Default)]
 struct Origin {
     environment: Option<(ItemIndex, Rotation)>,
     lighting: Option<ItemIndex>,
-    /// Lighting that was made of nothing, and its turn.
+    /// The lighting that was made of nothing, and its turn.
     disks: Vec<(ItemIndex, Rotation)>,
     material: Option<ItemIndex>,
     table: Option<ItemIndex>,

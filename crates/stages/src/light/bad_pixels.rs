@@ -25,7 +25,7 @@ const SUSPICIOUS: f64 = 0.3;
 /// The image without bad pixels, after a warning if it had any.
 ///
 /// # Errors
-/// As [`repair`].
+/// The errors of [`repair`].
 pub(crate) fn repaired(
     image: Image,
     coverage: impl Into<Coverage>,

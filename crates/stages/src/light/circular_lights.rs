@@ -148,7 +148,7 @@ impl Kind for CircularLights {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Disk {
     direction: Direction,
-    /// In radians, above 0 to pi.
+    /// The radius in radians, above 0 to pi.
     radius: f64,
     radiance: [f64; 3],
 }

@@ -4,8 +4,8 @@ use containers::ColourSpace;
 use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use serde_json::json;
 
-/// How OCIO's configurations and `colorInteropID` spell them. An editor offers these; the parser knows
-/// further spellings of the same words.
+/// The spellings of colour spaces in OCIO's configurations and `colorInteropID`. An editor offers these; the
+/// parser knows further spellings of the same words.
 const SPELLINGS: [&str; 16] = [
     "ACEScg",
     "ACES - ACEScg",

@@ -156,7 +156,8 @@
 //!
 //! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
 //! names the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that
-//! Specula wrote says so itself, in all containers but DDS.
+//! Specula wrote says so itself, in all containers but DDS. Without either, the cubes of `.env` and of glTF
+//! are in Babylon.js' frame, which those formats come from.
 //!
 //! ## Bad pixels
 //!
@@ -429,7 +430,7 @@ impl Pictures {
 /// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
 /// the whole file, which is why a run reads all of it.
 fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<bool, Failure> {
-    /// Of the longest signature.
+    /// The number of bytes of the longest signature.
     const SIGNATURE: u64 = 12;
     if reads_whole {
         return Ok(is_light_texture(&context.read(path)?));
@@ -441,7 +442,7 @@ fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<b
     Ok(is_light_texture(&first) || is_document && is_light_texture(&context.read(path)?))
 }
 
-/// The image of the source, and what it shows.
+/// Reads the image of the source, and the layout and turn of its light.
 fn read_source(
     source: &Path,
     parameters: &Parameters,
@@ -519,7 +520,7 @@ fn read_texture(
 }
 
 impl Parameters {
-    /// What the decoders have to know.
+    /// The options that the decoders need.
     fn options(&self) -> ReadOptions {
         ReadOptions { layer: self.layer.clone(), colour_space: self.colour_space.map(|name| name.0) }
     }

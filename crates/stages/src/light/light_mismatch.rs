@@ -11,8 +11,8 @@ const ALIKE: f64 = 0.97;
 /// The degrees that are compared: every lighting holds them, and a turn changes them least.
 const DEGREES: usize = 3;
 
-/// The warning, if an environment and the lighting of a reflection, lamps included, differ by more than a
-/// window makes them differ.
+/// Returns the warning, if an environment and the lighting of a reflection, lamps included, differ by more
+/// than a window makes them differ.
 pub(crate) fn difference(environment: &Environment, reflection: &Reflection) -> Option<String> {
     let degree = Degree::new(DEGREES.min(reflection.lighting().degree().get())).ok()?;
     let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();

@@ -51,7 +51,7 @@ impl Parameter for FillName {
     }
 }
 
-/// What a picture shows: where its pixels lie, what that is in words, and how the light is turned.
+/// The places of a picture's pixels, their description in words, and the turn of its light.
 #[derive(Clone, Debug)]
 pub(crate) struct Shown {
     pub(crate) coverage: Coverage,
@@ -65,7 +65,7 @@ impl Shown {
         Self { coverage: layout.into(), turn: Rotation::IDENTITY, what: String::new() }
     }
 
-    /// What the picture of a file shows: what the manifest says, or else the file.
+    /// The layout and turn of a file's picture: as the manifest says, or else the file.
     ///
     /// # Errors
     /// If the manifest says nothing, and what the file says is unclear.
@@ -119,7 +119,7 @@ impl Shown {
         }
     }
 
-    /// Says what a part lacks, and what took its place.
+    /// Reports the part of the sphere that a picture lacks, and the light that took its place.
     pub(crate) fn report(&self, part: &Part, fill: Fill, context: &Context<'_>) {
         let what = &self.what;
         let missing = part.missing();

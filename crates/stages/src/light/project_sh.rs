@@ -30,8 +30,8 @@
 //!
 //! ## Choosing a degree
 //!
-//! A `tolerance` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations 5.15
-//! and 5.16), of the whole light:
+//! A `tolerance` takes the least degree F that holds 1 - `tolerance` of the energy
+//! [Ram02, eqs. 5.15 and 5.16], of the whole light:
 //!
 //! > sum over l <= F, m of L_lm^2 >= (1 - tolerance) * integral of L(w)^2 dw
 //!
@@ -278,7 +278,7 @@ impl Kind for ProjectSh {
     }
 }
 
-/// An environment, and what its pixels are.
+/// An environment, and the meaning of its pixels.
 struct Pixels<'a> {
     environment: &'a Environment,
     quadrature: Quadrature,

@@ -79,18 +79,18 @@ impl Parameters {
         Rotation::from_quaternion(x, y, z, w).unwrap_or(Rotation::IDENTITY)
     }
 
-    /// Yaw, pitch and roll, in degrees.
+    /// The yaw, pitch and roll, in degrees.
     pub(crate) fn angles(&self) -> [f64; 3] {
         [self.yaw, self.pitch, self.roll]
     }
 
-    /// What is given instead of angles: [x, y, z, w].
+    /// The quaternion [x, y, z, w] that is given instead of angles.
     pub(crate) fn quaternion(&self) -> Option<[f64; 4]> {
         self.quaternion.map(|Quaternion(quaternion)| quaternion)
     }
 }
 
-/// How a stage turns the lighting that arrives; the identity if the stage is of another kind.
+/// The turn that a stage gives to the lighting that arrives; the identity if the stage is of another kind.
 pub(crate) fn turn_of(stage: &Stage) -> Rotation {
     match stage.kind.name() {
         Rotate::NAME => parameters_of(stage).rotation(),
@@ -122,7 +122,7 @@ impl Kind for Rotate {
         vec![Port::one::<artifacts::Lighting>("lighting").or::<artifacts::Environment>()]
     }
 
-    /// The same type as arrives.
+    /// Returns the type of the artifact that arrives.
     fn product(_: &Parameters, types: &[(&str, &'static str)]) -> Product {
         let arrives = types.iter().find(|(port, _)| *port == "lighting").map(|(_, arrives)| *arrives);
         Product::Artifact(arrives.unwrap_or(artifacts::Lighting::TYPE))

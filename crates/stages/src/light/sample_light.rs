@@ -65,10 +65,10 @@ choice! {
     }
 }
 
-/// The most lights.
+/// The most lights of a rig.
 const MOST: usize = 4096;
 
-/// The most that `count = "auto"` tries.
+/// The most lights that `count = "auto"` tries.
 const MOST_TRIED: u32 = 1024;
 
 /// The tolerance of `count = "auto"`.

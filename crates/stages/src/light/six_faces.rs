@@ -17,11 +17,11 @@ struct Family {
     /// The words of the six files: by axes in the order of [`Face::ALL`], otherwise right, left, up, down,
     /// front, back. Specula writes the first word of each of the first family.
     words: [&'static [&'static str]; 6],
-    /// Which file is each face of [`Face::ALL`], the likeliest arrangement first.
+    /// The arrangements of the files on the faces of [`Face::ALL`], the likeliest first.
     arrangements: &'static [[usize; 6]],
 }
 
-/// The right of the front is the right.
+/// The arrangement in which the right of the front is the right.
 const INSIDE: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
 /// The right of the front is called left: Unity's skybox of six sides, whose front is +Z and whose left is +X
@@ -71,7 +71,7 @@ const EXTENSIONS: [&str; 12] =
 pub(crate) struct FaceName {
     pub(crate) prefix: String,
     pub(crate) extension: String,
-    /// The position in [`FAMILIES`], and that of the word there.
+    /// The position of the family in [`FAMILIES`], and that of the word there.
     family: usize,
     file: usize,
     /// Whether a letter stands before the word: `group.hdr` is not "up", but `desertup.hdr` is if all six are
@@ -148,8 +148,8 @@ impl FaceFiles {
     }
 }
 
-/// How little the edges of six pictures meet, from 0 to 1: the mean of |a - b| / (a + b) over neighbouring
-/// texels on both sides of the twelve edges.
+/// The disagreement of the edges of six pictures, from 0 to 1: the mean of |a - b| / (a + b) over
+/// neighbouring texels on both sides of the twelve edges.
 fn mismatch(images: &[Image; 6], arrangement: [usize; 6]) -> f64 {
     let edge = images[0].width();
     if edge < 2 {

@@ -86,10 +86,10 @@ parameters! {
     }
 }
 
-/// Windows from the weakest on.
+/// The windows that are tried, from the weakest on.
 const WINDOWS: [(&str, sh::Window); 2] = [("lanczos", sh::Window::Lanczos), ("hanning", sh::Window::Hanning)];
 
-/// Stops that a ring may have before it is worth a warning.
+/// The error in stops that a ring may have before it is worth a warning.
 const RING: f64 = 0.1;
 
 /// The share of samples that may be below zero.
@@ -280,12 +280,12 @@ fn warn_of_rings(
     Ok(())
 }
 
-/// How far an error is past the limits.
+/// The measure by which an error is past the limits.
 fn score(error: &CutError) -> f64 {
     (error.p95 / RING).max(error.negative / NEGATIVE)
 }
 
-/// `28 % of the views turn black, and 5 % are off by more than 0.45 stops`: what shows of an error.
+/// Says what shows of an error: `28 % of the views turn black, and 5 % are off by more than 0.45 stops`.
 fn told(error: &CutError) -> String {
     let black =
         (error.negative > NEGATIVE).then(|| format!("{} of the views turn black", about(error.negative)));
@@ -298,7 +298,7 @@ fn told(error: &CutError) -> String {
     }
 }
 
-/// What a cut at the chosen degrees loses, and what is not cut.
+/// Says what a cut at the chosen degrees loses, and what is not cut.
 fn lost(cut: &Cut, reflection: &Reflection) -> String {
     let beside = match reflection.lamps().map_or(0, |lamps| lamps.lights.len()) {
         0 => String::new(),

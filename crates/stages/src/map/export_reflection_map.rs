@@ -8,11 +8,11 @@
 //! ## Materials that change with the view
 //!
 //! A plain map has one value for each central direction. For a material whose highlight changes with the view
-//! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is
-//! viewed straight on (the view, the normal and the reflection vector are one; a kajiya-kay material is
-//! looked up by the tangent, and the view is at a right angle to it). The share of the
-//! reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a warning.
-//! `export-shrm` keeps it.
+//! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what the material itself, not its
+//! series, shows when the surface is viewed straight on (the view, the normal and the reflection vector are
+//! one; a kajiya-kay material is looked up by the tangent, and the view is at a right angle to it). The share
+//! of the reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a
+//! warning. `export-shrm` keeps it.
 //!
 //! ## Two maps
 //!
@@ -186,10 +186,10 @@ fn files(
     pictures.files(pixels, context)
 }
 
-/// Stops at 5 % of the views from which a loss is a warning.
+/// The loss in stops at 5 % of the views from which it is a warning.
 const SHOWS: f64 = 0.1;
 
-/// Says what one map of both parts loses.
+/// Notes what one map of both parts loses.
 fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) {
     let dark = DARK * reflection.light_mean();
     let lost = reflection.plain_samples(plain).error(&reflection.samples(), dark);

@@ -11,7 +11,7 @@
 //! Y_pq are real harmonics, orthonormal, without the Condon-Shortley phase, in row p*p + p + q. In a *local*
 //! map w is the view in the frame of the texel, w = R^-1 V, R = R_z(phi) R_y(theta) of the texel's own
 //! direction; most materials need few coefficients there, those without azimuth only the P + 1 with q = 0. In
-//! a *global* map (equation 8) w is V itself: it takes more storage and less work in a shader.
+//! a *global* map [RH02, eq. 8] w is V itself: it takes more storage and less work in a shader.
 //!
 //! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
 //! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an

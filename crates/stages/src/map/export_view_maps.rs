@@ -2,8 +2,8 @@
 //!
 //! Each map is a plain reflection map for one view, so a renderer without spherical harmonics can show a
 //! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and Hanrahan
-//! 2002, section 5.2 and appendix C). It is the largest of the exports: T x T maps, compared with the (P+1)^2
-//! coefficients of `export-shrm`.
+//! 2002; [RH02, sec. 5.2 and app. C]). It is the largest of the exports: T x T maps, compared with the
+//! (P+1)^2 coefficients of `export-shrm`.
 //!
 //! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and phi_k
 //! = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly,
@@ -14,7 +14,7 @@
 //! | `view` | the views are | |
 //! | --- | --- | --- |
 //! | `global` | V in the world | each map is smooth over the sphere: look up the maps around V with one central direction |
-//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of the paper; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
+//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of [RH02, sec. 3.2]; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
 //! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =

@@ -165,7 +165,7 @@ fn check(source: &Path, context: &Context<'_>) -> Result<(), Failure> {
 
 /// The size of the map in a picture; `None` for a texture.
 fn check_file(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Option<[usize; 2]>, Failure> {
-    /// As many bytes as tell a texture from a picture.
+    /// The number of bytes that tell a texture from a picture.
     const SIGNATURE: u64 = 64;
     let mut opened = context.open(Path::new(file))?;
     let mut bytes = Vec::new();
@@ -273,7 +273,7 @@ struct Opened {
 
 /// Maps of one size, one after the other.
 struct Maps {
-    /// Columns and rows; of a cube, those of a face.
+    /// The columns and rows of a map; of a cube, those of a face.
     size: [usize; 2],
     pixels: Vec<[f32; 3]>,
 }

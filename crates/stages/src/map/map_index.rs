@@ -13,10 +13,10 @@ use sphere::{DVec3, Direction, from_file, to_file};
 /// The member `format` of every index.
 const FORMAT: &str = "explicit-reflection-maps";
 
-/// The member `version`.
+/// The member `version` of every index.
 const VERSION: u32 = 1;
 
-/// How a file holds the sphere of central directions.
+/// The form in which a file holds the sphere of central directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum FileLayout {
@@ -28,7 +28,7 @@ pub(crate) enum FileLayout {
     Sphere,
 }
 
-/// What distinguishes the maps.
+/// The kind of views, or angles, that distinguish the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Views {
@@ -40,7 +40,6 @@ pub(crate) enum Views {
     Angles,
 }
 
-/// The names of [`Centre`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum CentreName {
@@ -105,38 +104,38 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// A map in a file of its own.
+    /// Makes the entry of a map in a file of its own.
     pub(crate) fn of_file(file: &str) -> Self {
         Self { file: file.into(), ..Self::default() }
     }
 
-    /// The same, in one layer of an array texture.
+    /// Returns the entry with the layer of an array texture that holds its map.
     pub(crate) fn in_layer(self, layer: Option<usize>) -> Self {
         Self { layer, ..self }
     }
 
-    /// The same, in one slice of a volume.
+    /// Returns the entry with the slice of a volume that holds its map.
     pub(crate) fn in_slice(self, slice: Option<usize>) -> Self {
         Self { slice, ..self }
     }
 
-    /// The same, for an angle between central direction and view, in radians.
+    /// Returns the entry with the angle between central direction and view, in radians.
     pub(crate) fn at_angle(self, angle: f64) -> Self {
         Self { theta_o: Some(angle), ..self }
     }
 
-    /// The same, for a view in the world.
+    /// Returns the entry with its view in the world.
     pub(crate) fn seen_from(self, view: Direction) -> Self {
         let [view, view_file] = both_frames(view);
         Self { view, view_file, ..self }
     }
 
-    /// The same, for a view in the texel's frame, which has no second form.
+    /// Returns the entry with its view in the texel's frame, which has no second form.
     pub(crate) fn seen_from_local(self, view: Direction) -> Self {
         Self { view: Some(view.vector().to_array()), ..self }
     }
 
-    /// The same, a sphere map with these axes: right, up, view.
+    /// Returns the entry as a sphere map with these axes: right, up, view.
     pub(crate) fn with_axes(self, [right, up, _]: [Direction; 3]) -> Self {
         let ([right, right_file], [up, up_file]) = (both_frames(right), both_frames(up));
         Self { right, right_file, up, up_file, ..self }
@@ -183,7 +182,7 @@ impl Entry {
         Ok([right, Direction::normalised(view.vector().cross(right.vector())), view])
     }
 
-    /// A direction in either frame; `None` if it is not given.
+    /// Takes a direction from whichever frame it is given in; `None` if it is not given.
     fn direction(
         &self,
         name: &str,
@@ -227,7 +226,7 @@ pub(crate) struct NewIndex {
     pub(crate) layout: FileLayout,
     pub(crate) resolution: usize,
     pub(crate) degree: usize,
-    /// How a renderer looks up a value in a map, and between maps.
+    /// The way in which a renderer looks up a value in a map, and between maps.
     pub(crate) lookup: String,
     pub(crate) interpolation: String,
     pub(crate) maps: Vec<Entry>,
@@ -276,7 +275,7 @@ const FRAME: &str = "view, right and up: right-handed, +Z up, the centre of a la
                      view_file, right_file and up_file: right-handed, +Y up, the image's centre along +Z: \
                      (x, y, z) = (y, z, x) of the first";
 
-/// How to look up a direction of the first frame.
+/// Says how to look up a direction of the first frame.
 pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
     match layout {
         FileLayout::LatLong => {

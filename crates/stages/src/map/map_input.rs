@@ -30,13 +30,13 @@ pub(crate) const ERROR: f64 = 0.01;
 /// a map that arrives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MapInput {
-    /// Default: a cube.
+    /// The layout of the map; by default a cube.
     pub(crate) layout: Option<MapLayout>,
-    /// Default: `"auto"`.
+    /// The resolution of the map; by default `"auto"`.
     pub(crate) resolution: Option<Resolution>,
-    /// Default: [`ERROR`].
+    /// The error of interpolation for `"auto"`; by default [`ERROR`].
     pub(crate) error: Option<f64>,
-    /// Default: local.
+    /// The frame of the views; by default local.
     pub(crate) view: Option<View>,
     /// Whether a reflection's lamps are in the map.
     pub(crate) lamps: LampsName,
@@ -136,7 +136,7 @@ impl MapInput {
         (grid, error_note, missed)
     }
 
-    /// What makes a map smooth enough.
+    /// Advises how to make a map smooth enough.
     fn remedy(&self, reflection: &Reflection) -> &'static str {
         match (self.lamps, reflection.lamps()) {
             (LampsName::Baked, Some(_)) => {

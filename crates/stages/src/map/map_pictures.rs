@@ -35,7 +35,7 @@ choice! {
     }
 }
 
-/// How a map is written as pictures.
+/// The settings of a map that is written as pictures.
 pub(crate) struct MapPictures {
     pub(crate) layout: Layout,
     /// Rows of a lat-long map; texels along the edge of a cube's face.
@@ -43,7 +43,7 @@ pub(crate) struct MapPictures {
     pub(crate) format: PictureFormat,
     pub(crate) precision: PrecisionName,
     pub(crate) overflow: Overflow,
-    /// Stops, for PNG only.
+    /// The exposure in stops, for PNG only.
     pub(crate) exposure: f64,
 }
 

@@ -43,7 +43,7 @@ impl MapSource {
         Some(reflection.0.parts()?.each_ref().map(part))
     }
 
-    /// The files of its maps: see [`parts::export`].
+    /// Writes the files of the source's maps: see [`parts::export`].
     pub(crate) fn export(
         &self,
         parts: PartsName,
@@ -56,7 +56,7 @@ impl MapSource {
         parts::export(parts, self, self.parts(), context, write)
     }
 
-    /// The degree in the view, P.
+    /// The degree P in the view.
     pub(crate) fn p(&self) -> usize {
         match self {
             Self::Reflection(reflection) => reflection.0.brdf().p().get(),
@@ -73,8 +73,8 @@ impl MapSource {
         }
     }
 
-    /// Pixels as a file has them: what a cut at degrees that were chosen for this light leaves below zero is
-    /// black.
+    /// Makes pixels as a file has them: what a cut at degrees that were chosen for this light leaves below
+    /// zero is black.
     pub(crate) fn finished(&self, mut pixels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
         if matches!(self, Self::Reflection(reflection) if reflection.0.is_for_light()) {
             pixels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
@@ -127,7 +127,6 @@ impl MapSource {
     }
 }
 
-/// A grid as text.
 fn grid_text(grid: MapGrid) -> String {
     match grid {
         MapGrid::LatLong(LatLong { width, height }) => format!("lat-long {width} x {height}"),

@@ -213,7 +213,7 @@ impl Kind for Prefilter {
     }
 }
 
-/// What is wrong with a list of roughnesses beside a preset.
+/// Says what is wrong with a list of roughnesses beside a preset.
 fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
     match (preset.roughness(resolution), preset.size_with(roughness.len())) {
         (Ok(levels), Some(size)) if levels.len() != roughness.len() => format!(
@@ -227,7 +227,7 @@ fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
     }
 }
 
-/// What the build says of a level.
+/// The note of the build about a level.
 fn level_note(l: usize, level: &PrefilteredLevel) -> String {
     let method = match level.method {
         LevelMethod::Resampled => "the environment, averaged over each texel".to_owned(),
@@ -246,7 +246,7 @@ fn level_note(l: usize, level: &PrefilteredLevel) -> String {
     text
 }
 
-/// What can be done about an error.
+/// Says what can be done about an error.
 fn failure(error: PrefilterError) -> Failure {
     let help = match error {
         PrefilterError::DegreeTooLow { .. } => {

@@ -85,13 +85,13 @@ use crate::values::{MOST, Overflow, PrecisionName, STOPS, artifacts, percent};
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Viewer {
-    /// Straight above each surface.
+    /// The viewer is straight above each surface.
     HeadOn,
-    /// A distant viewer: +X turned by yaw and pitch, in degrees.
+    /// The viewer is distant: +X turned by yaw and pitch, in degrees.
     Far {
-        /// About +Z, after the pitch.
+        /// The yaw about +Z, after the pitch.
         yaw: f64,
-        /// About +Y; positive lowers +X.
+        /// The pitch about +Y; positive lowers +X.
         pitch: f64,
     },
 }
@@ -129,7 +129,7 @@ impl Parameter for Viewer {
     }
 }
 
-/// How the integral is computed.
+/// The way in which the integral is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     /// The sum over all texels of the environment.
@@ -151,7 +151,8 @@ choice! {
 /// The most directions at a texel.
 const MOST_SAMPLES: usize = 1 << 20;
 
-/// Directions at a texel, unless a number is given: about as many as take as long as their preparation.
+/// The number of directions at a texel, unless one is given: about as many as take as long as their
+/// preparation.
 const SAMPLES: usize = 512;
 
 parameters! {
@@ -315,7 +316,7 @@ fn by_bands<T>(
     Ok(texels)
 }
 
-/// Notes what was summed over.
+/// Notes the sizes of the grids that were summed over.
 fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
     let from = averaged(used, whole);
     let width = reference.width();
@@ -332,7 +333,7 @@ fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usiz
     ));
 }
 
-/// Notes what was sampled, and how exact it is.
+/// Notes the size of the samples, and how exact they are.
 fn note_errors(
     used: LatLong,
     whole: LatLong,
@@ -360,7 +361,7 @@ fn note_errors(
     ));
 }
 
-/// How an environment became smaller, if it did.
+/// Says how an environment became smaller, if it did.
 fn averaged(used: LatLong, whole: LatLong) -> String {
     if used == whole { String::new() } else { format!(", averaged from {} x {}", whole.width, whole.height) }
 }

@@ -19,7 +19,8 @@ const SCALE: Parameter = Parameter {
     absent: Absent::Default(1.0),
 };
 
-/// Why the parameters of a file cannot be edited, by its name; `None` if the name says nothing against it.
+/// The reason why the parameters of a file cannot be edited, by its name; `None` if the name says nothing
+/// against it.
 pub fn why_not_editable(file: &Path) -> Option<String> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let reason = if is_gltf_file(&name) {

@@ -23,7 +23,7 @@ pub(crate) const MEASURED: &str = "measured";
 pub(crate) const LAYERS: &str = "layers";
 pub(crate) const GLTF: &str = "gltf";
 
-/// How deep layers may be nested: the JSON reader of material artifacts limits the depth to about 60.
+/// The depth to which layers may be nested: the JSON reader of material artifacts limits it to about 60.
 const DEEPEST: usize = 32;
 
 /// A material, and notes on its files.
@@ -34,7 +34,7 @@ pub struct MaterialFile {
     /// Notes on measured files (values that were missing, out of gamut or interpolated) and on textures that
     /// were averaged.
     pub notes: Vec<String>,
-    /// What a glTF file says of the material and is not read.
+    /// The statements of a glTF file about the material that are not read.
     pub warnings: Vec<String>,
 }
 
@@ -57,11 +57,11 @@ pub fn read_material(
     read_with(name, bytes, choice, Access::Whole(read))
 }
 
-/// How the files that a material file names are read.
+/// The way in which the files that a material file names are read.
 #[derive(Clone, Copy)]
 enum Access<'a> {
     Whole(&'a ReadFile<'a>),
-    /// For a check: what stands for such a file in the material does not matter.
+    /// For a check: the material that stands for such a file does not matter.
     Headers(&'a Open<'a>),
 }
 
@@ -188,7 +188,7 @@ struct Reader<'a> {
     errors: Vec<Diagnostic>,
     notes: Vec<String>,
     warnings: Vec<String>,
-    /// How many layers the current one is nested in.
+    /// The number of layers that the current one is nested in.
     depth: usize,
 }
 
@@ -349,7 +349,7 @@ impl Reader<'_> {
         None
     }
 
-    /// `layers = [{ model = "...", ... }, ...]`.
+    /// Reads `layers = [{ model = "...", ... }, ...]`.
     fn layers(&mut self, table: &Table) -> Option<Material> {
         unknown_keys(table, &[LAYERS.to_owned()], &mut self.errors);
         const EXPECTED: &str = "an array of tables { model, ... }";
@@ -385,7 +385,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `file`, `format` and `scale`.
+    /// Reads `file`, `format` and `scale`.
     fn measured(&mut self, table: &Table) -> Option<Material> {
         let before = self.errors.len();
         unknown_keys(table, &["file", "format", "scale"].map(str::to_owned), &mut self.errors);
@@ -426,7 +426,7 @@ impl Reader<'_> {
         scaled.map_err(|error| self.errors.push(Diagnostic::at(place(&error, table), error.to_string()))).ok()
     }
 
-    /// `file` and `material`.
+    /// Reads `file` and `material`.
     fn gltf(&mut self, table: &Table) -> Option<Material> {
         let before = self.errors.len();
         unknown_keys(table, &["file", "material"].map(str::to_owned), &mut self.errors);

@@ -9,7 +9,7 @@
 //! rho_lpq is real and the same for q and -q, because materials are isotropic: an anisotropic material is
 //! replaced by its mean over all turns about the normal, with a warning; `tabulate-brdf` keeps its direction.
 //!
-//! The integrals (paper 1, equation 13 and appendix C; thesis, equation 5.22)
+//! The integrals ([RH02, eq. 13 and app. C]; [Ram02, eq. 5.22])
 //!
 //! > rho_lpq = 2 pi * integral of rho_hat f_lq(theta_i) f_pq(theta_o) cos(q phi) sin(theta_i) sin(theta_o)
 //!
@@ -26,11 +26,11 @@
 //! hold.
 //!
 //! `degree = [F, P]` sets the degrees for every light. `tolerance` is the share of the energy, the integral
-//! of rho_hat squared over all directions, that may be lost (thesis, equations 5.17 and 5.18): P is lowered
-//! as far as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS
-//! error of 17 % under one small lamp, and less under soft light. A `report` finds the degrees for the error
-//! that you accept. The build notes the degrees, the energy that they hold, and how much of it each p adds.
-//! If P is too low, a map cannot show how a highlight changes toward grazing views.
+//! of rho_hat squared over all directions, that may be lost [Ram02, eqs. 5.17 and 5.18]: P is lowered as far
+//! as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS error of
+//! 17 % under one small lamp, and less under soft light. A `report` finds the degrees for the error that you
+//! accept. The build notes the degrees, the energy that they hold, and how much of it each p adds. If P is
+//! too low, a map cannot show how a highlight changes toward grazing views.
 //!
 //! | material, `tolerance = 0.03` | F | P |
 //! | --- | --- | --- |
@@ -116,7 +116,7 @@ choice! {
 }
 
 impl PartName {
-    /// That part of a material; `None` if it has no such part.
+    /// Returns this part of a material; `None` if it has no such part.
     fn of(self, material: &Material) -> Option<Material> {
         match self {
             Self::All => Some(material.clone()),
@@ -142,10 +142,10 @@ parameters! {
     }
 }
 
-/// Past this share of the energy the two rules of quadrature differ enough to say so.
+/// The share of the energy past which the difference of the two rules of quadrature is told.
 const UNCERTAIN: f64 = 0.02;
 
-/// At most this many p are listed one by one.
+/// The most p that are listed one by one.
 const MOST_TOLD: usize = 13;
 
 /// `degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %`

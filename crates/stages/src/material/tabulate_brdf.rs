@@ -100,7 +100,7 @@ parameters! {
 /// The number of materials of which one parameter varies.
 const COUNT: usize = 5;
 
-/// Past this share of the greatest coefficient, the error is worth a warning.
+/// The share of the greatest coefficient past which the error is worth a warning.
 const UNCERTAIN: f64 = 2e-3;
 
 /// The kind `tabulate-brdf`.
@@ -203,7 +203,7 @@ fn materials(parameters: &Parameters, context: &Context<'_>) -> Result<Vec<Mater
     }
 }
 
-/// The material with another value of a parameter of its model, or of the only layer that has it.
+/// Returns the material with another value of a parameter of its model, or of the only layer that has it.
 fn with(material: &Material, name: &str, value: f64) -> Result<Material, Failure> {
     let mut layers: Vec<Material> = material.leaves().into_iter().cloned().collect();
     let numbers = |material: &Material| -> Vec<&'static str> {

@@ -91,7 +91,7 @@ parameters! {
     }
 }
 
-/// What the coefficients in the file are; the text of `extras`.
+/// The description of the coefficients in the file, the text of `extras`.
 const BASIS: &str = "real orthonormal spherical harmonics without Condon-Shortley phase, row l*l + l + m, of \
                      the directions (x, y, z) = (z, x, y) of this file: +Z is up";
 
@@ -203,7 +203,7 @@ fn exposure(parameters: &Parameters, context: &Context<'_>) -> Result<f64, Failu
     Ok(usual.stops + parameters.exposure)
 }
 
-/// `COLOR_0` and `_RADIANCE`.
+/// Makes the attributes `COLOR_0` and `_RADIANCE`.
 fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexAttribute; 2] {
     let values = radiance.as_flattened().to_vec();
     let exposed = values.iter().map(|value| f64::from(*value) * math::exp2(stops));
@@ -250,13 +250,13 @@ fn vectors(transfer: &StoredTransfer) -> Option<Vec<VertexAttribute>> {
 
 /// The light of the mesh's surroundings.
 enum Light {
-    /// The same everywhere.
+    /// The light is the same everywhere.
     Distant(Expansion),
-    /// Another at each place.
+    /// The light is another at each place.
     Near(LightField),
 }
 
-/// What is connected as `lighting`.
+/// The light that is connected as `lighting`.
 fn vertex_light(context: &Context<'_>) -> Result<Option<Light>, Failure> {
     if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
         let field = context.get::<artifacts::LightField>("lighting")?;

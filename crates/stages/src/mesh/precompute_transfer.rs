@@ -245,7 +245,7 @@ impl Kind for PrecomputeTransfer {
     }
 }
 
-/// The table of what reflects light, if anything does.
+/// Makes the table of the materials that reflect light, if any do.
 fn reflecting(
     parameters: &Parameters,
     output: Degree,
@@ -277,7 +277,7 @@ fn reflecting(
     }
 }
 
-/// What is baked.
+/// The mesh, directions and degrees of a bake.
 struct Scene<'a> {
     frames: &'a Frames,
     occluders: &'a Occluders,

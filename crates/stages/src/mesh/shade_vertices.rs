@@ -165,14 +165,14 @@ impl Kind for ShadeVertices {
     }
 }
 
-/// The directions over a disk at which light without shadows is taken.
+/// The number of directions over a disk at which light without shadows is taken.
 const UNSHADOWED: usize = 16;
 
 /// Light as a series.
 enum Soft {
-    /// The same for all vertices.
+    /// The light is the same for all vertices.
     Distant(Expansion),
-    /// Blended at each vertex.
+    /// The light is blended at each vertex.
     Near(LightField),
 }
 
@@ -234,7 +234,7 @@ fn shade_soft(
     found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))
 }
 
-/// Notes that what has the higher degree is cut to the lower.
+/// Notes that the one of higher degree is cut to the lower.
 fn note_cut(context: &Context<'_>, a: (&str, Degree), b: (&str, Degree)) {
     let ((low, least), (high, most)) = if a.1 <= b.1 { (a, b) } else { (b, a) };
     if least < most {

@@ -74,7 +74,7 @@ const BALL_EDGES: [usize; 2] = [32, 160];
 /// Past this P a texel has so many coefficients that the edge is at most [`MANY_EDGE`].
 const FEW: usize = 4;
 
-/// See [`FEW`].
+/// The largest edge of the cube for a P above [`FEW`].
 const MANY_EDGE: usize = 64;
 
 /// The kind `contact-sheet`.
@@ -218,8 +218,8 @@ fn material(
     Ok(MaterialPictures { name, detail, field, lamps: reflection.lamps().cloned(), map })
 }
 
-/// What distinguishes an item on a sheet: the stems of the keys that are not the sheet's own. If there are
-/// several, each has its stage.
+/// The name by which an item differs from others on a sheet: the stems of the keys that are not the sheet's
+/// own. If there are several, each has its stage.
 fn name(own: &ItemKey, key: &ItemKey) -> String {
     let rest: Vec<_> = key.iter().filter(|(stage, _)| own.get(stage).is_none()).collect();
     match rest.as_slice() {

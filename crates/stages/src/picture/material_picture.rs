@@ -26,17 +26,17 @@ const LOBES: usize = 680;
 const ALBEDO: usize = 480;
 /// The height of every panel.
 const PANEL: usize = WIDTH - 2 * (MARGIN + GUTTER) - LOBES - ALBEDO;
-/// The panels of the first row start below the title.
+/// The height above the first row of panels, which the title takes.
 const HEAD: usize = 126;
-/// A name and a line of detail above each panel.
+/// The height of a name and a line of detail above each panel.
 const CAPTION: usize = 52;
 const ROW_GAP: usize = 34;
 
-/// What one row shows.
+/// The plane and the texts of one row of panels.
 struct Row {
     /// The azimuth of the plane of the plots about the normal, from the tangent, in radians.
     azimuth: f64,
-    /// Follows the names of the plots.
+    /// The text that follows the names of the plots.
     plane: &'static str,
     /// The detail of the ball.
     tangent: &'static str,

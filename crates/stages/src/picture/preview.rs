@@ -247,7 +247,7 @@ parameters! {
     }
 }
 
-/// Angles: any number of turns, as long as fractions of a degree stay exact.
+/// The range of angles: any number of turns, as long as fractions of a degree stay exact.
 const DEGREES: RangeInclusive<f64> = -1e6..=1e6;
 
 /// The most pixels of all frames together: 192 MiB of codes, and as much again if they become a strip.
@@ -328,7 +328,7 @@ impl Kind for Preview {
         check(parameters)
     }
 
-    /// What a device draws is like what others draw, and not the same.
+    /// Whether the picture is the same everywhere: devices draw pictures that are alike, and not the same.
     fn is_shared(parameters: &Parameters) -> bool {
         parameters.backend == Backend::Cpu
     }
@@ -521,7 +521,7 @@ fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> S
     }
 }
 
-/// `95 % within 0.03 stops, 99 % within 0.12; RMS 4.5 %`: the error of a picture.
+/// Says the error of a picture: `95 % within 0.03 stops, 99 % within 0.12; RMS 4.5 %`.
 fn said([p95, p99, rms]: [f64; 3], most: &str) -> String {
     format!("95 % within {p95:.2} stops, 99 % within {p99:.2}; RMS {}{most}", percent(rms))
 }

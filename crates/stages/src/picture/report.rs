@@ -180,7 +180,7 @@ parameters! {
     }
 }
 
-/// Stops that may be accepted.
+/// The range of the errors in stops that may be accepted.
 const ACCEPT: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Included(3.0));
 
 impl Parameters {
@@ -359,14 +359,14 @@ fn note(report: &Report, context: &Context<'_>) {
 
 /// The reflections that are compared.
 struct Reflections {
-    /// Those that are connected.
+    /// The reflections that are connected.
     all: Vec<(ItemKey, Arc<artifacts::Reflection>)>,
-    /// If none are: the degrees, if they are given.
+    /// The given degrees, if any, for reflections that are not connected.
     choice: Option<Choice>,
 }
 
 impl Reflections {
-    /// That of a pair.
+    /// Returns the reflection of a pair.
     fn of(
         &self,
         lit: &Lit<'_>,

@@ -29,7 +29,7 @@ pub(crate) const MAP: LatLong = LatLong::with_rows(layout::BALL);
 /// The edge of a ball's picture: for each row it asks whether to stop.
 pub(crate) const BALL: usize = layout::BALL;
 
-/// `exposure −2.4 stops from the log-average`, and how much of that was asked for.
+/// Describes an exposure: `exposure −2.4 stops from the log-average`, and how much of that was asked for.
 pub(crate) fn described(usual: Exposure, more: f64) -> String {
     let asked = if more == 0.0 { String::new() } else { format!(", {} of them as given", stops(more)) };
     format!("exposure {} from the {}{asked}", stops(usual.stops + more), usual.basis.name())
@@ -39,12 +39,12 @@ pub(crate) fn described(usual: Exposure, more: f64) -> String {
 pub(crate) struct Sheet<'a> {
     /// The headline.
     pub(crate) title: String,
-    /// Facts on the line below.
+    /// The facts on the line below the headline.
     pub(crate) subtitle: String,
     pub(crate) environment: &'a Environment,
     pub(crate) lighting: Option<Harmonics>,
     pub(crate) materials: Vec<MaterialPictures>,
-    /// Stops.
+    /// The exposure in stops.
     pub(crate) exposure: f64,
     pub(crate) tone: ToneMap,
     /// Whether nobody wants the picture any more: then the rest of it stays black.
@@ -55,14 +55,14 @@ pub(crate) struct Sheet<'a> {
 pub(crate) struct Harmonics {
     /// The energy of each degree, as a fraction of the environment's.
     pub(crate) energies: Vec<f64>,
-    /// Ascending.
+    /// The reconstructions, of ascending degree.
     pub(crate) reconstructions: Vec<Reconstruction>,
 }
 
 /// An environment reconstructed from its harmonics up to a degree.
 pub(crate) struct Reconstruction {
     pub(crate) degree: usize,
-    /// The fraction of the environment's energy.
+    /// The fraction of the environment's energy that the reconstruction holds.
     pub(crate) captured: f64,
     pub(crate) map: Environment,
 }
@@ -81,7 +81,7 @@ pub(crate) struct MaterialPictures {
 
 /// A finished picture: 8-bit sRGB.
 pub struct Picture {
-    /// Pixels of a row.
+    /// The number of pixels of a row.
     pub width: usize,
     /// The number of rows.
     pub height: usize,
@@ -172,7 +172,7 @@ impl Sheet<'_> {
     }
 }
 
-/// A headline at the left, a note at the right, above a rule.
+/// Draws a headline at the left, a note at the right, above a rule.
 fn headline(canvas: &mut Canvas, section: Section, text: &str, note: &str) {
     let width = theme::SECTION.draw(canvas, section.title, Align::Left, text).ceil() as usize;
     let rest = Rect::new(
@@ -185,8 +185,8 @@ fn headline(canvas: &mut Canvas, section: Section, text: &str, note: &str) {
     canvas.fill(section.rule, theme::RULE);
 }
 
-/// A name with a fact at its right, and a line below. A long name is shortened for the fact, down to half the
-/// line.
+/// Draws a name with a fact at its right, and a line below. A long name is shortened for the fact, down to
+/// half the line.
 fn caption(canvas: &mut Canvas, lines: [Rect; 2], name: &str, fact: &str, below: &str) {
     const GAP: usize = 16;
     let [first, second] = lines;

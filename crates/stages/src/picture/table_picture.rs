@@ -1,8 +1,8 @@
 //! Draws a BRDF table, for `specula inspect`: each coefficient over the views, and the energy of each degree.
 //!
-//! The arrangement is that of figure 2 of Kautz, Sloan and Snyder (2002): a row for each degree with its
-//! coefficients, red where they are positive and blue where they are negative, and below them the squares of
-//! each degree, summed. Each square is the map of views of the table, cut off at the horizon.
+//! The arrangement is that of [KSS02, fig. 2]: a row for each degree with its coefficients, red where they
+//! are positive and blue where they are negative, and below them the squares of each degree, summed. Each
+//! square is the map of views of the table, cut off at the horizon.
 
 use std::cmp::Ordering;
 
@@ -14,16 +14,16 @@ use super::sheet::{Picture, percent, theme};
 /// The width of the picture.
 const WIDTH: usize = 1680;
 const MARGIN: usize = 40;
-/// The first row starts below the title.
+/// The height above the first row, which the title takes.
 const HEAD: usize = 126;
-/// The gap between maps, and the room for a row's name at its left.
+/// The gap between maps; [`LABEL`] is the room for a row's name at its left.
 const GAP: usize = 6;
 const LABEL: usize = 130;
 /// The largest edge of a map, and the edge of those of the energy.
 const LARGEST: usize = 150;
 const CAPTION: usize = 30;
 
-/// What is drawn of one material of a table.
+/// The maps that are drawn of one material of a table.
 struct Maps<'a> {
     table: &'a BrdfTable,
     q: usize,
@@ -61,7 +61,7 @@ impl<'a> Maps<'a> {
         &self.table.values()[first + row * self.table.channels()..][..self.table.channels()]
     }
 
-    /// The mean of the channels.
+    /// A coefficient in the mean of the channels.
     fn coefficient(&self, texel: usize, row: usize) -> f64 {
         let channels = self.channels(texel, row);
         channels.iter().map(|value| f64::from(*value)).sum::<f64>() / channels.len() as f64
@@ -160,7 +160,7 @@ fn draw(canvas: &mut Canvas, top: usize, [edge, energy_edge]: [usize; 2], maps: 
     }
 }
 
-/// Red if it is positive, blue if it is negative, by the root of its size.
+/// The colour of a value: red if it is positive, blue if it is negative, by the root of its size.
 fn signed(value: f64) -> [u8; 3] {
     let bright = (255.0 * value.abs().sqrt()).round() as u8;
     match value.partial_cmp(&0.0) {

@@ -11,7 +11,7 @@ use super::artifacts;
 /// a table.
 ///
 /// # Errors
-/// As [`blend`]; also if a normal and a tangent are not orthonormal.
+/// The errors of [`blend`]; also if a normal and a tangent are not orthonormal.
 pub(crate) fn blended_frames(
     context: &Context<'_>,
     mesh: &Mesh,
@@ -24,7 +24,7 @@ pub(crate) fn blended_frames(
     })
 }
 
-/// Where each vertex of the mesh is between the materials of a table, from the optional port `blend`.
+/// The place of each vertex of the mesh between the materials of a table, from the optional port `blend`.
 ///
 /// # Errors
 /// If the blend is of another mesh than the one at the port `mesh`, or missing where the table has several

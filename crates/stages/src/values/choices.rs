@@ -7,10 +7,10 @@ use engine::{Diagnostic, OrAuto, Parameter, Value, ValueKind, choice, unexpected
 use envmap::ToneMap;
 use shrm::{Distribution, MapLayout, Plain, View};
 
-/// A share above 0 and below 1.
+/// The range of a share: above 0 and below 1.
 pub(crate) const SHARE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Excluded(1.0));
 
-/// Stops: factors of two.
+/// The range of stops: factors of two.
 pub(crate) const STOPS: RangeInclusive<f64> = -100.0..=100.0;
 
 /// The largest resolution of a map: what a texture unit takes.
@@ -144,7 +144,7 @@ choice! {
 }
 
 impl NonNegative {
-    /// What happens to the mean.
+    /// The rule for the mean of the function.
     pub(crate) fn mean(self) -> sh::Mean {
         match self {
             Self::Nearest => sh::Mean::Free,

@@ -10,7 +10,7 @@ use serde_json::json;
 pub struct Rgb(pub [f64; 3]);
 
 impl Rgb {
-    /// A grey.
+    /// Makes a grey.
     pub const fn grey(value: f64) -> Self {
         Self([value; 3])
     }
@@ -37,7 +37,7 @@ impl Parameter for Rgb {
         }
     }
 
-    /// Always three channels, so that a grey has one form only.
+    /// Writes always three channels, so that a grey has one form only.
     fn canonical(&self) -> serde_json::Value {
         self.0.iter().map(Parameter::canonical).collect()
     }

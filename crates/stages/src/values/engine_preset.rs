@@ -54,7 +54,7 @@ choice! {
 }
 
 impl EngineFormat {
-    /// Its word in a manifest.
+    /// The format's word in a manifest.
     pub(crate) fn name(self) -> &'static str {
         Self::words().into_iter().find(|(.., format)| *format == self).map_or("", |(word, ..)| word)
     }
@@ -63,18 +63,18 @@ impl EngineFormat {
 /// The levels of detail of a preset's cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Levels {
-    /// r = 1 - sqrt(1 - l / n): the engine looks up level n r (2 - r).
+    /// Quadratic levels r = 1 - sqrt(1 - l / n): the engine looks up level n r (2 - r).
     Quadratic,
-    /// r = l / n.
+    /// Linear levels r = l / n.
     Linear,
-    /// r^2 = 2^(l / 0.8) / size, at most 1; level 0 is a mirror.
+    /// Levels r^2 = 2^(l / 0.8) / size, at most 1; level 0 is a mirror.
     Halving,
-    /// r^2 = size^(l / n - 1); level 0 is a mirror.
+    /// Levels r^2 = size^(l / n - 1); level 0 is a mirror.
     Geometric,
 }
 
 impl EnginePreset {
-    /// How the levels are spaced, and the edge of the last; `None` if the engine filters a lat-long image
+    /// The spacing of the levels, and the edge of the last; `None` if the engine filters a lat-long image
     /// itself.
     fn levels(self) -> Option<(Levels, usize)> {
         match self {
@@ -87,7 +87,7 @@ impl EnginePreset {
         }
     }
 
-    /// Its word in a manifest.
+    /// The preset's word in a manifest.
     pub(crate) fn name(self) -> &'static str {
         Self::words().into_iter().find(|(.., preset)| *preset == self).map_or("", |(word, ..)| word)
     }
@@ -204,7 +204,7 @@ pub(crate) fn turned_back(image: &Image, preset: EnginePreset) -> Vec<[f32; 3]> 
     pixels
 }
 
-/// What is wrong with a format for an engine, if something is.
+/// Says what is wrong with a format for an engine, if something is.
 pub(crate) fn check_format(
     preset: EnginePreset,
     format: Option<EngineFormat>,

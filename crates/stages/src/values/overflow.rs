@@ -12,13 +12,12 @@ use shrm::MapGrid;
 use super::choices::{Overflow, PrecisionName};
 use super::share::percent;
 
-/// The largest half.
 pub(crate) const LARGEST_HALF: f32 = 65504.0;
 
 /// The least number whose nearest half is not 65504: what is below is rounded as every other value is.
 const PAST_HALF: f32 = 65520.0;
 
-/// What the values of a file are.
+/// The kind of values of a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Content {
     /// Light from every direction: one map or several on this grid, weighed by solid angle.
@@ -27,10 +26,10 @@ pub(crate) enum Content {
     Values,
 }
 
-/// What lies past the largest number of a file.
+/// The values past the largest number of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Excess {
-    /// How many values lie past it.
+    /// The number of values past that number.
     pub(crate) count: usize,
     /// The largest magnitude.
     pub(crate) largest: f32,
@@ -39,7 +38,7 @@ pub(crate) struct Excess {
 }
 
 impl Excess {
-    /// What texels hold past `limit`, of either sign.
+    /// Finds the values of texels past `limit`, of either sign.
     pub(crate) fn of(texels: &[[f32; 3]], content: Content, limit: f32) -> Self {
         let past = if limit == LARGEST_HALF { PAST_HALF } else { limit.next_up() };
         let values = texels.as_flattened();
@@ -93,8 +92,8 @@ impl Excess {
 /// The change of a channel's light by rounding above which it is a warning.
 const ROUNDED: f64 = 1e-3;
 
-/// What rounding adds to the light of red, green and blue, as a share of it: `found` is read back, and what
-/// lies past `limit` or has a sign that the format lacks is not counted.
+/// The change that rounding makes to the light of red, green and blue, as a share of it: `found` is read
+/// back, and values that lie past `limit` or have a sign that the format lacks are not counted.
 pub(crate) fn rounded(
     given: &[[f32; 3]],
     found: &[[f32; 3]],
@@ -225,7 +224,7 @@ mod tests {
         assert_eq!([65504.0, 65519.9, 65520.0, 1e6].map(of), [0, 0, 2, 2]);
     }
 
-    /// Of red a half of one of four texels is gone; green is past the limit; blue was negative.
+    /// Half of the red of one of four texels is gone; green is past the limit; blue was negative.
     #[test]
     fn rounding_is_a_share_of_what_the_format_holds() {
         let given = [[1.0, 500.0, -1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];

@@ -15,7 +15,7 @@ choice! {
     }
 }
 
-/// What comes before the endings of the diffuse part's files.
+/// The prefix of the endings of the diffuse part's files.
 const DIFFUSE: &str = "-diffuse";
 
 /// The endings of all files, if those of one map are `one`: the diffuse part's come first, so that the last

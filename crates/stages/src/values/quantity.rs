@@ -1,6 +1,6 @@
 //! Sizes and ticks, as the report, the contact sheet and the command line show them.
 
-/// A size, in powers of 1000: `12 B`, `3.4 MB`.
+/// Writes a size in powers of 1000: `12 B`, `3.4 MB`.
 pub fn size(bytes: u64) -> String {
     let mut size = bytes as f64;
     let mut units = ["B", "kB", "MB", "GB", "TB"].into_iter();

@@ -15,7 +15,7 @@ pub(crate) fn report_loss(context: &Context<'_>, lost: f64, what: &str, help: &s
     }
 }
 
-/// `28 %`, `0.4 %`: a share as somebody says it.
+/// Writes a share as somebody says it: `28 %`, `0.4 %`.
 pub(crate) fn about(part: f64) -> String {
     match 100.0 * part {
         percent if percent >= 10.0 => format!("{percent:.0} %"),
@@ -25,12 +25,12 @@ pub(crate) fn about(part: f64) -> String {
     }
 }
 
-/// `98.765 %`: three decimals, rounded down so that only the whole is 100 %.
+/// Writes a share with three decimals, rounded down so that only the whole is 100 %: `98.765 %`.
 pub(crate) fn share(part: f64) -> String {
     format!("{} %", (part * 1e5).floor() / 1e3)
 }
 
-/// `0.012 %`: two digits of an error.
+/// Writes two digits of an error: `0.012 %`.
 pub(crate) fn percent(error: f64) -> String {
     if error == 0.0 {
         return "0 %".into();

@@ -9,7 +9,7 @@ use engine::{Entry, Table, Value, ValueKind};
 pub(crate) struct TomlText<'t>(pub(crate) &'t str);
 
 impl TomlText<'_> {
-    /// What is written before a key in its line: spaces, or `stage.turned.`.
+    /// The text before a key in its line: spaces, or `stage.turned.`.
     pub(crate) fn before(&self, entry: &Entry) -> &str {
         &self.0[self.start(entry.key_span.start)..entry.key_span.start]
     }
@@ -102,7 +102,7 @@ pub(crate) fn is_integer(value: &Value) -> bool {
     matches!(value.kind, ValueKind::Integer(_))
 }
 
-/// A number as TOML has it. A whole number in place of a whole one stays without a point.
+/// Writes a number as TOML has it. A whole number in place of a whole one stays without a point.
 pub(crate) fn number(number: f64, in_place_of_integer: bool) -> String {
     match in_place_of_integer && number.fract() == 0.0 && number.abs() < 1e15 {
         true => format!("{number:.0}"),

@@ -9,7 +9,7 @@ use sphere::{DVec3, Direction};
 pub(crate) struct Vector(pub(crate) [f64; 3]);
 
 impl Vector {
-    /// Its direction.
+    /// The direction of the vector.
     pub(crate) fn direction(self) -> Direction {
         Direction::new(DVec3::from_array(self.0)).unwrap_or(Direction::Z)
     }

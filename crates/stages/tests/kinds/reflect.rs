@@ -11,7 +11,7 @@ use crate::fixture::{case, lambert, phong, sky_lighting};
 
 #[test]
 fn a_tolerance_chooses_the_degrees() {
-    // Paper 1, appendix D: an exponent of 64 needs degree 17 for 99 percent.
+    // An exponent of 64 needs degree 17 for 99 percent [RH02, app. D].
     for (parameters, degrees) in
         [("tolerance = 0.01", (17, 0)), ("tolerance = 0.03", (15, 0)), ("degree = [5, 0]", (5, 0))]
     {
@@ -103,7 +103,7 @@ fn a_cut_that_rings_is_a_warning_with_a_remedy_that_was_tried() {
     assert!(negative(&calm) < 0.5 * negative(&ran), "{} {}", negative(&calm), negative(&ran));
 }
 
-/// Paper 1, table 5.
+/// The second row of [RH02, tab. 5].
 #[test]
 fn a_rough_surface_depends_on_the_view_and_the_note_says_how_much() {
     let model = Microfacet::new(0.2, [1.0; 3]).unwrap();

@@ -9,12 +9,11 @@ use stages::PreviewCatalog;
 use super::{PendingWork, PreviewController};
 use crate::preview::light_edit;
 
-/// An edit of a material.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends them"))]
 pub(crate) enum MaterialEdit {
-    /// Show it with these values, or with those of its file.
+    /// Show the material with these values, or with those of its file.
     Show(Option<MaterialForm>),
-    /// Write these values to its file.
+    /// Write these values to the material's file.
     Save(MaterialForm),
 }
 

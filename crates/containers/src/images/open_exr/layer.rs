@@ -52,7 +52,7 @@ pub(super) enum Colour {
     Rgb,
     /// Y, (R - Y) / Y and (B - Y) / Y.
     LuminanceChroma,
-    /// One channel, Y, serves all three.
+    /// One channel, Y, serves as red, green and blue.
     Grey,
 }
 

@@ -131,14 +131,15 @@ pub struct ExrLayers {
     pub layers: Vec<(String, Vec<[f32; 3]>)>,
     /// The `string` attributes of the first part, the recipe among them.
     pub metadata: BTreeMap<String, String>,
-    /// What was ignored or assumed, in whole sentences.
+    /// Notes of what was ignored or assumed, in whole sentences.
     pub warnings: Vec<String>,
 }
 
 /// Reads every layer with colour of an OpenEXR file; names are as [`crate::images::decoded::ReadOptions`] takes them.
 ///
 /// # Errors
-/// As [`crate::images::read_image::read_image`]; and if all layers together have more than [`crate::limits::MAX_PIXELS`].
+/// The errors of [`crate::images::read_image::read_image`], and an error if all layers together have more
+/// than [`crate::limits::MAX_PIXELS`].
 pub fn read_exr_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
     identify(bytes)
         .and_then(|format| match format {

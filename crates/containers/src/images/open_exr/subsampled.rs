@@ -108,8 +108,8 @@ pub(super) fn restore(headers: &mut [Header], samplings: &Samplings) -> Result<(
     Ok(())
 }
 
-/// What the decoder needs to know of chunks that are an odd row alone, which has no chroma; `None` if there
-/// are none. The headers are those that [`restore`] made, and become those of even rows.
+/// The headers by which the decoder reads chunks that are an odd row alone, which has no chroma; `None` if
+/// there are none. The headers in `meta` are those that [`restore`] made, and become those of even rows.
 pub(super) fn without_chroma(meta: &mut MetaData) -> Option<MetaData> {
     let is_row = |header: &Header| {
         header.compression.scan_lines_per_block() == 1
@@ -156,7 +156,7 @@ struct Line {
 }
 
 impl Line {
-    /// Of places from `from` to before `to`, those that `origin` makes even; `None` if there are none.
+    /// The line of the places from `from` to before `to` that `origin` makes even; `None` if there are none.
     fn new(from: i64, to: i64, origin: i64) -> Option<Self> {
         let first = from + (from + origin).rem_euclid(2);
         let last = to - 1 - (to - 1 + origin).rem_euclid(2);

@@ -70,11 +70,11 @@ pub fn write_exr_layers(
     write_exr_layers_unless((width, height), layers, precision, recipe, metadata, &|| false)
 }
 
-/// [`write_exr_layers`], which ends early with an error once `stop` says so. It is asked before each block of
-/// rows is compressed.
+/// Writes as [`write_exr_layers`] does, but ends early with an error once `stop` says so. It is asked before
+/// each block of rows is compressed.
 ///
 /// # Errors
-/// As [`write_exr_layers`], and if it was stopped.
+/// The errors of [`write_exr_layers`], and an error if it was stopped.
 pub fn write_exr_layers_unless(
     (width, height): (usize, usize),
     layers: &[(String, Vec<[f32; 3]>)],

@@ -80,7 +80,7 @@ pub(super) struct Entry {
     pub(super) kind: u16,
     count: usize,
     at: usize,
-    /// Where the entry itself is.
+    /// The place of the entry itself.
     pub(super) place: usize,
 }
 
@@ -154,7 +154,6 @@ impl Directory {
         self.numbers.read(file, entry.at, size_of(entry.kind))
     }
 
-    /// The bytes of a tag.
     pub(super) fn bytes(&self, file: &mut (impl Read + Seek), tag: u16) -> Option<Vec<u8>> {
         let entry = self.entry(tag).filter(|entry| size_of(entry.kind) == 1)?;
         range(file, entry.at, entry.count)

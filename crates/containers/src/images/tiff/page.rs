@@ -23,7 +23,7 @@ pub(super) enum Photometric {
     YCbCr,
 }
 
-/// What a sample is (tag 339).
+/// The type of a sample (tag 339).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleFormat {
     Unsigned,
@@ -58,7 +58,7 @@ pub(super) struct Page {
     pub(super) packing: Option<Packing>,
     /// The size of a tile, or of a strip.
     pub(super) chunk: [usize; 2],
-    /// Which pages there are, if that is not plain.
+    /// Warnings of which pages there are, if that is not plain.
     pub(super) warnings: Vec<String>,
 }
 

@@ -171,7 +171,7 @@ fn unpack(
     Ok(places)
 }
 
-/// What TIFF's LZW holds: bytes, whose codes grow one entry before the table is full.
+/// Unpacks TIFF's LZW of bytes, whose codes grow one entry before the table is full.
 fn lzw(packed: &[u8], size: usize) -> Result<Vec<u8>, Error> {
     // A code has at least nine bits and stands for at most 4096 bytes.
     limits::plausible(size, packed.len(), 4096)?;
@@ -195,7 +195,7 @@ fn lzw(packed: &[u8], size: usize) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// What an XZ stream of LZMA2 holds; memory grows only as bytes come.
+/// Unpacks an XZ stream of LZMA2; memory grows only as bytes come.
 fn lzma(packed: &[u8], size: usize) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     let reader = XzReader::new_mem_limit(packed, false, MOST_LZMA_KIB);
@@ -207,7 +207,7 @@ fn lzma(packed: &[u8], size: usize) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// What a WebP of RGB or RGBA holds.
+/// Decodes a WebP of RGB or RGBA.
 fn webp(packed: &[u8], [width, height]: [usize; 2], samples: usize) -> Result<Vec<u8>, Error> {
     let raster = raster::raster(packed, Format::WebP).map_err(|error| error.within("WebP"))?;
     if [raster.width, raster.height] != [width, height] || !(raster.channels..=4).contains(&samples) {

@@ -19,7 +19,7 @@ const ANY: brdf::Range = brdf::Range { least: -1e9, most: 1e9, words: "a number"
 pub struct Anisotropy {
     rotation: f64,
     texture: Option<Texture>,
-    /// What of it is not read.
+    /// Warnings of what is not read of the anisotropy.
     pub warnings: Vec<String>,
 }
 
@@ -31,7 +31,7 @@ struct Texture {
 }
 
 impl Anisotropy {
-    /// Whether it differs between coordinates.
+    /// Whether the direction differs between coordinates.
     pub fn has_texture(&self) -> bool {
         self.texture.is_some()
     }
@@ -51,7 +51,7 @@ impl Anisotropy {
 /// The anisotropy of a material. Without a choice, the file must have one material only.
 ///
 /// # Errors
-/// As [`super::read_gltf_material`], and if the material does not have the extension.
+/// The errors of [`super::read_gltf_material`], and an error if the material does not have the extension.
 pub fn read_gltf_anisotropy<E: From<Error>>(
     bytes: &[u8],
     choice: Option<&MaterialChoice>,

@@ -24,9 +24,9 @@ const MESHOPT: &str = "EXT_meshopt_compression";
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     chunk: Option<&'a [u8]>,
-    /// By the index of a buffer, its content.
+    /// The contents of buffers, by the index of a buffer.
     contents: BTreeMap<usize, Content<'a>>,
-    /// By the index of a buffer view, what was compressed in it.
+    /// The decompressed bytes of buffer views, by the index of a view.
     decompressed: BTreeMap<usize, Vec<u8>>,
 }
 
@@ -230,8 +230,8 @@ pub(super) fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// What `find` gives of the file that a URI names, and its path from the document's folder. `here` says where
-/// in the document a mistake is.
+/// Finds the file that a URI names: what `find` gives of it, and its path from the document's folder. `here`
+/// says where in the document a mistake is.
 ///
 /// Some exporters write names as they are, not percent-encoded: if there is no file of the decoded name, one
 /// of the name as it stands is meant.

@@ -56,12 +56,12 @@ impl<'a> Element<'a> {
         Self { value, path: format!("{}[{index}]", self.path) }
     }
 
-    /// That nothing is here.
+    /// The error that nothing is here.
     pub(super) fn missing(&self) -> Error {
         Error::damaged(format!("{} is missing", self.path))
     }
 
-    /// As many numbers as are expected; the default if there is no array.
+    /// An array of `N` numbers; the default if there is no array.
     pub(super) fn row<const N: usize>(&self, default: [f64; N]) -> Result<[f64; N], Error> {
         if self.value.is_none() {
             return Ok(default);
@@ -76,7 +76,7 @@ impl<'a> Element<'a> {
         Ok(row)
     }
 
-    /// As many rows of numbers as are expected.
+    /// An array of `ROWS` rows of `N` numbers.
     pub(super) fn rows<const N: usize, const ROWS: usize>(&self) -> Result<[[f64; N]; ROWS], Error> {
         if self.value.is_none() {
             return Err(self.missing());

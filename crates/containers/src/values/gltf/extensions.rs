@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use super::element::Element;
 use crate::error::Error;
 
-/// What is read for meshes, or does not concern them.
+/// Prefixes of the extensions that are read for meshes, or do not concern them.
 const OF_MESHES: [&str; 11] = [
     "KHR_mesh_quantization",
     "EXT_meshopt_compression",
@@ -21,8 +21,8 @@ const OF_MESHES: [&str; 11] = [
     "MSFT_texture_dds",
 ];
 
-/// What does not concern materials, beside extensions of other materials. A texture says itself if its
-/// picture cannot be read.
+/// Prefixes of the extensions that do not concern materials, beside extensions of other materials. A texture
+/// says itself if its picture cannot be read.
 const OF_MATERIALS: [&str; 14] = [
     "KHR_mesh_",
     "KHR_draco_",

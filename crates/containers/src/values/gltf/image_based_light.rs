@@ -31,7 +31,7 @@ const EXTENSION: &str = "EXT_lights_image_based";
 
 const PNG_DATA: &str = "data:image/png;base64,";
 
-/// What an intensity may be.
+/// The range of an intensity.
 const BRIGHTNESS: brdf::Range = brdf::Range { least: 0.0, most: f64::MAX, words: "a number from 0 on" };
 
 /// The most that PNG gains, in base64.
@@ -114,7 +114,7 @@ fn write(light: &ImageBasedLight, recipe: Option<&str>) -> Result<Encoded, Error
 pub struct GltfLighting {
     /// Radiance in Specula's frame, of degree 2, with the light's intensity and rotation.
     pub series: Expansion,
-    /// Which light of the document it is, and what intensity and rotation it has.
+    /// A description of which light of the document it is, and of its intensity and rotation.
     pub light: String,
 }
 

@@ -36,9 +36,9 @@ const READ: [&str; 4] =
 /// Which material of a file is meant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MaterialChoice {
-    /// The one of this name.
+    /// The material of this name.
     Name(String),
-    /// The one at this place, from 0 on.
+    /// The material at this place, from 0 on.
     Index(usize),
 }
 
@@ -47,9 +47,9 @@ pub enum MaterialChoice {
 pub struct GltfMaterial {
     /// The material.
     pub material: Standard,
-    /// What was averaged, and over how many texels.
+    /// Notes of what was averaged, and over how many texels.
     pub notes: Vec<String>,
-    /// What the file says of the material and is not read.
+    /// Warnings of what the file says of the material and is not read.
     pub warnings: Vec<String>,
 }
 
@@ -180,7 +180,7 @@ pub(super) struct Reader<'a, 'r, E> {
     document: &'a Map<String, Value>,
     chunk: Option<&'a [u8]>,
     read: &'a mut ReadBeside<'r, E>,
-    /// By a URI, the content and the path of the file that it names.
+    /// The contents and paths of the files that URIs name, by the URI.
     beside: BTreeMap<String, (Arc<Vec<u8>>, String)>,
     notes: Vec<String>,
     warnings: Vec<String>,
@@ -311,7 +311,6 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         }
     }
 
-    /// The image of a texture.
     fn image(&self, texture: &Element<'_>) -> Result<Element<'a>, Error> {
         let missing = |element: &Element<'_>| Error::damaged(format!("{} is missing", element.path()));
         let number = texture.get("index");
@@ -363,7 +362,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         Ok(Arc::new(part.to_vec()))
     }
 
-    /// What a URI holds or names, and the path of the file that it names.
+    /// The bytes that a URI holds or names, and the path of the file that it names.
     fn content(&mut self, uri: &str, at: &Element<'_>) -> Result<(Arc<Vec<u8>>, String), E> {
         if uri.starts_with("data:") {
             let bytes = embedded(uri).map_err(|error| error.within(at.path()))?;
@@ -392,7 +391,7 @@ fn refraction(ior: f64) -> (f64, f64) {
     }
 }
 
-/// What a material has and is not read.
+/// Warnings of what a material has and is not read.
 fn warnings(
     document: &Map<String, Value>,
     index: usize,

@@ -10,7 +10,7 @@ const ANY: brdf::Range = brdf::Range { least: -1e9, most: 1e9, words: "a number"
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TextureTransform {
     offset: [f64; 2],
-    /// In radians, clockwise in a frame whose v goes downward.
+    /// The rotation in radians, clockwise in a frame whose v goes downward.
     rotation: f64,
     pub(super) scale: [f64; 2],
 }

@@ -30,7 +30,7 @@ pub struct VertexAttribute {
     pub values: Vec<f32>,
 }
 
-/// What a glTF file says beside its numbers.
+/// The texts of a glTF file beside its numbers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GlbText<'a> {
     /// Whether the material is unlit (`KHR_materials_unlit`): viewers show `COLOR_0` as it is. If not, it is

@@ -36,18 +36,18 @@ pub enum Preset {
     Gltf,
 }
 
-/// What a preset means, in the words of its files.
+/// The definition of a preset, in the words of its files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
     /// Handedness, the axis up, and the engine's axes in terms of ours.
     pub frame: &'static str,
-    /// Where the centre of a lat-long image looks.
+    /// The direction in which the centre of a lat-long image looks.
     pub yaw: &'static str,
     /// The signs of the basis, and the order of the coefficients.
     pub signs: &'static str,
-    /// What is expanded, and by which factors.
+    /// The function that is expanded, and the factors.
     pub scale: &'static str,
-    /// Where that is written down.
+    /// The source that states the frame, the signs and the scale.
     pub source: &'static str,
 }
 
@@ -68,7 +68,7 @@ impl Definition {
 pub struct Table {
     /// The member's name.
     pub name: &'static str,
-    /// Its rows.
+    /// The rows of the table.
     pub rows: Vec<Vec<f64>>,
     /// Whether the one row stands alone, not in a table of one row.
     pub(super) single: bool,
@@ -111,7 +111,7 @@ impl Preset {
         Self::ALL.into_iter().find(|preset| preset.name() == name)
     }
 
-    /// What the preset means.
+    /// The definition of the preset.
     pub const fn definition(self) -> &'static Definition {
         match self {
             Self::Specula => &Definition {
@@ -306,7 +306,7 @@ impl Preset {
         Table { name: "lights", rows: lights.iter().map(row).collect(), single: false }
     }
 
-    /// From the engine's frame to ours.
+    /// The map from the engine's frame to ours.
     fn frame_back(self) -> Option<fn(DVec3) -> DVec3> {
         match self {
             Self::Specula => None,
@@ -318,7 +318,7 @@ impl Preset {
         }
     }
 
-    /// From our frame to the engine's.
+    /// The map from our frame to the engine's.
     fn frame(self) -> Option<fn(DVec3) -> DVec3> {
         match self {
             Self::Specula => None,
@@ -347,7 +347,7 @@ fn unity_rows(channels: [[[f64; 4]; 2]; 3], last: [f64; 4]) -> Vec<[f64; 3]> {
     ]
 }
 
-/// The same from the polynomial of an `.env` file.
+/// The rows of an expansion from the polynomial of an `.env` file.
 fn babylon_env_rows([x, y, z, xx, yy, zz, yz, zx, xy]: [[f64; 3]; 9]) -> Vec<[f64; 3]> {
     let of = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
     vec![

@@ -8,7 +8,7 @@ use sphere::Direction;
 
 use crate::error::Error;
 
-/// What a format's module makes of bytes.
+/// A material that a format's module reads from bytes, and notes.
 pub(super) type Found = (Material, Vec<String>);
 
 /// A table out of scattered samples, with a note of how well they are met; `anisotropic` if they depend on

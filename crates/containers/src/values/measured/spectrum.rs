@@ -12,18 +12,18 @@ use sphere::{DMat3, DVec3};
 
 use crate::images::Chromaticities;
 
-/// 380 nm and each 5 nm on to 780 nm.
+/// The first wavelength of the table, which has a row every 5 nm from 380 nm to 780 nm.
 const FIRST: f64 = 380.0;
 const STEP: f64 = 5.0;
 
-/// Spectra at fixed wavelengths to Rec. 709.
+/// Converts spectra at fixed wavelengths to Rec. 709.
 pub(super) struct Observer {
     weights: Vec<DVec3>,
     matrix: DMat3,
 }
 
 impl Observer {
-    /// For spectra at these rising wavelengths in nm; `None` if they do not span 450 to 630 nm.
+    /// An observer of spectra at these rising wavelengths in nm; `None` if they do not span 450 to 630 nm.
     pub(super) fn new(wavelengths: &[f64]) -> Option<Self> {
         let (first, last) = (*wavelengths.first()?, *wavelengths.last()?);
         if first > 450.0 || last < 630.0 {

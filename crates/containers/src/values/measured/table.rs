@@ -20,7 +20,7 @@ use super::scattered::{Found, direction, interpolated};
 use super::text;
 use crate::error::Error;
 
-/// What the columns before the colour hold.
+/// The meaning of the columns before the colour.
 #[derive(Clone, Copy, PartialEq)]
 enum Columns {
     Isotropic,

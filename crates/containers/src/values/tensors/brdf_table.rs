@@ -28,7 +28,7 @@ pub fn encode_brdf_table(table: &BrdfTable, recipe: Option<&str>) -> Result<Vec<
 /// A BRDF table, from a file of kind `brdf-table`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`].
+/// The errors of [`super::decode_lighting`].
 pub fn decode_brdf_table(bytes: &[u8]) -> Result<BrdfTable, Error> {
     let file = File::open_as(bytes, "brdf-table")?;
     let words = [BelowHorizon::Clamped, BelowHorizon::Mirrored].map(|below| (below_name(below), below));

@@ -28,7 +28,7 @@ pub fn encode_light_field(field: &LightField, recipe: Option<&str>) -> Result<Ve
 /// A light field, from a file of kind `light-field`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`], and as [`LightField::new`].
+/// The errors of [`super::decode_lighting`] and of [`LightField::new`].
 pub fn decode_light_field(bytes: &[u8]) -> Result<LightField, Error> {
     const PLACES: &str = "[P, 3]";
     const SHAPE: &str = "[P, (F+1)^2, 3]";

@@ -25,7 +25,7 @@ pub fn encode_mesh(mesh: &Mesh, recipe: Option<&str>) -> Vec<u8> {
 /// A mesh, from a file of kind `mesh`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`], and as [`Mesh::new`].
+/// The errors of [`super::decode_lighting`] and of [`Mesh::new`].
 pub fn decode_mesh(bytes: &[u8]) -> Result<Mesh, Error> {
     let file = File::open_as(bytes, "mesh")?;
     let coordinates = file.tensors.names().contains(&"coordinates");

@@ -16,7 +16,7 @@ const LEVELS: &str = "levels";
 const DISTRIBUTIONS: [(&str, Distribution); 3] =
     [("ggx", Distribution::Ggx), ("charlie", Distribution::Charlie), ("lambert", Distribution::Lambert)];
 
-/// What the metadata say of a level.
+/// The entry of the metadata for a level.
 #[derive(Serialize, Deserialize)]
 struct Entry {
     roughness: f64,
@@ -76,7 +76,7 @@ pub fn encode_prefiltered(prefiltered: &Prefiltered, recipe: Option<&str>) -> Re
 /// A prefiltered cube, from a file of kind `prefiltered`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`].
+/// The errors of [`super::decode_lighting`].
 pub fn decode_prefiltered(bytes: &[u8]) -> Result<Prefiltered, Error> {
     const SHAPE: &str = "[6, edge, edge, 3]";
     let file = File::open_as(bytes, "prefiltered")?;

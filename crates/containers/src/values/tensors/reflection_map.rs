@@ -55,8 +55,8 @@ pub fn encode_shrm(map: &Shrm, beside: &[Light], recipe: Option<&str>) -> Result
 /// A spherical harmonic reflection map, from a file of kind `shrm`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`]; if the shape is not that of the `layout`, and if `terms` is `zonal` and a
-/// coefficient with q other than 0 is not zero.
+/// The errors of [`super::decode_lighting`], and errors if the shape is not that of the `layout`, or if
+/// `terms` is `zonal` and a coefficient with q other than 0 is not zero.
 pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
     const NAME: &str = "shrm";
     const SHAPE: &str = "[faces, height, width, (P+1)^2, 3]";
@@ -116,7 +116,7 @@ pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
 /// A reader adds, for each, its irradiance times rho_hat of the light's direction and the view.
 ///
 /// # Errors
-/// As [`super::decode_lighting`].
+/// The errors of [`super::decode_lighting`].
 pub fn decode_lights(bytes: &[u8]) -> Result<Vec<Light>, Error> {
     File::open_as(bytes, "shrm")?.lights()
 }

@@ -13,7 +13,7 @@ const MESH: &str = "mesh";
 /// The metadata entry of a visibility that holds O: its shape has only O + F.
 const OUTPUT: &str = "output-degree";
 
-/// What is before the names of the tensors of each channel, if they differ.
+/// The prefixes of the names of each channel's tensors, if the channels differ.
 const CHANNELS: [&str; 3] = ["red.", "green.", "blue."];
 
 /// A value for each vertex of a mesh.
@@ -82,7 +82,7 @@ pub fn encode_transfer(transfer: &OfMesh<StoredTransfer>, recipe: Option<&str>) 
 /// Transfer, from a file of kind `transfer`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`].
+/// The errors of [`super::decode_lighting`].
 pub fn decode_transfer(bytes: &[u8]) -> Result<OfMesh<StoredTransfer>, Error> {
     let file = File::open_as(bytes, "transfer")?;
     let coloured = file.tensors.names().iter().any(|name| name.starts_with(CHANNELS[0]));
@@ -193,7 +193,7 @@ pub fn encode_vertex_radiance(
 /// The radiance of vertices, from a file of kind `vertex-radiance`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`].
+/// The errors of [`super::decode_lighting`].
 pub fn decode_vertex_radiance(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 3]>>, Error> {
     const NAME: &str = "radiance";
     const SHAPE: &str = "[V, 3]";
@@ -220,7 +220,7 @@ pub fn encode_vertex_blend(blend: &OfMesh<Vec<f32>>, recipe: Option<&str>) -> Re
 /// The blend of vertices, from a file of kind `vertex-blend`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`].
+/// The errors of [`super::decode_lighting`].
 pub fn decode_vertex_blend(bytes: &[u8]) -> Result<OfMesh<Vec<f32>>, Error> {
     const NAME: &str = "blend";
     const SHAPE: &str = "[V]";

@@ -23,41 +23,40 @@ pub(crate) struct Others {
     folder: PathBuf,
     /// The lines of manifests that exist and export into the folder of the line.
     exported: HashMap<String, Published>,
-    /// Several manifests may have published a file, one after the other.
+    /// The lines of abandoned files: several manifests may have published a file, one after the other.
     abandoned: BTreeMap<String, Vec<Published>>,
 }
 
-/// What has become of an abandoned file.
+/// The fate of an abandoned file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fate {
-    /// It is as it was published.
+    /// The file is as it was published.
     Unchanged,
-    /// Somebody has changed it, or a link leads to its folder.
+    /// Somebody has changed the file, or a link leads to its folder.
     Changed,
-    /// It no longer exists.
+    /// The file no longer exists.
     Missing,
-    /// Its folder cannot be read at present: a link to it leads nowhere.
+    /// The file's folder cannot be read at present: a link to it leads nowhere.
     Unknown,
 }
 
 /// An abandoned file that no manifest exports.
 pub(crate) struct Leftover<'a> {
-    /// Its path from the folder of the manifests.
+    /// The file's path from the folder of the manifests.
     pub(crate) path: &'a str,
-    /// Where it is.
     pub(crate) place: PathBuf,
-    /// Its lines in the ledger: at least one.
+    /// The file's lines in the ledger: at least one.
     lines: &'a [Published],
     pub(crate) fate: Fate,
 }
 
 impl Leftover<'_> {
-    /// The line of the last build that published it.
+    /// The line of the last build that published the file.
     pub(crate) fn line(&self) -> Option<&Published> {
         self.lines.last()
     }
 
-    /// What removes it from the ledger.
+    /// The lines that remove the file from the ledger.
     pub(crate) fn removals(&self) -> impl Iterator<Item = Line> {
         self.lines.iter().map(Published::removal)
     }
@@ -123,7 +122,6 @@ impl Others {
         self.abandoned.get(path).map_or(&[], Vec::as_slice)
     }
 
-    /// All abandoned lines.
     pub(super) fn all_abandoned(&self) -> impl Iterator<Item = &Published> {
         self.abandoned.values().flatten()
     }

@@ -200,7 +200,7 @@ impl Publisher<'_> {
         ))))
     }
 
-    /// What is at a place; `None` if nothing is.
+    /// The metadata of a place; `None` if nothing is there.
     ///
     /// # Errors
     /// If that cannot be seen: the project's folder may have been moved away for a moment.

@@ -175,7 +175,6 @@ impl Scheduler<'_, '_> {
         self.summary.kept += usize::from(is_kept);
     }
 
-    /// Finishes an item without a result.
     fn finish_without_result(&mut self, item: ItemIndex, root: &ItemName) {
         self.items[item].phase = Phase::Failed(root.clone());
         self.finish(item);

@@ -15,14 +15,13 @@ const INTERVAL: Duration = Duration::from_millis(100);
 /// The least difference that is worth a report.
 const STEP: f64 = 0.01;
 
-/// The items that run.
 #[derive(Default)]
 pub(super) struct RunningItems(Vec<RunningItem>);
 
 struct RunningItem {
     item: ItemIndex,
     done: Arc<ShareDone>,
-    /// When it is reported next, at the earliest.
+    /// When the item is reported next, at the earliest.
     due: Duration,
     /// The share that was reported last.
     reported: f64,
@@ -34,7 +33,6 @@ impl RunningItems {
         self.0.push(RunningItem { item, done, due: now + LONG, reported: 0.0 });
     }
 
-    /// An item has ended.
     pub(super) fn ended(&mut self, item: ItemIndex) {
         self.0.retain(|running| running.item != item);
     }

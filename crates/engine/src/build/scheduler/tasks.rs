@@ -17,14 +17,14 @@ pub(super) enum Task {
     Find(ItemIndex),
 }
 
-/// Where a task is done.
+/// The place where a task is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
-    /// On the threads for items that nobody waits for.
+    /// The task is done on the threads for items that nobody waits for.
     Others,
-    /// On those for items that somebody looks at.
+    /// The task is done on the threads for items that somebody looks at.
     Wanted,
-    /// On another machine; a thread here waits for it.
+    /// The task is done on another machine; a thread here waits for it.
     Elsewhere,
 }
 
@@ -35,7 +35,7 @@ pub(super) enum Lane {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Urgency {
     is_wanted: bool,
-    /// How long it takes, if that is noticed.
+    /// How long the task takes, if that is noticed.
     long: Reverse<u32>,
     is_export: bool,
     stage: usize,

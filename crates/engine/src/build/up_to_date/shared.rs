@@ -172,7 +172,7 @@ impl UpToDateCheck<'_> {
         found
     }
 
-    /// What an item is expected to read: its source, as a file and as a folder.
+    /// The reads that are expected of an item: its source, as a file and as a folder.
     pub(crate) fn expected_reads(&self, item: ItemIndex) -> NamedFiles {
         let source = self.source(item).into_iter();
         source

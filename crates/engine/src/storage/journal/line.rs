@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::key::Digest;
 
-/// What a line is about.
+/// The subject matter of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub(crate) enum Tag {

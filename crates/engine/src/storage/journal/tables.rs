@@ -172,14 +172,13 @@ pub(super) struct FileFields {
     settled: bool,
 }
 
-/// All tables.
 #[derive(Default)]
 pub(super) struct Tables {
     pub(super) items: Vec<ItemEntry>,
     pub(super) stamps: Vec<FileEntry>,
     pub(super) files: Vec<FileEntry>,
     pub(super) publishing: Vec<Location>,
-    /// By subject; of one subject, the oldest first.
+    /// The lines of results, sorted by subject; of one subject, the oldest first.
     pub(super) results: Vec<Location>,
     pub(super) blobs: Vec<Blob>,
     pub(super) reads: Vec<ReadEntry>,
@@ -282,7 +281,8 @@ impl Tables {
         }
     }
 
-    /// Of one key the last few results are kept. One that was used again was written again, and counts once.
+    /// Adds results, and keeps the last few of each key. One that was used again was written again, and
+    /// counts once.
     fn merge_results(&mut self, added: Vec<Location>) {
         if added.is_empty() {
             return;
@@ -345,7 +345,6 @@ impl Tables {
             && self.results.is_sorted_by_key(|line| line.subject)
     }
 
-    /// The line of a tag on a subject.
     pub(super) fn line(&self, tag: Tag, subject: Subject) -> Option<&Location> {
         match tag {
             Tag::Item => find(&self.items, subject).map(Entry::line),
@@ -410,12 +409,10 @@ pub(crate) struct LatestRecord<'a> {
 }
 
 impl<'a> LatestRecord<'a> {
-    /// The manifest of the item.
     pub(crate) fn manifest(&self) -> &'a str {
         self.tables.names.get(self.entry.manifest)
     }
 
-    /// The kind that ran.
     pub(crate) fn kind(&self) -> &'a str {
         self.tables.names.get(self.entry.kind)
     }
@@ -430,32 +427,31 @@ impl<'a> LatestRecord<'a> {
         self.entry.flags & GONE != 0
     }
 
-    /// Whether the run failed.
     pub(crate) fn has_failed(&self) -> bool {
         self.entry.flags & FAILED != 0
     }
 
-    /// Whether the run warned.
     pub(crate) fn has_warned(&self) -> bool {
         self.entry.flags & WARNED != 0
     }
 
-    /// Whether its outputs came from a shared cache, and are perhaps only there.
+    /// Whether the outputs came from a shared cache, and are perhaps only there.
     pub(crate) fn is_shared(&self) -> bool {
         self.entry.flags & SHARED != 0
     }
 
-    /// How long it took.
+    /// How long the run took.
     pub(crate) fn milliseconds(&self) -> f64 {
         self.entry.milliseconds.into()
     }
 
-    /// Its outputs; for a failure, those of the last successful run.
+    /// The item's outputs; for a failure, those of the last successful run.
     pub(crate) fn outputs(&self) -> &'a [Blob] {
         self.tables.blobs.get(self.entry.outputs.range()).unwrap_or_default()
     }
 
-    /// What it read: the path as in the record, what was asked of it, and the digest of the answer.
+    /// Everything that the run read: the path as in the record, what was asked of it, and the digest of the
+    /// answer.
     pub(crate) fn reads(&self) -> impl Iterator<Item = (&'a str, ReadKind, Option<Digest>)> + use<'a> {
         let tables = self.tables;
         let reads = tables.reads.get(self.entry.reads.range()).unwrap_or_default();

@@ -19,7 +19,7 @@ const LONGEST_HEAD: usize = 256;
 /// The file is read in pieces of this size, or of a line if that is longer.
 const PIECE: usize = 1 << 19;
 
-/// What is known of the file: its complete lines so far.
+/// The known part of the journal's file: its complete lines so far.
 #[derive(Default)]
 pub(super) struct Text {
     /// The first two lines.
@@ -29,7 +29,7 @@ pub(super) struct Text {
     length: u64,
     /// Whether the file continues with an incomplete line.
     torn: bool,
-    /// Open as long as lines may be needed.
+    /// The file, which is open as long as lines may be needed.
     file: Option<Mutex<File>>,
 }
 
@@ -112,7 +112,6 @@ impl Text {
         Ok(true)
     }
 
-    /// Closes the file.
     pub(super) fn close(&mut self) {
         self.file = None;
     }

@@ -46,13 +46,13 @@ fn sunny_look(light: &Arc<Light>, lighting: &Lighting, material: &Material) -> A
     Arc::new(Look::new(Arc::clone(light), reflection, Some(material.clone()), SIZES))
 }
 
-/// The look as it is if all light is in the series, cut at the same degrees.
+/// Returns the look as it is if all light is in the series, cut at the same degrees.
 fn cut_look(look: &Look) -> Arc<Look> {
     let whole = look.reflection().unwrap().with_whole_light();
     Arc::new(Look::new(Arc::clone(look.light()), whole, look.material().cloned(), SIZES))
 }
 
-/// The look on few texels: maps with lamps in them take long to make.
+/// Returns the look on few texels: maps with lamps in them take long to make.
 fn small(look: &Look) -> Arc<Look> {
     let (light, reflection) = (Arc::clone(look.light()), look.reflection().unwrap().clone());
     Arc::new(Look::new(light, reflection, look.material().cloned(), MapSizes { edge: 5, ..SIZES }))
@@ -151,7 +151,7 @@ fn p95(picture: &Picture, reference: &Picture, light: &Light) -> f32 {
     stops[stops.len() * 95 / 100]
 }
 
-/// As the file of `export-shrm` shows it: nothing is added to a map that holds the lamps.
+/// Compares with the file of `export-shrm`: nothing is added to a map that holds the lamps.
 #[test]
 fn with_lamps_in_maps_a_picture_is_that_of_the_baked_map() {
     let (light, lighting) = sunny();

@@ -239,7 +239,7 @@ fn samples_are_developed_before_they_are_averaged() {
     }
 }
 
-/// As in a contact sheet and in a report: `envmap` fixes the exposure.
+/// The exposure is that of contact sheets and reports: `envmap` fixes it.
 #[test]
 fn by_default_a_constant_environment_is_shown_as_middle_grey_whatever_its_units() {
     for level in [1e-3, 7.0] {

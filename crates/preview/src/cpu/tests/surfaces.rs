@@ -51,7 +51,7 @@ fn interpolated_normals_match_those_of_the_sphere() {
     }
 }
 
-/// From below, a plate shows its underside, whose normal points down.
+/// A plate seen from below shows its underside, whose normal points down.
 #[test]
 fn back_faces_have_flipped_normals() {
     let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];

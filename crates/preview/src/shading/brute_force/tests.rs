@@ -49,7 +49,8 @@ fn materials() -> [Material; 5] {
     ]
 }
 
-/// Seen along the normal, from the side, at a grazing angle, from below, and with the sun in the highlight.
+/// Surfaces seen along the normal, from the side, at a grazing angle, from below, and with the sun in the
+/// highlight.
 fn surfaces() -> Vec<Surface> {
     let surface = |normal: Vec3, view: Vec3| Surface::new(normal, Vec3::new(0.2, 0.9, -0.1), -view, true);
     let sun = Vec3::new(0.5, -0.3, 0.6).normalize();
@@ -106,7 +107,7 @@ fn it_converges_to_the_sum_over_texels() {
     }
 }
 
-/// All that brute force needs, in the order of a renderer.
+/// The shaders of brute force, in the order of a renderer.
 #[cfg(feature = "gpu")]
 fn shaders() -> String {
     [
@@ -134,7 +135,7 @@ fn the_shaders_are_valid() {
     assert!(valid.is_ok(), "{}", valid.unwrap_err().emit_to_string(&source));
 }
 
-/// Both take the same samples. Rounding moves a few of them across the edge of a texel, or changes a
+/// The twins take the same samples. Rounding moves a few of them across the edge of a texel, or changes a
 /// highlight: 2 parts in a thousand of a sum of 64.
 #[cfg(feature = "gpu")]
 #[test]

@@ -28,7 +28,7 @@ pub(super) fn shader() -> String {
 /// The half vector of light and view over the surface.
 #[derive(Clone, Copy)]
 pub(super) struct Half {
-    /// L + V.
+    /// The sum L + V.
     pub(super) sum: Vec3,
     /// |L + V|^2, above 0.
     pub(super) length_squared: f32,
@@ -41,7 +41,7 @@ pub(super) struct Half {
 }
 
 impl Half {
-    /// `None` if the light is below the horizon, or light and view are opposite.
+    /// Makes the half vector; `None` if the light is below the horizon, or light and view are opposite.
     pub(super) fn new(light: Vec3, view: Vec3) -> Option<Self> {
         let sum = light + view;
         let length_squared = sum.dot(sum);
@@ -56,7 +56,7 @@ impl Half {
         self.sum.x * self.sum.x + self.sum.y * self.sum.y
     }
 
-    /// What GGX's facets reflect if their Fresnel is 1, over alpha^2 / (2 pi).
+    /// The light that GGX's facets reflect if their Fresnel is 1, over alpha^2 / (2 pi).
     pub(super) fn facets(self, alpha2: f32) -> f32 {
         let across = (self.across() + alpha2 * self.sum.z * self.sum.z) / self.length_squared;
         let masked = |cosine: f32| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
@@ -64,7 +64,7 @@ impl Half {
         visible / (across * across)
     }
 
-    /// L.h.
+    /// The cosine L.h.
     pub(super) fn facet(self) -> f32 {
         0.5 * self.length_squared.sqrt()
     }
@@ -118,7 +118,7 @@ pub(super) fn bounded_exp(x: f32) -> f32 {
     math::exp(x.clamp(-80.0, 80.0))
 }
 
-/// The fifth power.
+/// The fifth power of a number.
 pub(super) fn fifth(x: f32) -> f32 {
     let x2 = x * x;
     x2 * x2 * x

@@ -286,8 +286,8 @@ fn no_value_is_infinite_or_nan() {
     }
 }
 
-/// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm
-/// (WGSL allows 2^-21 of the latter, times s as in [`allowed`]).
+/// Compares the twins, which differ by the roundings of a device's division and root (2.5 units), exponential
+/// and logarithm (WGSL allows 2^-21 of the latter, times s as in [`allowed`]).
 #[cfg(feature = "gpu")]
 #[test]
 fn the_shader_is_its_twin() {

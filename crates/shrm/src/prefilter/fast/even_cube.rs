@@ -15,7 +15,7 @@ use envmap::CubeMap;
 use rayon::prelude::*;
 use sphere::{Cube, Face};
 
-/// Red, green and blue, and a weight.
+/// A texel's red, green and blue, and a weight.
 pub(super) type Texel = [f32; 4];
 
 /// Adds a multiple of a texel.
@@ -23,21 +23,21 @@ pub(super) fn add(sum: &mut Texel, weight: f32, texel: &Texel) {
     (0..4).for_each(|lane| sum[lane] += weight * texel[lane]);
 }
 
-/// From p to s (or from q to t), both as shares of the edge.
+/// Converts p to s (or q to t), both as shares of the edge.
 pub(super) fn from_even(p: f64) -> f64 {
     0.5 + 0.5 * math::tan(FRAC_PI_4 * (2.0 * p - 1.0))
 }
 
-/// From s to p (or from t to q), both as shares of the edge.
+/// Converts s to p (or t to q), both as shares of the edge.
 pub(super) fn to_even(s: f64) -> f64 {
     0.5 + 0.5 * math::atan(2.0 * s - 1.0) / FRAC_PI_4
 }
 
-/// Six faces in file order, rows from the top.
+/// A cube map on even texels: six faces in file order, rows from the top.
 #[derive(Debug)]
 pub(super) struct EvenCube {
     edge: usize,
-    /// (edge + 2)^2 of each face.
+    /// The texels of all faces with their borders, (edge + 2)^2 of each face.
     texels: Vec<Texel>,
 }
 
@@ -52,12 +52,12 @@ impl EvenCube {
     /// interpolation by quadratic B-splines make of a point.
     pub(super) const VARIANCE: f64 = Self::PASSES as f64 / 2.0;
 
-    /// Black.
+    /// Makes a black cube.
     pub(super) fn black(edge: usize) -> Self {
         Self { edge, texels: vec![[0.0; 4]; 6 * (edge + 2).pow(2)] }
     }
 
-    /// Texels along the edge of a face, without its border.
+    /// The number of texels along the edge of a face, without its border.
     pub(super) fn edge(&self) -> usize {
         self.edge
     }
@@ -148,7 +148,7 @@ impl EvenCube {
         (0..edge).map(texel).collect()
     }
 
-    /// An ordinary cube on even texels of the same number: the mean over each, with weight 1.
+    /// Takes an ordinary cube to even texels of the same number: the mean over each, with weight 1.
     pub(super) fn of(map: &CubeMap) -> Self {
         let edge = map.cube().edge;
         let spans: Vec<Span> = (0..edge).map(|index| Span::new(index, edge)).collect();
@@ -166,7 +166,7 @@ impl EvenCube {
         })
     }
 
-    /// Half the edge, by a quadratic B-spline over 4 x 4 texels.
+    /// Halves the edge, by a quadratic B-spline over 4 x 4 texels.
     pub(super) fn halved(&self) -> Self {
         const OUTER: f32 = 0.125;
         const INNER: f32 = 0.375;
@@ -186,8 +186,8 @@ impl EvenCube {
         })
     }
 
-    /// Twice the edge, by the subdivision of quadratic B-splines, plus a further cube times a weight for each
-    /// texel of a face.
+    /// Doubles the edge, by the subdivision of quadratic B-splines, and adds a further cube times a weight
+    /// for each texel of a face.
     pub(super) fn doubled(&self, more: Option<(&Self, &[f32])>) -> Self {
         let edge = 2 * self.edge;
         Self::made(edge, |face, row, texels| {
@@ -271,7 +271,7 @@ impl EvenCube {
 /// A row or a column of a face.
 #[derive(Clone, Copy)]
 struct Place {
-    /// u, or v.
+    /// The coordinate u of a column, or v of a row.
     u: f32,
     /// The variance across, in texels, that a spot lacks there: this and `slope` times the square of the
     /// other coordinate.
@@ -283,11 +283,11 @@ struct Place {
 #[derive(Clone, Copy)]
 struct Side {
     is_column: bool,
-    /// Right or bottom.
+    /// Whether the side is the right or the bottom one.
     is_far: bool,
 }
 
-/// Left, right, top, bottom.
+/// The sides of a face: left, right, top, bottom.
 const SIDES: [Side; 4] = [
     Side { is_column: true, is_far: false },
     Side { is_column: true, is_far: true },
@@ -330,7 +330,7 @@ impl Span {
         Self { first, shares: std::array::from_fn(|k| share(k) as f32) }
     }
 
-    /// Texels and their shares.
+    /// Lists the texels and their shares.
     fn parts(&self) -> impl Iterator<Item = (usize, f32)> {
         let parts = self.shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
         parts.map(|(k, share)| (self.first + k, *share))

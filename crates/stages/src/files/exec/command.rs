@@ -61,7 +61,7 @@ impl Command {
         format!("`{}`", shown(&texts.join(" ")))
     }
 
-    /// The mismatches with the ports that are connected.
+    /// The mismatches between the placeholders and the ports that are connected.
     pub(crate) fn mismatches(&self, ports: &[&str]) -> Vec<String> {
         /// The maximum number of ports that are named.
         const NAMED: usize = 8;

@@ -110,7 +110,8 @@ impl Parameter for Formats {
     }
 }
 
-/// Writes what arrives at a port into the working folder, and returns the file's name from there.
+/// Writes the artifact that arrives at a port into the working folder, and returns the file's name from
+/// there.
 pub(super) fn write_input(
     port: &str,
     formats: &Formats,
@@ -170,7 +171,7 @@ fn decoded<T: Artifact>(bytes: &[u8]) -> Result<Output, Failure> {
     Output::artifact(T::decode(bytes)?)
 }
 
-/// What a program makes.
+/// The output that a program makes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ProgramOutput {
     /// An artifact of this type.

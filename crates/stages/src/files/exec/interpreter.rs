@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use engine::{Context, Failure};
 
-/// At most this many interpreters follow each other, as on Linux.
+/// The most interpreters that follow each other, as on Linux.
 const MAX_INTERPRETERS: usize = 5;
 
-/// The system reads at most this much of a first line.
+/// The most bytes of a first line that the system reads.
 const MAX_LINE: usize = 256;
 
 /// Reads the interpreters of a script, so that another one reruns the item. Returns whether all of them could

@@ -10,20 +10,21 @@ use engine::{Context, NamedPath};
 
 use super::command::{Command, Piece};
 
-/// What an argument says about a path.
+/// A mention of a path in an argument.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Mention {
-    /// It names this path. A relative one is taken from the manifest's folder.
+    /// The argument names this path. A relative one is taken from the manifest's folder.
     Path(PathBuf),
-    /// It is a line of shell that runs this program.
+    /// The argument is a line of shell that runs this program.
     Program(PathBuf),
-    /// It names something below this path, but what cannot be told; empty for the manifest's folder.
+    /// The argument names something below this path, but what cannot be told; empty for the manifest's
+    /// folder.
     Below(PathBuf),
-    /// It holds a word that would be this file if it were read from the manifest's folder.
+    /// The argument holds a word that would be this file if it were read from the manifest's folder.
     Word(PathBuf),
 }
 
-/// What exists, for finding the ends of paths.
+/// A look at which paths exist, for finding the ends of paths.
 pub(super) trait Exists {
     fn is_file(&self, path: &Path) -> bool;
     fn is_folder(&self, path: &Path) -> bool;
@@ -67,7 +68,7 @@ impl Exists for Nothing {
     }
 }
 
-/// What an argument names; the program is one too.
+/// The paths that an argument mentions; the program is one too.
 pub(super) fn mentions(pieces: &[Piece], disk: &dyn Exists) -> Vec<Mention> {
     if let Some(path) = whole(pieces).filter(|path| disk.exists(path) || is_like_a_path(pieces)) {
         return vec![Mention::Path(path)];
@@ -142,7 +143,7 @@ pub(super) fn whole(pieces: &[Piece]) -> Option<PathBuf> {
     }
 }
 
-/// Whether what [`whole`] finds looks like a path: `tools/grade.py`, but not `0.5` or a line of shell.
+/// Whether the path that [`whole`] finds looks like one: `tools/grade.py`, but not `0.5` or a line of shell.
 fn is_like_a_path(pieces: &[Piece]) -> bool {
     match pieces {
         [Piece::Text(text)] => text.contains(['/', '.']) && is_one_path(text) && text.parse::<f64>().is_err(),
@@ -167,7 +168,7 @@ fn value(pieces: &[Piece], disk: &dyn Exists) -> Option<PathBuf> {
         .then(|| path.into())
 }
 
-/// What the text after the placeholder `{folder}` at an index names, and the rest of the text.
+/// The path that the text after the placeholder `{folder}` at an index names, and the rest of the text.
 fn below_folder<'t>(
     pieces: &[Piece],
     index: usize,

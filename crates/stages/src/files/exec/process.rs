@@ -21,15 +21,14 @@ pub(super) struct Process {
     /// The command for messages.
     pub(super) name: String,
     pub(super) limit: Duration,
-    /// The scratch folder.
     pub(super) scratch: PathBuf,
 }
 
 /// The most bytes that a program may write to standard output, and to standard error.
 const MOST_OUTPUT_FILES: u64 = 64 << 20;
 
-/// The files that receive its output. Unlike a pipe, a file cannot be held open for ever by a process that is
-/// left.
+/// The names of the files that receive the program's output. Unlike a pipe, a file cannot be held open for
+/// ever by a process that is left.
 const OUTPUT_FILES: [&str; 2] = ["stdout", "stderr"];
 
 /// A running program. Dropping it kills it with all processes that it started.
@@ -192,7 +191,6 @@ fn with_output(mut failure: Failure, output: &[PathBuf; 2]) -> Failure {
     failure
 }
 
-/// The last lines of a file.
 fn last_lines(file: &Path) -> io::Result<String> {
     const MOST_BYTES: u64 = 4096;
     const MOST_LINES: usize = 20;

@@ -57,7 +57,7 @@ impl Variables {
     }
 }
 
-/// What another machine must have: names and values, sorted by name.
+/// The names and values of what another machine must have, sorted by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Platform(pub(super) Vec<(String, String)>);
 
@@ -127,7 +127,7 @@ pub(super) struct Tools<'t> {
     /// The parameter `tools`.
     listed: &'t [String],
     context: &'t Context<'t>,
-    /// What the user should know about the files that cannot be told.
+    /// The warnings about the files that cannot be told.
     warnings: Vec<String>,
 }
 
@@ -184,7 +184,7 @@ impl Tools<'_> {
         Ok(file)
     }
 
-    /// What the arguments name.
+    /// Adds the files and folders that the arguments name.
     fn arguments(&mut self) -> Result<(), Failure> {
         for (text, pieces) in self.command.shown_arguments() {
             let mentions = paths::mentions(pieces, self.context);
@@ -318,7 +318,7 @@ struct FolderReader<'c> {
     context: &'c Context<'c>,
     /// The folders above the present one, so that a link to one of them is not followed for ever.
     open: Vec<PathBuf>,
-    /// At most so many files are read further.
+    /// The number of files that may still be read.
     left: usize,
     /// Whether a file that cannot be read is an error; otherwise that is recorded, and the program will tell.
     is_strict: bool,

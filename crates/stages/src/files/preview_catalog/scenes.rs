@@ -13,13 +13,13 @@ use transfer::{Frames, Transfer};
 use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
 use crate::values::artifacts;
 
-/// How many looks are kept, with their maps.
+/// The number of looks that are kept, with their maps.
 const LOOKS: usize = 4;
-/// How many lights are kept.
+/// The number of lights that are kept.
 const LIGHTS: usize = 4;
-/// How many meshes are kept.
+/// The number of meshes that are kept.
 const MESHES: usize = 4;
-/// How many tables, transfers and blends are kept.
+/// The number of tables, transfers and blends that are kept.
 const TABLES: usize = 2;
 
 /// The looks, lights and meshes that were shown last.
@@ -35,16 +35,17 @@ pub struct SceneCache {
     edited: Option<(LightKey, Material, Arc<Look>)>,
 }
 
-/// What a mesh is made from.
+/// The source that a mesh is made from.
 #[derive(PartialEq)]
 enum MeshKey {
     Made(Digest),
     BuiltIn(&'static str),
 }
 
-/// What a light is made from: environment, lighting, turn, added lights.
+/// The inputs that a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
-/// What a look is made from: light, reflection, material, table, sizes, and whether its maps hold the lamps.
+/// The inputs that a look is made from: light, reflection, material, table, sizes, and whether its maps hold
+/// the lamps.
 type LookKey = (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, (MapSizes, bool));
 
 impl SceneCache {
@@ -66,8 +67,8 @@ impl SceneCache {
         Ok(scene.with_transfer(transfer).with_blend(blend))
     }
 
-    /// Where each vertex of a mesh is between the materials of a table, if it was made of the present mesh
-    /// and can be read.
+    /// The place of each vertex of a mesh between the materials of a table, if it was made of the present
+    /// mesh and can be read.
     fn blend(
         &mut self,
         catalog: &PreviewCatalog,
@@ -134,7 +135,7 @@ impl SceneCache {
     /// ones.
     ///
     /// # Errors
-    /// As [`SceneCache::scene`].
+    /// The errors of [`SceneCache::scene`].
     pub fn look(
         &mut self,
         plan: &Plan,
@@ -274,8 +275,8 @@ impl PreviewCatalog {
         Some(material.0.clone())
     }
 
-    /// What the inspector shows about an entry: the sizes of its exported files, the warnings and notes of
-    /// its stages, and the warnings of its exports.
+    /// The facts that the inspector shows about an entry: the sizes of its exported files, the warnings and
+    /// notes of its stages, and the warnings of its exports.
     pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
         let plan = self.plan();
         let exports = entry.exports.iter().filter_map(|&item| {
@@ -309,7 +310,7 @@ fn not_finite() -> Failure {
     Failure::new("the light has a radiance that is not finite")
 }
 
-/// What the last build made of an item.
+/// The artifact that the last build made of an item.
 fn handle(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
     results.get(item).ok_or_else(|| {
         let (stage, key) = (super::stage_name(plan, item), &plan.items[item].key);

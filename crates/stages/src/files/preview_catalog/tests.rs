@@ -74,7 +74,7 @@ fn build(plan: &Plan) -> ResultsSnapshot {
     ResultsSnapshot::open(plan).unwrap()
 }
 
-/// What can be shown, a line for each entry: its names and what exports it.
+/// Describes the subjects that can be shown, a line for each entry: its names and what exports it.
 fn described(catalog: &PreviewCatalog) -> String {
     let mut text = String::new();
     for environment in catalog.environments() {

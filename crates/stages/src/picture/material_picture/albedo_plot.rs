@@ -8,7 +8,7 @@ use sphere::Direction;
 use super::curve::{Curve, draw_curves, luminance};
 use crate::picture::sheet::{short, theme};
 
-/// Angles of the views from the normal, in degrees: closer together toward the horizon, where Fresnel's
+/// The angles of the views from the normal, in degrees: closer together toward the horizon, where Fresnel's
 /// formula makes curves steep.
 const ANGLES: [f64; 23] = [
     0.0, 6.0, 12.0, 18.0, 24.0, 30.0, 36.0, 42.0, 48.0, 54.0, 60.0, 64.0, 68.0, 72.0, 75.0, 78.0, 80.0, 82.0,
@@ -20,7 +20,7 @@ const CHANNELS: [(&str, [u8; 3]); 3] = [("red", theme::RED), ("green", theme::GR
 
 /// The albedo toward views in one plane through the normal.
 pub(super) struct AlbedoPlot {
-    /// For each of [`ANGLES`], RGB.
+    /// The albedo at each of [`ANGLES`], RGB.
     albedo: Vec<[f64; 3]>,
 }
 
@@ -70,13 +70,13 @@ impl AlbedoPlot {
 struct Axes {
     /// The area of the data.
     area: Rect,
-    /// Between two labels of the albedo.
+    /// The distance between two labels of the albedo.
     step: f64,
     /// The albedo at the top.
     top: f64,
 }
 
-/// Between two labels: a fifth of 1, or a round number if the axis is longer.
+/// The distance between two labels: a fifth of 1, or a round number if the axis is longer.
 fn step(greatest: f64) -> f64 {
     let least = greatest.min(f64::MAX) / 6.0;
     let steps = (-1..309).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * math::powi(10f64, power)));

@@ -23,10 +23,10 @@ use sphere::{DMat3, DVec3, Direction, LatLong};
 
 /// The ball's radius in units of half the picture's width.
 const OUTLINE: f64 = 0.92;
-/// Points along each side of a pixel.
+/// The number of points along each side of a pixel.
 const POINTS: usize = 2;
 
-/// How many samples each point has.
+/// The numbers of samples that each point has.
 #[derive(Clone, Copy)]
 pub(super) struct Samples {
     lobes: u32,
@@ -38,7 +38,7 @@ impl Samples {
     pub(super) const FEW: Self = Self { lobes: 32, lamp: 4 };
 }
 
-/// M and C of the sky.
+/// The mean radiance M of the sky; [`CONTRAST`] is C.
 const SKY: f64 = 0.5;
 const CONTRAST: f64 = 0.7;
 /// Half the height of the soft horizon, as a sine.
@@ -47,13 +47,13 @@ const HORIZON: f64 = 0.25;
 const LAMP_IRRADIANCE: f64 = 1.6;
 /// The angle from the lamp's centre to its edge, in radians.
 const LAMP_RADIUS: f64 = 0.12;
-/// Toward the lamp; not yet of length 1.
+/// The direction toward the lamp; not yet of length 1.
 const LAMP_DIRECTION: DVec3 = DVec3::new(-0.65, 0.5, 0.6);
 
 /// The light, in the world's frame.
 struct Light {
     lamp: DMat3,
-    /// Of the lamp.
+    /// The radiance of the lamp.
     radiance: f64,
     solid_angle: f64,
 }
@@ -128,7 +128,7 @@ pub(super) fn exposure() -> f64 {
     Environment::new(grid, pixels.collect()).map_or(0.0, |environment| environment.exposure().stops)
 }
 
-/// Lays a colour over what is outside of the ball.
+/// Lays a colour over the pixels outside of the ball.
 pub(super) fn surround(picture: &mut [[u8; 3]], edge: usize, colour: [u8; 3]) {
     for (index, pixel) in picture.iter_mut().enumerate() {
         let at = |cell: usize| 2.0 * (cell as f64 + 0.5) / edge as f64 - 1.0;

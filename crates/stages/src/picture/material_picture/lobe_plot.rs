@@ -15,21 +15,21 @@ use sphere::Direction;
 use super::curve::{Curve, draw_curves, luminance};
 use crate::picture::sheet::{power_of_ten, theme};
 
-/// Angles of the light from the normal, in degrees, and the colours of their lobes.
+/// The angles of the light from the normal, in degrees, and the colours of their lobes.
 const LIGHTS: [(f64, [u8; 3]); 4] =
     [(0.0, theme::BLUE), (30.0, theme::GREEN), (60.0, theme::AMBER), (80.0, theme::VIOLET)];
 
-/// Steps of the view's angle away from highlights, in degrees.
+/// The steps of the view's angle away from highlights, in degrees.
 const STEP: f64 = 0.5;
-/// Near a highlight the steps grow by this factor, from [`FINEST`] on.
+/// The factor by which the steps grow near a highlight, from [`FINEST`] on.
 const GROWTH: f64 = 1.08;
-/// In degrees: a quarter of the width of the sharpest highlights.
+/// The finest step in degrees: a quarter of the width of the sharpest highlights.
 const FINEST: f64 = 1e-3;
 
 /// The lobes in one plane through the normal.
 pub(super) struct LobePlot {
-    /// For each of [`LIGHTS`]: the view's angle from the normal in radians, positive away from the light, and
-    /// the luminance of rho_hat.
+    /// The lobe of each of [`LIGHTS`]: the view's angle from the normal in radians, positive away from the
+    /// light, and the luminance of rho_hat.
     lobes: Vec<Vec<(f64, f64)>>,
     /// The powers of ten at the centre and at the outermost circle.
     decades: (i32, i32),
@@ -190,7 +190,7 @@ mod tests {
         }
     }
 
-    /// albedo cos(theta_i) / pi, at every view.
+    /// The lobe of a matte material is albedo cos(theta_i) / pi, at every view.
     #[test]
     fn a_matte_lobe_is_a_half_circle() {
         let plot = LobePlot::new(&Material::Lambert(Lambert::new([0.9; 3]).unwrap()), 0.0, 0.9);

@@ -6,7 +6,7 @@ use crate::picture::sheet::theme;
 
 const MARGIN: usize = 16;
 const GAP: usize = 12;
-/// Between a picture and its caption.
+/// The gap between a picture and its caption.
 const CAPTION_GAP: usize = 6;
 /// The height of a line of a caption.
 const LINE: usize = 20;
@@ -14,7 +14,7 @@ const LINE: usize = 20;
 /// A picture of a mode.
 pub(super) struct Panel {
     pub(super) label: &'static str,
-    /// How far it is from the picture that it is compared with.
+    /// The difference from the picture that it is compared with, in words.
     pub(super) detail: String,
     pub(super) picture: Vec<[u8; 3]>,
     /// The name and the picture of the difference.
@@ -24,7 +24,7 @@ pub(super) struct Panel {
 /// The layout of the pictures. A single picture has no margin and no name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ComparisonSheet {
-    /// Width and height of each picture.
+    /// The width and height of each picture.
     pub(super) picture: [usize; 2],
     pub(super) columns: usize,
     /// Whether there are differences below the pictures, and captions have a second line.
@@ -32,7 +32,7 @@ pub(super) struct ComparisonSheet {
 }
 
 impl ComparisonSheet {
-    /// Width and height in pixels.
+    /// The width and height of the sheet in pixels.
     pub(super) fn size(self) -> [usize; 2] {
         let ([width, height], gaps) = (self.picture, self.columns.saturating_sub(1));
         if self.columns == 1 && !self.compared {
@@ -72,7 +72,7 @@ impl ComparisonSheet {
     }
 }
 
-/// Frames of one size, with this many in each row.
+/// Joins frames of one size, with this many in each row.
 pub(super) fn strip(frames: &[Vec<[u8; 3]>], [width, height]: [usize; 2], columns: usize) -> Vec<[u8; 3]> {
     let mut whole = Vec::with_capacity(width * height * frames.len());
     for row in frames.chunks(columns) {

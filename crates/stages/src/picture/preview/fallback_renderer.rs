@@ -5,12 +5,13 @@ use preview::{Cpu, Picture, RenderError, Renderer, Scene, Shot, cpu_steps, graph
 
 use super::values::Backend;
 
-/// The device is not part of the key, so that another device does not make a result out of date.
+/// The end of a message about the device, which is not part of the key, so that another one does not make a
+/// result out of date.
 const KEPT: &str = "; this picture stays until a parameter or an input changes";
 
 /// Draws pictures of an item.
 pub(super) struct FallbackRenderer<'a> {
-    /// A step for each picture.
+    /// The steps of the item, one for each picture.
     pictures: &'a Steps<'a>,
     device: Option<Box<dyn Renderer>>,
     cpu: Cpu,

@@ -16,7 +16,7 @@ choice! {
     }
 }
 
-/// Width and height in pixels.
+/// The width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) [usize; 2]);
 
@@ -40,7 +40,7 @@ impl Parameter for Size {
         }
     }
 
-    /// Always two numbers: a square has one form only.
+    /// Writes always two numbers: a square has one form only.
     fn canonical(&self) -> serde_json::Value {
         self.0.to_vec().into()
     }

@@ -17,9 +17,9 @@ struct Candidate<'a> {
     method: Method,
     environment: &'a str,
     export: &'a Export,
-    /// Under all environments together.
+    /// The bytes of the export under all environments together.
     bytes: u64,
-    /// The least and the most under any environment.
+    /// The least and the most degree P under any environment.
     p: [usize; 2],
 }
 
@@ -51,7 +51,7 @@ fn of_exports<'a>(environment: &'a str, exports: &'a [Export]) -> Vec<Candidate<
     exports.iter().map(of).collect()
 }
 
-/// What to use for a pair; `given` are the degrees, unless they were chosen for the light.
+/// Advises on a pair; `given` are the degrees, unless they were chosen for the light.
 pub(crate) fn of_pair(
     environment: &str,
     exports: &[Export],
@@ -69,7 +69,7 @@ pub(crate) fn of_pair(
     advice
 }
 
-/// What to use for a material under all environments; `pairs` are those of the material.
+/// Advises on a material under all environments; `pairs` are those of the material.
 pub(crate) fn of_material(pairs: &[&PairFigures], limits: &Limits) -> Advice {
     let candidates: Vec<_> =
         Method::ALL.into_iter().filter_map(|method| under_the_worst(method, pairs, limits)).collect();
@@ -107,7 +107,7 @@ fn under_the_worst<'a>(method: Method, pairs: &[&'a PairFigures], limits: &Limit
     Some(Candidate { bytes, p, ..worst })
 }
 
-/// What to use, without remedies.
+/// Advises on candidates, without remedies.
 fn advise(candidates: &[Candidate<'_>], several: bool, limits: &Limits) -> Advice {
     let Some(chosen) = choose(candidates, limits) else {
         let (environment, why) = (String::new(), String::new());
@@ -157,7 +157,7 @@ fn advise(candidates: &[Candidate<'_>], several: bool, limits: &Limits) -> Advic
     Advice { method: chosen.method, good, environment: environment.to_owned(), why }
 }
 
-/// What was tried beside the exports, and what it reached.
+/// Says what was tried beside the exports, and what it reached.
 fn remedy(tried: &[Trial], limits: &Limits) -> String {
     let is_good = |trial: &&Trial| limits.excess(&trial.export.errors) <= 1.0;
     let what = |trial: &Trial| {
@@ -206,7 +206,7 @@ fn changed(change: &Change) -> String {
     settings.join(" and ")
 }
 
-/// How far off errors are, in a word or two.
+/// Says how far off errors are, in a word or two.
 pub(crate) fn word(errors: &Errors, limits: &Limits) -> &'static str {
     match limits.excess(errors) {
         excess if excess <= 1.0 => "good",

@@ -3,7 +3,7 @@
 use sh::Window;
 use sphere::LatLong;
 
-/// The highest degree that is tried: that of the paper.
+/// The highest degree that is tried: that of [KSS02, fig. 6].
 pub(crate) const MOST: usize = 14;
 
 /// The degrees whose pictures are shown, and their windows.
@@ -16,8 +16,8 @@ pub(crate) const PICTURE: LatLong = LatLong::with_rows(66);
 /// 8-bit sRGB pictures of the section.
 #[derive(Default)]
 pub(crate) struct TablePictures {
-    /// Of each environment: the light of each of [`SHOWN`], and the environment itself.
+    /// The light of each of [`SHOWN`], and the environment itself, for each environment.
     pub(crate) lights: Vec<Vec<Vec<[u8; 3]>>>,
-    /// Of each material under each environment: spheres of each of [`SHOWN`], and by brute force.
+    /// The spheres of each of [`SHOWN`], and by brute force, for each material under each environment.
     pub(crate) spheres: Vec<Vec<Vec<Vec<[u8; 3]>>>>,
 }

@@ -13,21 +13,21 @@ pub(crate) struct Report {
     pub(crate) settings: Settings,
     pub(crate) materials: Vec<MaterialFigures>,
     pub(crate) pairs: Vec<PairFigures>,
-    /// With `sections = ["tables"]`: what degrees of BRDF tables lose. Empty otherwise.
+    /// The losses of degrees of BRDF tables with `sections = ["tables"]`. Empty otherwise.
     pub(crate) tables: Vec<TableFigures>,
-    /// With `sections = ["sampling"]`: the noise of samples. Empty otherwise.
+    /// The noise of samples with `sections = ["sampling"]`. Empty otherwise.
     pub(crate) sampling: Vec<NoisePair>,
-    /// With `sections = ["rigs"]`: what a few lights lose, for each environment. Empty otherwise.
+    /// The losses of a few lights for each environment, with `sections = ["rigs"]`. Empty otherwise.
     pub(crate) rigs: Vec<RigFigures>,
 }
 
-/// How it was measured.
+/// The settings of the measurement.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Settings {
     pub(crate) limits: Limits,
-    /// Texels along the edge of a face of the exported maps.
+    /// The number of texels along the edge of a face of the exported maps.
     pub(crate) resolution: usize,
-    /// Pixels along the edge of a picture of the sphere.
+    /// The number of pixels along the edge of a picture of the sphere.
     pub(crate) sphere: usize,
     /// The factor by which the second row of differences is amplified.
     pub(crate) amplify: f64,
@@ -35,10 +35,10 @@ pub(crate) struct Settings {
     pub(crate) table_error: f64,
 }
 
-/// A figure is known if its standard error is at most this share of it.
+/// The largest standard error of a known figure, as a share of the figure.
 const KNOWN: f64 = 0.02;
 
-/// Standard errors between a figure and a limit that make certain on which side it is.
+/// The number of standard errors between a figure and a limit that make certain on which side it is.
 const CERTAIN: f64 = 3.0;
 
 /// The errors in stops up to which an export is good.
@@ -49,7 +49,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// The limit for 99 of 100 samples is this many times that for 95.
+    /// The factor from the limit for 95 of 100 samples to that for 99.
     const P99: f64 = 10.0 / 3.0;
 
     /// The limits with this one for 95 of 100 samples.
@@ -66,7 +66,7 @@ impl Limits {
             && (is_certain || known(errors.p99_uncertainty, errors.p99, self.p99))
     }
 
-    /// How many times an error is larger than its limit, the worse of both: at most 1 if it is good.
+    /// The factor by which an error is larger than its limit, the worse of both: at most 1 if it is good.
     pub(crate) fn excess(&self, errors: &Errors) -> f64 {
         (errors.p95 / self.p95).max(errors.p99 / self.p99)
     }
@@ -75,7 +75,7 @@ impl Limits {
 /// The difference of an export from brute force over the sphere's pixels and channels, the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Errors {
-    /// RMS difference divided by the RMS radiance.
+    /// The RMS difference divided by the RMS radiance.
     pub(crate) rms: f64,
     /// The error in stops that 95 of 100 samples stay below: |log2((value + e) / (truth + e))|, e being 1 %
     /// of the environment's mean radiance, so that black is black. Negative values count as 0.
@@ -94,7 +94,7 @@ pub(crate) struct Errors {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MaterialFigures {
     pub(crate) name: String,
-    /// The model and what it is centred on.
+    /// The name of the model and of its centre.
     pub(crate) model: String,
     pub(crate) centre: &'static str,
     pub(crate) advice: Advice,
@@ -108,14 +108,14 @@ pub(crate) struct PairFigures {
     /// The degrees of the reflection.
     pub(crate) f: usize,
     pub(crate) p: usize,
-    /// The lamps beside it.
+    /// The number of lamps beside the reflection.
     pub(crate) lamps: usize,
-    /// Whether its degrees were chosen for this light; otherwise they were given.
+    /// Whether the reflection's degrees were chosen for this light; otherwise they were given.
     pub(crate) for_light: bool,
-    /// In the order of [`Method::ALL`]; [`Method::ShrmSeparate`] only if there are lamps, and
+    /// The exports in the order of [`Method::ALL`]; [`Method::ShrmSeparate`] only if there are lamps, and
     /// [`Method::PartMaps`] only of a material of two parts.
     pub(crate) exports: Vec<Export>,
-    /// What else was measured, because no export is good or given degrees show.
+    /// The other exports that were measured, because no export is good or given degrees show.
     pub(crate) tried: Vec<Trial>,
     pub(crate) advice: Advice,
 }
@@ -137,7 +137,7 @@ pub(crate) struct TablePair {
     pub(crate) environment: String,
     /// The least degree with an error of at most [`Settings::table_error`]; none if no degree has.
     pub(crate) advised: Option<usize>,
-    /// Every degree, and the highest with a window.
+    /// The cuts at every degree, and at the highest with a window.
     pub(crate) cuts: Vec<Cut>,
 }
 
@@ -164,12 +164,12 @@ pub(crate) const TIMED: usize = 64;
 pub(crate) struct NoisePair {
     pub(crate) material: String,
     pub(crate) environment: String,
-    /// Each of [`Follows::ALL`] with each of [`PointSet::ALL`].
+    /// The noise of each of [`Follows::ALL`] with each of [`PointSet::ALL`].
     pub(crate) noise: Vec<Noise>,
 }
 
 impl NoisePair {
-    /// What the directions follow that have the least noise at one of [`SAMPLES`], by random points.
+    /// The density that has the least noise at one of [`SAMPLES`], by random points.
     pub(crate) fn least(&self, samples: usize) -> Option<Follows> {
         let place = SAMPLES.iter().position(|count| *count == samples)?;
         let random = self.noise.iter().filter(|noise| noise.points == PointSet::Random);
@@ -185,7 +185,7 @@ pub(crate) struct Noise {
     pub(crate) points: PointSet,
     /// The relative RMS error of 4, 16, 64 and 256 samples.
     pub(crate) rms: Vec<f64>,
-    /// With `equal-time`: in the time that 64 samples of the product take.
+    /// The noise in the time that 64 samples of the product take, with `equal-time`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) equal_time: Option<EqualTime>,
 }
@@ -193,14 +193,14 @@ pub(crate) struct Noise {
 /// The noise in the time of others.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct EqualTime {
-    /// Of an estimate of 64 samples, on one thread.
+    /// The time of an estimate of 64 samples, on one thread.
     pub(crate) seconds: f64,
-    /// As many as fit into the time.
+    /// The number of samples that fit into the time.
     pub(crate) samples: usize,
     pub(crate) rms: f64,
 }
 
-/// What directions follow.
+/// The function that the density of directions follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Follows {
@@ -208,7 +208,7 @@ pub(crate) enum Follows {
     Light,
     /// The material at the view.
     Lobe,
-    /// Half of the samples each, in the balance heuristic.
+    /// Half of the samples follow the light and half the material, in the balance heuristic.
     Both,
     /// The product of light and lobe.
     Product,
@@ -217,7 +217,7 @@ pub(crate) enum Follows {
 impl Follows {
     pub(crate) const ALL: [Self; 4] = [Self::Light, Self::Lobe, Self::Both, Self::Product];
 
-    /// The name in headings.
+    /// The density's name in headings.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Light => "light",
@@ -253,7 +253,7 @@ pub(crate) struct RigFigures {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RigSpheres {
     pub(crate) material: String,
-    /// Each number of lights by each of [`RigMethod::ALL`].
+    /// The spheres of each number of lights by each of [`RigMethod::ALL`].
     pub(crate) spheres: Vec<RigSphere>,
 }
 
@@ -261,7 +261,7 @@ pub(crate) struct RigSpheres {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct RigSphere {
     pub(crate) method: RigMethod,
-    /// The number of lights that were asked for, and that there are.
+    /// The number of lights that were asked for; there may be fewer.
     pub(crate) asked: u32,
     pub(crate) lights: usize,
     /// The relative RMS error of the rig's irradiance, as `sample-light` reports it.
@@ -270,7 +270,7 @@ pub(crate) struct RigSphere {
     pub(crate) errors: Errors,
 }
 
-/// How a rig is made.
+/// The way in which a rig is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum RigMethod {
@@ -304,12 +304,13 @@ pub(crate) enum Method {
     Cabral,
     /// The spherical harmonic reflection map with all light in it, `export-shrm`.
     Shrm,
-    /// The same with the lamps as lights beside it, `export-shrm` with `lamps = "separate"`.
+    /// The spherical harmonic reflection map with the lamps as lights beside it, `export-shrm` with `lamps =
+    /// "separate"`.
     ShrmSeparate,
 }
 
 impl Method {
-    /// From the plainest to the most exact.
+    /// The methods from the plainest to the most exact.
     pub(crate) const ALL: [Self; 6] = [
         Self::ReflectionMap,
         Self::PartMaps,
@@ -319,7 +320,7 @@ impl Method {
         Self::ShrmSeparate,
     ];
 
-    /// The name in headings.
+    /// The method's name in headings.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::ReflectionMap => "Plain map",
@@ -331,7 +332,7 @@ impl Method {
         }
     }
 
-    /// The kind that writes it.
+    /// The kind of stage that writes the export.
     pub(crate) fn kind(self) -> &'static str {
         match self {
             Self::ReflectionMap => "export-reflection-map",
@@ -354,11 +355,11 @@ pub(crate) struct Export {
     pub(crate) f: usize,
     /// The degree in the view that the file holds, or that its views were made from.
     pub(crate) p: usize,
-    /// Bytes of its texels as RGBA half floats, and of its lights.
+    /// The bytes of the export's texels as RGBA half floats, and of its lights.
     pub(crate) bytes: u64,
-    /// What the bytes are made of.
+    /// The textures that the bytes are made of.
     pub(crate) texture: String,
-    /// It was measured at one of so many pixels of the picture: 1, 2, 4, 8, ...
+    /// The number of the picture's pixels of which one was measured: 1, 2, 4, 8, ...
     pub(crate) one_of: usize,
 }
 
@@ -369,13 +370,13 @@ pub(crate) struct Trial {
     pub(crate) export: Export,
 }
 
-/// What was changed for a trial.
+/// The settings that were changed for a trial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Change {
     /// No degree, tolerance or window was given: lamps are kept beside the series, and F and P are what
     /// shows.
     pub(crate) no_degree: bool,
-    /// These degrees were given.
+    /// The degrees that were given, if the change was of degrees.
     pub(crate) degree: Option<[usize; 2]>,
     /// The edge of a face.
     pub(crate) resolution: Option<usize>,
@@ -385,9 +386,9 @@ pub(crate) struct Change {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Advice {
     pub(crate) method: Method,
-    /// Whether its errors are within the limits, under every environment.
+    /// Whether the export's errors are within the limits, under every environment.
     pub(crate) good: bool,
-    /// The environment under which it is worst.
+    /// The environment under which the export is worst.
     pub(crate) environment: String,
     /// The reason in plain language.
     pub(crate) why: String,

@@ -28,7 +28,7 @@ use crate::picture::report::study::Lit;
 /// The most samples that fit into the time of [`TIMED`] others.
 const MOST: usize = 4096;
 
-/// Surfaces, and estimates of each.
+/// The number of surfaces, each with [`ROUNDS`] estimates.
 const SURFACES: u32 = 16;
 const ROUNDS: u32 = 8;
 
@@ -39,7 +39,7 @@ const P: usize = 16;
 /// The share of a series' density that is uniform, for what the series lacks of the material.
 const UNIFORM: f32 = 0.1;
 
-/// Environments with more rows are averaged to this many.
+/// The most rows of an environment: those with more are averaged to this many.
 const ROWS: usize = 512;
 
 /// A surface and a view of it.
@@ -52,13 +52,13 @@ struct Surface {
     exact: f64,
 }
 
-/// What all estimates of a pair share.
+/// The inputs that all estimates of a pair share.
 struct Scene<'a> {
     environment: Cow<'a, Environment>,
     material: &'a Material,
     series: &'a BrdfCoefficients,
     surfaces: Vec<Surface>,
-    /// Below this, radiance counts as black.
+    /// The radiance below which a value counts as black.
     dark: f64,
     light: ProductSampler,
     tables: Arc<Tables>,
@@ -94,7 +94,7 @@ pub(crate) fn study(
 }
 
 impl<'a> Scene<'a> {
-    /// `None` under a black environment.
+    /// Prepares a pair's estimates; `None` under a black environment.
     fn new(
         lit: &Lit<'a>,
         material: &'a Material,
@@ -130,7 +130,7 @@ impl<'a> Scene<'a> {
         Ok(Some(scene))
     }
 
-    /// The sum over all texels.
+    /// The exact radiance as the sum over all texels.
     fn exact(&self, surface: &Surface) -> f64 {
         let grid = self.environment.grid();
         let rows: Vec<f64> = (self.environment.pixels().par_chunks_exact(grid.width).enumerate())
@@ -246,11 +246,11 @@ impl PointSet {
     }
 }
 
-/// What draws the samples of a surface; `None` where nothing is positive.
+/// The samplers of a surface; `None` where nothing is positive.
 struct Estimator<'a> {
     scene: &'a Scene<'a>,
     surface: &'a Surface,
-    /// One, or the two whose samples are weighed together.
+    /// One sampler, or the two whose samples are weighed together.
     samplers: Vec<Box<dyn Draw + Send + Sync + 'a>>,
 }
 

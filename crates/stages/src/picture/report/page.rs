@@ -17,19 +17,20 @@ use crate::values::quantity::size;
 
 /// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.
 pub(crate) struct Pictures {
-    /// By brute force.
+    /// The picture by brute force.
     pub(crate) truth: Vec<[u8; 3]>,
-    /// In the order of [`PairFigures::exports`]: what each shows, and the truth, where it was measured.
+    /// The pictures in the order of [`PairFigures::exports`]: what each shows, and the truth, where it was
+    /// measured.
     pub(crate) exports: Vec<[Vec<[u8; 3]>; 2]>,
 }
 
 /// The pictures of all sections.
 #[derive(Default)]
 pub(crate) struct PagePictures {
-    /// In the order of the report's pairs.
+    /// The pictures of maps, in the order of the report's pairs.
     pub(crate) maps: Vec<Pictures>,
     pub(crate) tables: TablePictures,
-    /// In the order of the report's rigs.
+    /// The pictures of rigs, in the order of the report's rigs.
     pub(crate) rigs: Vec<RigPictures>,
 }
 

@@ -12,7 +12,7 @@ use crate::picture::report::sphere::Sphere;
 /// Reflected light for look-ups at these central directions.
 pub(crate) struct Reader<'a> {
     pub(crate) central: &'a [Direction],
-    /// What an export writes at least: see `map_source.rs`.
+    /// The least value that an export writes: see `map_source.rs`.
     pub(crate) least: f32,
 }
 
@@ -108,7 +108,7 @@ impl Reader<'_> {
         )
     }
 
-    /// What each pixel sees.
+    /// Looks up the light that each pixel sees.
     fn look<T>(
         &self,
         reader: impl Fn() -> T + Sync + Send,
@@ -138,7 +138,7 @@ mod tests {
         Lighting { series, lights: vec![lamp(1.2, 0.4), lamp(2.2, 2.9)] }
     }
 
-    /// With lamps and without, azimuth and without.
+    /// Reflections with and without lamps, with and without a dependence on azimuth.
     fn reflections() -> Vec<Reflection> {
         let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
         let materials = [

@@ -18,6 +18,6 @@ pub(crate) const PICTURE: LatLong = LatLong::with_rows(66);
 pub(crate) struct RigPictures {
     /// The environment with the lights of each of [`LIGHTS`], and without them.
     pub(crate) lights: Vec<Vec<[u8; 3]>>,
-    /// Of each material: spheres under each of [`LIGHTS`], and by brute force.
+    /// The spheres under each of [`LIGHTS`], and by brute force, for each material.
     pub(crate) spheres: Vec<Vec<Vec<[u8; 3]>>>,
 }

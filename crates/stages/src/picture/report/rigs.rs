@@ -101,7 +101,7 @@ fn under(
     Ok((figures, pictures))
 }
 
-/// What each surface shows of lights, each from one direction.
+/// The radiance that each surface shows of lights, each from one direction.
 fn shade(material: &Material, axes: &[DMat3], lights: &[Light]) -> Vec<[f32; 3]> {
     let pixel = |axes: &DMat3| {
         let local = |w: Direction| Direction::normalised(axes.transpose() * w.vector());

@@ -70,7 +70,7 @@ fn table(page: &mut Markup, pair: &NoisePair) {
 const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 240.0;
 
-/// Errors at the foot and the head of a chart.
+/// The errors at the foot and the head of a chart.
 const ERRORS: [f64; 2] = [0.003, 10.0];
 
 /// The error against samples, both axes logarithmic.
@@ -134,7 +134,7 @@ fn line(noise: &Noise, x: impl Fn(usize) -> f64, y: impl Fn(f64) -> f64) -> Stri
     places.collect::<Vec<_>>().join(" ")
 }
 
-/// Legible on light and dark paper.
+/// The colour of a density, legible on light and dark paper.
 fn colour(follows: Follows) -> &'static str {
     match follows {
         Follows::Light => "#c98500",

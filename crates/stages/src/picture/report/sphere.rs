@@ -23,10 +23,10 @@ pub(crate) struct Lattice {
 const LEAST: usize = 800;
 
 impl Lattice {
-    /// The whole picture.
+    /// The lattice of the whole picture.
     pub(crate) const ALL: Self = Self { halvings: 0 };
 
-    /// The coarsest with this many of so many pixels, and at least as coarse as another.
+    /// Returns the coarsest lattice with this many of so many pixels, and at least as coarse as another.
     pub(crate) fn at_most(self, count: usize, of: usize) -> Self {
         let mut lattice = self;
         while of >> lattice.halvings > count.max(1) {
@@ -35,22 +35,22 @@ impl Lattice {
         lattice
     }
 
-    /// The one to begin with in a picture of so many pixels.
+    /// The lattice to begin with in a picture of so many pixels.
     pub(crate) fn first(pixels: usize) -> Self {
         Self { halvings: (pixels / LEAST).max(1).ilog2() }
     }
 
-    /// The one with twice as many pixels; `None` if this is the whole picture.
+    /// Returns the lattice with twice as many pixels; `None` if this is the whole picture.
     pub(crate) fn finer(self) -> Option<Self> {
         Some(Self { halvings: self.halvings.checked_sub(1)? })
     }
 
-    /// One of how many pixels is in it.
+    /// The number of the picture's pixels of which one is in the lattice.
     pub(crate) fn one_of(self) -> usize {
         1 << self.halvings
     }
 
-    /// The distance of its rows, or of the rows of a chequerboard's squares.
+    /// The distance of the lattice's rows, or of the rows of a chequerboard's squares.
     fn step(self) -> usize {
         1 << (self.halvings / 2)
     }
@@ -62,7 +62,7 @@ impl Lattice {
             && (self.halvings.is_multiple_of(2) || (x / step + y / step).is_multiple_of(2))
     }
 
-    /// Which of four coarser lattices, shifted against each other, a pixel of this one is in.
+    /// The index of the coarser lattice, of four shifted against each other, that a pixel of this one is in.
     fn quarter(self, [x, y]: [usize; 2]) -> usize {
         let [x, y] = [x / self.step(), y / self.step()];
         // The axes of a chequerboard are its diagonals.
@@ -87,12 +87,12 @@ struct Pixel {
 }
 
 impl Sphere {
-    /// A picture of `edge` x `edge` pixels whose border the sphere touches.
+    /// The sphere in a picture of `edge` x `edge` pixels whose border it touches.
     pub(crate) fn new(edge: usize) -> Self {
         Self::on(Lattice::ALL, edge)
     }
 
-    /// The pixels of a lattice in such a picture.
+    /// The pixels of a lattice in a picture of `edge` x `edge` pixels.
     pub(crate) fn on(lattice: Lattice, edge: usize) -> Self {
         let half = edge as f64 / 2.0;
         let at = |i: usize| (i as f64 + 0.5 - half) / half;
@@ -118,7 +118,7 @@ impl Sphere {
         Direction::normalised(-DVec3::X)
     }
 
-    /// The lattice of its pixels.
+    /// The lattice of the sphere's pixels.
     pub(crate) fn lattice(&self) -> Lattice {
         self.lattice
     }
@@ -128,7 +128,7 @@ impl Sphere {
         self.pixels.iter().map(|pixel| pixel.index)
     }
 
-    /// The pixels that are in a lattice.
+    /// Whether each pixel is in a lattice.
     fn inside(&self, lattice: Lattice) -> impl Iterator<Item = bool> {
         self.pixels.iter().map(move |pixel| pixel.inside && lattice.holds(self.place(pixel)))
     }
@@ -213,7 +213,7 @@ impl Sphere {
     }
 
     /// The values of every pixel of the whole picture's sphere, in the order of its [`Sphere::central`], from
-    /// those that were measured on a lattice: the others are means of what is around them.
+    /// those that were measured on a lattice: the others are means of the ones around them.
     pub(crate) fn filled(&self, lattice: Lattice, values: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let mut measured = vec![None; self.edge * self.edge];
         for ((pixel, is_measured), value) in self.pixels.iter().zip(self.within(lattice)).zip(values) {

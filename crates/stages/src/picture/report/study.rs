@@ -23,32 +23,33 @@ use crate::picture::report::page::Pictures;
 use crate::picture::report::readers::Reader;
 use crate::picture::report::sphere::{Lattice, Sphere};
 
-/// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
+/// The number of angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
 const SLICES: usize = 16;
 
-/// Bytes of a light: direction, radius and irradiance as seven 32-bit numbers.
+/// The bytes of a light: direction, radius and irradiance as seven 32-bit numbers.
 const LIGHT_BYTES: usize = 28;
 
-/// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
+/// The error in stops of 95 of 100 samples above which a ring beside a highlight shows.
 const RING: f64 = 0.1;
 
-/// Coefficients of a map with lamps that are fitted for one view: about half a second of one core.
+/// The number of coefficients of a map with lamps that are fitted for one view: about half a second of one
+/// core.
 const FITTED: usize = 1 << 18;
 
-/// Pixels between two checks for cancellation.
+/// The number of pixels between two checks for cancellation.
 const BAND: usize = 512;
 
 /// The error of the ground truth: 0.003 stops.
 const TRUTH: f64 = 0.002;
 
-/// An environment, and what is made from it once.
+/// An environment, and the light that is made from it once.
 pub(crate) struct Lit<'a> {
     pub(crate) name: String,
     pub(crate) environment: &'a Environment,
-    /// Stops.
+    /// The exposure in stops.
     pub(crate) exposure: f64,
     pub(crate) tree: LightTree<'a>,
-    /// The radiance below which black is black.
+    /// The radiance below which a value counts as black.
     pub(crate) dark: f64,
     full: OnceCell<Lighting>,
 }
@@ -71,7 +72,7 @@ impl<'a> Lit<'a> {
     }
 }
 
-/// What surfaces show by brute force, seen from [`Sphere::view`]: frames with their tangents, other
+/// The radiance of surfaces by brute force, seen from [`Sphere::view`]: frames with their tangents, other
 /// directions in the surface and normals as columns. It takes a step.
 pub(crate) fn brute_force(
     lit: &Lit<'_>,
@@ -92,18 +93,18 @@ pub(crate) fn brute_force(
     Ok(truth)
 }
 
-/// A material, and what is made from it once.
+/// A material, and the lobes and coefficients that are made from it once.
 pub(crate) struct Studied<'a> {
     pub(crate) name: String,
     pub(crate) material: Cow<'a, brdf::Material>,
     /// The diffuse and the specular part, of a material that has both.
     parts: OnceCell<Option<Box<[Studied<'static>; 2]>>>,
     full: OnceCell<BrdfCoefficients>,
-    /// Of degrees that the report's parameters give.
+    /// The coefficients of degrees that the report's parameters give.
     given: OnceCell<BrdfCoefficients>,
-    /// What it reflects of a small light in the mean over all views.
+    /// The material's lobe for a small light, in the mean over all views.
     mean: OnceCell<MeanLobe>,
-    /// The same over the views at each angle of a 3D texture.
+    /// The material's lobes for a small light, in the mean over the views at each angle of a 3D texture.
     rings: OnceCell<Vec<MeanLobe>>,
 }
 
@@ -229,7 +230,7 @@ pub(crate) fn pair(
     Ok((figures, pictures))
 }
 
-/// What readers see, and the lattice where it counts.
+/// The lattice of pixels that count, and the radiance that readers see there.
 type Seen = (Lattice, Vec<[f32; 3]>);
 
 /// The map without lamps.
@@ -277,8 +278,8 @@ impl<'a> Scene<'a> {
         Ok(Self { sphere, central, truth, dark, context: steps.context() })
     }
 
-    /// Every export but the map with lamps in it, with what its readers see and the lattice where that was
-    /// measured.
+    /// Measures every export but the map with lamps in it; returns each with the radiance that its readers
+    /// see and the lattice where that was measured.
     fn exports(
         &self,
         lit: &Lit<'_>,
@@ -309,12 +310,12 @@ impl<'a> Scene<'a> {
         self.sphere.picture(&to_srgb8(&filled, exposure, ToneMap::Filmic))
     }
 
-    /// The readers of what is made of a reflection.
+    /// The readers of the maps of a reflection.
     fn reader(&self, reflection: &Reflection) -> Reader<'_> {
         Reader { central: &self.central, least: if reflection.is_for_light() { 0.0 } else { f32::MIN } }
     }
 
-    /// A plain map of each part, and what readers see who add both.
+    /// Measures a plain map of each part, and the sum of both that readers see.
     fn part_maps(
         &self,
         lit: &Lit<'_>,
@@ -362,7 +363,8 @@ impl<'a> Scene<'a> {
         ))
     }
 
-    /// One export, and what its readers see; `soft` is the reflection's map without lamps.
+    /// Measures one export, and the radiance that its readers see; `soft` is the reflection's map without
+    /// lamps.
     fn measure(
         &self,
         method: Method,
@@ -463,9 +465,9 @@ impl<'a> Scene<'a> {
         Ok((map, lattice))
     }
 
-    /// What else might help, if no export is good or given degrees show: measured until something is good.
-    /// First without given degrees, then with more texels, and in light without lamps with the highest
-    /// degrees.
+    /// Tries other exports that might help, if no export is good or given degrees show: measured until
+    /// something is good. First without given degrees, then with more texels, and in light without lamps with
+    /// the highest degrees.
     fn trials(
         &self,
         lit: &Lit<'_>,

@@ -1,8 +1,8 @@
-//! BRDF tables in a report: what a sphere loses if light and table are cut at a degree, as in figure 6 of
-//! Kautz, Sloan and Snyder (2002).
+//! BRDF tables in a report: what a sphere loses if light and table are cut at a degree, as in
+//! [KSS02, fig. 6].
 //!
-//! The coefficients c_i(v) come from a table of degree 14 that is made here; equation 1 is evaluated at every
-//! pixel. The sphere is brushed along +Z, projected into the surface.
+//! The coefficients c_i(v) come from a table of degree 14 that is made here; [KSS02, eq. 1] is evaluated at
+//! every pixel. The sphere is brushed along +Z, projected into the surface.
 
 use brdf::{BrdfTable, Material, captured_unless, tabulate_unless};
 use engine::{Context, Failure, Steps};
@@ -15,7 +15,7 @@ use crate::picture::report::figures::{Cut, Settings, TableFigures, TablePair};
 use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::study::{Lit, brute_force};
 
-/// Views along an edge of the table.
+/// The number of views along an edge of the table.
 const VIEWS: usize = 48;
 
 /// The figures and pictures of named materials under every environment. It takes a step for each pair.
@@ -66,7 +66,7 @@ impl Tabulated {
 /// An environment as a series with all of its light, and pictures of its cuts.
 struct Series {
     light: Expansion,
-    /// Those of [`SHOWN`], and the environment itself.
+    /// The pictures of each of [`SHOWN`], and of the environment itself.
     pictures: Vec<Vec<[u8; 3]>>,
 }
 

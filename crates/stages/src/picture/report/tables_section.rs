@@ -63,7 +63,7 @@ fn badge(advised: Option<usize>) -> String {
     }
 }
 
-/// The degree that is good under an environment, or what the highest reaches.
+/// Says which degree is good under an environment, or what the highest reaches.
 fn advice(pair: &TablePair) -> String {
     match pair.advised {
         Some(degree) => {

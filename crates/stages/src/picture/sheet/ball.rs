@@ -13,7 +13,7 @@ use sphere::{DVec3, Direction};
 const HALF_WIDTH: f64 = 0.5;
 /// The ball's outline in units of half the picture's width.
 const OUTLINE: f64 = 0.8;
-/// Samples along each side of a pixel: of the background, on the outline, on the ball.
+/// The numbers of samples along each side of a pixel: of the background, on the outline, on the ball.
 const SAMPLES: [usize; 3] = [1, 6, 2];
 
 /// The radiance that an `edge` x `edge` picture sees, of a ball whose reflected light is in `field`, and that
@@ -90,7 +90,7 @@ mod tests {
 
     use super::*;
 
-    /// The ball without lamps, to its end.
+    /// Draws the ball without lamps, to its end.
     fn whole(environment: &Environment, field: &Shrm, edge: usize) -> Vec<[f32; 3]> {
         ball(environment, field, None, edge, &|| false)
     }
@@ -155,7 +155,7 @@ mod tests {
         assert!(hit(DVec3::new(1.0, 0.401, 0.0).normalize(), distance).is_none());
     }
 
-    /// Only B_10 is there: the ball shows Y_10(w_o), the cosine between the view and R, 2 (N.V)^2 - 1.
+    /// The ball of B_10 alone shows Y_10(w_o), the cosine between the view and R, 2 (N.V)^2 - 1.
     #[test]
     fn what_changes_with_the_view_is_seen_from_the_camera() {
         let grid = LatLong::with_rows(64);

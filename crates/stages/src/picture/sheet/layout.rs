@@ -11,17 +11,19 @@ const GUTTER: usize = 20;
 pub(super) const COLUMN: usize = 304;
 const COLUMNS: usize = 5;
 const CONTENT: usize = COLUMNS * COLUMN + (COLUMNS - 1) * GUTTER;
-/// Height of one line of a caption.
+/// The height of one line of a caption.
 const LINE: usize = 21;
-/// Between a picture and its caption.
+/// The gap between a picture and its caption.
 const CAPTION_GAP: usize = 9;
-/// Between a row's captions and the next row.
+/// The gap between a row's captions and the next row.
 const ROW_GAP: usize = 24;
-/// Between sections.
+/// The gap between sections.
 const SECTION_GAP: usize = 38;
-/// Between the two halves of the materials; wider than between a map and its ball, which belong together.
+/// The gap between the two halves of the materials; wider than between a map and its ball, which belong
+/// together.
 const HALF_GUTTER: usize = 44;
-/// Edge of a ball: a 2:1 map and a ball of one height fill half the sheet, with a gap of about 12 between.
+/// The edge of a ball: a 2:1 map and a ball of one height fill half the sheet, with a gap of about 12
+/// between.
 pub(super) const BALL: usize = ((CONTENT - HALF_GUTTER) / 2 - 12) / 3;
 
 /// A picture with a caption of two lines below.

@@ -13,7 +13,7 @@ const DECADES: i32 = 8;
 pub(crate) struct EnergyPlot<'a> {
     /// The energy of degree l.
     pub(crate) energies: &'a [f64],
-    /// Degrees to mark on the line.
+    /// The degrees to mark on the line.
     pub(crate) marks: &'a [usize],
 }
 

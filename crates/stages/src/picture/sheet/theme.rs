@@ -8,11 +8,11 @@ pub(crate) const RULE: [u8; 3] = [54, 54, 57];
 pub(crate) const GRID: [u8; 3] = [44, 44, 47];
 pub(crate) const BRIGHT: [u8; 3] = [236, 236, 238];
 pub(crate) const DIM: [u8; 3] = [150, 150, 156];
-/// Energy of each degree.
+/// The colour of the energy of each degree.
 pub(crate) const AMBER: [u8; 3] = [238, 172, 86];
-/// Energy up to each degree.
+/// The colour of the energy up to each degree.
 pub(crate) const BLUE: [u8; 3] = [112, 178, 240];
-/// Other curves.
+/// The colour of other curves.
 pub(crate) const RED: [u8; 3] = [236, 112, 104];
 pub(crate) const GREEN: [u8; 3] = [112, 200, 128];
 pub(crate) const VIOLET: [u8; 3] = [204, 140, 232];
