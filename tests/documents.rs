@@ -69,7 +69,8 @@ fn documents() -> Vec<String> {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-            if path.is_dir() && !name.starts_with('.') && !["out", "target", "node_modules"].contains(&&*name) {
+            if path.is_dir() && !name.starts_with('.') && !["out", "target", "node_modules"].contains(&&*name)
+            {
                 folders.push(path);
             } else if name.ends_with(".md") {
                 found.push(path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned());

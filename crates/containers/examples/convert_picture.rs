@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     decoded.warnings.iter().for_each(|warning| println!("warning: {warning}"));
 
     let encoded = write_exr(&decoded.image, Precision::Half, None)?;
-    println!("{} bytes of {} became {} of OpenEXR", bytes.len(), decoded.format, encoded.bytes.len());
+    println!("{} bytes of {:?} became {} of OpenEXR", bytes.len(), decoded.format, encoded.bytes.len());
     assert_eq!(read_image(&encoded.bytes, &ReadOptions::default())?.image.pixels(), picture.pixels());
     Ok(())
 }

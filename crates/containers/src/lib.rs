@@ -23,7 +23,6 @@
 //!
 //! # Example: `examples/convert_picture.rs`
 #![doc = concat!("```\n", include_str!("../examples/convert_picture.rs"), "```")]
-
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod error;

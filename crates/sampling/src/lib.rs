@@ -4,7 +4,6 @@
 //!
 //! # Example: `examples/sample_light.rs`
 #![doc = concat!("```\n", include_str!("../examples/sample_light.rs"), "```")]
-
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod batches;

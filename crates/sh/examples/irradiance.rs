@@ -14,7 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A convolution with the clamped cosine: its zonal coefficients times Lambda_l.
     let cosine = [0.886_227, 1.023_327, 0.495_416];
     let row = |k: usize| light.coefficients()[k].map(|value| value * lambda(k.isqrt()) * cosine[k.isqrt()]);
-    let irradiance = Expansion::from_coefficients(light.degree(), (0..9).map(row).collect()).expect("nine rows");
+    let irradiance =
+        Expansion::from_coefficients(light.degree(), (0..9).map(row).collect()).expect("nine rows");
 
     // Facing up: the integral of cos^2 over the upper half, 2 pi / 3.
     let [red, ..] = irradiance.evaluate(Direction::Z);

@@ -2,7 +2,6 @@
 //!
 //! # Example: `examples/irradiance.rs`
 #![doc = concat!("```\n", include_str!("../examples/irradiance.rs"), "```")]
-
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod basis;

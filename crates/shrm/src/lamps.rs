@@ -47,13 +47,16 @@ pub struct LampPoints<'a> {
 
 /// The points of one lamp.
 #[derive(Debug)]
-struct LampLevels {
-    light: Light,
-    flux: [f64; 3],
+pub struct LampLevels {
+    /// The lamp.
+    pub light: Light,
+    /// The lamp's irradiance of a surface that faces it, per channel.
+    pub flux: [f64; 3],
     /// The lamp's centre alone.
     centre: [(Direction, f64); 1],
-    /// The points for features of the highlight's width, of twice that, and so on.
-    levels: Vec<Vec<(Direction, f64)>>,
+    /// The points for features of the highlight's width, of twice that, and so on: directions with their shares
+    /// of the flux.
+    pub levels: Vec<Vec<(Direction, f64)>>,
 }
 
 /// The most points of all lamps together, where each view is to see the same ones.
@@ -141,6 +144,19 @@ impl Lamps {
 }
 
 impl LampPoints<'_> {
+    /// The lamps, for a shader that chooses among their points as [`LampPoints::radiance`] does, by
+    /// [`LampPoints::choice`].
+    pub fn lamps(&self) -> &[LampLevels] {
+        &self.lamps
+    }
+
+    /// What points are chosen by: the width of the highlight in radians; the width of a feature of what the
+    /// surface reflects, as a share of its distance from the highlight's peak, and its maximum in radians; and
+    /// the radius of a lamp that is seen as a point, as a share of a feature's width ([`POINT`]).
+    pub fn choice(&self) -> [f64; 4] {
+        [self.width, TAIL, WIDEST, POINT]
+    }
+
     /// The radiance of the lights alone: see [`Lamps::radiance`].
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
         let (into_local, outgoing) = (frame(central).matrix().transpose(), into_frame(central, view));

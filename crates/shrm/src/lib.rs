@@ -2,7 +2,6 @@
 //!
 //! # Example: `examples/reflection_map.rs`
 #![doc = concat!("```\n", include_str!("../examples/reflection_map.rs"), "```")]
-
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 pub mod accuracy;
@@ -36,7 +35,7 @@ pub use blocks::blocks;
 pub use cabral::Cabral;
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
 pub use kautz_mccool::{KautzMcCool, azimuthal_share, azimuthal_share_unless};
-pub use lamps::{LampPoints, Lamps};
+pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use mean_lobe::{MeanLight, MeanLobe};

@@ -4,27 +4,34 @@
 //!
 //! > max(soft, 0) + sum over the points of the lamps of flux rho_hat(direction of the point, V).
 //!
-//! This is `shrm::Lamps::radiance` with the same points for every pixel ([`Lamps::points`]): a sun is one, a
-//! lamp that is large beside the material's highlight has some hundred, and all of them together have about a
-//! thousand at most, each of which costs a look at the material.
-//! An anisotropic material is taken in the mean over some turns of the surface about its normal, because the
-//! map that the lamps are added to has no tangent; it costs that many times more.
+//! This is `shrm::Lamps::radiance`: a lamp that is large beside the material's highlight has some hundred or
+//! thousand points where it is reflected, and few or one where its reflection is far away. Each point costs a
+//! look at the material. An anisotropic material is taken in the mean over some turns of the surface about its
+//! normal, because the map that the lamps are added to has no tangent; it costs that many times more.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
 //! | elements | what |
 //! | --- | --- |
-//! | 1 | the number of points; 1 if the soft light is cut at 0, otherwise 0; the number of turns |
-//! | per point 2 | its direction; its flux, RGB |
+//! | 1 | the number of lamps; 1 if the soft light is cut at 0, otherwise 0; the number of turns |
+//! | 1 | what points are chosen by: `shrm::LampPoints::choice` |
+//! | per lamp 3 | the direction of its centre, its radius; its flux, RGB; the place of its levels, their number |
+//! | per level 1 | the place of its points, their number; the first level is the centre alone, the others go from fine to coarse |
+//! | per point 1 | its direction, its share of the flux |
 
 use std::f32::consts::TAU;
 
 use glam::{Mat3, Vec3};
-use shrm::{Lamps, Reflection};
+use shrm::{LampLevels, LampPoints, Lamps, Reflection};
+use sphere::Direction;
 
 use super::material::PackedMaterial;
 use super::surface::Surface;
 use crate::RenderError;
+
+/// The number of elements before the lamps, and that of each lamp.
+const HEAD: usize = 2;
+const LAMP: usize = 3;
 
 /// The lamps of a reflection and their material, as the shader reads them.
 #[derive(Clone, Debug)]
@@ -41,12 +48,33 @@ impl PackedLamps {
     pub fn new(reflection: Option<&Reflection>) -> Result<Self, RenderError> {
         let lamps = reflection.and_then(Reflection::lamps).filter(|lamps| !lamps.lights.is_empty());
         let is_cut = lamps.is_some() || reflection.is_some_and(Reflection::is_for_light);
-        let points = lamps.map(Lamps::points).unwrap_or_default();
         let turns = lamps.map_or(1, |lamps| lamps.material.turns());
-        let mut elements = vec![[points.len() as f32, f32::from(u8::from(is_cut)), turns as f32, 0.0]];
-        for (direction, flux) in points {
-            let direction = direction.vector().as_vec3();
-            elements.extend([direction, glam::DVec3::from(flux).as_vec3()].map(|v| [v.x, v.y, v.z, 0.0]));
+        let points = lamps.map(Lamps::for_views);
+        let lights = points.as_ref().map(LampPoints::lamps).unwrap_or_default();
+        let mut elements = vec![
+            [lights.len() as f32, f32::from(u8::from(is_cut)), turns as f32, 0.0],
+            points.as_ref().map_or([0.0; 4], |points| points.choice().map(|value| value as f32)),
+        ];
+        let element =
+            |direction: Direction, last: f64| direction.vector().as_vec3().extend(last as f32).into();
+        elements.resize(HEAD + LAMP * lights.len(), [0.0; 4]);
+        for (index, LampLevels { light, flux, levels, .. }) in lights.iter().enumerate() {
+            let [red, green, blue] = flux.map(|flux| flux as f32);
+            let centre = [(light.direction, 1.0)];
+            let levels: Vec<&[(Direction, f64)]> =
+                std::iter::once(centre.as_slice()).chain(levels.iter().map(Vec::as_slice)).collect();
+            let mut place = elements.len();
+            elements[HEAD + LAMP * index..][..LAMP].copy_from_slice(&[
+                element(light.direction, light.radius),
+                [red, green, blue, 0.0],
+                [place as f32, levels.len() as f32, 0.0, 0.0],
+            ]);
+            place += levels.len();
+            for level in &levels {
+                elements.push([place as f32, level.len() as f32, 0.0, 0.0]);
+                place += level.len();
+            }
+            elements.extend(levels.concat().into_iter().map(|(direction, share)| element(direction, share)));
         }
         let material = lamps.map(|lamps| PackedMaterial::new(&lamps.material)).transpose()?;
         Ok(Self { elements, material })
@@ -71,18 +99,51 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
     let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
     let to_surface = frame.transpose();
     let view = to_surface * surface.view;
+    let mirrored = Vec3::new(-view.x, -view.y, view.z);
     let mut sum = soft;
-    for [direction, flux] in lamps.elements[1..].as_chunks().0 {
-        let [direction, flux] = [direction, flux].map(|[x, y, z, _]| Vec3::new(*x, *y, *z));
-        let incident = to_surface * direction;
-        for turn in 0..turns as u32 {
-            let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
-            let turned =
-                Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
-            sum += flux * material.evaluate(turned * incident, turned * view) / turns;
+    for lamp in lamps.elements[HEAD..].as_chunks::<LAMP>().0.iter().take(lamps.elements[0][0] as usize) {
+        let [x, y, z, radius] = lamp[0];
+        let centre = to_surface * Vec3::new(x, y, z);
+        let level =
+            lamp[2][0] as usize + chosen_level(lamps.elements[1], lamp[2][1], radius, centre, mirrored);
+        let [place, count, ..] = lamps.elements[level].map(|value| value as usize);
+        let mut reflected = Vec3::ZERO;
+        for [x, y, z, share] in &lamps.elements[place..place + count] {
+            let incident = to_surface * Vec3::new(*x, *y, *z);
+            for turn in 0..turns as u32 {
+                let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
+                let turned =
+                    Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
+                reflected += *share / turns * material.evaluate(turned * incident, turned * view);
+            }
         }
+        sum += Vec3::from_slice(&lamp[1]) * reflected;
     }
     sum
+}
+
+/// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions of
+/// the lamp's centre and of the view's mirror image are in the surface's frame.
+fn chosen_level(
+    [width, tail, widest, point]: [f32; 4],
+    levels: f32,
+    radius: f32,
+    centre: Vec3,
+    mirrored: Vec3,
+) -> usize {
+    if levels <= 2.0 {
+        return 1;
+    }
+    let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - radius;
+    let feature = (tail * away).min(widest);
+    let is_whole = centre.z.abs() > math::sin(radius);
+    if is_whole && radius <= point * feature {
+        return 0;
+    }
+    if feature < 2.0 * width {
+        return 1;
+    }
+    (1 + math::log2(feature / width) as usize).min(levels as usize - 1)
 }
 
 #[cfg(test)]
@@ -109,34 +170,63 @@ mod tests {
         PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone()))).unwrap()
     }
 
+    /// The points of a lamp that a surface with these axes sees, by the kernel's rule in f64, and how far the
+    /// rule is from another choice.
+    fn seen(
+        [width, tail, widest, point]: [f64; 4],
+        LampLevels { light, levels, .. }: &LampLevels,
+        [normal, _, view]: [DVec3; 3],
+    ) -> (Vec<(Direction, f64)>, f64) {
+        let [finest, .., coarsest] = levels.as_slice() else { return (levels[0].clone(), 1.0) };
+        let mirrored = 2.0 * normal.dot(view) * normal - view;
+        let centre = light.direction.vector();
+        let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - light.radius;
+        let feature = (tail * away).min(widest);
+        let height = normal.dot(centre).abs() - math::sin(light.radius);
+        let ratio = feature / width;
+        let steps = (1..8).map(|step| (ratio / f64::from(1 << step) - 1.0).abs());
+        let clear = steps.fold((light.radius - point * feature).abs().min(height.abs()), f64::min);
+        let chosen = match ratio {
+            _ if height > 0.0 && light.radius <= point * feature => vec![(light.direction, 1.0)],
+            ..2.0 => finest.clone(),
+            _ => levels.get(math::log2(ratio) as usize).unwrap_or(coarsest).clone(),
+        };
+        (chosen, clear)
+    }
+
+    /// The points that a surface with these axes sees, each with its flux; `None` if rounding may choose others
+    /// or put one on the other side of the horizon.
+    fn points(lamps: &Lamps, axes: [DVec3; 3]) -> Option<Vec<(Direction, [f64; 3])>> {
+        let (all, mut points) = (lamps.for_views(), Vec::new());
+        for lamp in all.lamps() {
+            let (seen, clear) = seen(all.choice(), lamp, axes);
+            if clear < 1e-4 || seen.iter().any(|(direction, _)| axes[0].dot(direction.vector()).abs() < 1e-5)
+            {
+                return None;
+            }
+            points.extend(
+                seen.into_iter().map(|(direction, share)| (direction, lamp.flux.map(|flux| flux * share))),
+            );
+        }
+        Some(points)
+    }
+
     /// The error of a sum of lamps: the largest of their materials' relative errors ([`allowed`]). Turning
     /// the light and the view into the surface's frame moves them by three more roundings.
-    fn error(lamps: &Lamps, s: f64, surface: &Surface, radiance: [f64; 3]) -> f64 {
+    fn error(points: &[(Direction, [f64; 3])], s: f64, surface: &Surface, radiance: [f64; 3]) -> f64 {
         let largest = radiance.into_iter().fold(0.0, f64::max);
-        let of_point = |(direction, _): &(sphere::Direction, [f64; 3])| {
+        let of_point = |(direction, _): &(Direction, [f64; 3])| {
             allowed(largest, s, [direction.vector().as_vec3(), surface.view])
         };
-        4.0 * lamps.points().iter().map(of_point).fold(0.0, f64::max) + 1e-5
+        4.0 * points.iter().map(of_point).fold(0.0, f64::max) + 1e-5
     }
 
-    /// Points on the horizon may be on either side of it.
-    fn is_clear(lamps: &Lamps, surface: &Surface) -> bool {
-        let points = lamps.points();
-        let mut heights =
-            points.iter().map(|(direction, _)| surface.normal.dot(direction.vector().as_vec3()).abs());
-        heights.all(|height| height > 1e-5)
-    }
-
-    /// The sum over the points of lamps by the material itself, in the frame of a surface.
-    fn sum(lamps: &Lamps, [normal, tangent, view]: [Direction; 3]) -> [f64; 3] {
-        let (n, t) = (normal.vector(), tangent.vector());
-        let local = |direction: Direction| {
-            let d = direction.vector();
-            Direction::normalised(DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n)))
-        };
-        let (turns, mut sum) = (lamps.material.turns(), [0.0; 3]);
-        for (direction, flux) in lamps.points() {
-            let rho = lamps.material.mean_over_turns(turns, local(direction), local(view));
+    /// The sum over points of lamps by the material itself, in the frame of a surface.
+    fn sum(material: &Material, points: &[(Direction, [f64; 3])], [n, t, view]: [DVec3; 3]) -> [f64; 3] {
+        let local = |d: DVec3| Direction::normalised(DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n)));
+        let (turns, mut sum) = (material.turns(), [0.0; 3]);
+        for (direction, flux) in points {
+            let rho = material.mean_over_turns(turns, local(direction.vector()), local(view));
             (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
         }
         sum
@@ -148,12 +238,11 @@ mod tests {
         for (beside, s) in cases() {
             let packed = packed(&beside);
             for (surface, axes) in surfaces().into_iter().step_by(3) {
-                if !is_clear(&beside, &surface) {
-                    continue;
-                }
-                let expected = sum(&beside, axes);
+                let axes = axes.map(Direction::vector);
+                let Some(points) = points(&beside, axes) else { continue };
+                let expected = sum(&beside.material, &points, axes);
                 let found = lamps(&packed, Vec3::splat(-3.0), &surface);
-                let allowed = error(&beside, s, &surface, expected);
+                let allowed = error(&points, s, &surface, expected);
                 assert!(
                     apart(found, expected) < allowed,
                     "{:?} {surface:?}: {found} {expected:?}, {allowed:e}",
@@ -207,11 +296,10 @@ mod tests {
             let buffers: [&[u8]; 4] = [&[], material, &[], elements];
             let answers = on_device::answers(&device, &source, &asked, surfaces.len(), &buffers);
             for (surface, found) in surfaces.iter().zip(answers) {
-                if !is_clear(&beside, surface) {
-                    continue;
-                }
+                let axes = [surface.normal, surface.tangent, surface.view].map(|axis| axis.as_dvec3());
+                let Some(points) = points(&beside, axes) else { continue };
                 let expected = lamps(&packed, soft, surface).as_dvec3().to_array();
-                let allowed = error(&beside, s, surface, expected);
+                let allowed = error(&points, s, surface, expected);
                 assert!(
                     apart(found.into(), expected) < allowed,
                     "{:?} {surface:?}: {found:?} {expected:?}, {allowed:e}",

@@ -14,15 +14,42 @@ fn lamps_added(surface: Surface, soft: vec3f) -> vec3f {
     let frame = mat3x3f(surface.tangent, cross(surface.normal, surface.tangent), surface.normal);
     let to_surface = transpose(frame);
     let view = to_surface * surface.view;
+    let mirrored = vec3f(-view.xy, view.z);
     for (var lamp = 0u; lamp < count; lamp++) {
-        let direction = lamps[1u + 2u * lamp].xyz;
-        let flux = lamps[2u + 2u * lamp].rgb;
-        let incident = to_surface * direction;
-        for (var turn = 0u; turn < u32(turns); turn++) {
-            let angle = 6.2831853 * f32(turn) / turns;
-            let turned = mat3x3f(cos(angle), sin(angle), 0.0, -sin(angle), cos(angle), 0.0, 0.0, 0.0, 1.0);
-            sum += flux * material_rho_hat(turned * incident, turned * view) / turns;
+        let centre = lamps[2u + 3u * lamp];
+        let levels = lamps[4u + 3u * lamp];
+        let level = u32(levels.x) + lamps_level(u32(levels.y), centre.w, to_surface * centre.xyz, mirrored);
+        let first = u32(lamps[level].x);
+        let last = first + u32(lamps[level].y);
+        var reflected = vec3f(0.0);
+        for (var point = first; point < last; point++) {
+            let incident = to_surface * lamps[point].xyz;
+            for (var turn = 0u; turn < u32(turns); turn++) {
+                let angle = 6.2831853 * f32(turn) / turns;
+                let turned = mat3x3f(cos(angle), sin(angle), 0.0, -sin(angle), cos(angle), 0.0, 0.0, 0.0, 1.0);
+                reflected += lamps[point].w / turns * material_rho_hat(turned * incident, turned * view);
+            }
         }
+        sum += lamps[3u + 3u * lamp].rgb * reflected;
     }
     return sum;
+}
+
+// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions of the
+// lamp's centre and of the view's mirror image are in the surface's frame.
+fn lamps_level(levels: u32, radius: f32, centre: vec3f, mirrored: vec3f) -> u32 {
+    if levels <= 2u {
+        return 1u;
+    }
+    let width = lamps[1].x;
+    let away = 2.0 * asin(min(0.5 * distance(centre, mirrored), 1.0)) - radius;
+    let feature = min(lamps[1].y * away, lamps[1].z);
+    let is_whole = abs(centre.z) > sin(radius);
+    if is_whole && radius <= lamps[1].w * feature {
+        return 0u;
+    }
+    if feature < 2.0 * width {
+        return 1u;
+    }
+    return min(1u + u32(log2(feature / width)), levels - 1u);
 }
