@@ -6,7 +6,8 @@
 //!
 //! This is `shrm::Lamps::radiance`: a lamp that is large beside the material's highlight has some hundred or
 //! thousand points where it is reflected, and few or one where its reflection is far away. Each point costs a
-//! look at the material. An anisotropic material is taken in the mean over some turns of the surface about its
+//! look at the material, so that a lamp is one point, too, if what that misses is next to nothing beside the
+//! other light ([`MISSED`]). An anisotropic material is taken in the mean over some turns of the surface about its
 //! normal, because the map that the lamps are added to has no tangent; it costs that many times more.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
@@ -15,7 +16,7 @@
 //! | --- | --- |
 //! | 1 | the number of lamps; 1 if the soft light is cut at 0, otherwise 0; the number of turns |
 //! | 1 | what points are chosen by: `shrm::LampPoints::choice` |
-//! | per lamp 3 | the direction of its centre, its radius; its flux, RGB; the place of its levels, their number |
+//! | per lamp 3 | the direction of its centre, its radius; its flux, RGB, and the sine of its radius; the place of its levels, their number |
 //! | per level 1 | the place of its points, their number; the first level is the centre alone, the others go from fine to coarse |
 //! | per point 1 | its direction, its share of the flux |
 
@@ -28,6 +29,16 @@ use sphere::Direction;
 use super::material::PackedMaterial;
 use super::surface::Surface;
 use crate::RenderError;
+
+/// The share of the radiance so far that a lamp may miss as one point. Lamps come in the order of their flux.
+const MISSED: f32 = 0.02;
+
+/// What a lamp misses as one point, as a share of what it adds, where its radius is as large as the features
+/// of what the surface reflects: the mean of a parabola over a disk. It grows with the square of the radius.
+const CURVED: f32 = 0.25;
+
+/// How far from the highlight's peak a large lamp's centre speaks for the lamp, in widths of the highlight.
+const CLEAR: f32 = 4.0;
 
 /// The number of elements before the lamps, and that of each lamp.
 const HEAD: usize = 2;
@@ -50,7 +61,7 @@ impl PackedLamps {
         let is_cut = lamps.is_some() || reflection.is_some_and(Reflection::is_for_light);
         let turns = lamps.map_or(1, |lamps| lamps.material.turns());
         let points = lamps.map(Lamps::for_views);
-        let lights = points.as_ref().map(LampPoints::lamps).unwrap_or_default();
+        let lights = points.as_ref().map(brightest_first).unwrap_or_default();
         let mut elements = vec![
             [lights.len() as f32, f32::from(u8::from(is_cut)), turns as f32, 0.0],
             points.as_ref().map_or([0.0; 4], |points| points.choice().map(|value| value as f32)),
@@ -58,7 +69,7 @@ impl PackedLamps {
         let element =
             |direction: Direction, last: f64| direction.vector().as_vec3().extend(last as f32).into();
         elements.resize(HEAD + LAMP * lights.len(), [0.0; 4]);
-        for (index, LampLevels { light, flux, levels, .. }) in lights.iter().enumerate() {
+        for (index, LampLevels { light, flux, levels, .. }) in lights.into_iter().enumerate() {
             let [red, green, blue] = flux.map(|flux| flux as f32);
             let centre = [(light.direction, 1.0)];
             let levels: Vec<&[(Direction, f64)]> =
@@ -66,7 +77,7 @@ impl PackedLamps {
             let mut place = elements.len();
             elements[HEAD + LAMP * index..][..LAMP].copy_from_slice(&[
                 element(light.direction, light.radius),
-                [red, green, blue, 0.0],
+                [red, green, blue, math::sin(light.radius) as f32],
                 [place as f32, levels.len() as f32, 0.0, 0.0],
             ]);
             place += levels.len();
@@ -91,6 +102,14 @@ impl PackedLamps {
     }
 }
 
+/// The lamps in the order of their flux.
+fn brightest_first<'a>(points: &'a LampPoints<'_>) -> Vec<&'a LampLevels> {
+    let mut lamps: Vec<&LampLevels> = points.lamps().iter().collect();
+    let flux = |lamp: &LampLevels| lamp.flux.iter().sum::<f64>();
+    lamps.sort_by(|a, b| flux(b).total_cmp(&flux(a)));
+    lamps
+}
+
 /// The radiance toward the viewer of a surface whose map shows `soft`.
 pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
     let [_, is_cut, turns, _] = lamps.elements[0];
@@ -100,50 +119,82 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
     let to_surface = frame.transpose();
     let view = to_surface * surface.view;
     let mirrored = Vec3::new(-view.x, -view.y, view.z);
+    let rho = |incident: Vec3| {
+        let mut mean = Vec3::ZERO;
+        for turn in 0..turns as u32 {
+            let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
+            let turned =
+                Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
+            mean += material.evaluate(turned * incident, turned * view) / turns;
+        }
+        mean
+    };
     let mut sum = soft;
     for lamp in lamps.elements[HEAD..].as_chunks::<LAMP>().0.iter().take(lamps.elements[0][0] as usize) {
         let [x, y, z, radius] = lamp[0];
+        let (flux, levels) = (Vec3::from_slice(&lamp[1]), lamp[2][1]);
         let centre = to_surface * Vec3::new(x, y, z);
-        let level =
-            lamp[2][0] as usize + chosen_level(lamps.elements[1], lamp[2][1], radius, centre, mirrored);
+        let seen = Seen::new(lamps.elements[1], [radius, lamp[1][3]], centre, mirrored);
+        if levels > 2.0 && seen.is_clear {
+            let at_centre = flux * rho(centre);
+            if (seen.missed * at_centre).cmple(MISSED * (sum + at_centre)).all() {
+                sum += at_centre;
+                continue;
+            }
+        }
+        let level = lamp[2][0] as usize + seen.level(levels);
         let [place, count, ..] = lamps.elements[level].map(|value| value as usize);
         let mut reflected = Vec3::ZERO;
         for [x, y, z, share] in &lamps.elements[place..place + count] {
-            let incident = to_surface * Vec3::new(*x, *y, *z);
-            for turn in 0..turns as u32 {
-                let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
-                let turned =
-                    Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
-                reflected += *share / turns * material.evaluate(turned * incident, turned * view);
-            }
+            reflected += *share * rho(to_surface * Vec3::new(*x, *y, *z));
         }
-        sum += Vec3::from_slice(&lamp[1]) * reflected;
+        sum += flux * reflected;
     }
     sum
 }
 
-/// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions of
-/// the lamp's centre and of the view's mirror image are in the surface's frame.
-fn chosen_level(
-    [width, tail, widest, point]: [f32; 4],
-    levels: f32,
-    radius: f32,
-    centre: Vec3,
-    mirrored: Vec3,
-) -> usize {
-    if levels <= 2.0 {
-        return 1;
+/// How a lamp is seen in a surface.
+struct Seen {
+    /// The lamp is above or below the horizon as a whole, and small or away from the highlight: its centre
+    /// speaks for it.
+    is_clear: bool,
+    /// The share of what the lamp adds that it misses as one point.
+    missed: f32,
+    /// The lamp is a point beside the features of what the surface reflects.
+    is_point: bool,
+    /// The width of these features, in widths of the highlight.
+    feature: f32,
+}
+
+impl Seen {
+    /// The directions of the lamp's centre and of the view's mirror image are in the surface's frame.
+    fn new(
+        [width, tail, widest, point]: [f32; 4],
+        [radius, sine]: [f32; 2],
+        centre: Vec3,
+        mirrored: Vec3,
+    ) -> Self {
+        let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - radius;
+        let feature = (tail * away).min(widest);
+        let is_whole = centre.z.abs() > sine;
+        let curved = radius / width.max(tail * (away + radius));
+        Self {
+            is_clear: is_whole && (2.0 * radius <= width || away >= CLEAR * width),
+            missed: (CURVED * curved * curved).min(1.0),
+            is_point: is_whole && radius <= point * feature,
+            feature: feature / width,
+        }
     }
-    let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - radius;
-    let feature = (tail * away).min(widest);
-    let is_whole = centre.z.abs() > math::sin(radius);
-    if is_whole && radius <= point * feature {
-        return 0;
+
+    /// The index of the level that is seen, of so many: the first is the lamp's centre alone.
+    fn level(&self, levels: f32) -> usize {
+        match self.feature {
+            _ if levels <= 2.0 => 1,
+            _ if self.is_point => 0,
+            ..2.0 => 1,
+            feature => (1 + math::log2(feature) as usize).min(levels as usize - 1),
+        }
     }
-    if feature < 2.0 * width {
-        return 1;
-    }
-    (1 + math::log2(feature / width) as usize).min(levels as usize - 1)
 }
 
 #[cfg(test)]
@@ -170,77 +221,76 @@ mod tests {
         PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone()))).unwrap()
     }
 
-    /// The points of a lamp that a surface with these axes sees, by the kernel's rule in f64, and how far the
-    /// rule is from another choice.
-    fn seen(
-        [width, tail, widest, point]: [f64; 4],
-        LampLevels { light, levels, .. }: &LampLevels,
-        [normal, _, view]: [DVec3; 3],
-    ) -> (Vec<(Direction, f64)>, f64) {
-        let [finest, .., coarsest] = levels.as_slice() else { return (levels[0].clone(), 1.0) };
-        let mirrored = 2.0 * normal.dot(view) * normal - view;
-        let centre = light.direction.vector();
-        let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - light.radius;
-        let feature = (tail * away).min(widest);
-        let height = normal.dot(centre).abs() - math::sin(light.radius);
-        let ratio = feature / width;
-        let steps = (1..8).map(|step| (ratio / f64::from(1 << step) - 1.0).abs());
-        let clear = steps.fold((light.radius - point * feature).abs().min(height.abs()), f64::min);
-        let chosen = match ratio {
-            _ if height > 0.0 && light.radius <= point * feature => vec![(light.direction, 1.0)],
-            ..2.0 => finest.clone(),
-            _ => levels.get(math::log2(ratio) as usize).unwrap_or(coarsest).clone(),
+    /// The radiance of lamps beside `soft` light toward the view of a surface with these axes, in f64, and the
+    /// points that it is the sum of. `None` if rounding may choose others or put one on the other side of the
+    /// horizon.
+    fn radiance(
+        lamps: &Lamps,
+        all: &LampPoints<'_>,
+        soft: Vec3,
+        [n, t, view]: [DVec3; 3],
+    ) -> Option<([f64; 3], Vec<Direction>)> {
+        let local = |d: DVec3| Direction::normalised(DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n)));
+        let (turns, mirrored) = (lamps.material.turns(), 2.0 * n.dot(view) * n - view);
+        let rho = |direction: Direction| {
+            lamps.material.mean_over_turns(turns, local(direction.vector()), local(view))
         };
-        (chosen, clear)
-    }
-
-    /// The points that a surface with these axes sees, each with its flux; `None` if rounding may choose others
-    /// or put one on the other side of the horizon.
-    fn points(lamps: &Lamps, axes: [DVec3; 3]) -> Option<Vec<(Direction, [f64; 3])>> {
-        let (all, mut points) = (lamps.for_views(), Vec::new());
-        for lamp in all.lamps() {
-            let (seen, clear) = seen(all.choice(), lamp, axes);
-            if clear < 1e-4 || seen.iter().any(|(direction, _)| axes[0].dot(direction.vector()).abs() < 1e-5)
-            {
-                return None;
+        let [width, tail, widest, point] = all.choice();
+        let (mut sum, mut points) = (soft.as_dvec3().max(DVec3::ZERO).to_array(), Vec::new());
+        for LampLevels { light, flux, levels, .. } in brightest_first(all) {
+            let (centre, radius) = (light.direction.vector(), light.radius);
+            let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - radius;
+            let (feature, height) = ((tail * away).min(widest), n.dot(centre).abs() - math::sin(radius));
+            let limit = f64::from(CLEAR) * width;
+            let alone = [(light.direction, 1.0)];
+            let at_centre = rho(light.direction);
+            let curved = radius / width.max(tail * (away + radius));
+            let (missed, allowed) = ((f64::from(CURVED) * curved * curved).min(1.0), f64::from(MISSED));
+            let added = [0, 1, 2].map(|c| flux[c] * at_centre[c]);
+            let excess = [0, 1, 2].map(|c| missed * added[c] - allowed * (sum[c] + added[c]));
+            let speaks = height > 0.0 && (2.0 * radius <= width || away >= limit);
+            let steps = (1..8).map(|step| (feature / width / f64::from(1 << step) - 1.0).abs());
+            let mut clear = steps.fold((radius - point * feature).abs().min(height.abs()), f64::min);
+            clear = clear.min((away / limit - 1.0).abs());
+            let doubtful = [0, 1, 2].map(|c| excess[c].abs() < 1e-2 * missed * added[c]);
+            let seen: &[(Direction, f64)] = match levels.as_slice() {
+                [only] => only,
+                _ if clear < 1e-4 => return None,
+                _ if speaks && doubtful.contains(&true) => return None,
+                _ if speaks && excess.iter().all(|excess| *excess <= 0.0) => &alone,
+                _ if height > 0.0 && radius <= point * feature => &alone,
+                [finest, ..] if feature < 2.0 * width => finest,
+                all => all.get(math::log2(feature / width) as usize).unwrap_or(&all[all.len() - 1]),
+            };
+            for (direction, share) in seen {
+                if n.dot(direction.vector()).abs() < 1e-5 {
+                    return None;
+                }
+                let rho = rho(*direction);
+                (0..3).for_each(|c| sum[c] += flux[c] * share * rho[c]);
+                points.push(*direction);
             }
-            points.extend(
-                seen.into_iter().map(|(direction, share)| (direction, lamp.flux.map(|flux| flux * share))),
-            );
         }
-        Some(points)
+        Some((sum, points))
     }
 
     /// The error of a sum of lamps: the largest of their materials' relative errors ([`allowed`]). Turning
     /// the light and the view into the surface's frame moves them by three more roundings.
-    fn error(points: &[(Direction, [f64; 3])], s: f64, surface: &Surface, radiance: [f64; 3]) -> f64 {
+    fn error(points: &[Direction], s: f64, surface: &Surface, radiance: [f64; 3]) -> f64 {
         let largest = radiance.into_iter().fold(0.0, f64::max);
-        let of_point = |(direction, _): &(Direction, [f64; 3])| {
-            allowed(largest, s, [direction.vector().as_vec3(), surface.view])
-        };
+        let of_point =
+            |direction: &Direction| allowed(largest, s, [direction.vector().as_vec3(), surface.view]);
         4.0 * points.iter().map(of_point).fold(0.0, f64::max) + 1e-5
-    }
-
-    /// The sum over points of lamps by the material itself, in the frame of a surface.
-    fn sum(material: &Material, points: &[(Direction, [f64; 3])], [n, t, view]: [DVec3; 3]) -> [f64; 3] {
-        let local = |d: DVec3| Direction::normalised(DVec3::new(d.dot(t), d.dot(n.cross(t)), d.dot(n)));
-        let (turns, mut sum) = (material.turns(), [0.0; 3]);
-        for (direction, flux) in points {
-            let rho = material.mean_over_turns(turns, local(direction.vector()), local(view));
-            (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
-        }
-        sum
     }
 
     #[test]
     fn radiance_matches_the_kernel() {
         let mut count = 0;
         for (beside, s) in cases() {
-            let packed = packed(&beside);
+            let (packed, all) = (packed(&beside), beside.for_views());
             for (surface, axes) in surfaces().into_iter().step_by(3) {
                 let axes = axes.map(Direction::vector);
-                let Some(points) = points(&beside, axes) else { continue };
-                let expected = sum(&beside.material, &points, axes);
+                let Some((expected, points)) = radiance(&beside, &all, Vec3::ZERO, axes) else { continue };
                 let found = lamps(&packed, Vec3::splat(-3.0), &surface);
                 let allowed = error(&points, s, &surface, expected);
                 assert!(
@@ -290,14 +340,14 @@ mod tests {
         let vectors = surfaces.iter().flat_map(|surface| [surface.normal, surface.tangent, surface.view]);
         let asked: Vec<[f32; 4]> = vectors.map(|v| v.extend(0.0).to_array()).collect();
         for (beside, s) in cases() {
-            let packed = packed(&beside);
+            let (packed, all) = (packed(&beside), beside.for_views());
             let [material, elements] =
                 [bytemuck::cast_slice(packed.material()), bytemuck::cast_slice(packed.elements())];
             let buffers: [&[u8]; 4] = [&[], material, &[], elements];
             let answers = on_device::answers(&device, &source, &asked, surfaces.len(), &buffers);
             for (surface, found) in surfaces.iter().zip(answers) {
                 let axes = [surface.normal, surface.tangent, surface.view].map(|axis| axis.as_dvec3());
-                let Some(points) = points(&beside, axes) else { continue };
+                let Some((_, points)) = radiance(&beside, &all, soft, axes) else { continue };
                 let expected = lamps(&packed, soft, surface).as_dvec3().to_array();
                 let allowed = error(&points, s, surface, expected);
                 assert!(

@@ -3,6 +3,11 @@
 // twin of lamps.rs, which has the layout of the elements.
 // It needs surface.wgsl, angles.wgsl and material.wgsl. Its buffers come from `PackedLamps`.
 
+// What a lamp may miss as one point, and what it misses: see lamps.rs.
+const LAMPS_MISSED = 0.02;
+const LAMPS_CURVED = 0.25;
+const LAMPS_CLEAR = 4.0;
+
 // `PackedLamps::elements`.
 @group(3) @binding(3) var<storage, read> lamps: array<vec4f>;
 
@@ -15,41 +20,51 @@ fn lamps_added(surface: Surface, soft: vec3f) -> vec3f {
     let to_surface = transpose(frame);
     let view = to_surface * surface.view;
     let mirrored = vec3f(-view.xy, view.z);
+    let width = lamps[1].x;
     for (var lamp = 0u; lamp < count; lamp++) {
-        let centre = lamps[2u + 3u * lamp];
-        let levels = lamps[4u + 3u * lamp];
-        let level = u32(levels.x) + lamps_level(u32(levels.y), centre.w, to_surface * centre.xyz, mirrored);
+        let radius = lamps[2u + 3u * lamp].w;
+        let centre = to_surface * lamps[2u + 3u * lamp].xyz;
+        let flux = lamps[3u + 3u * lamp].rgb;
+        let levels = u32(lamps[4u + 3u * lamp].y);
+        let away = 2.0 * asin(min(0.5 * distance(centre, mirrored), 1.0)) - radius;
+        let feature = min(lamps[1].y * away, lamps[1].z);
+        let is_whole = abs(centre.z) > lamps[3u + 3u * lamp].w;
+        var level = 1u;
+        if levels > 2u {
+            if is_whole && (2.0 * radius <= width || away >= LAMPS_CLEAR * width) {
+                let at_centre = flux * lamps_rho(centre, view, turns);
+                let curved = radius / max(width, lamps[1].y * (away + radius));
+                let missed = min(LAMPS_CURVED * curved * curved, 1.0);
+                if all(missed * at_centre <= LAMPS_MISSED * (sum + at_centre)) {
+                    sum += at_centre;
+                    continue;
+                }
+            }
+            if is_whole && radius <= lamps[1].w * feature {
+                level = 0u;
+            } else if feature >= 2.0 * width {
+                level = min(1u + u32(log2(feature / width)), levels - 1u);
+            }
+        }
+        level += u32(lamps[4u + 3u * lamp].x);
         let first = u32(lamps[level].x);
         let last = first + u32(lamps[level].y);
         var reflected = vec3f(0.0);
         for (var point = first; point < last; point++) {
-            let incident = to_surface * lamps[point].xyz;
-            for (var turn = 0u; turn < u32(turns); turn++) {
-                let angle = 6.2831853 * f32(turn) / turns;
-                let turned = mat3x3f(cos(angle), sin(angle), 0.0, -sin(angle), cos(angle), 0.0, 0.0, 0.0, 1.0);
-                reflected += lamps[point].w / turns * material_rho_hat(turned * incident, turned * view);
-            }
+            reflected += lamps[point].w * lamps_rho(to_surface * lamps[point].xyz, view, turns);
         }
-        sum += lamps[3u + 3u * lamp].rgb * reflected;
+        sum += flux * reflected;
     }
     return sum;
 }
 
-// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions of the
-// lamp's centre and of the view's mirror image are in the surface's frame.
-fn lamps_level(levels: u32, radius: f32, centre: vec3f, mirrored: vec3f) -> u32 {
-    if levels <= 2u {
-        return 1u;
+// rho_hat in the mean over turns of the surface.
+fn lamps_rho(incident: vec3f, view: vec3f, turns: f32) -> vec3f {
+    var mean = vec3f(0.0);
+    for (var turn = 0u; turn < u32(turns); turn++) {
+        let angle = 6.2831853 * f32(turn) / turns;
+        let turned = mat3x3f(cos(angle), sin(angle), 0.0, -sin(angle), cos(angle), 0.0, 0.0, 0.0, 1.0);
+        mean += material_rho_hat(turned * incident, turned * view) / turns;
     }
-    let width = lamps[1].x;
-    let away = 2.0 * asin(min(0.5 * distance(centre, mirrored), 1.0)) - radius;
-    let feature = min(lamps[1].y * away, lamps[1].z);
-    let is_whole = abs(centre.z) > sin(radius);
-    if is_whole && radius <= lamps[1].w * feature {
-        return 0u;
-    }
-    if feature < 2.0 * width {
-        return 1u;
-    }
-    return min(1u + u32(log2(feature / width)), levels - 1u);
+    return mean;
 }
