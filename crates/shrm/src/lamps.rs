@@ -54,8 +54,8 @@ pub struct LampLevels {
     pub flux: [f64; 3],
     /// The lamp's centre alone.
     centre: [(Direction, f64); 1],
-    /// The points for features of the highlight's width, of twice that, and so on: directions with their shares
-    /// of the flux.
+    /// The points for features of the highlight's width, of twice that, and so on: directions with their
+    /// shares of the flux.
     pub levels: Vec<Vec<(Direction, f64)>>,
 }
 
@@ -151,8 +151,8 @@ impl LampPoints<'_> {
     }
 
     /// What points are chosen by: the width of the highlight in radians; the width of a feature of what the
-    /// surface reflects, as a share of its distance from the highlight's peak, and its maximum in radians; and
-    /// the radius of a lamp that is seen as a point, as a share of a feature's width ([`POINT`]).
+    /// surface reflects, as a share of its distance from the highlight's peak, and its maximum in radians;
+    /// and the radius of a lamp that is seen as a point, as a share of a feature's width ([`POINT`]).
     pub fn choice(&self) -> [f64; 4] {
         [self.width, TAIL, WIDEST, POINT]
     }

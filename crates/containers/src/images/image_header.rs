@@ -32,13 +32,13 @@ pub struct ImageHeader {
     pub panorama: Option<Panorama>,
 }
 
-/// Reads the header of a picture of any format that [`crate::images::read_image::read_image`] reads, and as little else of the
-/// file as that takes.
+/// Reads the header of a picture of any format that [`crate::images::read_image::read_image`] reads, and as
+/// little else of the file as that takes.
 ///
 /// # Errors
-/// What [`crate::images::read_image::read_image`] refuses because of the header: another format, a header that is truncated or
-/// damaged, or declares more pixels than are read or than the file can hold, an unsupported kind of picture,
-/// or no layer of the wanted name. Damage of the pixels is not found.
+/// What [`crate::images::read_image::read_image`] refuses because of the header: another format, a header
+/// that is truncated or damaged, or declares more pixels than are read or than the file can hold, an
+/// unsupported kind of picture, or no layer of the wanted name. Damage of the pixels is not found.
 pub fn read_image_header(
     file: &mut (impl BufRead + Seek),
     options: &ReadOptions,

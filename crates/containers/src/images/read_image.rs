@@ -16,8 +16,8 @@ use crate::format::{Format, identify};
 /// largest. Pictures are turned upright as Exif and TIFF say.
 ///
 /// Memory: 12 bytes for each pixel of the result, about as much more while it is decoded (twice with 64 bits
-/// in a sample), and the compressed blocks in work. The result has at most [`crate::limits::MAX_PIXELS`], and a
-/// header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
+/// in a sample), and the compressed blocks in work. The result has at most [`crate::limits::MAX_PIXELS`], and
+/// a header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
 /// any length can hold any picture.
 ///
 /// # Errors

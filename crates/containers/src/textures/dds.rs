@@ -8,8 +8,8 @@
 //! | 128 | the DX10 header, five u32: DXGI format, dimension, cube flag, elements of the array, alpha mode |
 //! | 148 | pixels in the order layer, face, level (the largest first), slice, row |
 //!
-//! A file holds no texts: the recipe goes into a JSON file beside it ([`crate::recipe::texture_sidecar`]). An array
-//! of one element looks like no array, and is read as none.
+//! A file holds no texts: the recipe goes into a JSON file beside it ([`crate::recipe::texture_sidecar`]). An
+//! array of one element looks like no array, and is read as none.
 
 use std::collections::BTreeMap;
 

@@ -107,7 +107,8 @@ pub fn write_ktx2_rgba(
 }
 
 /// Reads the subset of KTX2 that [`write_ktx2`] and [`write_ktx2_zstd`] write, whichever program wrote it.
-/// Alpha is ignored, and blue is 0 if there are two channels. [`crate::textures::read_texture::read_texture`] gives the metadata too.
+/// Alpha is ignored, and blue is 0 if there are two channels. [`crate::textures::read_texture::read_texture`]
+/// gives the metadata too.
 ///
 /// # Errors
 /// If the file is truncated, damaged, too large, or of another pixel format or compression.

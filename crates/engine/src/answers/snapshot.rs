@@ -62,8 +62,8 @@ impl ResultsSnapshot {
         self.result(item)?.handle.clone()
     }
 
-    /// The sizes in bytes of the files that an item exports, in the order of [`crate::plan::Item::files`]; empty if
-    /// there are none. 0 for a file that it leaves out.
+    /// The sizes in bytes of the files that an item exports, in the order of [`crate::plan::Item::files`];
+    /// empty if there are none. 0 for a file that it leaves out.
     pub fn file_sizes(&self, item: ItemIndex) -> Vec<u64> {
         let result = self.result(item).filter(|result| result.handle.is_none());
         let size = |blob: &Blob| if is_left_out(blob.digest) { 0 } else { blob.bytes };

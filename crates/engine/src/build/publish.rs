@@ -2,8 +2,8 @@
 //!
 //! A file is written beside its place under a temporary name and renamed, so that it appears complete or not
 //! at all. All files of an item are written before the first is renamed, and the last of them, the index, is
-//! renamed last. The *ledger* ([`crate::build::ledger`]) records the digest and the stamp of each published file.
-//! The line of a file is written before the rename, so that after a kill at any moment the next build
+//! renamed last. The *ledger* ([`crate::build::ledger`]) records the digest and the stamp of each published
+//! file. The line of a file is written before the rename, so that after a kill at any moment the next build
 //! recognizes the file as its own. Only files of the ledger are ever removed or replaced. A file that someone
 //! has changed is put back, with a warning, while its item exists, and left alone when its item does not
 //! exist any more. If the ledger is lost, a file is also replaced if its recipe names the kind of its stage.

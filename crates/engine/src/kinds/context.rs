@@ -209,8 +209,8 @@ impl<'a> Context<'a> {
         bytes.map_err(|error| unreadable(&path, error))
     }
 
-    /// A file, for [`Kind::check_source`](crate::kinds::kind::Kind::check_source), which reads a part of it; relative
-    /// paths as for [`Context::read`].
+    /// A file, for [`Kind::check_source`](crate::kinds::kind::Kind::check_source), which reads a part of it;
+    /// relative paths as for [`Context::read`].
     ///
     /// The engine does not know what is read, so it takes an item for outdated whose run opened a file.
     ///

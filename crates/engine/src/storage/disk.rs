@@ -1,8 +1,8 @@
 //! The digests of files, as one build sees them.
 //!
 //! A file is hashed again only if its stamp differs from that of its last hashing, or if that stamp was too
-//! recent to be trusted. A file that an item reads is hashed by [`Context::read`](crate::kinds::Context::read) from
-//! the same bytes that the item gets.
+//! recent to be trusted. A file that an item reads is hashed by
+//! [`Context::read`](crate::kinds::Context::read) from the same bytes that the item gets.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;

@@ -2,8 +2,8 @@
 //!
 //! Linux reports when a file that was open for writing is closed. So after a write the watcher waits until
 //! then. If the file has been quiet for a while, it looks whether a program still has it open for writing
-//! ([`crate::storage::writers`]), and waits on if so, up to a limit, since a program may keep a file open. If a
-//! program closes the file after each piece, or if the system does not report a close, only a failure shows
+//! ([`crate::storage::writers`]), and waits on if so, up to a limit, since a program may keep a file open. If
+//! a program closes the file after each piece, or if the system does not report a close, only a failure shows
 //! that the file was not complete: if an item failed on a file that soon changes again, the file has to be
 //! quiet for longer, and longer still after each further failure. An exception is a file that did not grow
 //! when it was closed: it was written anew rather than continued.

@@ -7,8 +7,9 @@
 //! This is `shrm::Lamps::radiance`: a lamp that is large beside the material's highlight has some hundred or
 //! thousand points where it is reflected, and few or one where its reflection is far away. Each point costs a
 //! look at the material, so that a lamp is one point, too, if what that misses is next to nothing beside the
-//! other light ([`MISSED`]). An anisotropic material is taken in the mean over some turns of the surface about its
-//! normal, because the map that the lamps are added to has no tangent; it costs that many times more.
+//! other light ([`MISSED`]). An anisotropic material is taken in the mean over some turns of the surface
+//! about its normal, because the map that the lamps are added to has no tangent; it costs that many times
+//! more.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
@@ -221,9 +222,9 @@ mod tests {
         PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone()))).unwrap()
     }
 
-    /// The radiance of lamps beside `soft` light toward the view of a surface with these axes, in f64, and the
-    /// points that it is the sum of. `None` if rounding may choose others or put one on the other side of the
-    /// horizon.
+    /// The radiance of lamps beside `soft` light toward the view of a surface with these axes, in f64, and
+    /// the points that it is the sum of. `None` if rounding may choose others or put one on the other side of
+    /// the horizon.
     fn radiance(
         lamps: &Lamps,
         all: &LampPoints<'_>,

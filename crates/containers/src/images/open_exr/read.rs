@@ -135,7 +135,8 @@ pub struct ExrLayers {
     pub warnings: Vec<String>,
 }
 
-/// Reads every layer with colour of an OpenEXR file; names are as [`crate::images::decoded::ReadOptions`] takes them.
+/// Reads every layer with colour of an OpenEXR file; names are as [`crate::images::decoded::ReadOptions`]
+/// takes them.
 ///
 /// # Errors
 /// The errors of [`crate::images::read_image::read_image`], and an error if all layers together have more
