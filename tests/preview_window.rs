@@ -18,7 +18,7 @@ use std::{env, fs, thread};
 use support::Project;
 
 /// Longer than any step takes on two processors that draw everything in software.
-const TIMEOUT: Duration = Duration::from_secs(400);
+const TIMEOUT: Duration = Duration::from_secs(180);
 
 const SCREEN: [usize; 2] = [1000, 700];
 

@@ -12,7 +12,6 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
@@ -20,16 +19,14 @@ use std::time::{Duration, Instant};
 use rayon::{Scope, ThreadPool};
 
 use super::publish::{PublishError, PublishEvent};
-use super::run::{Outcome, RunContext, RunRequest, message_of};
+use super::run::{Outcome, RunContext, RunRequest};
 use super::run_elsewhere::Elsewhere;
 use super::running::Dependencies;
-use super::session::WORKER;
 use super::up_to_date::{Freshness, UpToDateCheck};
 use crate::error::Error;
 use crate::event::{Event, ItemName, Summary, Work};
 use crate::key::Digest;
 use crate::kinds::Handle;
-use crate::own_time::own_time;
 use crate::parallel;
 use crate::plan::{ItemIndex, Selection};
 use crate::shared::Shared;
@@ -443,100 +440,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
 
     fn push(&mut self, item: ItemIndex, task: Task) {
         self.tasks.push(item, task, self.check, &self.is_wanted);
-    }
-
-    fn start<'s, 't>(
-        &mut self,
-        task: Task,
-        lane: Lane,
-        [others, wanted]: [&Scope<'s>; 2],
-        waiting: &'t std::thread::Scope<'t, '_>,
-        sender: &Sender<(WorkSpan, Message)>,
-    ) where
-        'a: 's + 't,
-    {
-        let context = self.context;
-        let sender = sender.clone();
-        self.busy[lane as usize] += 1;
-        let is_wanted = lane == Lane::Wanted;
-        let gate = is_wanted.then(|| self.context.gate.close());
-        let first_worker = self.first_worker(lane);
-        let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
-            Task::Fetch(item) => {
-                let digest = self.digest(item);
-                (item, Work::Fetch, Box::new(move || Message::Fetched(item, context.fetch(item, digest))))
-            }
-            Task::Find(item) => {
-                let key = self.key(item);
-                (
-                    item,
-                    Work::Fetch,
-                    Box::new(move || Message::Found(item, context.find(item, key).map(Box::new))),
-                )
-            }
-            Task::Publish(item) => {
-                let outputs = self.outputs(item).to_vec();
-                let act = move || {
-                    let mut events = Vec::new();
-                    let result = context.publish(item, &outputs, None, &mut events);
-                    Message::Published(item, events, result)
-                };
-                (item, Work::Publish, Box::new(act))
-            }
-            Task::Run(item) => {
-                let request = self.request(item, is_wanted);
-                self.items[item].causes.clone_from(&request.causes);
-                self.running.started(item, Arc::clone(&request.share), self.clock.elapsed());
-                let elsewhere = self.executor().filter(|_| lane == Lane::Elsewhere);
-                let host = elsewhere.map(|options| options.executor.host());
-                let (name, reasons) = (self.check.name(item), request.reasons.clone());
-                self.report(Event::Started { item: name, reasons, host });
-                let act: Box<dyn FnOnce() -> Message + Send + 'a> = match elsewhere {
-                    None => Box::new(move || Message::Ran(item, context.run(request))),
-                    Some(options) => {
-                        Box::new(move || Message::RanElsewhere(item, context.run_elsewhere(request, options)))
-                    }
-                };
-                (item, Work::Run, act)
-            }
-        };
-        let unstarted = sender.clone();
-        let act = move |worker: usize| {
-            let begun = Instant::now();
-            let (message, _) = own_time(|| catch_unwind(AssertUnwindSafe(act)));
-            let message = message
-                .unwrap_or_else(|panic| Message::Panicked(item, message_of(panic.as_ref()).to_owned()));
-            drop(gate);
-            let span = WorkSpan { item, work, lane, worker, begun, took: begun.elapsed() };
-            let _ = sender.send((span, message));
-        };
-        let of_pool = move || first_worker + rayon::current_thread_index().unwrap_or(0);
-        match lane {
-            Lane::Others => others.spawn(move |_| act(of_pool())),
-            Lane::Wanted => wanted.spawn(move |_| act(of_pool())),
-            Lane::Elsewhere => {
-                let worker = first_worker + self.free_thread();
-                let thread = std::thread::Builder::new().name(format!("{WORKER} e{worker}"));
-                if let Err(error) = thread.spawn_scoped(waiting, move || act(worker)) {
-                    let why = Elsewhere::Unable(format!("a thread cannot be started: {error}"));
-                    let span =
-                        WorkSpan { item, work, lane, worker, begun: Instant::now(), took: Duration::ZERO };
-                    let _ = unstarted.send((span, Message::RanElsewhere(item, Ok(why))));
-                }
-            }
-        }
-    }
-
-    fn first_worker(&self, lane: Lane) -> usize {
-        lane as usize * self.jobs
-    }
-
-    /// A number for a thread that waits for another machine, which no other has now.
-    fn free_thread(&mut self) -> usize {
-        let free = self.waiting.iter().position(|is_used| !is_used).unwrap_or(self.waiting.len());
-        self.waiting.resize(self.waiting.len().max(free + 1), false);
-        self.waiting[free] = true;
-        free
     }
 
     fn request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {

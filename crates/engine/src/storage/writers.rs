@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::platform::{Identity, file_identity, has_other_names};
 
-/// Those among some files that a program has open for writing, by the names that are given here.
+/// Returns the files that a program has open for writing, by the names that they have in `files`.
 pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> HashSet<PathBuf> {
     // A file may have several names among them, and others elsewhere.
     let (mut real, mut linked) = (HashMap::<PathBuf, Vec<&Path>>::new(), HashMap::<_, Vec<&Path>>::new());

@@ -3,8 +3,8 @@
 // twin of lamps.rs, which has the layout of the elements.
 // It needs surface.wgsl, angles.wgsl and material.wgsl. Its buffers come from `PackedLamps`.
 
-// What a lamp may miss as one point, and what it misses: see lamps.rs.
-const LAMPS_MISSED = 0.02;
+// What lamps that are one point may miss, and what each misses: see lamps.rs.
+const LAMPS_MISSED = 0.01;
 const LAMPS_CURVED = 0.25;
 const LAMPS_CLEAR = 4.0;
 
@@ -21,6 +21,7 @@ fn lamps_added(surface: Surface, soft: vec3f) -> vec3f {
     let view = to_surface * surface.view;
     let mirrored = vec3f(-view.xy, view.z);
     let width = lamps[1].x;
+    var missed = vec3f(0.0);
     for (var lamp = 0u; lamp < count; lamp++) {
         let radius = lamps[2u + 3u * lamp].w;
         let centre = to_surface * lamps[2u + 3u * lamp].xyz;
@@ -28,22 +29,26 @@ fn lamps_added(surface: Surface, soft: vec3f) -> vec3f {
         let levels = u32(lamps[4u + 3u * lamp].y);
         let away = 2.0 * asin(min(0.5 * distance(centre, mirrored), 1.0)) - radius;
         let feature = min(lamps[1].y * away, lamps[1].z);
-        let is_whole = abs(centre.z) > lamps[3u + 3u * lamp].w;
-        var level = 1u;
-        if levels > 2u {
-            if is_whole && (2.0 * radius <= width || away >= LAMPS_CLEAR * width) {
+        var level = 2u;
+        // A lamp that the horizon may cut has all its points, as has one that is a point anyway.
+        if levels > 3u && abs(centre.z) > lamps[3u + 3u * lamp].w {
+            let is_small = 2.0 * radius <= width;
+            if radius <= lamps[1].w * feature {
+                level = 0u;
+            } else if is_small || away >= LAMPS_CLEAR * width {
                 let at_centre = flux * lamps_rho(centre, view, turns);
                 let curved = radius / max(width, lamps[1].y * (away + radius));
-                let missed = min(LAMPS_CURVED * curved * curved, 1.0);
-                if all(missed * at_centre <= LAMPS_MISSED * (sum + at_centre)) {
+                let more = missed + min(LAMPS_CURVED * curved * curved, 1.0) * at_centre;
+                if all(more <= LAMPS_MISSED * (sum + at_centre)) {
                     sum += at_centre;
+                    missed = more;
                     continue;
                 }
             }
-            if is_whole && radius <= lamps[1].w * feature {
-                level = 0u;
-            } else if feature >= 2.0 * width {
-                level = min(1u + u32(log2(feature / width)), levels - 1u);
+            if level > 0u && is_small {
+                level = 1u;
+            } else if level > 0u && feature >= 2.0 * width {
+                level = min(2u + u32(log2(feature / width)), levels - 1u);
             }
         }
         level += u32(lamps[4u + 3u * lamp].x);

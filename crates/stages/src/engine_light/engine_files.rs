@@ -286,7 +286,7 @@ pub(crate) fn report(
             }
         }
     }
-    // Of the level that it changes most.
+    // The change of each channel in the level where rounding changes it most.
     let worst = made.rounded.iter().fold([0.0_f64; 3], |worst, level| {
         [0, 1, 2].map(|c| if level[c].abs() > worst[c].abs() { level[c] } else { worst[c] })
     });

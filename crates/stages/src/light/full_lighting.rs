@@ -6,12 +6,12 @@ use sh::{Degree, Transform};
 use sphere::LatLong;
 
 /// The highest degree of a series that `convolve` cuts later: see [`brdf::Choice::Full`].
-pub(crate) const FULL: usize = 255;
+pub(crate) const MAX_UNCUT_DEGREE: usize = 255;
 
 /// The lighting as the default parameters make it: lamps beside a series of more than enough degrees.
 pub(crate) fn full(environment: &Environment) -> Result<sh::Lighting, Failure> {
     let separated = environment.separate_lamps();
-    let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
+    let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
     let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
     Ok(sh::Lighting { series, lights: separated.lights })
 }

@@ -91,7 +91,7 @@ use sh::{
 };
 use sphere::LatLong;
 
-use super::full_lighting::{FULL, highest_degree};
+use super::full_lighting::{MAX_UNCUT_DEGREE, highest_degree};
 use crate::values::{Lamps, NonNegative, SHARE, artifacts, lamps_text, share};
 
 choice! {
@@ -240,7 +240,7 @@ impl Kind for ProjectSh {
             (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, context)?,
             (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, context)?,
             (OrAuto::Auto, None) => {
-                let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
+                let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
                 fixed(&pixels, degree, context)?
             }
         };
