@@ -134,23 +134,6 @@ impl Light {
         points
     }
 
-    /// Seven points of the disk with their shares of its flux, which are exact for polynomials up to the fifth
-    /// degree in the plane of equal areas (J. Radon, "Zur mechanischen Kubatur", 1948): enough for a lamp that
-    /// is at most half as large as the features of what reflects it.
-    pub fn seven_points(&self) -> [(Direction, f64); 7] {
-        let centre = self.direction.vector();
-        let (u, v) = centre.any_orthonormal_pair();
-        let theta = 2.0 * math::asin(math::sin(self.radius / 2.0) * (2.0_f64 / 3.0).sqrt());
-        let (sine, cosine) = math::sin_cos(theta);
-        std::array::from_fn(|k| match k {
-            0 => (self.direction, 0.25),
-            _ => {
-                let (y, x) = math::sin_cos(PI * k as f64 / 3.0);
-                (Direction::normalised(centre * cosine + (u * x + v * y) * sine), 0.125)
-            }
-        })
-    }
-
     /// The irradiance of a surface with this normal, whose horizon hides the light's part below it.
     ///
     /// By Lambert's formula, half the integral of N . (r x dr) along the boundary of what is visible: with
@@ -401,22 +384,6 @@ mod tests {
         let (first, last) = (lighting.rotated(rotation).whole(), rotate(&lighting.whole(), rotation));
         for (a, b) in first.coefficients().as_flattened().iter().zip(last.coefficients().as_flattened()) {
             assert!((a - b).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn seven_points_are_exact_for_squares_of_the_cosine() {
-        let light = Light { direction: Direction::from_angles(0.7, -1.9), radius: 0.4, irradiance: [1.0; 3] };
-        let (least, mut moments) = (light.radius.cos(), [0.0; 3]);
-        for (direction, share) in light.seven_points() {
-            let cosine = direction.dot(light.direction);
-            (0..3).for_each(|power| moments[power] += share * cosine.powi(power as i32));
-        }
-        // The mean of cos^n over the cap is (1 - c^(n + 1)) / ((n + 1) (1 - c)).
-        for (power, moment) in moments.into_iter().enumerate() {
-            let n = power as i32 + 1;
-            let expected = (1.0 - least.powi(n)) / (f64::from(n) * (1.0 - least));
-            assert!((moment - expected).abs() < 1e-14, "{power}: {moment} {expected}");
         }
     }
 }

@@ -183,9 +183,10 @@ impl LampPoints<'_> {
 }
 
 impl LampLevels {
-    /// The points for a surface in whose frame `centre` is the lamp's centre and `mirrored` the mirror
-    /// direction of the view; `width` is the highlight's.
-    fn points(&self, centre: DVec3, mirrored: DVec3, width: f64) -> &[(Direction, f64)] {
+    /// The points that a surface sees, with their shares of the flux: `centre` is the direction of the lamp's
+    /// centre and `mirrored` the mirror image of the view, both in the surface's frame; `width` is the
+    /// highlight's.
+    pub fn points(&self, centre: DVec3, mirrored: DVec3, width: f64) -> &[(Direction, f64)] {
         let [finest, .., coarsest] = self.levels.as_slice() else {
             return self.levels.first().map_or(&[], Vec::as_slice);
         };

@@ -280,9 +280,7 @@ impl<'a> FrameEncoder<'a> {
         lights: std::ops::Range<u32>,
     ) -> Result<(), RenderError> {
         let Resources { device, layouts, pipelines, .. } = self.resources;
-        let (Some(light), Some(pipeline)) = (self.canvas.light(side, sample), pipelines.mode(mode)) else {
-            return Ok(());
-        };
+        let Some(light) = self.canvas.light(side, sample) else { return Ok(()) };
         let seen = self.visible.iter();
         let seen: Vec<Visible> = seen.filter_map(|seen| seen.within(columns.clone())).collect();
         let part = |&Visible { object, pixels }: &Visible| PartUniforms {
@@ -304,10 +302,11 @@ impl<'a> FrameEncoder<'a> {
             ],
         });
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.samples[sample], &[]);
         for (k, Visible { object, pixels }) in seen.into_iter().enumerate() {
             let look = &self.scene.objects[object].look;
+            let Some(pipeline) = pipelines.mode(mode, look) else { continue };
+            pass.set_pipeline(pipeline);
             let maps = self.resources.lights.get(look.light());
             if mode.adds_lamps() {
                 let maps = self.resources.looks.get(look);

@@ -4,18 +4,21 @@
 //! of a pass, and group 3 the light and material of brute force, or the lamps beside a map and their
 //! material. The files of `shading/` follow these; one generated line calls the mode.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use wgpu::{
     BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages, StorageTextureAccess,
     TextureSampleType, TextureViewDimension,
 };
 
+use shrm::Reflection;
+
 use super::memory::TEXELS;
 use super::mesh::Shape;
-use crate::Mode;
 use crate::shading::brute_force::NO_SHADOWS;
+use crate::shading::material::PackedMaterial;
 use crate::shading::{lobe_sampling, material};
+use crate::{Look, Mode};
 
 const FRAME: &str = include_str!("frame.wgsl");
 const MAP: &str = include_str!("map.wgsl");
@@ -60,7 +63,7 @@ pub(super) struct Layouts {
     pub(super) lamps: wgpu::BindGroupLayout,
 }
 
-/// The pipelines. That of a mode is compiled when the mode is first shown.
+/// The pipelines. That of a mode is compiled when the mode is first shown with materials of some models.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     device: wgpu::Device,
@@ -73,7 +76,8 @@ pub(super) struct Pipelines {
     pub(super) shaded: wgpu::RenderPipeline,
     /// The pipeline that draws positions in the mesh.
     pub(super) located: wgpu::RenderPipeline,
-    modes: HashMap<Mode, wgpu::ComputePipeline>,
+    /// The pipelines of modes, for the models of the materials that they look at.
+    modes: HashMap<(Mode, BTreeSet<u32>), wgpu::ComputePipeline>,
 }
 
 impl Layouts {
@@ -193,15 +197,16 @@ impl Pipelines {
         }
     }
 
-    /// The pipeline of a mode, if it was prepared.
-    pub(super) fn mode(&self, mode: Mode) -> Option<&wgpu::ComputePipeline> {
-        self.modes.get(&mode)
+    /// The pipeline of a mode for a look, if it was prepared.
+    pub(super) fn mode(&self, mode: Mode, look: &Look) -> Option<&wgpu::ComputePipeline> {
+        self.modes.get(&(mode, models(mode, look)))
     }
 
-    /// Compiles the pipeline of a mode unless that was done before.
-    pub(super) fn prepare(&mut self, layouts: &Layouts, mode: Mode) {
+    /// Compiles the pipeline of a mode for materials of these models unless that was done before.
+    pub(super) fn prepare(&mut self, layouts: &Layouts, mode: Mode, models: BTreeSet<u32>) {
         let device = &self.device;
-        self.modes.entry(mode).or_insert_with(|| {
+        self.modes.entry((mode, models)).or_insert_with_key(|(mode, models)| {
+            let mode = *mode;
             let Layouts { frame, map, shade, light, shadowed, lamps, .. } = layouts;
             let groups = match mode {
                 Mode::BruteForce => &[Some(frame), None, Some(shade), Some(light)][..],
@@ -209,7 +214,7 @@ impl Pipelines {
                 mode if mode.adds_lamps() => &[Some(frame), Some(map), Some(shade), Some(lamps)],
                 _ => &[Some(frame), Some(map), Some(shade)],
             };
-            compute(device, "shade", groups, &mode_source(mode))
+            compute(device, "shade", groups, &mode_source(mode, models))
         });
     }
 }
@@ -225,7 +230,7 @@ pub(super) fn sources() -> Vec<(String, String)> {
         ("vertices".to_owned(), vertices_source()),
     ];
     let shaded = Mode::ALL.into_iter().filter(|mode| !mode.is_diagram());
-    sources.extend(shaded.map(|mode| (mode.name().to_owned(), mode_source(mode))));
+    sources.extend(shaded.map(|mode| (mode.name().to_owned(), mode_source(mode, &material::all_models()))));
     sources
 }
 
@@ -241,9 +246,20 @@ fn vertices_source() -> String {
     [TABLE, VERTICES].concat()
 }
 
-/// The complete shader of a mode.
-fn mode_source(mode: Mode) -> String {
-    let (material, lobe_sampling) = (material::shader(), lobe_sampling::shader());
+/// The models that the shader of a mode looks at.
+pub(super) fn models(mode: Mode, look: &Look) -> BTreeSet<u32> {
+    let beside = look.reflection().and_then(Reflection::lamps).map(|lamps| &lamps.material);
+    let material = match mode {
+        mode if mode.is_brute_force() => look.material(),
+        mode if mode.adds_lamps() => beside,
+        _ => None,
+    };
+    material.map(PackedMaterial::models).unwrap_or_default()
+}
+
+/// The complete shader of a mode for materials of these models.
+fn mode_source(mode: Mode, models: &BTreeSet<u32>) -> String {
+    let (material, lobe_sampling) = (material::shader(models), lobe_sampling::shader());
     let (files, value): (&[&str], _) = match mode {
         Mode::LocalShrm => (
             &[&material, LAMPS, include_str!("../shading/local_shrm.wgsl")],

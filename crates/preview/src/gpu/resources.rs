@@ -8,7 +8,7 @@ use wgpu::BufferUsages;
 
 use super::device::Device;
 use super::identity_cache::IdentityCache;
-use super::layouts::{Layouts, Pipelines};
+use super::layouts::{Layouts, Pipelines, models};
 use super::maps::{LightMaps, LookMaps, Map};
 use super::mesh::Shape;
 use super::shadow_tree::{ShadowTree, ShadowUniforms};
@@ -87,7 +87,7 @@ impl Resources {
         for (number, object) in objects().enumerate() {
             self.meshes.get_or_make(&object.mesh, || Shape::new(device, &object.mesh))?;
             for mode in shot.show.modes() {
-                self.pipelines.prepare(layouts, mode);
+                self.pipelines.prepare(layouts, mode, models(mode, &object.look));
                 let light = object.look.light();
                 let lights = self.lights.get_or_make(light, || Ok(LightMaps::default()))?;
                 match mode {

@@ -7,6 +7,7 @@ use shrm::Reflection;
 use sphere::{LatLong, Rotation};
 
 use super::*;
+use crate::shading::material::all_models;
 use crate::{Background, Light, Look, MapSizes};
 
 /// A device; without one the test is skipped with a message.
@@ -119,7 +120,8 @@ fn a_device_with_the_required_limits_is_sufficient() {
         let device = Device::new(adapter.get_info(), device, queue);
         let resources = device.guarded(|| {
             let mut resources = Resources::new(device.clone(), Gpu::TARGET)?;
-            Mode::ALL.into_iter().for_each(|mode| resources.pipelines.prepare(&resources.layouts, mode));
+            let Resources { pipelines, layouts, .. } = &mut resources;
+            Mode::ALL.into_iter().for_each(|mode| pipelines.prepare(layouts, mode, all_models()));
             Ok(())
         });
         resources.map_err(|error| error.to_string())

@@ -3,11 +3,6 @@
 // twin of lamps.rs, which has the layout of the elements.
 // It needs surface.wgsl, angles.wgsl and material.wgsl. Its buffers come from `PackedLamps`.
 
-// What lamps that are one point may miss, and what each misses: see lamps.rs.
-const LAMPS_MISSED = 0.01;
-const LAMPS_CURVED = 0.25;
-const LAMPS_CLEAR = 4.0;
-
 // `PackedLamps::elements`.
 @group(3) @binding(3) var<storage, read> lamps: array<vec4f>;
 
@@ -20,56 +15,41 @@ fn lamps_added(surface: Surface, soft: vec3f) -> vec3f {
     let to_surface = transpose(frame);
     let view = to_surface * surface.view;
     let mirrored = vec3f(-view.xy, view.z);
-    let width = lamps[1].x;
-    var missed = vec3f(0.0);
     for (var lamp = 0u; lamp < count; lamp++) {
-        let radius = lamps[2u + 3u * lamp].w;
-        let centre = to_surface * lamps[2u + 3u * lamp].xyz;
-        let flux = lamps[3u + 3u * lamp].rgb;
-        let levels = u32(lamps[4u + 3u * lamp].y);
-        let away = 2.0 * asin(min(0.5 * distance(centre, mirrored), 1.0)) - radius;
-        let feature = min(lamps[1].y * away, lamps[1].z);
-        var level = 2u;
-        // A lamp that the horizon may cut has all its points, as has one that is a point anyway.
-        if levels > 3u && abs(centre.z) > lamps[3u + 3u * lamp].w {
-            let is_small = 2.0 * radius <= width;
-            if radius <= lamps[1].w * feature {
-                level = 0u;
-            } else if is_small || away >= LAMPS_CLEAR * width {
-                let at_centre = flux * lamps_rho(centre, view, turns);
-                let curved = radius / max(width, lamps[1].y * (away + radius));
-                let more = missed + min(LAMPS_CURVED * curved * curved, 1.0) * at_centre;
-                if all(more <= LAMPS_MISSED * (sum + at_centre)) {
-                    sum += at_centre;
-                    missed = more;
-                    continue;
-                }
-            }
-            if level > 0u && is_small {
-                level = 1u;
-            } else if level > 0u && feature >= 2.0 * width {
-                level = min(2u + u32(log2(feature / width)), levels - 1u);
-            }
-        }
-        level += u32(lamps[4u + 3u * lamp].x);
+        let centre = lamps[2u + 3u * lamp];
+        let levels = lamps[4u + 3u * lamp];
+        let level = u32(levels.x) + lamps_level(u32(levels.y), centre.w, to_surface * centre.xyz, mirrored);
         let first = u32(lamps[level].x);
         let last = first + u32(lamps[level].y);
         var reflected = vec3f(0.0);
         for (var point = first; point < last; point++) {
-            reflected += lamps[point].w * lamps_rho(to_surface * lamps[point].xyz, view, turns);
+            let incident = to_surface * lamps[point].xyz;
+            for (var turn = 0u; turn < u32(turns); turn++) {
+                let angle = 6.2831853 * f32(turn) / turns;
+                let turned = mat3x3f(cos(angle), sin(angle), 0.0, -sin(angle), cos(angle), 0.0, 0.0, 0.0, 1.0);
+                reflected += lamps[point].w / turns * material_rho_hat(turned * incident, turned * view);
+            }
         }
-        sum += flux * reflected;
+        sum += lamps[3u + 3u * lamp].rgb * reflected;
     }
     return sum;
 }
 
-// rho_hat in the mean over turns of the surface.
-fn lamps_rho(incident: vec3f, view: vec3f, turns: f32) -> vec3f {
-    var mean = vec3f(0.0);
-    for (var turn = 0u; turn < u32(turns); turn++) {
-        let angle = 6.2831853 * f32(turn) / turns;
-        let turned = mat3x3f(cos(angle), sin(angle), 0.0, -sin(angle), cos(angle), 0.0, 0.0, 0.0, 1.0);
-        mean += material_rho_hat(turned * incident, turned * view) / turns;
+// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions of the
+// lamp's centre and of the view's mirror image are in the surface's frame.
+fn lamps_level(levels: u32, radius: f32, centre: vec3f, mirrored: vec3f) -> u32 {
+    if levels <= 2u {
+        return 1u;
     }
-    return mean;
+    let width = lamps[1].x;
+    let away = 2.0 * asin(min(0.5 * distance(centre, mirrored), 1.0)) - radius;
+    let feature = min(lamps[1].y * away, lamps[1].z);
+    let is_whole = abs(centre.z) > sin(radius);
+    if is_whole && radius <= lamps[1].w * feature {
+        return 0u;
+    }
+    if feature < 2.0 * width {
+        return 1u;
+    }
+    return min(1u + u32(log2(feature / width)), levels - 1u);
 }

@@ -23,6 +23,7 @@ pub(super) mod terms;
 #[cfg(test)]
 pub(super) mod tests;
 
+use std::collections::BTreeSet;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use brdf::{MODELS, Material};
@@ -67,9 +68,14 @@ macro_rules! formulas {
 }
 brdf::for_each_model!(formulas);
 
-/// The text of the shader: constants, what the formulas share, the choice between them, and material.wgsl.
-pub fn shader() -> String {
-    let cases = FORMULAS.iter().enumerate().map(|(number, Formula { name, .. })| {
+/// The text of the shader for layers of these models, by their numbers in [`PackedMaterial::models`]:
+/// constants, what the formulas share, the choice between them, and material.wgsl.
+///
+/// A shader knows the models of its material alone: some devices go through every formula that it names, for
+/// each look at the material.
+pub fn shader(models: &BTreeSet<u32>) -> String {
+    let wanted = |(number, _): &(usize, &Formula)| models.contains(&(*number as u32));
+    let cases = FORMULAS.iter().enumerate().filter(wanted).map(|(number, Formula { name, .. })| {
         format!("        case {number}u: {{ return material_{name}(at, light, view); }}\n")
     });
     let choice = format!(
@@ -78,6 +84,18 @@ pub fn shader() -> String {
         cases.collect::<String>(),
     );
     [&terms::shader(), WGSL_CONSTANTS, &choice, include_str!("material.wgsl")].concat()
+}
+
+/// The numbers of all models.
+#[cfg(test)]
+pub(crate) fn all_models() -> BTreeSet<u32> {
+    (0..FORMULAS.len() as u32).collect()
+}
+
+/// The number of a layer's model.
+fn number(layer: &Material) -> u32 {
+    let of_table = MODELS.len() + usize::from(matches!(layer, Material::MeasuredAnisotropic(_)));
+    MODELS.iter().position(|model| model.name == layer.name()).unwrap_or(of_table) as u32
 }
 
 /// A material as the shader reads it.
@@ -95,10 +113,8 @@ impl PackedMaterial {
         let layers = material.leaves();
         let mut words = vec![layers.len() as u32];
         for layer in layers {
-            let of_table = MODELS.len() + usize::from(matches!(layer, Material::MeasuredAnisotropic(_)));
-            let model = MODELS.iter().position(|model| model.name == layer.name()).unwrap_or(of_table);
             let constants = layer.constants();
-            words.extend([model as u32, constants.len() as u32]);
+            words.extend([number(layer), constants.len() as u32]);
             words.extend(constants.iter().map(|value| value.to_bits()));
         }
         match u32::try_from(words.len()) {
@@ -107,6 +123,11 @@ impl PackedMaterial {
                 Err(RenderError::maps("the measured layers of a material are too large for brute force"))
             }
         }
+    }
+
+    /// The numbers of the layers' models.
+    pub fn models(material: &Material) -> BTreeSet<u32> {
+        material.leaves().into_iter().map(number).collect()
     }
 
     /// The words, for the buffer `material` of the shader.

@@ -115,7 +115,7 @@ fn shaders() -> String {
         include_str!("../angles.wgsl"),
         include_str!("../sequence.wgsl"),
         include_str!("../light_samples.wgsl"),
-        &material::shader(),
+        &material::shader(&material::all_models()),
         &lobe_sampling::shader(),
         NO_SHADOWS,
         include_str!("../brute_force.wgsl"),

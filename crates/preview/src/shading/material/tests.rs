@@ -254,7 +254,7 @@ fn every_model_has_a_shader() {
 /// A material's number is the case of the formula with its name.
 #[test]
 fn the_shader_numbers_models_as_its_twin() {
-    let source = shader();
+    let source = shader(&all_models());
     for (material, _) in materials().iter().filter(|(material, _)| material.leaves() == [material]) {
         let number = PackedMaterial::new(material).unwrap().words()[1];
         let name = material.name().replace('-', "_");
@@ -296,7 +296,7 @@ fn the_shader_is_its_twin() {
     let asked: Vec<[f32; 4]> = pairs.iter().flatten().map(|v| v.extend(0.0).to_array()).collect();
     let source = [
         include_str!("../angles.wgsl"),
-        &shader(),
+        &shader(&all_models()),
         "fn answer(k: u32) -> vec3f { return material_rho_hat(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
     ];
     for (material, s) in materials() {
