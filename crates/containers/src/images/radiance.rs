@@ -19,6 +19,7 @@
 //!
 //! XYZE is CIE XYZ with an equal-energy white, and keeps its photometric unit.
 
+mod input;
 mod scanlines;
 
 use std::io::{Read, Seek};
@@ -34,10 +35,8 @@ use crate::error::{Error, ErrorKind};
 use crate::file_part::beginning;
 use crate::format::Format;
 use crate::{limits, recipe};
+use input::{Input, MAX_HEADER};
 use scanlines::{read_scanline, write_scanline};
-
-/// The longest header that is read.
-const MAX_HEADER: usize = 1 << 20;
 
 pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let (header, rest) = Header::parse(bytes)?;
@@ -327,38 +326,6 @@ impl Scan {
         let row = if self.upward { self.height - 1 - row } else { row };
         let column = if self.leftward { self.width - 1 - column } else { column };
         row * self.width + column
-    }
-}
-
-/// The bytes not yet read.
-struct Input<'a>(&'a [u8]);
-
-impl<'a> Input<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], Error> {
-        let (taken, rest) = self
-            .0
-            .split_at_checked(count)
-            .ok_or_else(|| Error::truncated("the file ends before its data does"))?;
-        self.0 = rest;
-        Ok(taken)
-    }
-
-    fn pixel(&mut self) -> Result<[u8; 4], Error> {
-        let taken = self.take(4)?;
-        Ok([taken[0], taken[1], taken[2], taken[3]])
-    }
-
-    /// The next line, without its end.
-    fn line(&mut self) -> Result<&'a [u8], Error> {
-        let end = self
-            .0
-            .iter()
-            .take(MAX_HEADER)
-            .position(|&byte| byte == b'\n')
-            .ok_or_else(|| Error::truncated("the file ends within its header"))?;
-        let line = &self.0[..end];
-        self.0 = &self.0[end + 1..];
-        Ok(line.strip_suffix(b"\r").unwrap_or(line))
     }
 }
 

@@ -6,8 +6,8 @@
 //!
 //! This is `shrm::Lamps::radiance`: a lamp that is large beside the material's highlight has some hundred or
 //! thousand points where it is reflected, and few or one where its reflection is far away. Each point costs a
-//! look at the material. An anisotropic material is taken in the mean over some turns of the surface about its
-//! normal, because the map that the lamps are added to has no tangent; it costs that many times more.
+//! look at the material. An anisotropic material is taken in the mean over some turns of the surface about
+//! its normal, because the map that the lamps are added to has no tangent; it costs that many times more.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
@@ -122,8 +122,8 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
     sum
 }
 
-/// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions of
-/// the lamp's centre and of the view's mirror image are in the surface's frame.
+/// The index of the level of a lamp that is seen, of so many: its centre alone is the first. The directions
+/// of the lamp's centre and of the view's mirror image are in the surface's frame.
 fn chosen_level(
     [width, tail, widest, point]: [f32; 4],
     levels: f32,
@@ -170,7 +170,8 @@ mod tests {
         PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone()))).unwrap()
     }
 
-    /// The sum over the points of lamps that the kernel chooses for a surface with these axes, and the points.
+    /// The sum over the points of lamps that the kernel chooses for a surface with these axes, and the
+    /// points.
     fn by_kernel(
         lamps: &LampPoints<'_>,
         material: &Material,

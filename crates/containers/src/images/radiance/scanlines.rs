@@ -4,7 +4,7 @@
 //! successive ones being digits of base 256), or in the new ones: 2, 2, width in two bytes, then each of the
 //! four planes as runs (128 + n, value) and literals (n, values).
 
-use super::Input;
+use super::input::Input;
 use crate::error::Error;
 
 /// Widths that the new run lengths can hold.
