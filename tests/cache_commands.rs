@@ -1,13 +1,9 @@
 //! `specula cache` through the binary: what it prints, its exit codes, and that it may be killed at any time.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::time::Duration;
 
+use crate::support::{Project, files_below, ran};
 use serde_json::Value;
-use support::Project;
 
 /// Changes the material; each number gives another one.
 fn edit(project: &Project, n: u32) {
@@ -51,7 +47,7 @@ fn stats_and_gc_say_what_they_found_and_freed() {
     let text = project.ok(&["cache", "gc", "--max-size=1kB"]).stdout;
     assert!(text.contains("this is more than 1.0 kB, because the last good outputs always stay"), "{text}");
     let events = project.events(&[]);
-    assert!(support::ran(&events).is_empty(), "the last good outputs are all there");
+    assert!(ran(&events).is_empty(), "the last good outputs are all there");
 }
 
 #[test]
@@ -62,7 +58,7 @@ fn verify_names_what_it_removes_and_the_next_build_restores_it() {
     let explained = project.ok(&["explain", "lighting"]).stdout;
     let recipe = json(&project, &["cache", "verify", "--json"]);
     assert_eq!(recipe["lost"], Value::Array(Vec::new()), "{explained}");
-    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let blobs = files_below(&project.path(".specula/blobs"));
     let largest = blobs.iter().max_by_key(|(_, bytes)| bytes.len()).unwrap().0;
     let mut bytes = blobs[largest].clone();
     let middle = bytes.len() / 2;
@@ -120,7 +116,7 @@ fn a_killed_collection_leaves_a_valid_cache() {
         child.kill().unwrap();
         child.wait().unwrap();
         let events = project.events(&[]);
-        assert!(support::ran(&events).is_empty(), "round {round}: the results in effect are kept");
+        assert!(ran(&events).is_empty(), "round {round}: the results in effect are kept");
         if round % 8 == 0 {
             edit(&clean, round);
             clean.ok(&["build"]);

@@ -1,12 +1,8 @@
 //! Completions in the shells themselves: each sources its script and is asked as if somebody pressed Tab.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::process::Command;
 
-use support::Project;
+use crate::support::Project;
 
 /// What is typed, and words that must be offered. In bash and fish all others that are offered begin in the
 /// same way, unless they are files.

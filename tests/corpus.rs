@@ -1,12 +1,8 @@
 //! The whole pipeline on real environments: photographed lat-longs, light probes and a cube map.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 
-use support::Project;
+use crate::support::{Project, copy_folder};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -113,7 +109,7 @@ fn the_corpus_builds_and_rebuilds() {
     assert_eq!(sheets, wanted.map(|name| format!("sheets/{name}.png")));
     // SPECULA_KEEP names a folder to copy the outputs to, for people to look at.
     if let Some(folder) = std::env::var_os("SPECULA_KEEP") {
-        support::copy_folder(&project.path("out"), folder.as_ref());
+        copy_folder(&project.path("out"), folder.as_ref());
     }
     assert!(project.ok(&["build"]).stderr.contains("Up to date: all "));
 }

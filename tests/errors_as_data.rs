@@ -1,16 +1,12 @@
 //! With `--json`, a command that fails says why on standard output too, for programs.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::process::Command;
 
+use crate::support::{Project, Run, SMALL};
 use engine::EventLine;
 use serde_json::Value;
-use support::{Project, Run};
 
 /// The commands that take `--json`, each with arguments that it cannot do without.
 const COMMANDS: &[&[&str]] = &[
@@ -95,7 +91,7 @@ const WITHOUT_MANIFEST: [&str; 4] = ["watch", "cache", "prune", "inspect"];
 #[test]
 fn errors_of_the_manifest_have_a_place_and_help() {
     let project = Project::small();
-    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degre = 8\n"));
+    project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degre = 8\n"));
     for error in check(&project, &WITHOUT_MANIFEST, &[], 3) {
         let diagnostics = &error["diagnostics"];
         assert_eq!(diagnostics["file"], "pipeline.toml", "{error:#}");

@@ -1,15 +1,11 @@
 //! The lines of `--json` are what `specula schema events` and docs/events.md say.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeSet;
 use std::fs;
 
+use crate::support::{Project, SMALL, root};
 use engine::EventLine;
 use serde_json::Value;
-use support::Project;
 
 /// The schema, with fields that it does not name refused.
 fn strict() -> jsonschema::Validator {
@@ -41,7 +37,7 @@ fn every_line_of_a_build_is_what_the_schema_says() {
     let dry = project.events(&["--dry-run"]);
     assert!(names(&dry).contains("removed"), "{dry:#?}");
     seen.extend(names(&project.events(&[])));
-    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
+    project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 6\n"));
     seen.extend(names(&project.events(&["--fail-fast"])));
     // Told only of items that take long, which on a busy machine may be any.
     seen.remove("progress");
@@ -70,14 +66,14 @@ fn every_line_of_a_watcher_is_what_the_schema_says() {
     project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = 9\n");
     // A map and six faces depend on the material.
     events.extend(watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 7));
-    project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
+    project.write("pipeline.toml", &SMALL.replace("resolution = 16", "resolutoin = 16"));
     events.extend(watcher.wait("rejected", |event| event.to_string().contains("resolutoin")));
     let keys = (0..60).map(|n| format!("key-{n} = 1\n")).collect::<String>();
-    project.write("pipeline.toml", &format!("{keys}{}", support::SMALL));
+    project.write("pipeline.toml", &format!("{keys}{}", SMALL));
     events.extend(watcher.wait("rejected", |event| event.to_string().contains("key-0")));
     let found = &events[events.len() - 1]["diagnostics"];
     assert_eq!((found["errors"].as_array().unwrap().len(), &found["more"]), (50, &10.into()));
-    project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolution = 8"));
+    project.write("pipeline.toml", &SMALL.replace("resolution = 16", "resolution = 8"));
     events.extend(watcher.wait("accepted", |_| true));
     events.extend(watcher.wait_for_build());
     let seen = names(&events);
@@ -130,10 +126,10 @@ fn table() -> String {
     text
 }
 
-/// `UPDATE_EXPECT=1 cargo test -p cli --test events` writes the table.
+/// `UPDATE_EXPECT=1 cargo test -p cli --test end_to_end events::` writes the table.
 #[test]
 fn the_manual_lists_every_event_and_its_fields() {
-    let path = support::root().join("docs/events.md");
+    let path = root().join("docs/events.md");
     let manual = fs::read_to_string(&path).unwrap();
     let start = manual.find("| event | when |").unwrap();
     let end = start + manual[start..].find("\n\n").unwrap() + 1;

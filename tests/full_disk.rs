@@ -1,14 +1,10 @@
 //! A full disk and a folder that cannot be written give a clear error, and the old outputs stay.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use support::Project;
+use crate::support::{Project, files_below};
 
 /// A small file system mounted on a folder, unmounted at the end.
 struct Mount(PathBuf);
@@ -95,7 +91,7 @@ fn a_full_cache_disk_is_an_error_and_loses_nothing() {
     let project = Project::small();
     let Some(mount) = Mount::tmpfs(&project.path(".specula"), "16m", "a_full_cache_disk") else { return };
     project.ok(&["build"]);
-    let state = support::files_below(&project.path(".specula"));
+    let state = files_below(&project.path(".specula"));
     let used: usize = state.values().map(|bytes| bytes.len().next_multiple_of(4096)).sum();
     mount.remount(&format!("size={}k", used / 1024 + 8));
     assert_refused(&project, ".specula", "No space left");

@@ -2,15 +2,10 @@
 //! both streams.
 
 // Windows has no such names.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 use std::time::{Duration, Instant};
 
-use support::{Project, Run, TIMEOUT};
+use crate::support::{Project, Run, TIMEOUT, files_below};
 
 /// They set the title and colours, by ESC and by C1's CSI, delete characters, and change the direction of
 /// text.
@@ -134,7 +129,7 @@ fn no_command_prints_the_name_of_a_file_raw() {
         clean(&project, command);
     }
     // A lost result of a hostile item is named.
-    for blob in support::files_below(&project.path(".specula/blobs")).keys() {
+    for blob in files_below(&project.path(".specula/blobs")).keys() {
         fs::write(project.path(".specula/blobs").join(blob), "damaged").unwrap();
     }
     assert!(clean(&project, &["cache", "verify"]).contains(r"iso\u{2066}x"));

@@ -1,14 +1,10 @@
 //! `specula inspect FILE --picture`: the PNG, where it lies, and what cannot be drawn or written.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::{Project, files_below};
 use serde_json::Value;
-use support::Project;
 
 const GOLD: &str = "assets/materials/gold.toml";
 
@@ -58,7 +54,7 @@ fn a_material_in_the_cache_is_drawn_as_its_file_is() {
     let project = Project::small();
     project.ok(&["build", "material"]);
     project.ok(&["inspect", "assets/materials/chalk.toml", "--picture", "a/chalk.png"]);
-    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let blobs = files_below(&project.path(".specula/blobs"));
     let is_chalk = |name: &&String| {
         let text = project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout;
         text.contains("what          material") && text.contains("model lambert")
@@ -83,7 +79,7 @@ fn a_brdf_table_is_drawn_and_described() {
     assert!(text.contains("what          brdf-table"), "{text}");
     assert!(text.contains("degree        2\nviews         16 x 16\nmaterials     1\n"), "{text}");
     assert_eq!(size(&project.path("gold.png"))[0], 1680);
-    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let blobs = files_below(&project.path(".specula/blobs"));
     let tables = blobs.keys().filter(|name| {
         let text = project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout;
         text.contains("what          brdf-table")

@@ -1,13 +1,9 @@
 //! Killing the process at any moment loses nothing and corrupts nothing.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use support::{Project, assert_whole, uniform};
+use crate::support::{Project, assert_whole, uniform};
 use test_data::length;
 
 fn edit(project: &Project, version: u64) {

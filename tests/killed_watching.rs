@@ -1,14 +1,10 @@
 //! Killing the watcher at any moment, while files are edited, loses nothing and corrupts nothing.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::time::{Duration, Instant};
 
-use support::{Project, assert_whole, uniform};
+use crate::support::{Project, assert_whole, uniform};
 use test_data::{length, say};
 
 /// The number of versions of the material.

@@ -1,10 +1,6 @@
 //! A manifest with many errors: all are reported at once, each with its place.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
-use support::Project;
+use crate::support::Project;
 
 #[test]
 fn all_errors_are_reported_at_once_with_place_expectation_and_nearest_spelling() {

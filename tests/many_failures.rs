@@ -1,10 +1,6 @@
 //! Of many failed items the first are reported in full and the others counted, except with `--verbose`.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
-use support::Project;
+use crate::support::Project;
 
 /// 60 materials that fail, each with one dependent item, and another with ten.
 const MANIFEST: &str = r#"

@@ -1,20 +1,16 @@
 //! `specula preview` without a window: stills, errors, and the still that replaces the window without a
 //! display.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
-use support::{Project, Run, TIMEOUT};
+use crate::support::{Project, Run, TIMEOUT};
 
 /// Two materials under one environment, small enough to be built and drawn in a moment.
-const LITTLE: &str = r#"
+const TWO_MATERIALS: &str = r#"
 schema = 1
 out = "out"
 
@@ -84,7 +80,7 @@ fn still(project: &Project, name: &str, arguments: &[&str]) -> Vec<[f32; 3]> {
 
 #[test]
 fn a_still_is_built_from_nothing_and_shows_the_requested_item() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let gold = still(&project, "gold.png", &["--item", "material=gold,mesh=sphere"]);
     // The middle is gold, and every option changes the picture.
     let [red, _, blue] = gold[16 * 48 + 24];
@@ -109,7 +105,7 @@ fn a_still_is_built_from_nothing_and_shows_the_requested_item() {
 
 #[test]
 fn a_still_shows_the_last_valid_result_of_a_failed_item_and_says_so() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let gold = still(&project, "gold.png", &["--item", "material=gold"]);
     project.write(GOLD, "model = \"phong\"\nexponent = -1\n");
     let arguments = ["preview", "--still", "again.png", "--size", "48x32", "--item", "material=gold"];
@@ -118,7 +114,7 @@ fn a_still_shows_the_last_valid_result_of_a_failed_item_and_says_so() {
     assert!(broken.stderr.contains("error: material [gold] failed"), "{}", broken.stderr);
     assert!(pixels(&project.path("again.png")).1 == gold, "the last valid picture");
 
-    let fresh = Project::new(LITTLE);
+    let fresh = Project::new(TWO_MATERIALS);
     fresh.write(GOLD, "model = \"phong\"\nexponent = -1\n");
     let nothing = run(&fresh, &arguments);
     assert_eq!(nothing.code, Some(1), "{}", nothing.stderr);
@@ -128,7 +124,7 @@ fn a_still_shows_the_last_valid_result_of_a_failed_item_and_says_so() {
 
 #[test]
 fn the_graphics_device_draws_the_same_still() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let by_cpu = still(&project, "cpu.png", &[]);
     let by_gpu = still(&project, "gpu.png", &["--backend", "gpu"]);
     let far = by_cpu
@@ -141,7 +137,7 @@ fn the_graphics_device_draws_the_same_still() {
 #[cfg(target_os = "linux")]
 #[test]
 fn without_a_graphics_device_the_cpu_draws_a_still_with_a_warning() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let still = ["preview", "--still", "none.png", "--size", "48x32", "--backend", "gpu"];
     let mut command = headless(&project, &still);
     // There is no driver. Without the feature `gpu` the program does not look for one.
@@ -156,7 +152,7 @@ fn without_a_graphics_device_the_cpu_draws_a_still_with_a_warning() {
 
 #[test]
 fn a_name_that_does_not_exist_is_an_error_with_the_nearest_name() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let cases: [(&[&str], i32, &str, &str); 9] = [
         (&["--item", "material=gould"], 2, "there is no material \"gould\"", "did you mean \"gold\"?"),
         (&["--item", "environment=forest"], 2, "there is no environment \"forest\"", "there is studio"),
@@ -183,7 +179,7 @@ fn a_name_that_does_not_exist_is_an_error_with_the_nearest_name() {
 
 #[test]
 fn a_manifest_without_a_reflection_has_nothing_to_show() {
-    let project = Project::new(&LITTLE[..LITTLE.find("[stage.reflection]").unwrap()]);
+    let project = Project::new(&TWO_MATERIALS[..TWO_MATERIALS.find("[stage.reflection]").unwrap()]);
     let ended = run(&project, &["preview"]);
     assert_eq!(ended.code, Some(3), "{}", ended.stderr);
     assert!(ended.stderr.contains("pipeline.toml has nothing to preview"), "{}", ended.stderr);
@@ -194,7 +190,7 @@ fn a_manifest_without_a_reflection_has_nothing_to_show() {
 
 #[test]
 fn a_still_that_cannot_be_written_is_a_system_error() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     project.write("taken", "a file");
     let ended = run(&project, &["preview", "--still", "taken/gold.png", "--size", "8x8"]);
     assert_eq!(ended.code, Some(4), "{}", ended.stderr);
@@ -204,7 +200,7 @@ fn a_still_that_cannot_be_written_is_a_system_error() {
 #[cfg(not(feature = "window"))]
 #[test]
 fn a_build_without_the_window_draws_a_still_and_says_how_to_get_a_window() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let ended = run(&project, &["preview", "--item", "material=satin"]);
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     assert!(ended.stderr.contains("preview.png: satin under studio on sphere"), "{}", ended.stderr);
@@ -217,7 +213,7 @@ fn a_build_without_the_window_draws_a_still_and_says_how_to_get_a_window() {
 #[cfg(all(target_os = "linux", feature = "window"))]
 #[test]
 fn without_a_display_a_still_replaces_the_window() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let ended = run(&project, &["preview", "--item", "material=satin"]);
     assert_eq!(ended.code, Some(4), "{}", ended.stderr);
     assert!(
@@ -235,7 +231,7 @@ fn without_a_display_a_still_replaces_the_window() {
 #[cfg(target_os = "linux")]
 #[test]
 fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
-    let project = Project::new(LITTLE);
+    let project = Project::new(TWO_MATERIALS);
     let mut command = headless(&project, &["watch", "--preview"]);
     let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(watcher.stderr.take().unwrap()).lines().map_while(Result::ok);

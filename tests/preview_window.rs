@@ -3,11 +3,6 @@
 //!
 //! If `SPECULA_SCREENSHOTS` names a folder, images of the screen are saved there.
 
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -15,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-use support::Project;
+use crate::support::{Project, root};
 
 /// Longer than any step takes on two processors that draw everything in software.
 const TIMEOUT: Duration = Duration::from_secs(180);
@@ -29,7 +24,7 @@ const GOLD: &str = "assets/materials/gold.toml";
 
 /// The sample's manifest without its slow stages.
 fn sample() -> String {
-    let manifest = fs::read_to_string(support::root().join("pipeline.toml")).unwrap();
+    let manifest = fs::read_to_string(root().join("pipeline.toml")).unwrap();
     let end = manifest.find("# --- Materials that change with the view").unwrap();
     manifest[..end].replace("degree = 60 ", "degree = 24 ").replace("0.000001", "0.01    ")
 }

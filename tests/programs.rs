@@ -1,15 +1,11 @@
 //! Programs that `exec` runs: where PATH leads is a thing that an item depends on, like a file.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
 
 use std::env;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::process::{Command, Stdio};
 
-use support::{Project, Run, Watcher};
+use crate::support::{Project, Run, Watcher};
 
 const GRADE: &str = r#"
 schema = 1

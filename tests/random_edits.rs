@@ -3,10 +3,6 @@
 //! equal to that of a clean build in another folder, byte for byte.
 //!
 //! `SPECULA_ROUNDS` sets the number of rounds, `SPECULA_SEED` repeats them.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
 
 use std::collections::BTreeMap;
 use std::env;
@@ -17,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use support::{files_below, uniform};
+use crate::support::{files_below, uniform};
 use test_data::{length, say};
 
 const MANIFEST: &str = r#"

@@ -1,16 +1,12 @@
 //! A cache that machines share, on a real server (buildbox-casd): what is found, what is received, and what
 //! becomes of a build whose server is gone, forgetful or wrong.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 use std::process::Stdio;
 use std::time::Instant;
 
-use support::casd::{Server, assert_same, built, warnings};
-use support::{Project, files_below, ran, uniform};
+use crate::support::casd::{Server, assert_same, built, warnings};
+use crate::support::{Project, SMALL, files_below, ran, uniform};
 
 fn blobs_of(project: &Project) -> usize {
     files_below(&project.path(".specula/blobs")).len()
@@ -266,7 +262,7 @@ fn a_client_that_is_killed_leaves_nothing_half_stored() {
     while killed < kills && round < 4 * kills {
         let project = Project::small();
         // Each round has another light, so that there is something to store.
-        let manifest = support::SMALL.replace("resolution = 32", &format!("resolution = {}", 33 + round));
+        let manifest = SMALL.replace("resolution = 32", &format!("resolution = {}", 33 + round));
         project.write("pipeline.toml", &manifest);
         let mut child = project.start(&["build", &address]);
         std::thread::sleep(whole.mul_f64(1.2 * uniform(100 + round)));

@@ -1,17 +1,13 @@
 //! Items that run on the workers of a real server (buildbox-casd, in a sandbox): the same bytes as here, and
 //! what becomes of a build whose worker or server fails.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use support::casd::{SANDBOX_PATH, Server, assert_same, built, warnings};
-use support::{Project, ran, uniform};
+use crate::support::casd::{SANDBOX_PATH, Server, assert_same, built, warnings};
+use crate::support::{Project, SMALL, files_below, ran, uniform};
 
 /// How many items ran, and how many of them elsewhere.
 fn counts(summary: &serde_json::Value) -> [u64; 2] {
@@ -41,7 +37,7 @@ fn items_run_on_workers_with_the_same_bytes() {
     assert_eq!(warnings(&events), [""; 0]);
     assert_same(&there.outputs(), &here.outputs(), 0);
     // What nobody here needs stays there.
-    let count = |project: &Project| support::files_below(&project.path(".specula/blobs")).len();
+    let count = |project: &Project| files_below(&project.path(".specula/blobs")).len();
     assert!(count(&there) < count(&here), "{} {}", count(&there), count(&here));
     let explained = there.ok(&["explain", "map [studio, gold]"]).stdout;
     assert!(explained.contains(&format!("of 127.0.0.1:{}", server.port())), "{explained}");
@@ -232,7 +228,7 @@ fn a_program_that_does_not_run_there_is_said_once() {
     let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
     assert!(warning.ends_with("; what cannot run there runs here"), "{warning}");
     let other = Project::small();
-    other.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 7\n"));
+    other.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 7\n"));
     let run = other.specula(&["build", &executor, "--remote-program=/nowhere/specula", "--remote-required"]);
     assert_eq!(run.code, Some(4), "{}", run.stderr);
 }
@@ -249,7 +245,7 @@ fn a_server_without_workers_is_only_a_cache() {
     let (summary, events) = build_on(&Project::small(), &server);
     assert_eq!((&summary["ran"], warnings(&events)), (&0.into(), vec![]), "{summary}");
     let other = Project::small();
-    other.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 7\n"));
+    other.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 7\n"));
     let [executor, program] = server.executor();
     let run = other.specula(&["build", &executor, &program, "--remote-required"]);
     assert!(run.code == Some(4) && run.stderr.contains("runs no actions"), "{run:?}");
@@ -267,7 +263,7 @@ fn working() -> Vec<PathBuf> {
 }
 
 /// A stage that takes long, so that it can be stopped.
-const SLOW: &str = r#"
+const LONG_STAGE: &str = r#"
 schema = 1
 [stage.slow]
 kind = "exec"
@@ -282,7 +278,7 @@ path = "slow"
 #[cfg(unix)]
 fn a_build_that_is_stopped_stops_its_workers() {
     let Some(server) = Server::with_workers("a_build_that_is_stopped") else { return };
-    let project = Project::new(SLOW).with_search_path(SANDBOX_PATH);
+    let project = Project::new(LONG_STAGE).with_search_path(SANDBOX_PATH);
     let [executor, program] = server.executor();
     let mut command = project.command(&["build", &executor, &program]);
     let build = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
@@ -300,8 +296,8 @@ fn a_build_that_is_stopped_stops_its_workers() {
 #[cfg(unix)]
 fn an_item_whose_worker_is_lost_runs_again() {
     let Some(server) = Server::with_workers("an_item_whose_worker_is_lost") else { return };
-    let manifest =
-        SLOW.replace("time.sleep(300)", "time.sleep(3); open(__import__('sys').argv[1], 'w').write('done')");
+    let manifest = LONG_STAGE
+        .replace("time.sleep(300)", "time.sleep(3); open(__import__('sys').argv[1], 'w').write('done')");
     let project = Project::new(&manifest).with_search_path(SANDBOX_PATH);
     let [executor, program] = server.executor();
     let mut command = project.command(&["build", "--json", &executor, &program]);
@@ -341,7 +337,7 @@ fn a_server_that_is_killed_costs_no_result() {
     for round in 0..test_data::length(TEST, "kills", 20, 4) {
         let project = Project::small();
         // Each round has another light, so that there is something to run.
-        let manifest = support::SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round % 20));
+        let manifest = SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round % 20));
         project.write("pipeline.toml", &manifest);
         let build = project.command(&["build", &executor, &program]).stderr(Stdio::piped()).spawn().unwrap();
         std::thread::sleep(whole.mul_f64(1.2 * uniform(round)));

@@ -1,19 +1,15 @@
 //! A shared cache behind a bad line, and one that loses blobs while they are asked for: each build ends with
 //! the right outputs, soon.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use support::casd::{Server, assert_same, built, warnings};
-use support::faults::{Fault, Proxy};
-use support::{Project, uniform};
+use crate::support::casd::{Server, assert_same, built, warnings};
+use crate::support::faults::{Fault, Proxy};
+use crate::support::{Project, SMALL, uniform};
 
 /// A server that has the results of the small project, and one that has nothing, with what a build makes and
 /// how long it and its data take.
@@ -223,7 +219,7 @@ fn lost_connections_to_workers_cost_no_result() {
     for round in 0..test_data::length(TEST, "rounds", 6, 3) {
         let project = Project::small();
         // Each round has another light, so that there is something to run.
-        let manifest = support::SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round));
+        let manifest = SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round));
         project.write("pipeline.toml", &manifest);
         let proxy = Proxy::start(server.port(), Fault::None);
         let [_, program] = server.executor();

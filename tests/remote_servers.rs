@@ -1,15 +1,11 @@
 //! A shared cache on servers as studios set them up: a second implementation (BuildGrid), TLS and tokens,
 //! little room, and a proxy of the site.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::time::Instant;
 
-use support::buildgrid::{Access, Authority, BuildGrid};
-use support::casd::{Server, assert_same, built, warnings};
-use support::{Project, files_below};
+use crate::support::buildgrid::{Access, Authority, BuildGrid};
+use crate::support::casd::{Server, assert_same, built, warnings};
+use crate::support::{Project, Run, files_below, ran};
 
 #[test]
 fn what_one_folder_stores_in_buildgrid_another_finds() {
@@ -30,7 +26,7 @@ fn what_one_folder_stores_in_buildgrid_another_finds() {
 }
 
 /// Builds a new project. What is secret is nowhere in what the build says and leaves.
-fn build_in_secret(options: &[&str], secrets: &[&str]) -> (Project, support::Run) {
+fn build_in_secret(options: &[&str], secrets: &[&str]) -> (Project, Run) {
     let project = Project::small();
     let run = project.specula(&[&["build", "--json"], options].concat());
     let mut left = files_below(&project.path(".specula"));
@@ -45,7 +41,7 @@ fn build_in_secret(options: &[&str], secrets: &[&str]) -> (Project, support::Run
     (project, run)
 }
 
-fn events_of(run: &support::Run) -> Vec<serde_json::Value> {
+fn events_of(run: &Run) -> Vec<serde_json::Value> {
     run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
@@ -55,7 +51,7 @@ fn is_refused(case: &str, options: &[&str], secrets: &[&str], advice: &str) {
     let (_, run) = build_in_secret(options, secrets);
     let events = events_of(&run);
     assert_eq!(run.code, Some(0), "{case}: {}", run.stderr);
-    assert!(support::ran(&events).len() > 5, "{case}: {events:#?}");
+    assert!(ran(&events).len() > 5, "{case}: {events:#?}");
     let [warning] = warnings(&events)[..] else { panic!("{case}: {:?}", warnings(&events)) };
     println!("{case}: {warning}");
     assert!(warning.contains(advice), "{case}: {warning}");
@@ -105,7 +101,7 @@ fn a_cache_that_wants_certificates_and_tokens_is_used_with_them() {
     assert_eq!((run.code, warnings(&first)), (Some(0), vec![]), "{}", run.stderr);
     let (there, run) = build_in_secret(&[&right[..], &[&header(&token)]].concat(), &[&token]);
     let second = events_of(&run);
-    assert_eq!((support::ran(&second).len(), warnings(&second)), (0, vec![]), "{}", run.stdout);
+    assert_eq!((ran(&second).len(), warnings(&second)), (0, vec![]), "{}", run.stdout);
     assert_same(&there.outputs(), &here.outputs(), 0);
     // The same from specula.toml, whose file of headers is the only one that has the token.
     let configured = Project::small();

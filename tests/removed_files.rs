@@ -1,13 +1,9 @@
 //! Files that are removed from `out`, with the cause: one line for all files of one cause.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 
+use crate::support::{Project, SMALL};
 use serde_json::{Value, json};
-use support::Project;
 
 const MATERIALS: &str = "assets/materials";
 
@@ -81,26 +77,26 @@ fn each_cause_is_said_as_it_is() {
     assert_eq!(causes(&project), [(renamed, 7)]);
 
     let project = built();
-    project.write("pipeline.toml", &support::SMALL.replace("materials/*.toml", "materials/c*.toml"));
+    project.write("pipeline.toml", &SMALL.replace("materials/*.toml", "materials/c*.toml"));
     let excluded =
         |name: &str| json!({ "cause": "source-excluded", "path": material(name), "stage": "material" });
     let found = causes(&project);
     assert!(found.contains(&(excluded("brass"), 7)) && found.contains(&(excluded("gold"), 7)), "{found:#?}");
 
     let project = built();
-    let start = support::SMALL.find("[stage.faces]").unwrap();
-    let end = support::SMALL.find("[stage.sh]").unwrap();
-    project.write("pipeline.toml", &[&support::SMALL[..start], &support::SMALL[end..]].concat());
+    let start = SMALL.find("[stage.faces]").unwrap();
+    let end = SMALL.find("[stage.sh]").unwrap();
+    project.write("pipeline.toml", &[&SMALL[..start], &SMALL[end..]].concat());
     let gone = json!({ "cause": "stage-gone", "stage": "faces", "manifest": "pipeline.toml" });
     let faces = project.outputs().keys().filter(|name| name.starts_with("faces/")).count();
     assert_eq!(causes(&project), [(gone, faces)]);
 
     let project = built();
     let maps = project.outputs().keys().filter(|name| name.starts_with("maps/")).count();
-    project.write("pipeline.toml", &support::SMALL.replace("maps/{material}", "new/{material}"));
+    project.write("pipeline.toml", &SMALL.replace("maps/{material}", "new/{material}"));
     let line = format!("stage map exports other files now: {maps} files removed");
     assert_eq!(lines(&project, &[]), [line]);
-    project.write("pipeline.toml", support::SMALL);
+    project.write("pipeline.toml", SMALL);
     let moved = json!({ "cause": "files-changed", "stage": "map" });
     assert_eq!(causes(&project), [(moved, maps)]);
 }

@@ -1,13 +1,9 @@
 //! The sample pipeline, as a user runs it.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeMap;
 use std::fs;
 
-use support::{Project, ran};
+use crate::support::{Project, SMALL, copy_folder, files_below, ran, root};
 
 #[test]
 fn the_sample_builds_and_is_then_up_to_date() {
@@ -78,7 +74,7 @@ fn a_dry_run_distinguishes_an_input_that_is_gone_from_one_that_would_run(project
 fn the_brushed_examples_build() {
     let project = Project::new("schema = 1\n");
     let example = "examples/brushed";
-    support::copy_folder(&support::root().join(example), &project.path(example));
+    copy_folder(&root().join(example), &project.path(example));
     for folder in ["out", ".specula", "measured/out", "measured/.specula", "measured/brdf"] {
         let _ = fs::remove_dir_all(project.path(example).join(folder));
     }
@@ -97,7 +93,7 @@ fn the_brushed_examples_build() {
     };
     smaller("pipeline.toml");
     project.ok(&["-C", example, "build"]);
-    let outputs = support::files_below(&project.path("examples/brushed/out"));
+    let outputs = files_below(&project.path("examples/brushed/out"));
     for name in ["degrees.html", "environments/sky.png", "shadows/head-brushed.png", "varying/exponent.png"] {
         assert!(outputs.contains_key(name), "no {name} in {:?}", outputs.keys());
     }
@@ -109,7 +105,7 @@ fn the_brushed_examples_build() {
     }
     smaller("measured/pipeline.toml");
     project.ok(&["-C", "examples/brushed/measured", "build"]);
-    let outputs = support::files_below(&project.path("examples/brushed/measured/out"));
+    let outputs = files_below(&project.path("examples/brushed/measured/out"));
     assert!(outputs.contains_key("lamps/head-garnet_red.png"), "{:?}", outputs.keys());
 }
 
@@ -153,7 +149,7 @@ fn an_edit_that_changes_nothing_stops_at_once() {
 fn a_changed_parameter_is_explained_with_old_and_new_value() {
     let project = Project::small();
     project.ok(&["build"]);
-    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
+    project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 6\n"));
     let before = project.ok(&["explain", "lighting"]).stdout;
     assert!(before.contains("degree") && before.contains('8') && before.contains('6'), "{before}");
     let dry = project.ok(&["build", "--dry-run"]);
@@ -257,7 +253,7 @@ fn outputs_of_a_removed_stage_go_and_foreign_files_stay() {
     let project = Project::small();
     project.ok(&["build"]);
     project.write("out/maps/notes.txt", "mine");
-    let without = support::SMALL.split("[stage.map]").next().unwrap().to_owned();
+    let without = SMALL.split("[stage.map]").next().unwrap().to_owned();
     project.write("pipeline.toml", &without);
     project.ok(&["build"]);
     assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["maps/notes.txt"]);
@@ -295,7 +291,7 @@ fn one_failing_item_stops_only_its_dependants() {
 fn every_artifact_in_the_cache_can_be_inspected() {
     let project = Project::small();
     project.ok(&["build"]);
-    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let blobs = files_below(&project.path(".specula/blobs"));
     let texts = blobs.keys().map(|name| project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout);
     let texts = texts.collect::<Vec<_>>();
     for what in ["material", "environment", "lighting", "brdf", "reflection", "image"] {
@@ -339,7 +335,7 @@ fn a_new_project_builds_once_it_has_an_environment() {
 
 #[test]
 fn the_pipeline_of_the_readme_builds() {
-    let readme = fs::read_to_string(support::root().join("README.md")).unwrap();
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
     let examples = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     let project = Project::new(&examples.collect::<String>());
     project.ok(&["build"]);

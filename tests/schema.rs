@@ -1,15 +1,11 @@
 //! The JSON Schemas that `specula schema` prints agree with what the program reads and writes.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 
+use crate::support::{Project, SMALL, files_below, root};
 use engine::{ErasedKind, Field, Table};
 use jsonschema::Validator;
 use serde_json::{Value, json};
-use support::{Project, root};
 
 /// Editors know different drafts of JSON Schema, so a schema must mean the same in both.
 struct Schema([Validator; 2]);
@@ -68,7 +64,7 @@ fn every_manifest_of_the_project_is_valid() {
     let examples = readme.split("```toml\n").skip(1).map(|text| text.split("```").next().unwrap());
     schema.check("README.md", &examples.collect::<String>());
     schema.check("docs/manifest.md", &first(&manual));
-    schema.check("the tests' manifest", support::SMALL);
+    schema.check("the tests' manifest", SMALL);
     for kind in stages::kinds().iter() {
         let stages = example(kind.as_ref());
         let own = |stage: &Value| stage["kind"] == kind.name();
@@ -112,8 +108,8 @@ fn mistakes_in_a_manifest_are_refused_by_the_schema_as_by_the_program() {
     let load = || engine::Plan::load(&project.path("pipeline.toml"), &stages::kinds());
     assert!(load().is_ok());
     for (right, wrong) in mistakes {
-        assert!(support::SMALL.contains(right), "{right}");
-        let text = support::SMALL.replacen(right, wrong, 1);
+        assert!(SMALL.contains(right), "{right}");
+        let text = SMALL.replacen(right, wrong, 1);
         project.write("pipeline.toml", &text);
         assert!(load().is_err(), "the program accepts {wrong}");
         assert!(!schema.accepts(&parsed(&text)), "the schema accepts {wrong}");
@@ -200,7 +196,7 @@ fn every_parameter_of_every_kind_has_a_description() {
 fn material_files_are_valid_and_mistakes_in_them_are_not() {
     let schema = Schema::new(&stages::material_schema());
     let mut files = 0;
-    for (name, bytes) in support::files_below(&root().join("assets")) {
+    for (name, bytes) in files_below(&root().join("assets")) {
         if name.ends_with(".toml") && !name.starts_with("lights/") {
             schema.check(&name, std::str::from_utf8(&bytes).unwrap());
             files += 1;
@@ -264,7 +260,7 @@ fn the_schemas_are_printed_and_a_new_project_names_them() {
 
     project.ok(&["init", "made"]);
     let mut named = 0;
-    for (name, bytes) in support::files_below(&project.path("made")) {
+    for (name, bytes) in files_below(&project.path("made")) {
         let Some(folder) = name.ends_with(".toml").then(|| project.path("made").join(&name)) else {
             continue;
         };

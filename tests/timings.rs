@@ -1,14 +1,10 @@
 //! `build --timings` draws what the events say.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::collections::BTreeMap;
 use std::fs;
 
+use crate::support::Project;
 use serde_json::Value;
-use support::Project;
 
 /// The complete events of a trace, which must be valid for Perfetto.
 fn complete(project: &Project, name: &str) -> Vec<Value> {

@@ -1,14 +1,10 @@
 //! Two processes in one folder: one holds the lock, the other waits or fails with the name of the first.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 
-use support::Project;
+use crate::support::Project;
 
 /// Holds the lock of the folder as a watcher would.
 fn hold(project: &Project) -> File {

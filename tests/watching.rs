@@ -1,15 +1,11 @@
 //! `specula watch` end to end: what it reports and publishes, how it shares a folder, and how it ends.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use crate::support::{Project, SMALL, TIMEOUT, ran};
 use serde_json::Value;
-use support::{Project, TIMEOUT, ran};
 
 /// The number of files that depend on one material: a map and six faces.
 const PUBLISHED: u64 = 7;
@@ -66,7 +62,7 @@ fn after_an_edit_of_a_material_only_what_depends_on_it_runs_and_is_published() {
     let faces = ["nx", "ny", "nz", "px", "py", "pz"].map(|face| format!("faces/gold/{face}.exr"));
     assert_eq!(published[..6], faces);
     assert_eq!(published[6..], ["maps/gold.exr"]);
-    await_clean_outputs(&project, support::SMALL, &phong(exponent));
+    await_clean_outputs(&project, SMALL, &phong(exponent));
 }
 
 #[test]
@@ -74,14 +70,14 @@ fn errors_of_a_manifest_are_reported_and_the_last_valid_one_is_used_until_they_a
     let project = Project::small();
     let mut watcher = project.watch(&[]);
     watcher.wait_until_it_watches();
-    project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
+    project.write("pipeline.toml", &SMALL.replace("resolution = 16", "resolutoin = 16"));
     let events = watcher.wait("rejected", |event| event.to_string().contains("resolutoin"));
     let text = events[events.len() - 1].to_string();
     assert!(text.contains("did you mean"), "{text}");
     // Meanwhile edits are built with the last valid manifest.
     project.write(GOLD, &phong(7));
     watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == PUBLISHED);
-    let corrected = support::SMALL.replace("resolution = 16", "resolution = 8");
+    let corrected = SMALL.replace("resolution = 16", "resolution = 8");
     project.write("pipeline.toml", &corrected);
     watcher.wait("accepted", |_| true);
     watcher.wait_for_build();
@@ -100,7 +96,7 @@ fn an_item_that_fails_keeps_its_last_good_outputs_until_it_succeeds() {
     assert_eq!(project.outputs(), good);
     project.write(GOLD, &phong(3));
     watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == PUBLISHED);
-    await_clean_outputs(&project, support::SMALL, &phong(3));
+    await_clean_outputs(&project, SMALL, &phong(3));
 }
 
 #[test]
@@ -119,7 +115,7 @@ fn a_build_beside_a_watcher_and_two_watchers_get_along() {
         assert!(matches!(run.code, Some(0 | 4)), "{}", run.stderr);
         assert!(run.code == Some(0) || run.stderr.contains("another build"), "{}", run.stderr);
     }
-    await_clean_outputs(&project, support::SMALL, &phong(14));
+    await_clean_outputs(&project, SMALL, &phong(14));
     assert!(first.lives() && second.lives());
 }
 
@@ -142,7 +138,7 @@ fn once_says_that_the_change_broke_the_manifest() {
     let project = Project::small();
     let mut watcher = project.watch(&["--once"]);
     watcher.wait_until_it_watches();
-    project.write("new", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
+    project.write("new", &SMALL.replace("resolution = 16", "resolutoin = 16"));
     std::fs::rename(project.path("new"), project.path("pipeline.toml")).unwrap();
     watcher.wait("rejected", |_| true);
     assert_eq!(watcher.wait_for_exit(), Some(3));
@@ -156,7 +152,7 @@ fn polling_finds_changes() {
     assert_eq!(events[events.len() - 1]["poll_milliseconds"], 50.0);
     project.write(GOLD, &phong(9));
     watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == PUBLISHED);
-    await_clean_outputs(&project, support::SMALL, &phong(9));
+    await_clean_outputs(&project, SMALL, &phong(9));
 }
 
 #[test]

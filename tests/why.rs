@@ -1,12 +1,8 @@
 //! Why did this rerun? `explain`, `verify` and `check`, as a user runs them.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 
-use support::{Project, files_below};
+use crate::support::{Project, SMALL, copy_folder, files_below};
 
 const GOLD: &str = "assets/materials/gold.toml";
 
@@ -179,13 +175,13 @@ fn current_stale_and_altered_files_are_distinguished() {
     project.write(GOLD, &gold);
     project.ok(&["verify", "maps/gold.exr"]);
 
-    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
+    project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 6\n"));
     let revised = project.specula(&["verify", "maps/gold.exr"]);
     assert_eq!(revised.code, Some(1), "{revised:?}");
     let line = "  revised   lighting: degree changed from 8 to 6 -> reflection [studio, gold] -> map [studio, gold]\n";
     let line = line.replace("lighting:", "lighting [studio]:");
     assert!(revised.stdout.contains(&line), "{}", revised.stdout);
-    project.write("pipeline.toml", support::SMALL);
+    project.write("pipeline.toml", SMALL);
 
     let mut bytes = fs::read(project.path("out/maps/gold.exr")).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
@@ -304,7 +300,7 @@ fn folders_globs_and_several_files_are_verified() {
     assert_eq!(summary(&project, &[absolute.to_str().unwrap()]), current(maps));
     assert_eq!(summary(&project, &["maps/gold.exr", "out/lighting.json"]), current(2));
     assert_eq!(summary(&project, &["maps/gold.exr", "out/maps/gold.exr"]), current(1), "it is one file");
-    support::copy_folder(&project.path("out/maps"), &project.path("copies"));
+    copy_folder(&project.path("out/maps"), &project.path("copies"));
     for arguments in [&["copies"][..], &["copies/*.exr"], &["cop*/*"]] {
         assert_eq!(summary(&project, arguments), current(maps), "{arguments:?}");
     }
@@ -324,7 +320,7 @@ fn a_file_whose_format_cannot_hold_a_recipe_is_recognised_by_the_file_beside_it(
     let manifest = format!(
         "{}\n[stage.cabral]\nkind = \"export-cabral\"\ninput = \"reflection\"\nformat = \"dds\"\nresolution = 4\n\
          path = \"cabral/{{material}}\"\n",
-        support::SMALL
+        SMALL
     );
     let project = Project::new(&manifest);
     project.ok(&["build", "cabral"]);
@@ -358,7 +354,7 @@ fn a_valid_manifest_is_described_and_an_invalid_one_is_not() {
     let sources = found["source_errors"].as_array().unwrap().iter().map(|error| &error["source"]);
     assert!(sources.eq(["assets/materials/copper.toml", "assets/materials/tin.toml"]), "{found}");
     assert!(!project.path(".specula").exists());
-    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degre = 8\n"));
+    project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degre = 8\n"));
     assert_eq!(project.specula(&["check"]).code, Some(3));
     let usage = project.specula(&["check", "map"]);
     assert_eq!(usage.code, Some(2), "stages can only be named with --determinism: {usage:?}");

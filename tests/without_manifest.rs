@@ -1,12 +1,8 @@
 //! What works without a manifest, or without typing where it is.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod support;
-
 use std::fs;
 
-use support::{Project, root};
+use crate::support::{Project, SMALL, files_below, root};
 
 /// A folder with the sample's assets and no manifest.
 fn assets_alone() -> Project {
@@ -41,10 +37,7 @@ fn an_environment_is_converted_to_every_format_and_back() {
     assert_eq!(run.stderr, "Wrote 1 file to new/back.hdr.\n");
     // A folder of images; and nothing else was written.
     project.ok(&["convert", "assets/environments", "-o", "all", "--format", "rgbe", "-r", "16"]);
-    assert_eq!(
-        support::files_below(&project.path("all")).into_keys().collect::<Vec<_>>(),
-        ["sky.hdr", "studio.hdr"]
-    );
+    assert_eq!(files_below(&project.path("all")).into_keys().collect::<Vec<_>>(), ["sky.hdr", "studio.hdr"]);
     assert!(!project.path(".specula").exists() && !project.path("pipeline.toml").exists());
 }
 
@@ -250,7 +243,7 @@ fn first_failures_do_not_speak_of_last_good_outputs() {
 fn warnings_of_results_that_are_up_to_date_are_repeated() {
     let project = Project::small();
     // A PNG holds no light brighter than its white.
-    project.write("pipeline.toml", &support::SMALL.replace("studio.exr", "studio.png"));
+    project.write("pipeline.toml", &SMALL.replace("studio.exr", "studio.png"));
     project.ok(&["convert", STUDIO, "-o", "assets/environments/studio.png"]);
     let first = project.ok(&["build"]).stderr;
     let warnings = |text: &str| -> Vec<String> {
@@ -301,7 +294,7 @@ fn a_test_pattern_is_written_for_each_engine() {
         ("unreal", &["README.txt", "pattern-axes-irradiance.json", "pattern-axes.hdr"]),
     ] {
         project.ok(&["test-pattern", "--preset", preset, "-r", "32", preset]);
-        let found: Vec<_> = support::files_below(&project.path(preset)).into_keys().collect();
+        let found: Vec<_> = files_below(&project.path(preset)).into_keys().collect();
         assert_eq!(found[..3], *files, "{found:?}");
     }
     let run = project.specula(&["test-pattern", "--preset", "quake", "out"]);

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// How often a thread looks whether it should end.
-const LOOK: Duration = Duration::from_millis(5);
+const STOP_INTERVAL: Duration = Duration::from_millis(5);
 
 /// What is wrong with a line. Bytes are counted for each connection, in both directions together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -103,7 +103,7 @@ fn connect(state: &Arc<State>, client: &TcpStream, server: &TcpStream) {
     let connection = Arc::new(Connection::default());
     state.connections.lock().unwrap().push(Arc::clone(&connection));
     for (from, to) in [(client, server), (server, client)] {
-        from.set_read_timeout(Some(LOOK)).unwrap();
+        from.set_read_timeout(Some(STOP_INTERVAL)).unwrap();
         to.set_nodelay(true).unwrap();
         let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
         let (sender, receiver) = channel();
@@ -150,7 +150,7 @@ fn read(state: &State, connection: &Connection, mut from: TcpStream, sender: &Se
             return;
         }
         while most < count && is_open() {
-            std::thread::sleep(LOOK);
+            std::thread::sleep(STOP_INTERVAL);
         }
     }
 }

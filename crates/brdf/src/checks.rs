@@ -170,11 +170,11 @@ const SIX: [(f64, f64); 6] = [
 
 impl Integral<'_> {
     /// Panels at a peak are divided down to this size.
-    const FINEST: f64 = 1.0 / 131_072.0;
+    const MAX_PEAK_PANEL: f64 = 1.0 / 131_072.0;
     /// Panels at a peak that cannot hold more than this are not divided.
     const NEGLIGIBLE: f64 = 0.1 * ACCURACY;
     /// No panel is smaller than this.
-    const LEAST: f64 = 1.0 / 1_048_576.0;
+    const MIN_PANEL: f64 = 1.0 / 1_048_576.0;
 
     fn add(&self, panel: Panel, sum: &mut [f64; 3]) {
         if self.is_at_peak(panel) {
@@ -188,7 +188,7 @@ impl Integral<'_> {
         // The kink along the diagonal of the mapping and the steps of a model leave errors in panels along a
         // line: in hundreds at most.
         let good = error <= 1e-4 * size + 1e-6 * (1.0 + sum[0].max(sum[1]).max(sum[2]));
-        if good || panel.size <= Self::LEAST {
+        if good || panel.size <= Self::MIN_PANEL {
             (0..3).for_each(|channel| sum[channel] += fine[channel]);
         } else {
             self.add_parts(panel, sum);
@@ -208,7 +208,7 @@ impl Integral<'_> {
         let near = DVec2::splat(0.25 * panel.size);
         let (corner, end) = (panel.corner - near, panel.corner + DVec2::splat(panel.size) + near);
         let solid_angle = TAU * panel.size * panel.size;
-        panel.size > Self::FINEST
+        panel.size > Self::MAX_PEAK_PANEL
             && self.peaks.iter().any(|(peak, height)| {
                 height * solid_angle > Self::NEGLIGIBLE && corner.cmple(*peak).all() && end.cmpge(*peak).all()
             })

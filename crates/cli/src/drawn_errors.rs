@@ -106,15 +106,15 @@ struct Excerpt {
 impl Excerpt {
     /// At most this many bytes of a place are drawn, and before and after it: a line may be as long as a
     /// file.
-    const LONGEST: usize = 200;
+    const MAX_DRAWN: usize = 200;
 
     fn new(diagnostics: &Diagnostics, span: Range<usize>) -> Self {
         let text = diagnostics.text.as_str();
         let start = text.floor_char_boundary(span.start);
-        let end = text.ceil_char_boundary(span.end.clamp(start, start + Self::LONGEST));
+        let end = text.ceil_char_boundary(span.end.clamp(start, start + Self::MAX_DRAWN));
         let (first, last) = lines_around(text, start..end);
-        let from = text.ceil_char_boundary(first.max(start.saturating_sub(Self::LONGEST)));
-        let to = text.floor_char_boundary(last.min(end + Self::LONGEST));
+        let from = text.ceil_char_boundary(first.max(start.saturating_sub(Self::MAX_DRAWN)));
+        let to = text.floor_char_boundary(last.min(end + Self::MAX_DRAWN));
         let [before, at, after] = [from..start, start..end, end..to].map(|part| shown(text, part));
         let before = if from > first { format!("...{before}") } else { before };
         let after = if to < last { after + "..." } else { after };

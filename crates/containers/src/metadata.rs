@@ -16,7 +16,7 @@ use crate::format::Format;
 use crate::png_text;
 
 /// Exif and XMP that are longer are not read.
-const LONGEST: usize = 4 << 20;
+const MAX_METADATA_BYTES: usize = 4 << 20;
 
 /// The prefix of Exif in a JPEG, which the writers of other formats sometimes put before it too.
 const EXIF: &[u8] = b"Exif\0\0";
@@ -127,7 +127,7 @@ fn block(
     visit: impl FnOnce(&[u8]),
 ) -> Option<()> {
     let mut rest = length + padding;
-    if wanted && length <= LONGEST {
+    if wanted && length <= MAX_METADATA_BYTES {
         let mut bytes = Vec::new();
         file.by_ref().take(length as u64).read_to_end(&mut bytes).ok()?;
         if bytes.len() < length {

@@ -6,7 +6,7 @@ use std::io::Cursor;
 use ::png::Decoder;
 
 /// The most bytes that a text is unpacked to.
-const LONGEST: usize = 4 << 20;
+const MAX_TEXT_BYTES: usize = 4 << 20;
 
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// One pixel of grey.
@@ -27,11 +27,11 @@ pub(crate) fn xmp(name: &[u8; 4], content: &[u8]) -> Option<Vec<u8>> {
     let reader = decoder.read_info().ok()?;
     let info = reader.info().clone();
     if let Some(mut text) = info.utf8_text.into_iter().find(|text| text.keyword == KEYWORD) {
-        text.decompress_text_with_limit(LONGEST).ok()?;
+        text.decompress_text_with_limit(MAX_TEXT_BYTES).ok()?;
         return text.get_text().ok().map(String::into_bytes);
     }
     if let Some(mut text) = info.compressed_latin1_text.into_iter().find(|text| text.keyword == RAW) {
-        text.decompress_text_with_limit(LONGEST).ok()?;
+        text.decompress_text_with_limit(MAX_TEXT_BYTES).ok()?;
         return raw(&text.get_text().ok()?);
     }
     raw(&info.uncompressed_latin1_text.into_iter().find(|text| text.keyword == RAW)?.text)

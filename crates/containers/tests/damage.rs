@@ -26,7 +26,7 @@ use sh::{Degree, Expansion};
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
-const LARGEST: usize = 64 << 20;
+const MAX_CLAIM: usize = 64 << 20;
 const TOTAL: usize = 256 << 20;
 
 /// The system's allocator, counting.
@@ -83,7 +83,7 @@ fn within_limits(what: &str, decode: impl FnOnce()) {
     // come.
     let (largest, total) = match what.starts_with("webp") {
         true => (4 * MAX_PIXELS, 8 * MAX_PIXELS + TOTAL),
-        false => (LARGEST, TOTAL),
+        false => (MAX_CLAIM, TOTAL),
     };
     assert!(biggest <= largest && peak <= total, "{what}: one request of {biggest} bytes, {peak} in all");
 }

@@ -130,10 +130,15 @@ fn device(_: &Metadata) -> u64 {
     0
 }
 
-/// Where the drive that holds a path is mounted; `None` if the system does not say.
-pub(crate) fn mount_point(path: &Path) -> Option<PathBuf> {
-    let path = fs::canonicalize(path).ok()?;
-    Some(innermost_mount(&fs::read_to_string(MOUNTS).ok()?, &path)?.0.into())
+/// Where the drives that hold some paths are mounted, by one look; `None` if the system does not say, or if
+/// one of the paths does not exist.
+pub(crate) fn mount_points<const N: usize>(paths: [&Path; N]) -> Option<[PathBuf; N]> {
+    let table = fs::read_to_string(MOUNTS).ok()?;
+    let mut mounts = [const { PathBuf::new() }; N];
+    for (mount, path) in mounts.iter_mut().zip(paths) {
+        *mount = innermost_mount(&table, &fs::canonicalize(path).ok()?)?.0.into();
+    }
+    Some(mounts)
 }
 
 /// The table of mounts: `36 35 98:0 /root /mount/point options - type source options`.
@@ -294,6 +299,17 @@ mod tests {
         assert_eq!(kind("/mnt/light box/local/a.exr"), None);
         assert_eq!(kind("/mnt/light boxes/a.exr"), None);
         assert_eq!(kind("/ssh/a.exr").as_deref(), Some("fuse.sshfs"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn mounts_are_unknown_while_a_folder_is_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = folder.path().join("source.txt");
+        fs::write(&inside, "").unwrap();
+        let [source, project] = mount_points([&inside, folder.path()]).unwrap();
+        assert_eq!(source, project);
+        assert!(mount_points([&inside, &folder.path().join("away")]).is_none());
     }
 
     #[test]

@@ -73,7 +73,7 @@ const MOST_LOOKS: usize = 8;
 /// The quiet time after an edit before a pass checks everything.
 const CHECK_AFTER: Duration = Duration::from_secs(1);
 /// How often the files that a running build has read are added to the watched places.
-const PULSE: Duration = Duration::from_millis(100);
+const PLACES_INTERVAL: Duration = Duration::from_millis(100);
 
 /// How a watcher watches and builds.
 #[derive(Clone, Debug)]
@@ -438,7 +438,7 @@ impl<'a> Watcher<'a> {
                 let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
                 loop {
                     let has_ended = || has_ended.load(Ordering::Acquire);
-                    let wakeup = collector.wait(Some(Instant::now() + PULSE), &has_ended);
+                    let wakeup = collector.wait(Some(Instant::now() + PLACES_INTERVAL), &has_ended);
                     if wakeup == Wakeup::Hints {
                         let hints = collector.take();
                         let snapshot = outdate(session, loader, &hints, collector.places());

@@ -6,8 +6,8 @@
 //! the brightest pixel on, one that is farther than [`REACH`] from all others begins a group; then the
 //! groups' centres move to the mean of their pixels' directions, weighted by flux, and weaker ones within
 //! [`REACH`] of a stronger one join it ([`ROUNDS`] times). A light's radius is that of the disk with the
-//! spread of its pixels. Groups with little flux ([`LEAST`]) ring so little that their pixels stay in the
-//! image. If large lamps become more than [`MOST`] lights, groups reach farther.
+//! spread of its pixels. Groups with little flux ([`MIN_FLUX`]) ring so little that their pixels stay in the
+//! image. If large lamps become more than [`MAX_LAMPS`] lights, groups reach farther.
 //!
 //! The soft image and the lights together have the integral of the environment.
 
@@ -31,15 +31,15 @@ const REACH: f64 = 1.75 * std::f64::consts::PI / 180.0;
 const ROUNDS: usize = 4;
 
 /// The least flux of a light, in sr times the mean radiance over the sphere.
-const LEAST: f64 = 0.02;
+const MIN_FLUX: f64 = 0.02;
 
-/// The share of [`LEAST`] from which a group may be a piece of a large lamp.
+/// The share of [`MIN_FLUX`] from which a group may be a piece of a large lamp.
 const PIECE: f64 = 0.25;
 
 /// The most lights: a renderer that adds them up visits each at every pixel.
-const MOST: usize = 64;
+const MAX_LAMPS: usize = 64;
 
-/// The factor by which groups reach farther if there are more than [`MOST`].
+/// The factor by which groups reach farther if there are more than [`MAX_LAMPS`].
 const FARTHER: f64 = 1.25;
 
 /// An environment in two parts.
@@ -116,12 +116,12 @@ impl Environment {
 
     /// [`Environment::separate_lamps`], or `None` once `stop` says so. It is asked every few milliseconds.
     pub fn separate_lamps_unless(&self, stop: &dyn Fn() -> bool) -> Option<Separated> {
-        let (bright, least) = (self.bright(), LEAST * self.mean());
+        let (bright, least) = (self.bright(), MIN_FLUX * self.mean());
         let (mut reach, mut groups) = (REACH, Vec::new());
         while reach < std::f64::consts::PI {
             groups = grouped(&bright, reach, stop)?;
             // The pieces of a large lamp may be weak: counted too, they grow with the reach.
-            if groups.iter().filter(|group| mean(group.flux()) >= PIECE * least).count() <= MOST {
+            if groups.iter().filter(|group| mean(group.flux()) >= PIECE * least).count() <= MAX_LAMPS {
                 break;
             }
             reach *= FARTHER;
@@ -256,7 +256,7 @@ mod tests {
             if v.z > 0.5 && panel(v.x) && panel(v.y) { [30.0; 3] } else { [0.1; 3] }
         });
         let Separated { soft, lights } = lit.separate_lamps();
-        assert!((20..=MOST).contains(&lights.len()), "{}", lights.len());
+        assert!((20..=MAX_LAMPS).contains(&lights.len()), "{}", lights.len());
         let [before, left] =
             [&lit, &soft].map(|image| image.pixels().iter().filter(|p| p[0] == 30.0).count());
         assert!(before > 1000 && left < before / 100, "{left} of {before}");

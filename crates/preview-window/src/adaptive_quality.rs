@@ -45,7 +45,7 @@ impl Quality {
 const MOVING: f64 = 0.04;
 
 /// If a picture at rest takes longer than this many seconds, one of half its width and height is drawn first.
-const LONG: f64 = 0.5;
+const MAX_STILL_SECONDS: f64 = 0.5;
 
 /// The most seconds for a picture at rest with smoother outlines.
 const RESTING: f64 = 1.5;
@@ -106,7 +106,7 @@ impl AdaptiveQuality {
         let mut rest = Vec::new();
         if after.downscale > 1 {
             let full = Quality::FULL.sample_count(size);
-            let long = timing.is_some_and(|timing| timing.seconds(full) > LONG);
+            let long = timing.is_some_and(|timing| timing.seconds(full) > MAX_STILL_SECONDS);
             if long && after.downscale > 2 {
                 rest.push(Quality { downscale: 2, samples: 1 });
             }
@@ -167,7 +167,11 @@ mod tests {
             assert!(share * seconds <= MOVING || moving.downscale == 8);
             let rest = slow.resting(SHOW, SIZE, moving);
             assert!(rest.contains(&Quality::FULL), "{rest:?}");
-            assert_eq!(rest[0].downscale, if seconds > LONG { 2 } else { 1 }, "a long wait is cut in two");
+            assert_eq!(
+                rest[0].downscale,
+                if seconds > MAX_STILL_SECONDS { 2 } else { 1 },
+                "a long wait is cut in two"
+            );
         }
         assert_eq!(adaptive(0.2).resting(SHOW, SIZE, Quality::FULL).len(), 1, "0.8 s are allowed");
         assert_eq!(adaptive(1.0).resting(SHOW, SIZE, Quality::FULL), [], "4 s are not");

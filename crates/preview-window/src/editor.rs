@@ -13,7 +13,7 @@ use preview::FormField;
 const SLIDER: f32 = 84.0;
 
 /// Ranges that end above this have a logarithmic slider, and those whose ends are this far apart.
-const WIDE: f64 = 1e3;
+const MIN_LOGARITHMIC: f64 = 1e3;
 
 pub(crate) fn editor(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     let material = &state.settings.subject.material;
@@ -154,7 +154,7 @@ fn explained(parameter: &Parameter) -> String {
 fn slider(ui: &mut Ui, range: Range, mut number: f64) -> Option<f64> {
     let Range { least, most, .. } = range;
     ui.spacing_mut().slider_width = SLIDER;
-    let is_wide = most > WIDE || least > 0.0 && most / least > WIDE;
+    let is_wide = most > MIN_LOGARITHMIC || least > 0.0 && most / least > MIN_LOGARITHMIC;
     let slider = Slider::new(&mut number, least..=most).logarithmic(is_wide).smallest_positive(1e-3);
     let response = ui.add(slider.max_decimals(4));
     response.changed().then(|| if response.dragged() { rounded(number) } else { number })

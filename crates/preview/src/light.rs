@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use envmap::{Environment, Exposure};
 use sh::{Degree, Expansion, Lighting, Transform, synthesise_cube};
-use shrm::stops::DARK;
+use shrm::stops::BLACK_SHARE;
 use sphere::{Cube, Direction};
 
 use crate::light_image::image;
@@ -69,7 +69,7 @@ impl Light {
 
     /// The radiance below which a value counts as black, for errors in stops.
     pub fn dark(&self) -> f64 {
-        DARK * self.environment.integral().iter().sum::<f64>().max(0.0) / (12.0 * std::f64::consts::PI)
+        BLACK_SHARE * self.environment.integral().iter().sum::<f64>().max(0.0) / (12.0 * std::f64::consts::PI)
     }
 
     /// The exposure that shows the environment; see [`Environment::exposure`].

@@ -21,7 +21,7 @@ use crate::{Look, Shot};
 const LEAN: f64 = FRAC_PI_6;
 
 /// The highest degree of a lobe. More would cost more than a frame has time for.
-const MOST: usize = 19;
+const MAX_DEGREE: usize = 19;
 
 /// A lobe in the frame of its surface: x is the camera's right, z the normal.
 #[derive(Debug)]
@@ -47,7 +47,7 @@ impl Lobe {
     /// # Errors
     /// Why there is none, as a caption.
     pub(crate) fn of(look: &Look) -> Result<Self, &'static str> {
-        let most = Degree::new(MOST).unwrap_or(Degree::ZERO);
+        let most = Degree::new(MAX_DEGREE).unwrap_or(Degree::ZERO);
         let view = Direction::normalised(DVec3::new(0.0, -math::sin(LEAN), math::cos(LEAN)));
         let coefficients = match (look.reflection(), look.material()) {
             (Some(reflection), _) => {

@@ -27,7 +27,7 @@ const QUESTIONS: usize = 256;
 const BLOB_CALLS: usize = 8;
 
 /// How often a wait looks whether it should stop.
-pub(crate) const LOOK: Duration = Duration::from_millis(50);
+pub(crate) const STOP_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A cache on a server.
 #[derive(Debug)]
@@ -162,7 +162,8 @@ impl SharedCache for RemoteCache {
         let flush = || {
             let (done, stored) = sync_channel(1);
             let is_sent = self.jobs.lock().is_some() && self.send(Job::Flush(done));
-            while is_sent && !stop() && stored.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {}
+            while is_sent && !stop() && stored.recv_timeout(STOP_INTERVAL) == Err(RecvTimeoutError::Timeout) {
+            }
         };
         flush();
         for (list, is_loaded) in self.lists.changed() {

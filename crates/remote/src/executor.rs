@@ -21,7 +21,7 @@ use re::execution_client::ExecutionClient;
 use tonic::{Code, Status, Streaming};
 
 use crate::blobs::receive;
-use crate::cache::{LOOK, RemoteCache};
+use crate::cache::{RemoteCache, STOP_INTERVAL};
 use crate::connection::{
     Connection, ConnectionError, LARGEST_MESSAGE, PAUSE, PING, Purpose, RETRIES, Server, is_passing, said,
 };
@@ -313,7 +313,7 @@ impl Executor for RemoteExecutor {
             };
             let stopped = async {
                 while !stop() {
-                    tokio::time::sleep(LOOK).await;
+                    tokio::time::sleep(STOP_INTERVAL).await;
                 }
             };
             let done = self.connection.runtime.block_on(async {

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use sh::Degree;
 use sh::f64x4::SimdLevel;
 
-use crate::degrees::DARK;
+use crate::degrees::BLACK_SHARE;
 use crate::lamps::{Lamps, in_frame};
 use crate::{MOST_P, MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
 use light_table::{AddLights, LightTable};
@@ -40,10 +40,10 @@ pub const BAKED_AT_ONCE: usize = solver::LANES;
 pub const REVISION: u32 = 2;
 
 impl Reflection {
-    /// The mean radiance of all light, lamps included, times [`DARK`]: e of the module's text.
+    /// The mean radiance of all light, lamps included, times [`BLACK_SHARE`]: e of the module's text.
     fn dark(&self) -> f64 {
         let lights = self.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
-        DARK * sh::Lighting { series: self.lighting().clone(), lights }.mean()
+        BLACK_SHARE * sh::Lighting { series: self.lighting().clone(), lights }.mean()
     }
 
     /// The spherical harmonic reflection map on a grid, with the lamps in it; without lamps it is

@@ -1,7 +1,7 @@
 //! The degrees of a reflection, chosen for its light ([RH02, sec. 5], with the eye's measure).
 //!
 //! What a cut at (F, P) loses is a share of the *product* of this light with this material, and the eye reads
-//! it in stops: |log2((cut + e) / (uncut + e))|, e being [`DARK`] of the mean radiance, so that black does
+//! it in stops: |log2((cut + e) / (uncut + e))|, e being [`BLACK_SHARE`] of the mean radiance, so that black does
 //! not count. It is measured, not estimated: at central directions spread over the sphere and at views as a
 //! ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with what
 //! the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
@@ -21,7 +21,7 @@ use crate::{Reflection, frame};
 pub const REVISION: u32 = 3;
 
 /// Radiance below this share of the mean counts as black.
-pub const DARK: f64 = 0.01;
+pub const BLACK_SHARE: f64 = 0.01;
 
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what P cuts.
 const SHOWS: [f64; 2] = [0.06, 0.12];
@@ -272,7 +272,7 @@ impl Reflection {
         material: &brdf::Material,
     ) -> (Self, Cut) {
         let lamps = lamps_of(lighting, material);
-        let cut = choose(&lighting.series, brdf, Some(&lamps), DARK * lighting.mean());
+        let cut = choose(&lighting.series, brdf, Some(&lamps), BLACK_SHARE * lighting.mean());
         (Self::cut_at(&cut, &lighting.series, brdf, lamps), cut)
     }
 
@@ -284,7 +284,7 @@ impl Reflection {
         material: &brdf::Material,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Option<(Self, Cut)> {
-        let (lamps, dark) = (lamps_of(lighting, material), DARK * lighting.mean());
+        let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
         let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let cut = choose_unless((&lighting.series, brdf), beside, (1.0, dark), stop)?;
         Some((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
@@ -298,7 +298,7 @@ impl Reflection {
         [(diffuse, matte), (specular, highlight)]: [(&BrdfCoefficients, &brdf::Material); 2],
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Option<([Self; 2], Cut)> {
-        let (series, dark) = (&lighting.series, DARK * lighting.mean());
+        let (series, dark) = (&lighting.series, BLACK_SHARE * lighting.mean());
         let lamps = lamps_of(lighting, matte);
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let cut = choose_unless((series, diffuse), alone, (DIFFUSE, dark), stop)?;
@@ -351,7 +351,7 @@ mod tests {
 
     fn chosen(material: &Material, lighting: &Expansion) -> Cut {
         let brdf = project(material, Choice::Full).unwrap().coefficients;
-        choose(lighting, &brdf, None, DARK)
+        choose(lighting, &brdf, None, BLACK_SHARE)
     }
 
     fn microfacet(sigma: f64) -> Material {
@@ -391,7 +391,7 @@ mod tests {
         assert!(cut_field.is_for_light() && cut_field.lamps().is_some());
         assert_eq!((cut_field.brdf().f(), cut_field.brdf().p()), (cut.f, cut.p));
         let whole = Reflection::convolve(&lighting.series, &full);
-        let (lamps, dark) = (cut_field.lamps().unwrap(), DARK * lighting.mean());
+        let (lamps, dark) = (cut_field.lamps().unwrap(), BLACK_SHARE * lighting.mean());
         // Other samples than those of the choice.
         let mut stops = Vec::new();
         for texel in 0..60 {
@@ -431,7 +431,7 @@ mod tests {
         let degrees = |field: &Reflection| [field.brdf().f(), field.brdf().p()];
         assert!(degrees(&cut[1])[1] < degrees(&alone)[1], "{:?} {:?}", degrees(&cut[1]), degrees(&alone));
         let uncut = [&whole_base, &whole_highlight].map(|brdf| Reflection::convolve(&lighting.series, brdf));
-        let dark = DARK * lighting.mean();
+        let dark = BLACK_SHARE * lighting.mean();
         let mut stops = Vec::new();
         for texel in 0..60 {
             let central = spiral(texel, 60);

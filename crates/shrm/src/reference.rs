@@ -61,7 +61,7 @@ pub enum Cull {
 }
 
 /// The width of a lobe, in rows of the environment, below which it is integrated over the areas of texels.
-const NARROW: f64 = 20.0;
+const NARROW_ROWS: f64 = 20.0;
 
 /// The error of an integral over the areas of texels, as a share of the radiance: 7e-4 stops.
 const SHARE: f64 = 5e-4;
@@ -107,7 +107,7 @@ impl Reference {
     /// ```
     pub fn new(environment: &Environment, material: &Material, cull: Cull) -> Self {
         let row = PI / environment.grid().height as f64;
-        if tree::narrowest(material) >= NARROW * row {
+        if tree::narrowest(material) >= NARROW_ROWS * row {
             return Self::at_centres(environment, material, cull);
         }
         let mean = environment.integral().iter().map(|value| value.abs()).sum::<f64>() / (12.0 * PI);

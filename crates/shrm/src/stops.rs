@@ -1,7 +1,7 @@
 //! Errors as an eye sees them, in stops: what reports, previews and warnings say.
 
 /// The radiance below which black is black, as a share of the light's mean: e of [`error`].
-pub use crate::degrees::DARK;
+pub use crate::degrees::BLACK_SHARE;
 
 /// The error |log2((value + e) / (truth + e))| in stops, e being `dark`. A value below 0 is black.
 pub fn error(value: f64, truth: f64, dark: f64) -> f64 {

@@ -15,8 +15,9 @@ mod vector;
 
 pub(crate) use blended_frames::{blend, blended_frames};
 pub(crate) use choices::{
-    ChosenMaterial, DistributionName, Lamps, LampsName, MOST, MapLayoutName, MapsFormat, NonNegative,
-    Overflow, PlainName, PrecisionName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
+    ChosenMaterial, DistributionName, Lamps, LampsName, MAX_RESOLUTION, MapLayoutName, MapsFormat,
+    NonNegative, Overflow, PlainName, PrecisionName, Resolution, SHARE, STOPS, ToneMapName, ViewName,
+    edge_of,
 };
 pub use colour::Rgb;
 pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};

@@ -47,7 +47,7 @@ const SHARE: Parameter = Parameter::colour(
 );
 
 /// The least L.h.
-const LEAST: f64 = 1e-3;
+const MIN_COSINE: f64 = 1e-3;
 
 /// A highlight with Fresnel over a matte base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,7 +105,7 @@ impl Model for AshikhminShirley {
         let power = if across > 0.0 { (e_x * sum.x * sum.x + e_y * sum.y * sum.y) / across } else { 0.0 };
         let lobe =
             ((e_x + 1.0) * (e_y + 1.0)).sqrt() / (8.0 * PI) * math::pow(half.cos2().min(1.0), 0.5 * power);
-        let lobe = lobe / facet.max(LEAST) * (light / light.max(view));
+        let lobe = lobe / facet.max(MIN_COSINE) * (light / light.max(view));
         let grazing = math::powi((1.0 - facet).max(0.0), 5);
         let fade = |cosine: f64| 1.0 - math::powi(1.0 - 0.5 * cosine, 5);
         let base = 28.0 / (23.0 * PI) * fade(light) * fade(view) * light;

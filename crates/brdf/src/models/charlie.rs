@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use super::directional_albedo::gauss;
 
 /// The least cosine.
-const LEAST: f64 = 1e-4;
+const MIN_COSINE: f64 = 1e-4;
 
 /// The sheen of fibres of one roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +59,7 @@ impl Charlie {
 
     /// The BRDF, in 1/sr, from sin^2(theta_h) and the cosines of light and view with their Lambda.
     fn masked(&self, sin2: f64, [light, lambda_light]: [f64; 2], [view, lambda_view]: [f64; 2]) -> f64 {
-        let masked = (1.0 + lambda_light + lambda_view) * light.max(LEAST) * view.max(LEAST);
+        let masked = (1.0 + lambda_light + lambda_view) * light.max(MIN_COSINE) * view.max(MIN_COSINE);
         self.scale() * math::pow(sin2, self.power) / masked
     }
 
@@ -69,7 +69,7 @@ impl Charlie {
     }
 
     fn lambda(&self, cosine: f64) -> f64 {
-        let cosine = cosine.max(LEAST);
+        let cosine = cosine.max(MIN_COSINE);
         if cosine < 0.5 {
             math::exp(self.l(cosine))
         } else {

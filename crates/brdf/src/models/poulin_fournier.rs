@@ -50,7 +50,7 @@ const HEIGHT: Parameter = Parameter::number(
 .or(1.0);
 
 /// The least cosine of phi_l and phi_v.
-const LEAST: f64 = 1e-3;
+const MIN_COSINE: f64 = 1e-3;
 /// Past an angle where (n.h)^s has fallen to e^-16 the highlight is not integrated.
 const FAINT: f64 = 16.0;
 
@@ -129,7 +129,7 @@ impl PoulinFournier {
     /// Returns the parts of cylinder and floor that a direction above the horizon sees.
     fn seen(&self, direction: DVec3) -> Seen {
         let across = math::hypot(direction.y, direction.z);
-        let cosine = if across > 0.0 { (direction.z / across).max(LEAST) } else { 1.0 };
+        let cosine = if across > 0.0 { (direction.z / across).max(MIN_COSINE) } else { 1.0 };
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // The floor is at z = 1 - height, where the circle is 2 b wide.
         let (d, z, b) = (self.distance, 1.0 - self.height, self.half_width);

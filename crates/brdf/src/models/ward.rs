@@ -30,7 +30,7 @@ const ROUGH: Parameter = Parameter::number(
 .unless(ROUGHNESSES);
 
 /// The least h_z in one of its factors.
-const LEAST: f64 = 1e-3;
+const MIN_HEIGHT: f64 = 1e-3;
 
 /// A Gaussian highlight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +81,7 @@ impl Model for Ward {
         let z = half.sum.z;
         let value = math::exp(-slopes) / (PI * x * y)
             * (half.length_squared / (z * z))
-            * (half.light / z / z.max(LEAST));
+            * (half.light / z / z.max(MIN_HEIGHT));
         self.specular.map(|specular| specular * value)
     }
 

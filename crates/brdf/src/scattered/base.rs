@@ -21,7 +21,7 @@ use sphere::{DVec3, Direction};
 use super::sample::Sample;
 
 /// The most samples that the model is fitted to; if there are more, evenly spaced ones are chosen.
-const MOST: usize = 1 << 12;
+const MAX_SAMPLES: usize = 1 << 12;
 
 /// The number of steps in the search for alpha, from 0.02 to 1.
 const STEPS: usize = 32;
@@ -123,7 +123,7 @@ struct Search {
 
 impl Search {
     fn new(samples: &[Sample], floor: f64) -> Self {
-        let chosen = samples.iter().step_by(samples.len().div_ceil(MOST)).copied().collect();
+        let chosen = samples.iter().step_by(samples.len().div_ceil(MAX_SAMPLES)).copied().collect();
         let coat = Coat { distribution: Distribution::Ggx, alpha: [1.0; 2], turn: 0.0 };
         Self { samples: chosen, floor, cost: f64::INFINITY, best: Base { coat, weights: [[0.0; TERMS]; 3] } }
     }

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 
 /// Stops and offsets beyond this are damage: 2^64 is more than any light of a picture.
-const MOST: f64 = 64.0;
+const MAX_STOPS: f64 = 64.0;
 
 /// The metadata of one channel of a gain map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,8 +66,8 @@ impl Parameters {
                 ("the offset of the alternate rendition", alternate_offset),
             ] {
                 // NaN is in no range.
-                if !(-MOST..=MOST).contains(&value) {
-                    let what = format!("{name} is {value}, expected from -{MOST} to {MOST}");
+                if !(-MAX_STOPS..=MAX_STOPS).contains(&value) {
+                    let what = format!("{name} is {value}, expected from -{MAX_STOPS} to {MAX_STOPS}");
                     return Err(damaged(channel, what));
                 }
             }

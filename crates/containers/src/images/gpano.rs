@@ -20,7 +20,7 @@ const NAMESPACE: &str = "http://ns.google.com/photos/1.0/panorama/";
 const SOURCE: &str = "XMP GPano";
 
 /// The names of the sizes and places: columns, rows.
-const FULL: [&str; 2] = ["FullPanoWidthPixels", "FullPanoHeightPixels"];
+const FULL_SIZE_KEYS: [&str; 2] = ["FullPanoWidthPixels", "FullPanoHeightPixels"];
 const CROP: [&str; 2] = ["CroppedAreaImageWidthPixels", "CroppedAreaImageHeightPixels"];
 const CORNER: [&str; 2] = ["CroppedAreaLeftPixels", "CroppedAreaTopPixels"];
 
@@ -32,7 +32,7 @@ pub(crate) fn of_xmp(xmp: &str, size: [usize; 2]) -> Option<Panorama> {
 /// The panorama that the properties of GPano, by their names without a prefix, make of a picture of this
 /// size.
 pub(crate) fn of_properties(get: impl Fn(&str) -> Option<String>, size: [usize; 2]) -> Option<Panorama> {
-    let names = FULL.iter().chain(&CROP).chain(&CORNER).chain(&["ProjectionType"]);
+    let names = FULL_SIZE_KEYS.iter().chain(&CROP).chain(&CORNER).chain(&["ProjectionType"]);
     if !names.into_iter().any(|name| get(name).is_some()) {
         return None;
     }
@@ -74,7 +74,7 @@ impl Properties {
         };
         Ok(Self {
             projection: get("ProjectionType"),
-            full: [size(FULL[0])?, size(FULL[1])?],
+            full: [size(FULL_SIZE_KEYS[0])?, size(FULL_SIZE_KEYS[1])?],
             crop: [size(CROP[0])?, size(CROP[1])?],
             corner: [number(CORNER[0])?, number(CORNER[1])?],
             heading: angle("PoseHeadingDegrees", 360.0)?,
@@ -188,23 +188,23 @@ impl Properties {
         let full = match self.full {
             [Some(width), Some(height)] => [width, height],
             [Some(width), None] => {
-                warnings.push(missing(FULL[1], "half of the width"));
+                warnings.push(missing(FULL_SIZE_KEYS[1], "half of the width"));
                 [width, width / 2.0]
             }
             [None, Some(height)] => {
-                warnings.push(missing(FULL[0], "twice the height"));
+                warnings.push(missing(FULL_SIZE_KEYS[0], "twice the height"));
                 [2.0 * height, height]
             }
             // A crop that would be whole.
             [None, None] => match self.crop {
                 [Some(width), Some(height)] if is_twice(width, height) && self.starts_at_corner() => {
-                    warnings.push(missing(FULL[0], "that of the cropped area"));
+                    warnings.push(missing(FULL_SIZE_KEYS[0], "that of the cropped area"));
                     [width, height]
                 }
                 _ => {
                     return Err(format!(
                         "GPano:{} and {} are missing: where the cropped area lies cannot be known",
-                        FULL[0], FULL[1]
+                        FULL_SIZE_KEYS[0], FULL_SIZE_KEYS[1]
                     ));
                 }
             },

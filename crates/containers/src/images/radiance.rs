@@ -143,7 +143,7 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
 }
 
 /// 255 / 256 * 2^127: the largest mantissa of the largest exponent.
-const LARGEST: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
+const MAX_RGBE: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
 
 /// The RGB of a pixel.
 fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
@@ -156,7 +156,7 @@ fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
 
 /// The pixel of an RGB value that is not NaN.
 fn encode(rgb: [f32; 3]) -> [u8; 4] {
-    let rgb = rgb.map(|value| f64::from(value).clamp(0.0, LARGEST));
+    let rgb = rgb.map(|value| f64::from(value).clamp(0.0, MAX_RGBE));
     let largest = rgb[0].max(rgb[1]).max(rgb[2]);
     // largest = f 2^exponent with f in [0.5, 1): an f32 is a normal f64, whose exponent bits say so.
     let least = ((largest.to_bits() >> 52) as i32 - 1022).max(1 - 128);

@@ -13,7 +13,7 @@ use crate::storage::{Cause, Record};
 
 /// At most this many causes of an item are followed: of a contact sheet of thousands of items, each with
 /// another cause, the first few are named.
-const MOST: usize = 8;
+const MAX_CAUSES: usize = 8;
 
 impl UpToDateCheck<'_> {
     /// The causes of an item's run for some reasons, given the causes of the change of each input.
@@ -48,7 +48,7 @@ impl UpToDateCheck<'_> {
                 let known = |other: &Cause| {
                     other.reason == cause.reason && other.chain.first() == cause.chain.first()
                 };
-                if causes.len() < MOST && !causes.iter().any(known) {
+                if causes.len() < MAX_CAUSES && !causes.iter().any(known) {
                     causes.push(cause);
                 }
             }

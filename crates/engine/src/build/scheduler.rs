@@ -109,7 +109,7 @@ struct WorkSpan {
 }
 
 /// How often a build that works looks at what is wanted.
-const LOOK: Duration = Duration::from_millis(20);
+const WANTED_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A running build.
 pub(crate) struct Scheduler<'a, 'e> {
@@ -281,7 +281,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 break;
             }
             // Meanwhile something else may be wanted.
-            if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
+            if let Ok((span, message)) = receiver.recv_timeout(WANTED_INTERVAL) {
                 self.busy[span.lane as usize] -= 1;
                 if span.lane == Lane::Elsewhere {
                     let thread = span.worker - self.first_worker(span.lane);

@@ -270,11 +270,11 @@ impl<'a> UpToDateCheck<'a> {
         self.mount_of(self.plan.items[item].source.as_deref()?)
     }
 
-    /// Where the drive of a path is mounted: `.` if it is that of the manifest's folder.
+    /// Where the drive of a path is mounted: `.` if it is that of the manifest's folder. `None` if the system
+    /// does not say, or while the folder is moved away.
     fn mount_of(&self, path: &Path) -> Option<String> {
-        let mount = platform::mount_point(path)?;
-        let is_same = platform::mount_point(self.folder).is_some_and(|folder| folder == mount);
-        Some(if is_same { ".".into() } else { path_name(self.folder, &mount) })
+        let [mount, folder] = platform::mount_points([path, self.folder])?;
+        Some(if mount == folder { ".".into() } else { path_name(self.folder, &mount) })
     }
 
     /// The artifacts at the ports, given the digest of each item's artifact.

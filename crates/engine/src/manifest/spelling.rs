@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 /// Longer words are not compared, because the time is the product of both lengths.
-const LONGEST: usize = 256;
+const MAX_WORD: usize = 256;
 
 /// The candidate that `name` is most likely a misspelling of.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -40,7 +40,7 @@ impl Spelling {
         candidates: impl IntoIterator<Item = &'a str>,
     ) -> Option<&'a str> {
         let length = name.chars().count();
-        if length > LONGEST || self.is_used_up() {
+        if length > MAX_WORD || self.is_used_up() {
             return None;
         }
         let most = 1 + length / 3;

@@ -121,7 +121,7 @@ pub(crate) struct Problem {
 /// Whether a relative path with `/` between folders is valid on every system and stays within a folder.
 pub(crate) fn check(path: &str, within: &str) -> Result<(), Problem> {
     /// The length of a name in bytes that Linux allows; Windows and macOS allow as many UTF-16 units.
-    const LONGEST: usize = 255;
+    const MAX_NAME: usize = 255;
 
     let problem =
         |message: &str, expected: &str| Err(Problem { message: message.into(), expected: expected.into() });
@@ -167,8 +167,8 @@ pub(crate) fn check(path: &str, within: &str) -> Result<(), Problem> {
                 "expected another name",
             );
         }
-        if name.len() > LONGEST {
-            return problem(&format!("has a name longer than {LONGEST} bytes"), "expected a shorter name");
+        if name.len() > MAX_NAME {
+            return problem(&format!("has a name longer than {MAX_NAME} bytes"), "expected a shorter name");
         }
     }
     Ok(())

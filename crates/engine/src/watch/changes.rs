@@ -31,7 +31,7 @@ use crate::platform::has_other_names;
 use crate::storage::being_written;
 
 /// How often a waiting watcher checks whether it is to stop.
-const PULSE: Duration = Duration::from_millis(100);
+const STOP_INTERVAL: Duration = Duration::from_millis(100);
 
 /// How long no exported file is removed before the removed ones are restored: a program that removes a folder
 /// of them would fail if they came back meanwhile.
@@ -349,7 +349,8 @@ impl ChangeCollector {
             }
             let poll = self.poller.as_ref().map(Poller::next);
             let next = [due, timeout, poll, self.unfinished.next()].into_iter().flatten().min();
-            let pause = next.map_or(PULSE, |next| next.saturating_duration_since(now).min(PULSE));
+            let pause =
+                next.map_or(STOP_INTERVAL, |next| next.saturating_duration_since(now).min(STOP_INTERVAL));
             match self.messages.recv_timeout(pause) {
                 Ok(message) => self.receive(message),
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}

@@ -29,7 +29,7 @@ pub(super) struct Planes {
 }
 
 /// Larger coordinates might overflow f32; no visible point has them.
-const LARGEST: f32 = 1e30;
+const MAX_COORDINATE: f32 = 1e30;
 
 impl Planes {
     /// The planes of a picture with this size in samples, 2^17 samples or more beyond each side.
@@ -46,7 +46,7 @@ impl Planes {
 
     /// One bit for each plane that a point is outside of; [`LOST`] if its coordinates are not usable.
     pub(super) fn outside(&self, clip: Vec4) -> u8 {
-        if clip.to_array().iter().any(|value| value.is_nan() || value.abs() > LARGEST) {
+        if clip.to_array().iter().any(|value| value.is_nan() || value.abs() > MAX_COORDINATE) {
             return LOST;
         }
         let bits = self.inside(clip).into_iter().enumerate();

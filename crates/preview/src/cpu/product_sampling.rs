@@ -32,7 +32,7 @@ const HELD: f64 = 0.95;
 const UNIFORM: f32 = 0.1;
 
 /// The number of samples of a pixel from which on samplers are worth making.
-const LEAST: u32 = 256;
+const MIN_SAMPLES: u32 = 256;
 
 /// The cells of normals: texels of a cube.
 const CELLS: Cube = Cube { edge: 26 };
@@ -63,7 +63,7 @@ impl ProductSampling {
 
     /// Whether a shot takes so many samples that samplers are worth making.
     pub(super) fn is_worth(shot: &Shot) -> bool {
-        shot.light_samples.saturating_mul(shot.samples.saturating_mul(shot.samples)) >= LEAST
+        shot.light_samples.saturating_mul(shot.samples.saturating_mul(shot.samples)) >= MIN_SAMPLES
     }
 
     /// A sampler of the product at the middle of a cell of normals; `None` where it is black.

@@ -15,7 +15,7 @@ use crate::ViewTransform;
 use crate::shading::surface::Surface;
 
 /// Triangles with fewer columns test every sample of their bounding box.
-const FEW: i32 = 16;
+const MIN_COLUMNS: i32 = 16;
 
 /// The index that stands for no triangle.
 const NONE: u32 = u32::MAX;
@@ -114,7 +114,7 @@ impl Band {
         for row in first..=last {
             let (mut left, mut right) = (*triangle.columns.start(), *triangle.columns.end());
             // A division finds the samples between the edges; for a few samples, testing each is faster.
-            if right - left >= FEW {
+            if right - left >= MIN_COLUMNS {
                 for edge in &edges {
                     (left, right) = edge.within(row, left, right);
                 }

@@ -21,9 +21,9 @@ pub(super) struct SampleBudget {
 /// The time of a frame below which the number of light samples rises.
 const SMOOTH: Duration = Duration::from_millis(40);
 /// The time of a frame above which the number of light samples falls.
-const SLOW: Duration = Duration::from_millis(80);
+const MAX_FRAME: Duration = Duration::from_millis(80);
 /// The most light samples of a frame.
-const MOST: u32 = 256;
+const MAX_LIGHT_SAMPLES: u32 = 256;
 /// The most frames that may be in flight.
 const IN_FLIGHT: usize = 2;
 
@@ -52,8 +52,8 @@ impl SampleBudget {
     /// The light samples of the next frame, by the time of the last one.
     pub(super) fn next(&mut self) -> u32 {
         match self.last_submission.map(|at| at.elapsed()) {
-            Some(since) if since < SMOOTH => self.count = (self.count * 2).min(MOST),
-            Some(since) if since > SLOW => self.count = (self.count / 2).max(1),
+            Some(since) if since < SMOOTH => self.count = (self.count * 2).min(MAX_LIGHT_SAMPLES),
+            Some(since) if since > MAX_FRAME => self.count = (self.count / 2).max(1),
             _ => {}
         }
         self.count
@@ -80,7 +80,7 @@ pub(super) struct Batches {
 }
 
 const PART: u64 = 1_000_000;
-const QUICK: Duration = Duration::from_millis(50);
+const MIN_FRAME: Duration = Duration::from_millis(50);
 
 impl Batches {
     /// The batches of a picture with this size and number of light samples per pixel.
@@ -106,8 +106,11 @@ impl Batches {
 
     /// Records that the batch is done: the next one is larger if it was fast.
     pub(super) fn done(&mut self) {
-        self.parts =
-            if self.start.elapsed() < QUICK { (self.parts * 2).min(1024) } else { (self.parts / 2).max(1) };
+        self.parts = if self.start.elapsed() < MIN_FRAME {
+            (self.parts * 2).min(1024)
+        } else {
+            (self.parts / 2).max(1)
+        };
     }
 }
 

@@ -42,7 +42,7 @@ shader_constants!("MATERIAL_":
     /// factors.
     STEEP: f32 = 80.0;
     /// The least cosine in factors that have no bound at grazing: see ashikhmin-shirley and ward.
-    LEAST: f32 = 1e-3;
+    MIN_COSINE: f32 = 1e-3;
     /// The least cosine of light and view in the masking of fibres.
     GRAZING: f32 = 1e-4;
 );
@@ -253,7 +253,8 @@ impl Layer<'_> {
             return Vec3::ZERO;
         }
         let slopes = across / (z * z);
-        let lobe = math::exp(-slopes) * (half.length_squared / (z * z)) * (half.light / z / z.max(LEAST));
+        let lobe =
+            math::exp(-slopes) * (half.length_squared / (z * z)) * (half.light / z / z.max(MIN_COSINE));
         self.colour(2) * lobe
     }
 
@@ -262,7 +263,7 @@ impl Layer<'_> {
         let (sum, across, facet) = (half.sum, half.across(), half.facet());
         let turned = self.number(0) * sum.x * sum.x + self.number(1) * sum.y * sum.y;
         let exponent = if across > 0.0 { turned / across } else { 0.0 };
-        let lobe = self.number(2) * half.power(exponent) / facet.max(LEAST)
+        let lobe = self.number(2) * half.power(exponent) / facet.max(MIN_COSINE)
             * (half.light / half.light.max(half.view));
         let grazing = fifth((1.0 - facet).max(0.0));
         let fade = |cosine: f32| 1.0 - fifth(1.0 - 0.5 * cosine);
@@ -370,7 +371,7 @@ impl Layer<'_> {
     fn cylinder(self, direction: Vec3) -> Cylinder {
         let height = direction.z.max(0.0);
         let length = Vec3::new(0.0, direction.y, height).length();
-        let cosine = if length > 0.0 { (height / length).max(LEAST) } else { 1.0 };
+        let cosine = if length > 0.0 { (height / length).max(MIN_COSINE) } else { 1.0 };
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let (d, z, edge, b) = (self.number(1), self.number(2), self.number(3), self.number(4));
         let hidden = (0.5 * d * cosine).min(1.0);

@@ -144,7 +144,7 @@ fn material_ward(at: u32, light: vec3f, view: vec3f) -> vec3f {
         return vec3f(0.0);
     }
     let slopes = across / (z * z);
-    let grazing = half_vector.light / z / max(z, MATERIAL_LEAST);
+    let grazing = half_vector.light / z / max(z, MATERIAL_MIN_COSINE);
     return material_colour(at + 2u) * (exp(-slopes) * (half_vector.length_squared / (z * z)) * grazing);
 }
 
@@ -163,7 +163,7 @@ fn material_ashikhmin_shirley(at: u32, light: vec3f, view: vec3f) -> vec3f {
         exponent = turned / half_vector.across;
     }
     let lobe = material_number(at + 2u) * material_half_power(half_vector, exponent)
-        / max(facet, MATERIAL_LEAST) * (cos_i / max(cos_i, cos_o));
+        / max(facet, MATERIAL_MIN_COSINE) * (cos_i / max(cos_i, cos_o));
     let grazing = material_fifth(max(1.0 - facet, 0.0));
     let base = material_fade(cos_i) * material_fade(cos_o) * cos_i;
     let specular = material_colour(at + 3u);
@@ -221,7 +221,7 @@ fn material_cylinder(at: u32, direction: vec3f) -> Cylinder {
     let size = length(vec2f(direction.y, height));
     var cosine = 1.0;
     if size > 0.0 {
-        cosine = max(height / size, MATERIAL_LEAST);
+        cosine = max(height / size, MATERIAL_MIN_COSINE);
     }
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     let d = material_number(at + 1u);

@@ -48,7 +48,7 @@ impl FastChain {
     pub const SERIES_DEGREE: usize = 320;
 
     /// The largest cube that a chain is made from.
-    const LARGEST: usize = 2048;
+    const MAX_CUBE: usize = 2048;
 
     /// The edge of the cube that a chain has to be made from for a kernel: the least power of two whose spots
     /// are as sharp as the table asks for, and at least 4. `None` if the kernel is not GGX, so wide that the
@@ -57,7 +57,7 @@ impl FastChain {
         let is_sharp = kernel.degree() > Self::SERIES_DEGREE && kernel.distribution() == Distribution::Ggx;
         // Spots finer than by an octave than this one have no weight.
         let edge = ((2.2 / kernel.alpha()).ceil() as usize).next_power_of_two().max(4);
-        Some(edge).filter(|edge| is_sharp && *edge <= Self::LARGEST)
+        Some(edge).filter(|edge| is_sharp && *edge <= Self::MAX_CUBE)
     }
 
     /// The chain of a cube whose edge is a power of two, such as [`FastChain::edge`]. `pixel` is the size,

@@ -28,7 +28,7 @@ use super::light_blocks::{Block, LightBlocks, Place};
 use crate::frame;
 
 /// A block is split beforehand if its height is more than this share of its angle from the central direction.
-const NEAR: f64 = 0.8;
+const MAX_HEIGHT_SHARE: f64 = 0.8;
 
 /// Directions that each lobe draws: a round one, and a streak or a cone.
 const DRAWN: [usize; 2] = [32, 256];
@@ -212,7 +212,7 @@ impl Sum<'_> {
             }
             let drawn = within(place, &drawn, extent);
             let angle = math::acos(block.direction().normalize_or_zero().dot(central).clamp(-1.0, 1.0));
-            let is_near = extent > BEFOREHAND * self.width && extent > NEAR * angle;
+            let is_near = extent > BEFOREHAND * self.width && extent > MAX_HEIGHT_SHARE * angle;
             if (is_near || !drawn.is_empty()) && self.blocks.has_parts(place) {
                 places.extend(self.blocks.parts(place).map(|part| (part, drawn.clone())));
             } else {

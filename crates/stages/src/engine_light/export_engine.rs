@@ -85,7 +85,7 @@ use super::engine_files;
 use super::engine_files::{EngineFiles, names, report};
 use super::engine_readme::readme;
 use super::irradiance::windowed;
-use crate::values::{EngineFormat, EnginePreset, MOST, Overflow, artifacts, check_format};
+use crate::values::{EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, artifacts, check_format};
 
 /// The stem of file names, before their endings.
 const STEM: &str = "environment";
@@ -105,7 +105,7 @@ parameters! {
         format: Option<EngineFormat> = None,
         /// Of an environment: texels along the edge of a face, 256 if it is not given; rows of a lat-long
         /// image, by default those of the environment.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
         /// What happens to values past the largest that the format holds: they become it, with a warning that
         /// says how much light is lost, or the item fails.

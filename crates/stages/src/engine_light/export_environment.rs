@@ -68,7 +68,8 @@ use sphere::{Cube, Face, LatLong};
 
 use crate::map::{Layout, MapPictures, PictureFormat, map_source};
 use crate::values::{
-    Content, DistributionName, MOST, MapsFormat, Overflow, PrecisionName, STOPS, artifacts, overflow,
+    Content, DistributionName, MAX_RESOLUTION, MapsFormat, Overflow, PrecisionName, STOPS, artifacts,
+    overflow,
 };
 
 choice! {
@@ -117,7 +118,7 @@ parameters! {
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long image, which has twice as many columns; texels along the edge of a cube's face.
         /// Default: as fine as the environment.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
         /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
         format: Format = Format::Exr,
@@ -144,7 +145,7 @@ impl Parameters {
     fn texels(&self, environment: &Environment) -> Result<(Vec<[f32; 3]>, usize), Failure> {
         let rows = environment.grid().height;
         if self.layout == Layout::LatLong {
-            let rows = self.resolution.unwrap_or(rows.min(MOST));
+            let rows = self.resolution.unwrap_or(rows.min(MAX_RESOLUTION));
             let grid = LatLong::with_rows(rows);
             let is_as_it_is = grid == environment.grid();
             let pixels = if is_as_it_is {
@@ -155,7 +156,7 @@ impl Parameters {
             return Ok((pixels, rows));
         }
         // A face looks at half of the angle of a lat-long image's rows.
-        let edge = self.resolution.unwrap_or(rows.div_ceil(2).min(MOST));
+        let edge = self.resolution.unwrap_or(rows.div_ceil(2).min(MAX_RESOLUTION));
         Ok((environment.cube_map(Cube { edge })?.pixels().to_vec(), edge))
     }
 }

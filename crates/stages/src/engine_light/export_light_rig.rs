@@ -51,7 +51,7 @@
 use containers::{tensors, texture_sidecar, write_csv_lights, write_gltf_lights, write_usda_lights};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 
-use crate::values::{MOST, artifacts};
+use crate::values::{MAX_RESOLUTION, artifacts};
 
 choice! {
     /// The container.
@@ -76,7 +76,7 @@ parameters! {
         /// The container; see the table.
         format: Format = Format::Gltf,
         /// With format "safetensors": rows of the lat-long map whose levels `mip` counts. Default: 512.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         rows: Option<usize> = None,
     }
 }

@@ -37,7 +37,7 @@ use sphere::{Cube, DVec3, Direction, Face, LatLong, from_file, to_file};
 use super::engine_files;
 use super::engine_files::{EngineFiles, names, report};
 use super::engine_readme::readme;
-use crate::values::{EngineFormat, EnginePreset, MOST, Overflow, check_format};
+use crate::values::{EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, check_format};
 
 const ORIENT: &str = "pattern-orient";
 const AXES: &str = "pattern-axes";
@@ -65,7 +65,7 @@ parameters! {
         /// How texels are stored. Default: the first of the preset's formats.
         format: Option<EngineFormat> = None,
         /// Texels along the edge of a face, or rows of a lat-long image.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: usize = DEFAULT_SIZE,
     }
 }

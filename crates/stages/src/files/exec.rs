@@ -165,7 +165,7 @@ parameters! {
         /// The environment variables that the program may see.
         env: Variables = Variables::default(),
         /// Seconds after which the program is killed.
-        #[range((Bound::Excluded(0.0), Bound::Included(LONGEST)))]
+        #[range((Bound::Excluded(0.0), Bound::Included(MAX_TIMEOUT)))]
         timeout: f64 = 60.0,
         /// Whether other machines may use its results, and run it; see Other machines.
         remote: bool = false,
@@ -175,7 +175,7 @@ parameters! {
 }
 
 /// The longest `timeout`: one day.
-const LONGEST: f64 = 86400.0;
+const MAX_TIMEOUT: f64 = 86400.0;
 
 /// The kind `exec`.
 pub(crate) struct Exec;

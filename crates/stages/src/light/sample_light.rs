@@ -66,7 +66,7 @@ choice! {
 }
 
 /// The most lights of a rig.
-const MOST: usize = 4096;
+const MAX_LIGHTS: usize = 4096;
 
 /// The most lights that `count = "auto"` tries.
 const MOST_TRIED: u32 = 1024;
@@ -80,7 +80,7 @@ parameters! {
         /// How light is divided into regions; see the table.
         method: MethodName = MethodName(Method::MedianCut),
         /// The number of lights, or "auto": as few as meet `tolerance`.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_LIGHTS)]
         count: OrAuto<usize> = OrAuto::Fixed(64),
         /// With count "auto": the error of the irradiance, as a share of its mean. Default: 0.01.
         #[range(SHARE)]

@@ -58,7 +58,7 @@
 use brdf::{BrdfCoefficients, Choice, Material, project_unless};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use sh::Lighting;
-use shrm::degrees::{Cut, DARK};
+use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, Samples};
 use shrm::{Lamps, Reflection};
 
@@ -136,7 +136,7 @@ impl Kind for Convolve {
             Some(window) => reflection.windowed(window),
             None => reflection.clone(),
         };
-        let dark = DARK * lighting.mean();
+        let dark = BLACK_SHARE * lighting.mean();
         let reflection = match &brdf.material {
             Some(material) if brdf.for_light => {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };

@@ -84,8 +84,8 @@ use super::map_pictures::image;
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    Content, MOST, Overflow, PartsName, PrecisionName, Resolution, artifacts, edge_of, overflow, parts,
-    report_loss,
+    Content, MAX_RESOLUTION, Overflow, PartsName, PrecisionName, Resolution, artifacts, edge_of, overflow,
+    parts, report_loss,
 };
 
 choice! {
@@ -119,7 +119,7 @@ parameters! {
         layout: Layout = Layout::Cube,
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
         /// "auto".
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: Format = Format::Exr,
@@ -283,7 +283,7 @@ fn for_spheres(
 ) -> Result<(Arc<artifacts::Shrm>, usize), Failure> {
     let edge = |rows: usize| match resolution {
         Some(Resolution::Fixed(edge)) => edge,
-        _ => ((rows as f64 / FRAC_PI_4).ceil() as usize).min(MOST),
+        _ => ((rows as f64 / FRAC_PI_4).ceil() as usize).min(MAX_RESOLUTION),
     };
     match source {
         MapSource::Shrm(map) => {

@@ -57,14 +57,15 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MOST, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, edge_of, overflow, parts, report_loss,
+    MAX_RESOLUTION, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, edge_of, overflow, parts,
+    report_loss,
 };
 
 parameters! {
     /// Parameters of `export-kautz-mccool`.
     pub(crate) struct Parameters {
         /// Rows of a slice, which has twice as many columns. Default: "auto".
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
         /// The number of angles. A field of degree P can be recovered from P + 1 slices, and needs several
         /// times as many to look smooth when it is interpolated.

@@ -75,12 +75,13 @@
 
 use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::{energy_per_degree, lambda};
-use shrm::degrees::DARK;
+use shrm::degrees::BLACK_SHARE;
 use shrm::{Plain, Reflection};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
 use crate::values::{
-    LampsName, MOST, Overflow, PartsName, PlainName, PrecisionName, STOPS, artifacts, parts, report_loss,
+    LampsName, MAX_RESOLUTION, Overflow, PartsName, PlainName, PrecisionName, STOPS, artifacts, parts,
+    report_loss,
 };
 
 parameters! {
@@ -89,7 +90,7 @@ parameters! {
         /// How the sphere lies on the written images; see Files.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: PictureFormat = PictureFormat::Exr,
@@ -191,7 +192,7 @@ const SHOWS: f64 = 0.1;
 
 /// Notes what one map of both parts loses.
 fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) {
-    let dark = DARK * reflection.light_mean();
+    let dark = BLACK_SHARE * reflection.light_mean();
     let lost = reflection.plain_samples(plain).error(&reflection.samples(), dark);
     let found = format!(
         "95 % of the views of a ball are within {:.2} stops of both parts, 99 % within {:.2}",

@@ -223,8 +223,8 @@ use super::map_input;
 use super::map_input::MapInput;
 use super::map_source::MapSource;
 use crate::values::{
-    Content, LampsName, MOST, MapLayoutName, Overflow, PartsName, PrecisionName, Resolution, ViewName,
-    edge_of, overflow, parts,
+    Content, LampsName, MAX_RESOLUTION, MapLayoutName, Overflow, PartsName, PrecisionName, Resolution,
+    ViewName, edge_of, overflow, parts,
 };
 
 choice! {
@@ -246,7 +246,7 @@ parameters! {
         layout: Option<MapLayoutName> = None,
         /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto",
         /// or the resolution of the map that arrives.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
         /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Default:
         /// 0.01.

@@ -56,8 +56,8 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MOST, MapLayoutName, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, ViewName, overflow,
-    parts,
+    MAX_RESOLUTION, MapLayoutName, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, ViewName,
+    overflow, parts,
 };
 
 parameters! {
@@ -71,7 +71,7 @@ parameters! {
         /// The layout of a map's texels.
         layout: MapLayoutName = MapLayoutName(MapLayout::Cube),
         /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto".
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: MapsFormat = MapsFormat::Ktx2,

@@ -94,7 +94,7 @@ use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, 
 use sphere::{Cube, Direction, LatLong};
 
 use super::map_index::{Entry, FileLayout, Index, Views};
-use crate::values::{MOST, artifacts};
+use crate::values::{MAX_RESOLUTION, artifacts};
 
 parameters! {
     /// Parameters of `import-reflection-maps`.
@@ -103,7 +103,7 @@ parameters! {
         #[range(0..=64)]
         degree: Option<usize> = None,
         /// With sphere maps: the edge of the cube that they are interpolated onto. Default: half of theirs.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
     }
 }

@@ -7,7 +7,7 @@ use engine::{Artifact, Context, Failure, Port, Steps};
 use shrm::{BAKED_AT_ONCE, MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
-use crate::values::{LampsName, MOST, Resolution, artifacts, percent};
+use crate::values::{LampsName, MAX_RESOLUTION, Resolution, artifacts, percent};
 
 /// The revisions of the kernels that make maps.
 pub(crate) const KERNELS: &[u32] = &[
@@ -109,7 +109,7 @@ impl MapInput {
         };
         let resolution = match self.resolution.unwrap_or(Resolution::Auto) {
             Resolution::Fixed(resolution) => resolution,
-            Resolution::Auto => auto.texels.min(MOST).min(self.affordable(reflection)),
+            Resolution::Auto => auto.texels.min(MAX_RESOLUTION).min(self.affordable(reflection)),
         };
         // The error falls with the square of the resolution.
         let estimate = auto.estimated_error * math::powi(auto.texels as f64 / resolution as f64, 2);

@@ -61,7 +61,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, pa
 use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter_unless};
 
 use crate::values::{
-    DistributionName, EnginePreset, LOSS, MOST, about, artifacts, nearest_power_of_two, percent,
+    DistributionName, EnginePreset, LOSS, MAX_RESOLUTION, about, artifacts, nearest_power_of_two, percent,
 };
 
 choice! {
@@ -88,7 +88,7 @@ parameters! {
         /// The roughness of each level, from 0 to 1, instead of a preset.
         roughness: Option<Vec<f64>> = None,
         /// Texels along the edge of a face of level 0: a power of two.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 256,
         /// How levels are made; see Methods.
         method: MethodName = MethodName(MethodChoice::Auto),
@@ -128,7 +128,7 @@ impl Parameters {
                     return Err((
                         "roughness",
                         match 1_usize.checked_shl(needed as u32) {
-                            Some(size) if size <= MOST => {
+                            Some(size) if size <= MAX_RESOLUTION => {
                                 format!("{text}; the nearest resolution that fits is {size}")
                             }
                             _ => text,

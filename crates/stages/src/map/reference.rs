@@ -80,7 +80,7 @@ use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MOST, Overflow, PrecisionName, STOPS, artifacts, percent};
+use crate::values::{MAX_RESOLUTION, Overflow, PrecisionName, STOPS, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +171,7 @@ parameters! {
         view: Viewer = Viewer::HeadOn,
         /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
         /// first averaged down to this, by exact areas.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         rows: usize = 128,
         /// With method "summed": the share of a lobe that may be ignored. Lambert, phong and microfacet sum
         /// over the cap that holds the rest, if it is 20 rows wide or more. 0 sums over everything.
@@ -180,7 +180,7 @@ parameters! {
         /// How the sphere lies on the written images, as in export-reflection-map.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
-        #[range(1..=MOST)]
+        #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: PictureFormat = PictureFormat::Exr,

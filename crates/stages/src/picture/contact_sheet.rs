@@ -66,15 +66,15 @@ parameters! {
 }
 
 /// The maximum number of `degrees`.
-const MOST: usize = 100;
+const MAX_DEGREES: usize = 100;
 
 /// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
 const BALL_EDGES: [usize; 2] = [32, 160];
 
 /// Past this P a texel has so many coefficients that the edge is at most [`MANY_EDGE`].
-const FEW: usize = 4;
+const MAX_P_AT_FULL_EDGE: usize = 4;
 
-/// The largest edge of the cube for a P above [`FEW`].
+/// The largest edge of the cube for a P above [`MAX_P_AT_FULL_EDGE`].
 const MANY_EDGE: usize = 64;
 
 /// The kind `contact-sheet`.
@@ -105,8 +105,8 @@ impl Kind for ContactSheet {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match parameters.degrees.len() {
-            ..=MOST => Vec::new(),
-            many => vec![("degrees", format!("{many} degrees are more than {MOST}"))],
+            ..=MAX_DEGREES => Vec::new(),
+            many => vec![("degrees", format!("{many} degrees are more than {MAX_DEGREES}"))],
         }
     }
 
@@ -206,7 +206,7 @@ fn material(
         Centre::Tangent => "tangent",
     };
     let detail = format!("F {} · P {p} · by the {about}", f.get());
-    let most = if p > FEW { MANY_EDGE } else { BALL_EDGES[1] };
+    let most = if p > MAX_P_AT_FULL_EDGE { MANY_EDGE } else { BALL_EDGES[1] };
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
     let stop = || context.check_cancelled().is_err();
     let field = reflection.synthesise_unless(grid, View::Local, &stop);

@@ -334,7 +334,7 @@ fn note(report: &Report, context: &Context<'_>) {
         context.note(match table.advised {
             Some(degree) => format!("{}: a table of degree {degree} is within {error} RMS", table.material),
             None => {
-                format!("{}: no table up to degree {} is within {error} RMS", table.material, cuts::MOST)
+                format!("{}: no table up to degree {} is within {error} RMS", table.material, cuts::MAX_CUT)
             }
         });
     }

@@ -20,7 +20,7 @@ const HEAD: usize = 126;
 const GAP: usize = 6;
 const LABEL: usize = 130;
 /// The largest edge of a map, and the edge of those of the energy.
-const LARGEST: usize = 150;
+const MAX_EDGE: usize = 150;
 const CAPTION: usize = 30;
 
 /// The maps that are drawn of one material of a table.
@@ -104,8 +104,8 @@ impl<'a> Maps<'a> {
 /// ```
 pub fn table_picture(name: &str, table: &BrdfTable) -> Picture {
     let degree = table.degree().get();
-    let edge = ((WIDTH - 2 * MARGIN - LABEL - 2 * degree * GAP) / (2 * degree + 1)).min(LARGEST);
-    let energy_edge = ((WIDTH - 2 * MARGIN - LABEL - degree * GAP) / (degree + 1)).min(LARGEST);
+    let edge = ((WIDTH - 2 * MARGIN - LABEL - 2 * degree * GAP) / (2 * degree + 1)).min(MAX_EDGE);
+    let energy_edge = ((WIDTH - 2 * MARGIN - LABEL - degree * GAP) / (degree + 1)).min(MAX_EDGE);
     let each = (degree + 1) * (edge + GAP) + CAPTION + energy_edge + 2 * CAPTION;
     let materials: &[usize] = if table.count() > 1 { &[0, table.count() - 1] } else { &[0] };
     let height = HEAD + materials.len() * (each + CAPTION) + MARGIN - CAPTION;
@@ -202,7 +202,7 @@ mod tests {
         let chalk = Material::Lambert(Lambert::new([0.8; 3]).unwrap());
         let table = table(&chalk);
         let picture = table_picture("chalk", &table);
-        let edge = LARGEST;
+        let edge = MAX_EDGE;
         let middle = MARGIN + LABEL + (WIDTH - 2 * MARGIN - LABEL) / 2;
         let at = |l: usize, m: usize| {
             let width = (2 * l + 1) * (edge + GAP) - GAP;
@@ -234,7 +234,7 @@ mod tests {
         let one = table_picture("metal", &metal(0.3));
         let both = BrdfTable::joined(&[metal(0.3), metal(0.6), metal(0.9)]).unwrap();
         let both = table_picture("metal", &both);
-        assert!(both.height > one.height + 3 * LARGEST && both.pixels.len() == both.height * WIDTH);
+        assert!(both.height > one.height + 3 * MAX_EDGE && both.pixels.len() == both.height * WIDTH);
         let deepest =
             tabulate(&Material::Lambert(Lambert::new([0.5; 3]).unwrap()), Degree::new(14).unwrap(), 2);
         assert_eq!(table_picture("chalk", &deepest.unwrap().0).width, WIDTH);

@@ -14,7 +14,7 @@ pub(crate) const SHARE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound:
 pub(crate) const STOPS: RangeInclusive<f64> = -100.0..=100.0;
 
 /// The largest resolution of a map: what a texture unit takes.
-pub(crate) const MOST: usize = 4096;
+pub(crate) const MAX_RESOLUTION: usize = 4096;
 
 /// The edge of a cube's face or the rows of a lat-long map; `"auto"` is the least that meets an error.
 pub(crate) type Resolution = OrAuto<usize>;

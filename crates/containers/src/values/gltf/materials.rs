@@ -26,7 +26,7 @@ const FACTOR: Range = Range { least: 0.0, most: 1.0, words: "a number from 0 to 
 /// An index of refraction; 0 stands for an infinite one.
 const IOR: Range = Range { least: 0.0, most: 10.0, words: "0 or a number from 1 to 10" };
 /// The least roughness of the highlights, and of sheen.
-const LEAST: [f64; 2] = [0.01, 0.1];
+const MIN_ROUGHNESS: [f64; 2] = [0.01, 0.1];
 /// Names that are listed in a message.
 const LISTED: usize = 20;
 /// Extensions of materials that are read.
@@ -244,7 +244,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         }
 
         let has_sheen = sheen_color.iter().any(|channel| *channel > 0.0);
-        let [least, least_of_sheen] = LEAST;
+        let [least, least_of_sheen] = MIN_ROUGHNESS;
         Ok(StandardParameters {
             base_color,
             metallic,
@@ -384,9 +384,9 @@ fn times(one: [f64; 3], other: [f64; 3]) -> [f64; 3] {
 /// The index of refraction, and the factor of the reflectance at normal incidence. An index of 0 stands for a
 /// reflectance of 1 (KHR_materials_ior).
 fn refraction(ior: f64) -> (f64, f64) {
-    const LARGEST: f64 = 10.0;
+    const MAX_IOR: f64 = 10.0;
     match ior {
-        0.0 => (LARGEST, math::powi((LARGEST + 1.0) / (LARGEST - 1.0), 2)),
+        0.0 => (MAX_IOR, math::powi((MAX_IOR + 1.0) / (MAX_IOR - 1.0), 2)),
         _ => (ior, 1.0),
     }
 }

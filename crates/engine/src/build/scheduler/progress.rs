@@ -7,7 +7,7 @@ use crate::kinds::ShareDone;
 use crate::plan::ItemIndex;
 
 /// The progress of an item that takes less time is not reported.
-const LONG: Duration = Duration::from_secs(1);
+const MIN_REPORTED: Duration = Duration::from_secs(1);
 
 /// The least time between two reports on an item.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -30,7 +30,7 @@ struct RunningItem {
 impl RunningItems {
     /// An item starts to run now, and raises this share. Times are those of any one clock.
     pub(super) fn started(&mut self, item: ItemIndex, done: Arc<ShareDone>, now: Duration) {
-        self.0.push(RunningItem { item, done, due: now + LONG, reported: 0.0 });
+        self.0.push(RunningItem { item, done, due: now + MIN_REPORTED, reported: 0.0 });
     }
 
     pub(super) fn ended(&mut self, item: ItemIndex) {

@@ -9,9 +9,9 @@ use std::{fs, io};
 
 use super::UpToDateCheck;
 use crate::error::{Error, ErrorKind};
-use crate::parallel;
 use crate::plan::listed;
 use crate::storage::{BrokenLink, LatestRecord, Line, Record, Subject, Tag};
+use crate::{parallel, platform};
 
 impl UpToDateCheck<'_> {
     /// Marks the records of items that the manifest no longer has.
@@ -86,10 +86,13 @@ impl UpToDateCheck<'_> {
         }
         // Some systems remove the folder when the drive goes, so what is above it counts.
         let before = record.mount.as_deref()?;
-        let now = self.mount_of(source.ancestors().find(|above| above.exists())?)?;
-        (now != before).then(|| match before {
-            "." => format!("another drive is mounted on {} now", self.folder.join(now).display()),
-            _ => format!("nothing is mounted on {} now", self.folder.join(before).display()),
+        let above = source.ancestors().find(|above| above.exists())?;
+        let [now, folder] = platform::mount_points([above, self.folder])?;
+        let is_ours = before == ".";
+        let before = if is_ours { folder } else { self.folder.join(before) };
+        (now != before).then(|| match is_ours {
+            true => format!("another drive is mounted on {} now", now.display()),
+            false => format!("nothing is mounted on {} now", before.display()),
         })
     }
 }

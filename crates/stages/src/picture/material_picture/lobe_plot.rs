@@ -21,10 +21,10 @@ const LIGHTS: [(f64, [u8; 3]); 4] =
 
 /// The steps of the view's angle away from highlights, in degrees.
 const STEP: f64 = 0.5;
-/// The factor by which the steps grow near a highlight, from [`FINEST`] on.
+/// The factor by which the steps grow near a highlight, from [`MIN_STEP`] on.
 const GROWTH: f64 = 1.08;
 /// The finest step in degrees: a quarter of the width of the sharpest highlights.
-const FINEST: f64 = 1e-3;
+const MIN_STEP: f64 = 1e-3;
 
 /// The lobes in one plane through the normal.
 pub(super) struct LobePlot {
@@ -115,7 +115,7 @@ fn decades(greatest: f64, albedo: f64) -> (i32, i32) {
 fn view_angles(light: f64) -> Vec<f64> {
     let even = (0..=(180.0 / STEP) as i32).map(|step| f64::from(step) * STEP - 90.0);
     let away =
-        std::iter::successors(Some(FINEST), |step| Some(step * GROWTH)).take_while(|step| *step < 30.0);
+        std::iter::successors(Some(MIN_STEP), |step| Some(step * GROWTH)).take_while(|step| *step < 30.0);
     let away: Vec<f64> = away.collect();
     let near = [light.to_degrees(), -light.to_degrees()].into_iter().flat_map(|peak| {
         let sides = away.iter().flat_map(move |step| [peak - step, peak + step]);
@@ -124,7 +124,7 @@ fn view_angles(light: f64) -> Vec<f64> {
     let mut angles: Vec<f64> = even.chain(near).filter(|angle| angle.abs() <= 90.0).collect();
     angles.sort_by(f64::total_cmp);
     // Steps of both kinds may meet but for rounding.
-    angles.dedup_by(|next, angle| *next - *angle < 1e-6 * FINEST);
+    angles.dedup_by(|next, angle| *next - *angle < 1e-6 * MIN_STEP);
     angles.into_iter().map(f64::to_radians).collect()
 }
 
@@ -224,7 +224,7 @@ mod tests {
             for (pair, middle) in angles.windows(2).map(|pair| (pair, (pair[0] + pair[1]) / 2.0)) {
                 let away = (middle - light.to_radians()).abs().to_degrees();
                 let step = (pair[1] - pair[0]).to_degrees();
-                assert!(step < (0.1 * away).clamp(2.0 * FINEST, STEP + 1e-9), "{step} at {away}");
+                assert!(step < (0.1 * away).clamp(2.0 * MIN_STEP, STEP + 1e-9), "{step} at {away}");
             }
         }
     }

@@ -20,16 +20,16 @@ choice! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) [usize; 2]);
 
-const LEAST: usize = 16;
-const MOST: usize = 4096;
+const MIN_SIZE: usize = 16;
+const MAX_SIZE: usize = 4096;
 
 impl Parameter for Size {
     fn expected() -> String {
-        format!("the edge of a square or [width, height], each from {LEAST} to {MOST}")
+        format!("the edge of a square or [width, height], each from {MIN_SIZE} to {MAX_SIZE}")
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let side = |value: &Value| usize::parse_in(value, Range::of::<usize>(LEAST..=MOST));
+        let side = |value: &Value| usize::parse_in(value, Range::of::<usize>(MIN_SIZE..=MAX_SIZE));
         match &value.kind {
             ValueKind::Array(sides) => match sides.as_slice() {
                 [width, height] => Ok(Self([side(width)?, side(height)?])),
@@ -46,9 +46,9 @@ impl Parameter for Size {
     }
 
     fn schema() -> serde_json::Value {
-        let side = json!({ "type": "integer", "minimum": LEAST, "maximum": MOST });
+        let side = json!({ "type": "integer", "minimum": MIN_SIZE, "maximum": MAX_SIZE });
         json!({
-            "type": ["integer", "array"], "minimum": LEAST, "maximum": MOST,
+            "type": ["integer", "array"], "minimum": MIN_SIZE, "maximum": MAX_SIZE,
             "items": side, "minItems": 2, "maxItems": 2
         })
     }

@@ -4,11 +4,16 @@ use sh::Window;
 use sphere::LatLong;
 
 /// The highest degree that is tried: that of [KSS02, fig. 6].
-pub(crate) const MOST: usize = 14;
+pub(crate) const MAX_CUT: usize = 14;
 
 /// The degrees whose pictures are shown, and their windows.
-pub(crate) const SHOWN: [(usize, Window); 5] =
-    [(2, Window::None), (4, Window::None), (6, Window::None), (MOST, Window::None), (MOST, Window::Hanning)];
+pub(crate) const SHOWN: [(usize, Window); 5] = [
+    (2, Window::None),
+    (4, Window::None),
+    (6, Window::None),
+    (MAX_CUT, Window::None),
+    (MAX_CUT, Window::Hanning),
+];
 
 /// The grid of a picture of light.
 pub(crate) const PICTURE: LatLong = LatLong::with_rows(66);

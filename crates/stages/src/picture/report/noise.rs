@@ -26,7 +26,7 @@ use crate::picture::report::figures::{EqualTime, Follows, Noise, NoisePair, Poin
 use crate::picture::report::study::Lit;
 
 /// The most samples that fit into the time of [`TIMED`] others.
-const MOST: usize = 4096;
+const MAX_SAMPLES: usize = 4096;
 
 /// The number of surfaces, each with [`ROUNDS`] estimates.
 const SURFACES: u32 = 16;
@@ -176,7 +176,7 @@ impl<'a> Scene<'a> {
                 let rms = SAMPLES.map(|samples| self.rms(follows, points, samples));
                 let equal_time = seconds.map(|seconds| {
                     let samples = (TIMED as f64 * seconds_of_product / seconds).round();
-                    let samples = (samples as usize).clamp(2, MOST);
+                    let samples = (samples as usize).clamp(2, MAX_SAMPLES);
                     EqualTime { seconds, samples, rms: self.rms(follows, points, samples) }
                 });
                 noise.push(Noise { follows, points, rms: rms.into(), equal_time });

@@ -20,7 +20,7 @@ pub(crate) struct Lattice {
 }
 
 /// The first lattice has so many pixels at least, unless the whole picture has fewer.
-const LEAST: usize = 800;
+const FIRST_LATTICE: usize = 800;
 
 impl Lattice {
     /// The lattice of the whole picture.
@@ -37,7 +37,7 @@ impl Lattice {
 
     /// The lattice to begin with in a picture of so many pixels.
     pub(crate) fn first(pixels: usize) -> Self {
-        Self { halvings: (pixels / LEAST).max(1).ilog2() }
+        Self { halvings: (pixels / FIRST_LATTICE).max(1).ilog2() }
     }
 
     /// Returns the lattice with twice as many pixels; `None` if this is the whole picture.

@@ -10,7 +10,7 @@ use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use sh::{Degree, Lighting};
 use shrm::MOST_P;
-use shrm::degrees::DARK;
+use shrm::degrees::BLACK_SHARE;
 use shrm::reference::LightTree;
 use shrm::{KautzMcCool, MapGrid, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, DMat3, Direction, LatLong};
@@ -59,7 +59,7 @@ impl<'a> Lit<'a> {
         let tree = LightTree::new(environment);
         // Over the sphere and the three channels.
         let mean = environment.integral().iter().sum::<f64>() / (12.0 * std::f64::consts::PI);
-        Self { name, environment, exposure, tree, dark: DARK * mean, full: OnceCell::new() }
+        Self { name, environment, exposure, tree, dark: BLACK_SHARE * mean, full: OnceCell::new() }
     }
 
     /// The lighting that `project-sh` makes by default.
@@ -502,7 +502,7 @@ impl<'a> Scene<'a> {
         // The most exact form costs least here.
         let method = shrms(reflection)[0];
         let finer = 2 * settings.resolution;
-        if !tried.iter().any(|trial| is_good(&trial.export)) && finer <= crate::values::MOST {
+        if !tried.iter().any(|trial| is_good(&trial.export)) && finer <= crate::values::MAX_RESOLUTION {
             change.resolution = Some(finer);
             let soft = soft(reflection, finer, self.context)?;
             let (export, _) = self.measure(method, material, reflection, &soft, finer)?;

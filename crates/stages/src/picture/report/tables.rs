@@ -10,7 +10,7 @@ use envmap::{Environment, ToneMap, to_srgb8};
 use sh::{Degree, Expansion, Transform, Window};
 use transfer::{Frames, Viewer, shade};
 
-use crate::picture::report::cuts::{MOST, PICTURE, SHOWN, TablePictures};
+use crate::picture::report::cuts::{MAX_CUT, PICTURE, SHOWN, TablePictures};
 use crate::picture::report::figures::{Cut, Settings, TableFigures, TablePair};
 use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::study::{Lit, brute_force};
@@ -54,7 +54,7 @@ struct Tabulated {
 
 impl Tabulated {
     fn new(material: &Material, context: &Context<'_>) -> Result<Self, Failure> {
-        let (degree, stop) = (Degree::new(MOST)?, || context.check_cancelled().is_err());
+        let (degree, stop) = (Degree::new(MAX_CUT)?, || context.check_cancelled().is_err());
         let table = tabulate_unless(material, degree, VIEWS, &stop);
         context.check_cancelled()?;
         let captured = captured_unless(material, degree, &stop);
@@ -74,7 +74,7 @@ impl Series {
     fn new(lit: &Lit<'_>) -> Result<Self, Failure> {
         let environment: &Environment = lit.environment;
         let grid = environment.grid();
-        let most = MOST.min(grid.height.saturating_sub(1)).min(grid.width.saturating_sub(1) / 2);
+        let most = MAX_CUT.min(grid.height.saturating_sub(1)).min(grid.width.saturating_sub(1) / 2);
         let light = Transform::new(grid, Degree::new(most)?)?.analyse(environment.pixels());
         let shown = |pixels: &[[f32; 3]]| to_srgb8(pixels, lit.exposure, ToneMap::Filmic);
         let mut pictures = Vec::new();
@@ -117,7 +117,7 @@ fn pair(
         (Cut { degree, rows: (degree + 1).pow(2), windowed: window != Window::None, errors }, values)
     };
     let shown = |values: &[[f32; 3]]| sphere.picture(&to_srgb8(values, lit.exposure, ToneMap::Filmic));
-    let cuts: Vec<Cut> = (0..=MOST).map(|degree| seen(degree, Window::None).0).collect();
+    let cuts: Vec<Cut> = (0..=MAX_CUT).map(|degree| seen(degree, Window::None).0).collect();
     let (mut pictures, mut windowed) = (Vec::new(), None);
     for (degree, window) in SHOWN {
         let (cut, values) = seen(degree, window);

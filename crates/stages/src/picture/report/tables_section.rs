@@ -4,7 +4,7 @@ use containers::escape_html as escape;
 use engine::Failure;
 use sh::Window;
 
-use crate::picture::report::cuts::{MOST, PICTURE, SHOWN, TablePictures};
+use crate::picture::report::cuts::{MAX_CUT, PICTURE, SHOWN, TablePictures};
 use crate::picture::report::figures::{Cut, Report, TablePair};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::{data_uri, difference};
@@ -17,7 +17,7 @@ pub(crate) fn section(text: &mut Markup, report: &Report, pictures: &TablePictur
             "<h2 id=\"tables\"{}>BRDF tables: which degree a material needs</h2>\n<p>A sphere, brushed along +Z, is shaded \
              with a table of <code>tabulate-brdf</code>: light and table are cut at a degree F and have n = (F + 1)² \
              coefficients. A degree is good if the relative RMS error of the sphere, compared with brute force, is at \
-             most {error}. Where none is, the material shows lamps that are sharper than F = {MOST}.</p>\n<div \
+             most {error}. Where none is, the material shows lamps that are sharper than F = {MAX_CUT}.</p>\n<div \
              class=\"scroll\"><table><thead><tr><th>Material</th><th>Use under all</th>",
             if report.pairs.is_empty() { " class=\"first\"" } else { "" }
         ),
@@ -152,7 +152,7 @@ fn energies(text: &mut Markup, report: &Report) {
          normal, that the degrees up to each hold. A material with less at a degree than another needs a higher one \
          in the same light.</p>\n<div class=\"scroll\"><table><thead><tr><th>Material</th>",
     );
-    for degree in (0..=MOST).step_by(2) {
+    for degree in (0..=MAX_CUT).step_by(2) {
         text.put(format_args!("<th class=\"number\">F = {degree}</th>"));
     }
     text.line("</tr></thead><tbody>");
