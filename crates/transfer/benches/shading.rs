@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use sh::{Degree, Expansion};
 use sphere::Direction;
 use transfer::{
-    ClusteredTransfer, Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, Viewer,
-    Visibility, precompute, shade, shade_with_transfer,
+    Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, Viewer, Visibility,
+    precompute, shade, shade_with_transfer,
 };
 
 /// The vertices of the teapot of [KSS02, tab. 1].
@@ -76,14 +76,6 @@ fn shading(criterion: &mut Criterion) {
     let visibility = Visibility::new(degree, degree, visible.repeat(VERTICES)).unwrap();
     group.bench_function("visibility", |bencher| {
         bencher.iter(|| visibility.shade(&frames, &table, viewer, &light));
-    });
-    // 128 clusters of nine components, in runs as neighbouring vertices have them.
-    let bases = (0..128 * 10 * 625).map(|k| 1.0 / (1.0 + k as f32)).collect();
-    let clusters = (0..VERTICES).map(|vertex| (vertex / 64 % 128) as u32).collect();
-    let clusters = ClusteredTransfer::new((degree, degree), 9, bases, clusters, vec![0.1; 9 * VERTICES]);
-    let clusters = clusters.unwrap();
-    group.bench_function("clusters", |bencher| {
-        bencher.iter(|| clusters.shade(&frames, &table, viewer, &light));
     });
     // What memory allows: the matrices are read, and no more.
     group.bench_function("memory", |bencher| {

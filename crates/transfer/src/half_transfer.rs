@@ -1,7 +1,9 @@
-//! Transfer matrices of 16-bit numbers: half the memory, which is what limits shading with them.
+//! Transfer matrices of 16-bit numbers, as they are stored: half the memory, which is what limits shading
+//! with them.
 //!
 //! A half has 11 bits: entries, which are at most about 1, are rounded by 2.4e-4 of themselves. Those below
-//! 6.1e-5, the least that has all bits, become zero: processors are slow with numbers below it.
+//! 6.1e-5, the least that has all bits, become zero: processors are slow with numbers below it. NaN stays
+//! NaN, and what is too large for a half becomes infinite, so that whoever writes a file notices both.
 
 use brdf::BrdfTable;
 use half::f16;
@@ -100,6 +102,6 @@ impl HalfTransfer {
 
 fn round(matrix: &[f32], values: &mut [f16]) {
     values.convert_from_f32_slice(matrix);
-    let subnormal = values.iter_mut().filter(|value| !value.is_normal());
+    let subnormal = values.iter_mut().filter(|value| value.is_finite() && !value.is_normal());
     subnormal.for_each(|value| *value = f16::ZERO);
 }

@@ -8,7 +8,6 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod arriving;
-mod clusters;
 mod directions;
 mod frames;
 mod half_transfer;
@@ -29,7 +28,6 @@ mod vectors;
 mod visibility;
 
 pub use arriving::arriving;
-pub use clusters::ClusteredTransfer;
 pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};
 pub use half_transfer::HalfTransfer;

@@ -2,10 +2,8 @@
 //!
 //! | form | a vertex takes (O = F = 4) | holds |
 //! | --- | --- | --- |
-//! | [`Transfer`] | 2,500 bytes | any material, shadows and interreflection |
-//! | [`HalfTransfer`] | 1,250 | the same, rounded to 11 bits |
+//! | [`HalfTransfer`] | 1,250 bytes | any material, shadows and interreflection, rounded to 11 bits |
 //! | [`Visibility`] | 324 | any material, shadows alone, exactly |
-//! | [`ClusteredTransfer`] | 4 (n + 1) for n components | any material, with an error that is measured |
 //! | [`MatteTransfer`] | 100 | matte materials |
 //!
 //! Interreflection of a coloured material has a transfer for each of red, green and blue.
@@ -13,25 +11,19 @@
 use brdf::BrdfTable;
 use sh::{Degree, Expansion};
 
-use crate::clusters::ClusteredTransfer;
 use crate::frames::{Frames, Viewer};
 use crate::half_transfer::HalfTransfer;
 use crate::matte::{MatteTransfer, NotMatte};
-use crate::shading::shade_with_transfer;
 use crate::transfer::Transfer;
 use crate::visibility::Visibility;
 
 /// A transfer in one form.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Form {
-    /// Matrices of 32-bit numbers.
-    Matrices(Transfer),
     /// Matrices of 16-bit numbers.
-    Half(HalfTransfer),
+    Matrices(HalfTransfer),
     /// The coefficients of the visibility.
     Visibility(Visibility),
-    /// Clustered principal components.
-    Clusters(ClusteredTransfer),
     /// The response of a white matte surface.
     Matte(MatteTransfer),
 }
@@ -41,9 +33,7 @@ impl Form {
     pub fn len(&self) -> usize {
         match self {
             Self::Matrices(transfer) => transfer.len(),
-            Self::Half(transfer) => transfer.len(),
             Self::Visibility(visibility) => visibility.len(),
-            Self::Clusters(clusters) => clusters.len(),
             Self::Matte(matte) => matte.len(),
         }
     }
@@ -57,9 +47,7 @@ impl Form {
     pub fn input(&self) -> Degree {
         match self {
             Self::Matrices(transfer) => transfer.input(),
-            Self::Half(transfer) => transfer.input(),
             Self::Visibility(visibility) => visibility.input(),
-            Self::Clusters(clusters) => clusters.input(),
             Self::Matte(matte) => matte.input(),
         }
     }
@@ -68,9 +56,7 @@ impl Form {
     pub fn output(&self) -> Option<Degree> {
         match self {
             Self::Matrices(transfer) => Some(transfer.output()),
-            Self::Half(transfer) => Some(transfer.output()),
             Self::Visibility(visibility) => Some(visibility.output()),
-            Self::Clusters(clusters) => Some(clusters.output()),
             Self::Matte(_) => None,
         }
     }
@@ -90,10 +76,8 @@ impl Form {
         light: &Expansion,
     ) -> Result<Vec<[f32; 3]>, NotMatte> {
         Ok(match self {
-            Self::Matrices(transfer) => shade_with_transfer(frames, table, viewer, transfer, light),
-            Self::Half(transfer) => transfer.shade(frames, table, viewer, light),
+            Self::Matrices(transfer) => transfer.shade(frames, table, viewer, light),
             Self::Visibility(visibility) => visibility.shade(frames, table, viewer, light),
-            Self::Clusters(clusters) => clusters.shade(frames, table, viewer, light),
             Self::Matte(matte) => matte.shade(frames, table, light)?,
         })
     }
@@ -102,23 +86,15 @@ impl Form {
     fn bytes(&self) -> usize {
         match self {
             Self::Matrices(transfer) => size_of_val(transfer.values()),
-            Self::Half(transfer) => size_of_val(transfer.values()),
             Self::Visibility(visibility) => size_of_val(visibility.values()),
-            Self::Clusters(clusters) => {
-                size_of_val(clusters.bases())
-                    + size_of_val(clusters.clusters())
-                    + size_of_val(clusters.weights())
-            }
             Self::Matte(matte) => size_of_val(matte.values()),
         }
     }
 
     fn matrices(&self, frames: &Frames) -> Option<Transfer> {
         match self {
-            Self::Matrices(transfer) => Some(transfer.clone()),
-            Self::Half(transfer) => transfer.matrices(),
+            Self::Matrices(transfer) => transfer.matrices(),
             Self::Visibility(visibility) => visibility.matrices(frames),
-            Self::Clusters(clusters) => clusters.matrices(),
             Self::Matte(_) => None,
         }
     }
@@ -128,12 +104,6 @@ impl Form {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredTransfer {
     channels: Vec<Form>,
-}
-
-impl From<Transfer> for StoredTransfer {
-    fn from(transfer: Transfer) -> Self {
-        Self { channels: vec![Form::Matrices(transfer)] }
-    }
 }
 
 impl StoredTransfer {

@@ -97,16 +97,16 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
 
 /// Some columns of a row c times a matrix, eight from each of the starts on; those past the last are zero.
 #[inline(always)]
-pub(crate) fn product<S: Simd, E: Entry, const COUNT: usize>(
+pub(crate) fn product<S: Simd, E: Entry>(
     simd: S,
     c: &[f32],
     stride: usize,
     matrix: &[E],
     columns: usize,
-    starts: [usize; COUNT],
-) -> [S::f32s; COUNT] {
+    starts: [usize; EIGHTS],
+) -> [S::f32s; EIGHTS] {
     let rows = matrix.chunks_exact(columns).zip(c.iter().step_by(stride));
-    let mut sums = [simd.splat_f32s(0.0); COUNT];
+    let mut sums = [simd.splat_f32s(0.0); EIGHTS];
     if columns < LANES {
         let mut padded = [0.0; LANES];
         for (entries, c) in rows {
@@ -119,7 +119,7 @@ pub(crate) fn product<S: Simd, E: Entry, const COUNT: usize>(
     assert!(starts.iter().all(|start| start + LANES <= columns), "columns of the matrix");
     for (entries, c) in rows {
         let c = simd.splat_f32s(*c);
-        for k in 0..COUNT {
+        for k in 0..EIGHTS {
             sums[k] = simd.mul_add_f32s(c, E::load(simd, &entries[starts[k]..]), sums[k]);
         }
     }

@@ -6,8 +6,8 @@ use brdf::{AshikhminShirley, Lambert, Material, tabulate};
 use mesh::Mesh;
 use sh::{Degree, Expansion};
 use transfer::{
-    ClusteredTransfer, Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer,
-    Transfer, Viewer, Visibility, precompute, shade_with_transfer,
+    Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer, Viewer,
+    Visibility, precompute, shade_with_transfer,
 };
 
 fn degree(l: usize) -> Degree {
@@ -43,10 +43,6 @@ fn rms(found: &[f32], expected: &[f32]) -> f64 {
     let square = |value: f32| f64::from(value).powi(2);
     let difference: f64 = found.iter().zip(expected).map(|(a, b)| square(a - b)).sum();
     (difference / expected.iter().map(|value| square(*value)).sum::<f64>()).sqrt()
-}
-
-fn clustered(matrices: &Transfer, clusters: usize, components: usize) -> (ClusteredTransfer, f64) {
-    ClusteredTransfer::of(matrices, clusters, components, &|| false).unwrap()
 }
 
 const VIEWER: Viewer = Viewer::At([3.0, 1.0, 0.5]);
@@ -86,34 +82,6 @@ fn visibility_and_halves_hold_the_matrices() {
             assert!(error > 0.0 && error < 5e-4, "{error}");
         }
     }
-}
-
-/// More components or clusters lose less; what is stated is what is lost.
-#[test]
-fn clusters_state_what_they_lose() {
-    let (frames, occluders) = knot();
-    let directions = Directions::new(256, degree(8)).unwrap();
-    let (matrices, _) = precompute(&frames, &occluders, &directions, (degree(4), degree(4))).unwrap();
-    let mut before = f64::INFINITY;
-    for (clusters, components) in [(1, 0), (1, 4), (8, 4), (8, 9), (32, 9)] {
-        let (found, error) = clustered(&matrices, clusters, components);
-        let measured = rms(found.matrices().unwrap().values(), matrices.values());
-        eprintln!("{clusters} clusters of {components} components: {:.2} %", 100.0 * error);
-        assert!((measured - error).abs() < 1e-4 && error < before, "{measured} {error} {before}");
-        before = error;
-        let table = metal([0.9, 0.5, 0.2]);
-        let expected = shade_with_transfer(&frames, &table, VIEWER, &found.matrices().unwrap(), &light());
-        let shaded = found.shade(&frames, &table, VIEWER, &light());
-        assert!(rms(shaded.as_flattened(), expected.as_flattened()) < 1e-5);
-    }
-    // Most of it is the noise of so few rays, which clusters cannot hold.
-    assert!(before < 0.2, "{before}");
-    // As many clusters as vertices lose nothing; none are needed for none.
-    let (exact, error) = clustered(&matrices, 1 << 20, 1);
-    assert!(error < 1e-6 && exact.len() == frames.len(), "{error}");
-    let empty = Transfer::new(degree(1), degree(1), Vec::new()).unwrap();
-    let (none, error) = clustered(&empty, 4, 2);
-    assert!(none.is_empty() && error == 0.0 && none.matrices() == Some(empty));
 }
 
 /// The matte vector is what a matte table makes of the matrix, but for what the degree O cuts of the cosine.
@@ -178,19 +146,15 @@ fn visibility_and_matte_vectors_are_the_integrals() {
 
 #[test]
 fn bad_forms_are_refused() {
-    let matrices = || Transfer::new(degree(1), degree(1), vec![0.5; 32]).unwrap();
+    let matrices = || HalfTransfer::of(&Transfer::new(degree(1), degree(1), vec![0.5; 32]).unwrap());
     let stored = |forms: Vec<Form>| StoredTransfer::new(forms).is_some();
     assert!(stored(vec![Form::Matrices(matrices())]) && stored(vec![Form::Matrices(matrices()); 3]));
     assert!(!stored(vec![]) && !stored(vec![Form::Matrices(matrices()); 2]));
-    let half = Form::Half(HalfTransfer::of(&matrices()));
-    assert!(!stored(vec![Form::Matrices(matrices()), half.clone(), half]));
+    let matte = Form::Matte(MatteTransfer::new(degree(1), vec![0.5; 8]).unwrap());
+    assert!(!stored(vec![Form::Matrices(matrices()), matte.clone(), matte]));
     assert!(Visibility::new(degree(9), degree(1), Vec::new()).is_none());
     assert!(Visibility::new(degree(1), degree(1), vec![0.0; 10]).is_none());
     assert!(MatteTransfer::new(degree(1), vec![0.0; 5]).is_none());
-    let clusters = |cluster| {
-        ClusteredTransfer::new((degree(0), degree(0)), 1, vec![0.0; 2], vec![cluster], vec![1.0]).is_some()
-    };
-    assert!(clusters(0) && !clusters(1));
     let plane = mesh::shape("plane").unwrap();
     let (frames, occluders) = (Frames::of(&plane).unwrap(), Occluders::of(&plane));
     let directions = Directions::new(512, degree(8)).unwrap();

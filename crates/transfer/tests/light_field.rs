@@ -7,8 +7,8 @@ use mesh::Mesh;
 use sh::{Degree, Expansion};
 use sphere::{DMat3, DQuat, DVec3, Direction, Rotation};
 use transfer::{
-    ClusteredTransfer, Directions, Form, Frames, HalfTransfer, LightField, LightFieldError, MatteTransfer,
-    Occluders, StoredTransfer, Viewer, Visibility, precompute, shade,
+    Directions, Form, Frames, HalfTransfer, LightField, LightFieldError, MatteTransfer, Occluders,
+    StoredTransfer, Viewer, Visibility, precompute, shade,
 };
 
 fn degree(l: usize) -> Degree {
@@ -121,9 +121,7 @@ fn shadows_fall_in_near_light_in_every_form() {
     let (matrices, _) = precompute(&frames, &occluders, &directions, degrees).unwrap();
     let (visibility, _) =
         Visibility::precompute(&frames, &occluders, &directions, degrees, &|| false).unwrap();
-    let (clusters, _) = ClusteredTransfer::of(&matrices, 8, 4, &|| false).unwrap();
-    let half = Form::Half(HalfTransfer::of(&matrices));
-    let forms = [Form::Matrices(matrices), half, Form::Visibility(visibility), Form::Clusters(clusters)];
+    let forms = [Form::Matrices(HalfTransfer::of(&matrices)), Form::Visibility(visibility)];
     let table = ward([1.0, 0.5, 0.2]);
     for form in forms {
         let stored = StoredTransfer::new(vec![form]).unwrap();

@@ -8,8 +8,8 @@ use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
 use sh::Degree;
 use transfer::{
-    ClusteredTransfer, Directions, Frames, HalfTransfer, MatteTransfer, Occluders, TransferError, Visibility,
-    interreflect, interreflect_matte, precompute, precompute_unless,
+    Directions, Frames, HalfTransfer, MatteTransfer, Occluders, TransferError, Visibility, interreflect,
+    interreflect_matte, precompute, precompute_unless,
 };
 
 fn degree(l: usize) -> Degree {
@@ -67,8 +67,6 @@ fn every_form_and_bounce_asks_whether_to_stop() {
     });
     assert_eq!([matrices, half, visibility, matte], [blocks; 4]);
     let (shadows, _) = precompute(&frames, &occluders, &directions, degrees).unwrap();
-    let clusters = asked("clusters", &|stop| ClusteredTransfer::of(&shadows, 4, 2, stop));
-    assert!(clusters >= frames.len(), "{clusters}");
     let metal = table(Material::Ward(Ward::new([0.3, 0.6], [1.0; 3]).unwrap()));
     let chalk = table(Material::Lambert(Lambert::new([0.5; 3]).unwrap()));
     for (name, table, expected) in [("metal", &metal, 2 * blocks), ("chalk", &chalk, 3 * blocks)] {

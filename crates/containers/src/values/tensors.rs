@@ -11,7 +11,7 @@
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `prefiltered` | `sh` as above; `level0` [6, edge, edge, 3] f32, `level1` ... | `distribution`; `levels`, JSON: roughness and method of each |
 //! | `brdf-table` | `c` [Q, N, N, (F+1)^2, channels] f32, row 0 of the map toward +y, row l*l + l + m | `below`, `channels`, `degree` |
-//! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f32, rows in each vertex' frame, or another form ([`encode_transfer`]) | `mesh`, the digest of the mesh |
+//! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f16, rows in each vertex' frame, or another form ([`encode_transfer`]) | `mesh`, the digest of the mesh |
 //! | `vertex-radiance` | `radiance` [V, 3] f32 | `mesh` |
 //! | `light-rig` | `direction` [n, 3], `radiance` [n, 3], `pdf` \[n\], `mip` \[n\] f32 ([`encode_light_rig`]) | `rows` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |

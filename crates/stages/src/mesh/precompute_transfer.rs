@@ -9,9 +9,9 @@
 //! a new light, casts no ray.
 //!
 //! Rays start a little above the vertex and are blocked by triangles from either side. Below the vertex' own
-//! horizon V is 1, always: materials reflect nothing from there. So an open vertex has T = R_p exactly, and
-//! shading with and without transfer agree. The exceptions are `phong` and `kajiya-kay`, which do reflect
-//! light from below the horizon; there it is not shadowed.
+//! horizon V is 1, always: materials reflect nothing from there. So an open vertex has T = R_p, and shading
+//! with and without transfer agree, but for what the form rounds. The exceptions are `phong` and
+//! `kajiya-kay`, which do reflect light from below the horizon; there it is not shadowed.
 //!
 //! ## Interreflection
 //!
@@ -43,18 +43,16 @@
 //!
 //! | `form` | bytes for each vertex, O = F = 4 | what it is good for |
 //! | --- | --- | --- |
-//! | `matrices` | 4 (O+1)^2 (F+1)^2 = 2,500 | everything |
-//! | `half` | 2 (O+1)^2 (F+1)^2 = 1,250 | everything, rounded by 2.4e-4 of each entry |
+//! | `matrices` | 2 (O+1)^2 (F+1)^2 = 1,250 | everything, rounded by 2.4e-4 of each entry |
 //! | `visibility` | 4 (O+F+1)^2 = 324 | shadows, exactly; the matrix is made when shading |
-//! | `clusters` | 4 (components + 1) = 40, and the bases of the clusters | everything, with an error that a note says, or above 5 % a warning |
 //! | `matte` | 4 (F+1)^2 = 100 | `lambert` alone: the response of a white matte surface, for which O does not matter |
 //!
-//! `export-gltf` writes the vectors of `matte` into a glTF file for engines, and docs/relighting.md has the
-//! shader that lights it.
+//! Matrices are stored in 16-bit numbers; entries below 6.1e-5 become 0. `export-gltf` writes the vectors of
+//! `matte` into a glTF file for engines, and docs/relighting.md has the shader that lights it.
 //!
-//! `clusters` is clustered principal components (Sloan, Hall, Hart and Snyder 2003). A transfer of more than
-//! 4 GB is refused before the first ray; interreflection has that of two bounces in memory, for each channel.
-//! A smaller form, lower degrees or fewer vertices help.
+//! A transfer of more than 4 GB is refused before the first ray; interreflection has the matrices of two
+//! bounces in memory, for each channel, in 32-bit numbers. A smaller form, lower degrees or fewer vertices
+//! help.
 //!
 //! ## Example
 //!
@@ -69,7 +67,6 @@
 //! kind = "precompute-transfer"
 //! inputs = { mesh = "mesh", material = "plaster" }
 //! bounces = 3
-//! form = "half"
 //! ```
 
 use brdf::{BrdfTable, tabulate_unless};
@@ -77,25 +74,20 @@ use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Degree;
 use transfer::{
-    ClusteredTransfer, Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer,
-    Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute_unless,
-    reflection_bytes,
+    Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer,
+    TransferError, Visibility, interreflect, interreflect_matte, precompute_unless, reflection_bytes,
 };
 
 use crate::values::quantity::size;
-use crate::values::{artifacts, blended_frames, percent};
+use crate::values::{artifacts, blended_frames};
 
 choice! {
     /// The form of a transfer.
     pub(crate) enum FormName {
-        /// Matrices of 32-bit numbers.
-        Matrices = "matrices",
         /// Matrices of 16-bit numbers.
-        Half = "half",
+        Matrices = "matrices",
         /// The coefficients of the visibility.
         Visibility = "visibility",
-        /// Clustered principal components.
-        Clusters = "clusters",
         /// The response of a white matte surface.
         Matte = "matte",
     }
@@ -118,12 +110,6 @@ parameters! {
         bounces: usize = 0,
         /// What is stored; see Forms.
         form: FormName = FormName::Matrices,
-        /// With form "clusters": the number of clusters.
-        #[range(1..=4096)]
-        clusters: usize = 128,
-        /// With form "clusters": the number of principal components of each.
-        #[range(1..=64)]
-        components: usize = 9,
     }
 }
 
@@ -141,29 +127,13 @@ impl Parameters {
     }
 
     /// The form of one channel, from matrices.
-    fn form(&self, matrices: Transfer, context: &Context<'_>) -> Result<Form, TransferError> {
-        Ok(match self.form {
-            FormName::Half => Form::Half(HalfTransfer::of(&matrices)),
-            FormName::Matte => Form::Matte(MatteTransfer::of(&matrices)),
-            FormName::Clusters => {
-                let stop = || context.check_cancelled().is_err();
-                let found = ClusteredTransfer::of(&matrices, self.clusters, self.components, &stop);
-                let (clusters, error) = found.ok_or(TransferError::Stopped)?;
-                let found = format!("the clusters are within {} RMS of the matrices", percent(error));
-                if error > CLUSTERS {
-                    context.warn(format!("{found}: shadows smear; set more `clusters` or `components`"));
-                } else {
-                    context.note(found);
-                }
-                Form::Clusters(clusters)
-            }
-            FormName::Matrices | FormName::Visibility => Form::Matrices(matrices),
-        })
+    fn form(&self, matrices: &Transfer) -> Form {
+        match self.form {
+            FormName::Matte => Form::Matte(MatteTransfer::of(matrices)),
+            FormName::Matrices | FormName::Visibility => Form::Matrices(HalfTransfer::of(matrices)),
+        }
     }
 }
-
-/// The RMS error of clusters above which shadows are seen to smear.
-const CLUSTERS: f64 = 0.05;
 
 /// The kind `precompute-transfer`.
 pub(crate) struct PrecomputeTransfer;
@@ -172,7 +142,7 @@ impl Kind for PrecomputeTransfer {
     type Parameters = Parameters;
 
     const NAME: &'static str = "precompute-transfer";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[
         transfer::revisions::TRANSFER,
         transfer::revisions::INTERREFLECTION,
@@ -222,8 +192,8 @@ impl Kind for PrecomputeTransfer {
         let stop = || context.check_cancelled().is_err();
         let scene = Scene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
         let found = match &reflecting {
-            Some(table) => scene.reflected(parameters, table, &stop, context),
-            None => scene.shadowed(parameters, &stop, context),
+            Some(table) => scene.reflected(parameters, table, &stop),
+            None => scene.shadowed(parameters, &stop),
         };
         context.check_cancelled()?;
         let (channels, blind) = found.map_err(|error| match error {
@@ -289,17 +259,13 @@ type Baked = Result<(Vec<Form>, usize), TransferError>;
 
 impl Scene<'_> {
     /// Shadows alone, each form with as little memory as it can.
-    fn shadowed(
-        &self,
-        parameters: &Parameters,
-        stop: &(dyn Fn() -> bool + Sync),
-        context: &Context<'_>,
-    ) -> Baked {
+    fn shadowed(&self, parameters: &Parameters, stop: &(dyn Fn() -> bool + Sync)) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
         let (form, blind) = match parameters.form {
-            FormName::Half => {
-                let (half, blind) = HalfTransfer::precompute(frames, occluders, directions, degrees, stop)?;
-                (Form::Half(half), blind)
+            FormName::Matrices => {
+                let (matrices, blind) =
+                    HalfTransfer::precompute(frames, occluders, directions, degrees, stop)?;
+                (Form::Matrices(matrices), blind)
             }
             FormName::Matte => {
                 let (matte, blind) =
@@ -310,10 +276,6 @@ impl Scene<'_> {
                 let (v, blind) = Visibility::precompute(frames, occluders, directions, degrees, stop)?;
                 (Form::Visibility(v), blind)
             }
-            FormName::Matrices | FormName::Clusters => {
-                let (matrices, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
-                (parameters.form(matrices, context)?, blind)
-            }
         };
         Ok((vec![form], blind))
     }
@@ -323,7 +285,6 @@ impl Scene<'_> {
         parameters: &Parameters,
         table: &BrdfTable,
         stop: &(dyn Fn() -> bool + Sync),
-        context: &Context<'_>,
     ) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
         let bounces = parameters.bounces;
@@ -340,7 +301,6 @@ impl Scene<'_> {
         }
         let (shadows, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
         let found = interreflect(frames, occluders, directions, &shadows, table, bounces, stop)?;
-        let forms = found.into_iter().map(|matrices| parameters.form(matrices, context));
-        Ok((forms.collect::<Result<_, _>>()?, blind))
+        Ok((found.iter().map(|matrices| parameters.form(matrices)).collect(), blind))
     }
 }

@@ -11,7 +11,7 @@
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //! | `prefiltered` | [`shrm::Prefiltered`] | safetensors: `sh` as above, `level0` [6, edge, edge, 3] f32, `level1` ... |
-//! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f32, or another form |
+//! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f16, or another form |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `vertex-blend` | a number from 0 to 1 for each vertex and their mesh's digest | safetensors: `blend` \[V\] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |

@@ -289,12 +289,16 @@ fn light_at_the_vertices_is_what_arrives_past_the_mesh() {
         Mesh(mesh.unwrap())
     };
     let mesh = || slanted([0.0, -0.8, 0.6], [0.6, 0.48, 0.64, -1.0]);
-    let bake = case("precompute-transfer", "degree = 2\ndirections = 256").input("mesh", mesh());
-    let case = case("export-gltf", "").input("mesh", mesh()).input("lighting", light.clone());
-    let (found, _) = read(&case.input("transfer", (*bake.artifact::<Transfer>()).clone()));
-    for vertex in found.light(2) {
-        let error = difference(vertex.coefficients(), light.0.series.coefficients());
-        assert!(error < 1e-5, "{error}");
+    // Each entry of matrices is rounded by 2.4e-4; up to five of a row, and of a column, are not 0.
+    for (form, limit) in [("visibility", 1e-5), ("matrices", 2e-3)] {
+        let parameters = format!("degree = 2\ndirections = 256\nform = \"{form}\"");
+        let bake = case("precompute-transfer", &parameters).input("mesh", mesh());
+        let case = case("export-gltf", "").input("mesh", mesh()).input("lighting", light.clone());
+        let (found, _) = read(&case.input("transfer", (*bake.artifact::<Transfer>()).clone()));
+        for vertex in found.light(2) {
+            let error = difference(vertex.coefficients(), light.0.series.coefficients());
+            assert!(error < limit, "{form}: {error}");
+        }
     }
 }
 
@@ -349,7 +353,7 @@ fn what_does_not_fit_is_an_error() {
         other().input("transfer", baked("form = \"matte\"")).failure(),
         "the transfer is of another mesh"
     );
-    for form in ["matrices", "half", "visibility", "clusters"] {
+    for form in ["matrices", "visibility"] {
         let transfer = baked(&format!("form = \"{form}\""));
         assert_eq!(
             export("").input("transfer", transfer.clone()).failure(),

@@ -3,7 +3,7 @@
 use half::f16;
 use safetensors::tensor::{Dtype, TensorView};
 use sh::Degree;
-use transfer::{ClusteredTransfer, Form, HalfTransfer, MatteTransfer, StoredTransfer, Transfer, Visibility};
+use transfer::{Form, HalfTransfer, MatteTransfer, StoredTransfer, Visibility};
 
 use super::file::{File, Writer, degree, wrong_shape};
 use crate::error::{Error, ErrorKind};
@@ -29,9 +29,8 @@ pub struct OfMesh<T> {
 ///
 /// | form | tensors |
 /// | --- | --- |
-/// | matrices | `transfer` [V, (O+1)^2, (F+1)^2] f32 or f16 |
+/// | matrices | `transfer` [V, (O+1)^2, (F+1)^2] f16 |
 /// | visibility | `visibility` [V, (O+F+1)^2] f32, and O as `output-degree` in the metadata |
-/// | clusters | `bases` [K, n+1, (O+1)^2, (F+1)^2] f32: means, then components; `cluster` \[V\] u32; `weights` [V, n] f32 |
 /// | matte | `matte` [V, (F+1)^2] f32 |
 ///
 /// If red, green and blue differ, the names begin with `red.`, `green.` and `blue.`.
@@ -47,10 +46,6 @@ pub fn encode_transfer(transfer: &OfMesh<StoredTransfer>, recipe: Option<&str>) 
         match form {
             Form::Matrices(matrices) => {
                 let shape = [matrices.len(), matrices.output().rows(), matrices.input().rows()];
-                file.floats(&name("transfer"), &shape, matrices.values())?;
-            }
-            Form::Half(matrices) => {
-                let shape = [matrices.len(), matrices.output().rows(), matrices.input().rows()];
                 let finite = matrices.values().iter().position(|value| !value.is_finite());
                 refuse(&name("transfer"), finite, ErrorKind::Unwritable)?;
                 file.data.extend(matrices.values().iter().flat_map(|value| value.to_le_bytes()));
@@ -61,15 +56,6 @@ pub fn encode_transfer(transfer: &OfMesh<StoredTransfer>, recipe: Option<&str>) 
                 let columns = visibility.output().get() + visibility.input().get() + 1;
                 let shape = [visibility.len(), columns * columns];
                 file.floats(&name("visibility"), &shape, visibility.values())?;
-            }
-            Form::Clusters(clusters) => {
-                let (rows, columns, n) =
-                    (clusters.output().rows(), clusters.input().rows(), clusters.components());
-                let count = clusters.bases().len() / ((n + 1) * rows * columns);
-                file.floats(&name("bases"), &[count, n + 1, rows, columns], clusters.bases())?;
-                file.data.extend(clusters.clusters().iter().flat_map(|cluster| cluster.to_le_bytes()));
-                file.tensor(name("cluster"), "U32", &[clusters.len()]);
-                file.floats(&name("weights"), &[clusters.len(), n], clusters.weights())?;
             }
             Form::Matte(matte) => {
                 file.floats(&name("matte"), &[matte.len(), matte.input().rows()], matte.values())?;
@@ -100,7 +86,8 @@ fn form(file: &File<'_>, prefix: &str) -> Result<Form, Error> {
         return visibility(file, &name("visibility"));
     }
     if file.has(&name("bases")) {
-        return clusters(file, prefix);
+        let clusters = "the file holds transfer in clusters, which this version does not read; bake it again";
+        return Err(Error::unsupported(clusters));
     }
     if file.has(&name("matte")) {
         let (name, shape) = (name("matte"), "[V, (F+1)^2]");
@@ -111,18 +98,14 @@ fn form(file: &File<'_>, prefix: &str) -> Result<Form, Error> {
         return MatteTransfer::new(input, values(&name, &tensor)?).map(Form::Matte).ok_or_else(wrong);
     }
     let (name, shape) = (name("transfer"), "[V, (O+1)^2, (F+1)^2]");
-    let half = file.tensors.tensor(&name).is_ok_and(|tensor| tensor.dtype() == Dtype::F16);
-    let tensor = file.tensor(&name, if half { Dtype::F16 } else { Dtype::F32 }, shape)?;
+    let tensor = file.tensor(&name, Dtype::F16, shape)?;
     let wrong = || wrong_shape(&name, shape, tensor.shape());
     let &[_, rows, columns] = tensor.shape() else { return Err(wrong()) };
     let (output, input) = (side(&name, rows).ok_or_else(wrong)??, side(&name, columns).ok_or_else(wrong)??);
-    if half {
-        let (words, _) = tensor.data().as_chunks::<2>();
-        let values: Vec<f16> = words.iter().map(|word| f16::from_le_bytes(*word)).collect();
-        refuse(&name, values.iter().position(|value| !value.is_finite()), ErrorKind::Damaged)?;
-        return HalfTransfer::new(output, input, values).map(Form::Half).ok_or_else(wrong);
-    }
-    Transfer::new(output, input, values(&name, &tensor)?).map(Form::Matrices).ok_or_else(wrong)
+    let (words, _) = tensor.data().as_chunks::<2>();
+    let values: Vec<f16> = words.iter().map(|word| f16::from_le_bytes(*word)).collect();
+    refuse(&name, values.iter().position(|value| !value.is_finite()), ErrorKind::Damaged)?;
+    HalfTransfer::new(output, input, values).map(Form::Matrices).ok_or_else(wrong)
 }
 
 fn visibility(file: &File<'_>, name: &str) -> Result<Form, Error> {
@@ -138,25 +121,6 @@ fn visibility(file: &File<'_>, name: &str) -> Result<Form, Error> {
     let (output, input) = (degree(name, output)?, degree(name, sum - output)?);
     let visibility = Visibility::new(output, input, values(name, &tensor)?);
     visibility.map(Form::Visibility).ok_or_else(|| Error::damaged("a visibility has O and F of 0 to 8"))
-}
-
-fn clusters(file: &File<'_>, prefix: &str) -> Result<Form, Error> {
-    let [bases, cluster, weights] = ["bases", "cluster", "weights"].map(|name| format!("{prefix}{name}"));
-    let shape = "[K, n+1, (O+1)^2, (F+1)^2]";
-    let tensor = file.tensor(&bases, Dtype::F32, shape)?;
-    let wrong = || wrong_shape(&bases, shape, tensor.shape());
-    let &[_, bases_each, rows, columns] = tensor.shape() else { return Err(wrong()) };
-    let n = bases_each.checked_sub(1).ok_or_else(wrong)?;
-    let degrees = (side(&bases, rows).ok_or_else(wrong)??, side(&bases, columns).ok_or_else(wrong)??);
-    let own = file.tensor(&cluster, Dtype::U32, "[V]")?;
-    let (words, _) = own.data().as_chunks::<4>();
-    let own = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
-    let shares = file.tensor(&weights, Dtype::F32, "[V, n]")?;
-    let shares = values(&weights, &shares)?;
-    let found = ClusteredTransfer::new(degrees, n, values(&bases, &tensor)?, own, shares);
-    found.map(Form::Clusters).ok_or_else(|| {
-        Error::damaged("expected n weights and a cluster below K for each vertex, found others")
-    })
 }
 
 /// The degree of a side of (degree + 1)^2 rows; none if it is not a square.
@@ -254,15 +218,18 @@ fn digest(file: &File<'_>) -> Result<String, Error> {
 
 #[cfg(test)]
 mod tests {
+    use transfer::Transfer;
+
     use super::*;
 
     fn numbers(count: usize, value: f32) -> Vec<f32> {
         (0..count).map(|i| value * i as f32).collect()
     }
 
-    fn matrices(value: f32) -> Transfer {
+    fn matrices(value: f32) -> Form {
         let (output, input) = (Degree::new(2).unwrap(), Degree::new(1).unwrap());
-        Transfer::new(output, input, numbers(3 * 9 * 4, value)).unwrap()
+        let matrices = Transfer::new(output, input, numbers(3 * 9 * 4, value)).unwrap();
+        Form::Matrices(HalfTransfer::of(&matrices))
     }
 
     fn stored(form: Form) -> OfMesh<StoredTransfer> {
@@ -272,36 +239,23 @@ mod tests {
     #[test]
     fn values_of_vertices_come_back() {
         let (two, one) = (Degree::new(2).unwrap(), Degree::new(1).unwrap());
-        let clusters =
-            ClusteredTransfer::new((two, one), 2, numbers(2 * 3 * 36, 0.5), vec![1, 0, 1], numbers(6, 1.0));
         let forms = [
-            (Form::Matrices(matrices(0.25)), vec![("transfer", "F32", vec![3, 9, 4])]),
-            (Form::Half(HalfTransfer::of(&matrices(0.25))), vec![("transfer", "F16", vec![3, 9, 4])]),
+            (matrices(0.25), ("transfer", "F16", vec![3, 9, 4])),
             (
                 Form::Visibility(Visibility::new(two, one, numbers(3 * 16, 1.0)).unwrap()),
-                vec![("visibility", "F32", vec![3, 16])],
-            ),
-            (
-                Form::Clusters(clusters.unwrap()),
-                vec![
-                    ("bases", "F32", vec![2, 3, 9, 4]),
-                    ("cluster", "U32", vec![3]),
-                    ("weights", "F32", vec![3, 2]),
-                ],
+                ("visibility", "F32", vec![3, 16]),
             ),
             (
                 Form::Matte(MatteTransfer::new(one, numbers(3 * 4, 1.0)).unwrap()),
-                vec![("matte", "F32", vec![3, 4])],
+                ("matte", "F32", vec![3, 4]),
             ),
         ];
-        for (form, expected) in forms {
+        for (form, (name, dtype, shape)) in forms {
             let value = stored(form.clone());
             let bytes = encode_transfer(&value, Some("{}")).unwrap();
             assert_eq!(decode_transfer(&bytes).unwrap(), value);
             let tensors = super::super::describe(&bytes).unwrap().tensors;
-            let expected =
-                expected.into_iter().map(|(name, dtype, shape)| (name.to_owned(), dtype.to_owned(), shape));
-            assert_eq!(tensors, expected.collect::<Vec<_>>());
+            assert_eq!(tensors, [(name.to_owned(), dtype.to_owned(), shape)]);
             let coloured = StoredTransfer::new(vec![form; 3]).unwrap();
             let coloured = OfMesh { value: coloured, mesh: "ab12".into() };
             let bytes = encode_transfer(&coloured, None).unwrap();
@@ -309,7 +263,7 @@ mod tests {
             for length in 0..bytes.len() {
                 assert!(decode_transfer(&bytes[..length]).is_err(), "cut at {length}");
             }
-            // All bits set are NaN, and a cluster that is not there.
+            // All bits set are NaN.
             let mut bytes = bytes;
             let last = bytes.len() - 4;
             bytes[last..].fill(0xff);
@@ -328,15 +282,17 @@ mod tests {
 
     #[test]
     fn errors_name_the_tensor_and_what_was_expected() {
-        let error = encode_transfer(&stored(Form::Matrices(matrices(f32::NAN))), None).unwrap_err();
-        assert_eq!(error.kind(), ErrorKind::Unwritable);
+        for bad in [f32::NAN, 1e6] {
+            let error = encode_transfer(&stored(matrices(bad)), None).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Unwritable);
+        }
         let written = |shape: &[usize], mesh: bool| {
             let mut file = Writer::new("transfer", None);
             if mesh {
                 file.entry(MESH, "ab");
             }
-            file.extend_f32(&vec![0.0; shape.iter().product()]);
-            file.tensor("transfer", "F32", shape);
+            file.data.resize(2 * shape.iter().product::<usize>(), 0);
+            file.tensor("transfer", "F16", shape);
             decode_transfer(&file.finish()).map_err(|error| error.to_string())
         };
         let expected = "tensor `transfer`: expected the shape [V, (O+1)^2, (F+1)^2], found [2, 3, 4]";
@@ -349,5 +305,28 @@ mod tests {
         file.floats("visibility", &[1, 16], &[0.0; 16]).unwrap();
         let error = decode_transfer(&file.finish()).unwrap_err().to_string();
         assert_eq!(error, "metadata `output-degree`: expected the degree O, 0 to 3");
+    }
+
+    #[test]
+    fn forms_of_earlier_versions_are_named() {
+        for (names, expected) in [
+            (
+                &["bases", "cluster", "weights"][..],
+                "the file holds transfer in clusters, which this version does not read; bake it again",
+            ),
+            (&["transfer"], "tensor `transfer`: expected F16, found F32"),
+        ] {
+            for prefixes in [&[""][..], &CHANNELS[..]] {
+                let mut file = Writer::new("transfer", None);
+                file.entry(MESH, "ab");
+                for prefix in prefixes {
+                    for name in names {
+                        file.floats(&format!("{prefix}{name}"), &[1, 4, 4], &[0.0; 16]).unwrap();
+                    }
+                }
+                let error = decode_transfer(&file.finish()).unwrap_err().to_string();
+                assert_eq!(error.replace(prefixes[0], ""), expected);
+            }
+        }
     }
 }
