@@ -145,8 +145,9 @@ impl Zonal {
     fn mean_over_disk(&self, radius: f64) -> Self {
         let mut angles = self.angles.clone();
         if radius > 0.0 {
-            let edge =
-                self.angles.iter().flat_map(|angle| [radius - angle, radius + angle, PI - radius + angle]);
+            // Further away than twice the radius, what the disk sees varies as slowly as the function itself.
+            let near = self.angles.iter().take_while(|angle| **angle <= radius);
+            let edge = near.flat_map(|angle| [radius - angle, radius + angle, PI - radius + angle]);
             angles.extend(edge.filter(|angle| *angle > 0.0 && *angle < PI));
             angles.sort_by(f64::total_cmp);
             angles.dedup_by(|a, b| *a - *b < 1e-5);
@@ -157,9 +158,8 @@ impl Zonal {
 
     /// The mean over the disk of this radius whose centre is at an angle from the axis.
     fn over_disk(&self, radius: f64, away: f64) -> [f64; 3] {
-        let at = |angle: f64| self.at(math::sin(angle / 2.0));
         if radius < 1e-6 {
-            return at(away);
+            return self.at(math::sin(away / 2.0));
         }
         let (lowest, highest) = ((away - radius).max(0.0), (away + radius).min(PI));
         // Within these circles the disk is whole, or begins or ends.
@@ -168,44 +168,59 @@ impl Zonal {
         let nodes = self.angles[first..].iter().copied().take_while(|angle| *angle < highest);
         let mut ends: Vec<f64> = [lowest].into_iter().chain(nodes).chain([edge, highest]).collect();
         ends.sort_by(f64::total_cmp);
+        let circles = Circles::new(radius, away);
         let (mut sum, mut whole) = ([0.0; 3], 0.0);
         for ends in ends.windows(2) {
             let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
             if half <= 0.0 || ends[1] > highest {
                 continue;
             }
-            // In the cosine of u, so that arcs that begin as a square root are smooth.
-            for (node, weight) in GAUSS {
-                let (sine, cosine) = math::sin_cos(0.5 * PI * (1.0 + node));
-                let angle = middle - half * cosine;
-                let weight = weight * half * sine * math::sin(angle) * arc(angle, away, radius);
-                let value = at(angle);
+            for (cosine, weight) in GAUSS {
+                let (sine, arc) = circles.arc(middle + half * cosine);
+                let weight = weight * half * arc;
+                let value = self.at(sine);
                 (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
                 whole += weight;
             }
         }
-        if whole > 0.0 { sum.map(|sum| sum / whole) } else { at(away) }
+        if whole > 0.0 { sum.map(|sum| sum / whole) } else { self.at(math::sin(away / 2.0)) }
     }
 }
 
-/// Gauss's nodes and weights for four points on [-1, 1].
+/// Gauss's four points in an angle u from 0 to pi, in which arcs that begin as a square root of cos u are
+/// smooth: cos u, and the weight of the point times sin u, up to a factor of all.
 const GAUSS: [(f64, f64); 4] = [
-    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
-    (-0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
-    (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
-    (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+    (-0.976_304_574_079_488_9, 0.075_276_124_954_146_57),
+    (-0.509_015_785_495_715_6, 0.561_338_627_175_606_6),
+    (0.509_015_785_495_715_6, 0.561_338_627_175_606_6),
+    (0.976_304_574_079_488_9, 0.075_276_124_954_146_57),
 ];
 
-/// Half the arc, in radians, of the circle at `angle` from the axis that a disk holds whose centre is `away`
-/// from it: by haversines, hav(radius) = hav(angle - away) + sin(angle) sin(away) hav(arc).
-fn arc(angle: f64, away: f64, radius: f64) -> f64 {
-    let hav = |x: f64| math::powi(math::sin(x / 2.0), 2);
-    let rest = hav(radius) - hav(angle - away);
-    let whole = math::sin(angle) * math::sin(away);
-    if rest >= whole {
-        return PI;
+/// The circles about the axis, of which a disk holds arcs.
+struct Circles {
+    /// sin^2(radius / 2).
+    disk: f64,
+    /// The angle from the axis to the centre of the disk: its sine, and sine and cosine of half of it.
+    sine: f64,
+    half: (f64, f64),
+}
+
+impl Circles {
+    fn new(radius: f64, away: f64) -> Self {
+        let half = math::sin_cos(away / 2.0);
+        Self { disk: math::powi(math::sin(radius / 2.0), 2), sine: 2.0 * half.0 * half.1, half }
     }
-    2.0 * math::asin((rest / whole).max(0.0).sqrt())
+
+    /// The sine of half an angle, and half the length of the arc that the disk holds of the circle at this
+    /// angle from the axis: by haversines, hav(radius) = hav(angle - away) + sin(angle) sin(away) hav(arc).
+    fn arc(&self, angle: f64) -> (f64, f64) {
+        let (sine, cosine) = math::sin_cos(angle / 2.0);
+        let apart = sine * self.half.1 - cosine * self.half.0;
+        let size = 2.0 * sine * cosine;
+        let (rest, whole) = (self.disk - apart * apart, size * self.sine);
+        let arc = if rest >= whole { PI } else { 2.0 * math::asin((rest / whole).max(0.0).sqrt()) };
+        (sine, size * arc)
+    }
 }
 
 impl MeanLight {
