@@ -96,6 +96,26 @@ fn links_in_documents_lead_somewhere() {
 }
 
 #[test]
+fn programs_of_research_are_listed_and_those_that_documents_name_exist() {
+    let programs = root().join("research/src/bin");
+    let list = read("research/README.md");
+    for entry in fs::read_dir(&programs).unwrap() {
+        let file = entry.unwrap().path();
+        let name = file.file_stem().unwrap().to_str().unwrap();
+        assert!(list.contains(&format!("| `{name}` |")), "research/README.md lists {name}");
+    }
+    let mut named = 0;
+    for document in documents().iter().filter(|document| document.starts_with("docs")) {
+        for command in read(document).split("--manifest-path research/Cargo.toml --bin ").skip(1) {
+            let name = command.split_whitespace().next().unwrap();
+            assert!(programs.join(name).with_extension("rs").exists(), "{document} names {name}");
+            named += 1;
+        }
+    }
+    assert!(named >= 2, "{named} commands were found");
+}
+
+#[test]
 fn help_lists_the_exit_codes() {
     let output = Command::new(env!("CARGO_BIN_EXE_specula")).arg("--help").output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();

@@ -1,5 +1,5 @@
 //! The weights of a chain's levels in a GGX lobe, printed by
-//! `cargo run --release -p bench --bin fit-fast-prefilter`.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin fit-fast-prefilter`.
 
 /// The entries of an octave of spot sizes.
 pub(super) const PER_OCTAVE: f64 = 4.0;

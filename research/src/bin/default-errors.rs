@@ -1,9 +1,10 @@
 //! Prints how close to brute force the maps are that a manifest without degrees makes:
-//! [`bench::default_errors`].
+//! [`research::default_errors`].
 //!
-//! `cargo run --release -p bench --bin default-errors -- [OPTIONS]`, with `SPECULA_CORPUS` set to the folder
-//! of the corpus. The table is Markdown; a row comes as soon as it is measured. After it are the numbers of
-//! targets that are met, and the rows that miss theirs, the worst first.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin default-errors -- [OPTIONS]`, with
+//! `SPECULA_CORPUS` set to the folder of the corpus. The table is Markdown; a row comes as soon as it is
+//! measured. After it are the numbers of targets that are met, and the rows that miss theirs, the worst
+//! first.
 //!
 //! | option | meaning |
 //! | --- | --- |
@@ -14,16 +15,16 @@
 //! | `--samples N` | texels and views of each map: 200 |
 //! | `--resolution N` | the edge of each cube map: 64; sizes and seconds depend on it, errors do not |
 //! | `--seed N` | where the random numbers begin: 1 |
-//! | `--specula PATH` | the program: the one beside this |
+//! | `--specula PATH` | the program: `target/release/specula` of the checkout |
 
 use std::fs;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use bench::default_errors::brute_force::Pixels;
-use bench::default_errors::{Case, Effort, Failure, Map, Project, Row, cases, measure};
 use containers::{ReadOptions, read_image};
 use envmap::Image;
+use research::default_errors::brute_force::Pixels;
+use research::default_errors::{Case, Effort, Failure, Map, Project, Row, cases, measure};
 
 const ENVIRONMENTS: [&str; 5] = ["apartment", "forest", "night", "studio", "sunrise"];
 
@@ -53,8 +54,8 @@ fn main() {
 
 impl Options {
     fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
-        let program = std::env::current_exe().map_err(|error| error.to_string())?;
-        let program = program.with_file_name(format!("specula{}", std::env::consts::EXE_SUFFIX));
+        let name = format!("specula{}", std::env::consts::EXE_SUFFIX);
+        let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/release").join(name);
         let mut options = Self {
             environments: ENVIRONMENTS.map(str::to_owned).into(),
             cases: cases(),

@@ -1,5 +1,5 @@
 //! The figures of the talk of Jarosz, Carr and Jensen (Eurographics 2009; JCJ09), drawn and measured with the
-//! crate `sampling`: `cargo run --release -p bench --bin sampling-figures`. `docs/sampling.md` shows them.
+//! crate `sampling`. The program `sampling-figures` writes them; `docs/sampling.md` shows them.
 //!
 //! | module | figure |
 //! | --- | --- |

@@ -1,13 +1,13 @@
 //! `paper/table4/...` and `paper/table5/...`: prefiltering by integration over angles and in spherical
-//! harmonics, at the settings of [RH02, sec. 7.4] ([`bench::paper`]).
+//! harmonics, at the settings of [RH02, sec. 7.4] ([`research::paper`]).
 //!
 //! Of table 5, `angular` is one map, to be taken 100 times; `shrm` goes from pixels and material to the SHRM;
 //! `maps` makes all 100 maps of it, so that the whole frequency side is `shrm` plus `maps`.
 
 use std::time::Duration;
 
-use bench::paper::{TABLE4, TABLE5, Table4, Table5};
 use criterion::{Criterion, criterion_group, criterion_main};
+use research::paper::{TABLE4, TABLE5, Table4, Table5};
 
 /// One of the 100 views: 63 degrees from the central direction, 32 degrees from the normal.
 const VIEW: usize = 35;

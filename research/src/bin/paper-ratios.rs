@@ -1,8 +1,10 @@
 //! Prints [RH02, tabs. 4 and 5] beside what this machine measures, all in one run.
+//!
+//! `cargo run --release --manifest-path research/Cargo.toml --bin paper-ratios`
 
 use std::time::Instant;
 
-use bench::paper::{TABLE4, TABLE5, Table4, Table5, difference};
+use research::paper::{TABLE4, TABLE5, Table4, Table5, difference};
 
 /// The least seconds of some runs, after one to warm up; at least five, and until half a second has gone.
 fn seconds<T>(mut run: impl FnMut() -> T) -> f64 {

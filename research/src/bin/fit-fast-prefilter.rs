@@ -1,5 +1,7 @@
-//! Prints the weights of `shrm/src/prefilter/fast/table.rs`: how a GGX lobe is best summed from the levels of
-//! a chain of cubes.
+//! Prints the weights of `crates/shrm/src/prefilter/fast/table.rs`: how a GGX lobe is best summed from the
+//! levels of a chain of cubes.
+//!
+//! `cargo run --release --manifest-path research/Cargo.toml --bin fit-fast-prefilter`
 //!
 //! In the tangent plane, with distances in units of the lobe's 2 a, the lobe (1 + x^2)^-2 / pi multiplies a
 //! wave of wave number q by the mean of exp(-q^2 / (4 s)) over s that is distributed exponentially. A level

@@ -1,7 +1,7 @@
-//! Draws and measures the figures of `docs/sampling.md`: [`bench::sampling_figures`].
+//! Draws and measures the figures of `docs/sampling.md`: [`research::sampling_figures`].
 //!
-//! `cargo run --release -p bench --bin sampling-figures -- [OPTIONS] FOLDER`. The pictures and
-//! `sampling.json`, with all numbers, are written into the folder.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin sampling-figures -- [OPTIONS] FOLDER`. The
+//! pictures and `sampling.json`, with all numbers, are written into the folder.
 //!
 //! | option | meaning |
 //! | --- | --- |
@@ -12,10 +12,10 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bench::sampling_figures::renders::{BYTES_OF_HARMONICS, SAMPLES, Scene, Stored};
-use bench::sampling_figures::{equal_size, products, speeds, spheres};
 use containers::{ReadOptions, read_image};
 use envmap::{Environment, Layout};
+use research::sampling_figures::renders::{BYTES_OF_HARMONICS, SAMPLES, Scene, Stored};
+use research::sampling_figures::{equal_size, products, speeds, spheres};
 use serde_json::{Map, Value, json};
 
 /// Threads whose speed is measured.

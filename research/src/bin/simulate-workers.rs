@@ -1,8 +1,8 @@
 //! Simulates builds of 100,000 items on up to 1,000 workers, and draws the charts of `docs/scale.md`:
-//! [`bench::worker_simulation`].
+//! [`research::worker_simulation`].
 //!
-//! `cargo run --release -p bench --features bench/remote --bin simulate-workers -- FOLDER` simulates all
-//! cases of the page, which takes a quarter of an hour, and writes `scale.json` and the charts into the
+//! `cargo run --release --manifest-path research/Cargo.toml --bin simulate-workers -- FOLDER` simulates
+//! all cases of the page, which takes a quarter of an hour, and writes `scale.json` and the charts into the
 //! folder. With options it simulates one case and prints its numbers:
 //!
 //! | option | meaning |
@@ -23,10 +23,10 @@ use std::io::BufRead as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bench::worker_simulation::server::{ModelServer, Workers};
-use bench::worker_simulation::{Case, Client, Measured, Outcome, Project, build, charts, kinds, run_case};
 use engine::Plan;
 use engine::serde_json::{self, Value, json};
+use research::worker_simulation::server::{ModelServer, Workers};
+use research::worker_simulation::{Case, Client, Measured, Outcome, Project, build, charts, kinds, run_case};
 
 fn main() {
     let arguments = std::env::args().skip(1).collect::<Vec<_>>();

@@ -1,6 +1,5 @@
 //! A small simulation of many workers: all items run, and what they make depends on them alone.
 
-#![cfg(feature = "remote")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::collections::BTreeMap;
@@ -8,9 +7,9 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use bench::worker_simulation::server::{ModelServer, Workers};
-use bench::worker_simulation::{Client, Measured, Project, build, kinds};
 use engine::{Digest, Plan};
+use research::worker_simulation::server::{ModelServer, Workers};
+use research::worker_simulation::{Client, Measured, Project, build, kinds};
 
 /// The digest of each file below a folder, by its path.
 fn files(folder: &Path) -> BTreeMap<String, String> {
