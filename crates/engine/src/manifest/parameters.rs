@@ -44,6 +44,9 @@ pub struct Field {
     pub schema: serde_json::Value,
     /// The default; `None` if the parameter is required.
     pub default: Option<serde_json::Value>,
+    /// The key that the parameter had before it was renamed. A manifest that still has it gets an error that
+    /// names the new key.
+    pub was: Option<&'static str>,
     /// The manual text, one paragraph.
     pub doc: String,
 }
@@ -77,6 +80,24 @@ pub fn unexpected(value: &Value, expected: &str) -> Diagnostic {
 
 /// Adds an error for each key that is not among `known`, with the nearest spelling.
 pub fn unknown_keys(table: &Table, known: &[String], errors: &mut Vec<Diagnostic>) {
+    unknown_or_renamed(table, known, &[], errors);
+}
+
+/// Adds an error for each key that is neither among `others` nor a parameter, with the parameter's new key
+/// if it was renamed, or else the nearest spelling.
+pub fn unknown_parameters(table: &Table, others: &[String], fields: &[Field], errors: &mut Vec<Diagnostic>) {
+    let known = others.iter().cloned().chain(fields.iter().map(|field| field.name.clone()));
+    let renamed = fields.iter().filter_map(|field| Some((field.was?, field.name.as_str())));
+    unknown_or_renamed(table, &known.collect::<Vec<_>>(), &renamed.collect::<Vec<_>>(), errors);
+}
+
+/// Adds an error for each key that is not among `known`; `renamed` are pairs of an earlier key and its new one.
+fn unknown_or_renamed(
+    table: &Table,
+    known: &[String],
+    renamed: &[(&str, &str)],
+    errors: &mut Vec<Diagnostic>,
+) {
     for entry in &table.entries {
         if !known.contains(&entry.key) {
             let mut error = Diagnostic::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
@@ -85,7 +106,9 @@ pub fn unknown_keys(table: &Table, known: &[String], errors: &mut Vec<Diagnostic
                 } else {
                     format!("expected one of: {}", known.join(", "))
                 });
-            if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
+            if let Some((_, name)) = renamed.iter().find(|(was, _)| *was == entry.key) {
+                error = error.help(format!("it is called {name:?} now"));
+            } else if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
                 error = error.help(format!("did you mean {near:?}?"));
             }
             errors.push(error);
@@ -179,7 +202,8 @@ impl<T: Parameter> Parameter for Vec<T> {
 ///
 /// A field with `= default` is optional in the manifest. The doc comments are the manual text.
 /// `#[range(...)]` limits numbers; the manual page and the schema show the range, so the doc comment need
-/// not.
+/// not. `#[was("old-key")]` after it says which key the parameter had before: the manifest's error names the
+/// new one.
 ///
 /// ```
 /// engine::parameters! {
@@ -187,6 +211,7 @@ impl<T: Parameter> Parameter for Vec<T> {
 ///     pub struct Grade {
 ///         /// The gain, in stops.
 ///         #[range(-100.0..=100.0)]
+///         #[was("exposure")]
 ///         gain: f64 = 0.0,
 ///         /// What to grade.
 ///         what: String,
@@ -198,7 +223,10 @@ impl<T: Parameter> Parameter for Vec<T> {
 #[macro_export]
 macro_rules! parameters {
     ($(#[$meta:meta])* $vis:vis struct $name:ident {
-        $($(#[doc = $doc:literal])* $(#[range($range:expr)])? $field:ident : $type:ty $(= $default:expr)?,)*
+        $(
+            $(#[doc = $doc:literal])* $(#[range($range:expr)])? $(#[was($was:literal)])?
+            $field:ident : $type:ty $(= $default:expr)?,
+        )*
     }) => {
         $(#[$meta])*
         #[derive(Clone, Debug, PartialEq)]
@@ -214,6 +242,7 @@ macro_rules! parameters {
                     schema: $crate::parameters!(@call $type, schema, schema_in, () $(, $range)?),
                     default: $crate::parameters!(@default $type $(, $default)?)
                         .map(|value: $type| $crate::Parameter::canonical(&value)),
+                    was: $crate::parameters!(@was $($was)?),
                     doc: [$($doc),*].join("").trim().to_owned(),
                 },)*]
             }
@@ -221,9 +250,7 @@ macro_rules! parameters {
             #[allow(unused_variables, clippy::unused_unit)]
             fn parse(table: &$crate::Table, errors: &mut Vec<$crate::Diagnostic>) -> Option<Self> {
                 let before = errors.len();
-                let known = <Self as $crate::Parameters>::fields()
-                    .into_iter().map(|field| field.name).collect::<Vec<_>>();
-                $crate::unknown_keys(table, &known, errors);
+                $crate::unknown_parameters(table, &[], &<Self as $crate::Parameters>::fields(), errors);
                 $(
                     let name = stringify!($field).replace('_', "-");
                     let $field: Option<$type> = match table.get(&name) {
@@ -270,6 +297,8 @@ macro_rules! parameters {
     };
     (@default $type:ty) => { None::<$type> };
     (@default $type:ty, $default:expr) => { Some::<$type>($default) };
+    (@was) => { None };
+    (@was $was:literal) => { Some($was) };
 }
 
 #[cfg(test)]
@@ -321,6 +350,7 @@ mod tests {
             share: Option<f64> = None,
             /// What colours are multiplied with.
             #[range(0.0..)]
+            #[was("gain")]
             scale: f64 = 1.0,
         }
     }
@@ -403,6 +433,16 @@ mod tests {
             expect![[r#"
             2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | did you mean "layer-name"?
         "#]],
+        );
+    }
+
+    #[test]
+    fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
+        check(
+            "count = 1\ngain = 2",
+            expect![[r#"
+                2:1 unknown key "gain" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | it is called "scale" now
+            "#]],
         );
     }
 

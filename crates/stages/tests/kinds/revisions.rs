@@ -139,7 +139,7 @@ pub(crate) fn fixture(kind: &str) -> Case {
         ),
         "circular-lights" => crate::circular_lights::studio("degree = 3\nwindow = \"lanczos\""),
         "sum-lighting" => {
-            let lamps = crate::circular_lights::studio("lights = \"series\"").artifact::<Lighting>();
+            let lamps = crate::circular_lights::studio("lamps = \"series\"").artifact::<Lighting>();
             case("sum-lighting", "").input("lighting", sky_lighting()).input("added", (*lamps).clone())
         }
         "light-field" => crate::light_field::near("points = { open = [-1, 0, 0], wall = [1, 0, 0.5] }"),
