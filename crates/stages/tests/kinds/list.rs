@@ -85,7 +85,13 @@ fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
         }
     }
     renamed.sort();
-    assert_eq!(renamed, ["circular-lights: lights -> lamps"]);
+    let expected = [
+        "circular-lights: lights -> lamps",
+        "dfg: size -> resolution",
+        "export-light-rig: rows -> resolution",
+        "reference: rows -> environment-resolution",
+    ];
+    assert_eq!(renamed, expected);
 }
 
 #[test]
