@@ -12,6 +12,7 @@ pub mod quantity;
 mod share;
 pub(crate) mod toml_text;
 mod vector;
+mod window;
 
 pub(crate) use blended_frames::{blend, blended_frames};
 pub(crate) use choices::{
@@ -25,3 +26,4 @@ pub(crate) use parts::PartsName;
 pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};
 pub(crate) use toml_text::{TomlText, is_integer, table_of};
 pub(crate) use vector::{Place, Vector};
+pub(crate) use window::Window;

@@ -91,7 +91,8 @@ pub fn unknown_parameters(table: &Table, others: &[String], fields: &[Field], er
     unknown_or_renamed(table, &known.collect::<Vec<_>>(), &renamed.collect::<Vec<_>>(), errors);
 }
 
-/// Adds an error for each key that is not among `known`; `renamed` are pairs of an earlier key and its new one.
+/// Adds an error for each key that is not among `known`. `renamed` are pairs of an earlier key and its new
+/// one.
 fn unknown_or_renamed(
     table: &Table,
     known: &[String],
@@ -201,9 +202,10 @@ impl<T: Parameter> Parameter for Vec<T> {
 /// Declares parameters: a struct whose field `bad_pixels` is the manifest's key `bad-pixels`.
 ///
 /// A field with `= default` is optional in the manifest. The doc comments are the manual text.
-/// `#[range(...)]` limits numbers; the manual page and the schema show the range, so the doc comment need
-/// not. `#[was("old-key")]` after it says which key the parameter had before: the manifest's error names the
-/// new one.
+/// `#[range(...)]` limits numbers, and `#[words(...)]` a [`Choice`](crate::Choice) to some of its values; the
+/// manual page and the schema show them, so the doc comment need not. After these, `#[was("old-key")]` says
+/// which key the parameter had before it was renamed: if a manifest still has it, the error names the new
+/// one.
 ///
 /// ```
 /// engine::parameters! {
@@ -224,7 +226,8 @@ impl<T: Parameter> Parameter for Vec<T> {
 macro_rules! parameters {
     ($(#[$meta:meta])* $vis:vis struct $name:ident {
         $(
-            $(#[doc = $doc:literal])* $(#[range($range:expr)])? $(#[was($was:literal)])?
+            $(#[doc = $doc:literal])*
+            $(#[range($range:expr)])? $(#[words($($word:expr),+)])? $(#[was($was:literal)])?
             $field:ident : $type:ty $(= $default:expr)?,
         )*
     }) => {
@@ -238,8 +241,14 @@ macro_rules! parameters {
             fn fields() -> Vec<$crate::Field> {
                 vec![$($crate::Field {
                     name: stringify!($field).replace('_', "-"),
-                    expected: $crate::parameters!(@call $type, expected, expected_in, () $(, $range)?),
-                    schema: $crate::parameters!(@call $type, schema, schema_in, () $(, $range)?),
+                    expected: $crate::parameters!(
+                        @call $type, expected, expected_in, expected_among, ()
+                        $(, range $range)? $(, words [$($word),+])?
+                    ),
+                    schema: $crate::parameters!(
+                        @call $type, schema, schema_in, schema_among, ()
+                        $(, range $range)? $(, words [$($word),+])?
+                    ),
                     default: $crate::parameters!(@default $type $(, $default)?)
                         .map(|value: $type| $crate::Parameter::canonical(&value)),
                     was: $crate::parameters!(@was $($was)?),
@@ -254,7 +263,10 @@ macro_rules! parameters {
                 $(
                     let name = stringify!($field).replace('_', "-");
                     let $field: Option<$type> = match table.get(&name) {
-                        Some(entry) => match $crate::parameters!(@call $type, parse, parse_in, (&entry.value,) $(, $range)?) {
+                        Some(entry) => match $crate::parameters!(
+                            @call $type, parse, parse_in, parse_among, (&entry.value,)
+                            $(, range $range)? $(, words [$($word),+])?
+                        ) {
                             Ok(value) => Some(value),
                             Err(error) => {
                                 errors.push($crate::Diagnostic { message: format!("{name}: {}", error.message), ..error });
@@ -264,7 +276,10 @@ macro_rules! parameters {
                         None => {
                             let default: Option<$type> = $crate::parameters!(@default $type $(, $default)?);
                             if default.is_none() {
-                                let expected = $crate::parameters!(@call $type, expected, expected_in, () $(, $range)?);
+                                let expected = $crate::parameters!(
+                                    @call $type, expected, expected_in, expected_among, ()
+                                    $(, range $range)? $(, words [$($word),+])?
+                                );
                                 errors.push($crate::Diagnostic::at(table.span.clone(), format!("{name:?} is missing"))
                                     .expected(format!("expected {name} = {expected}")));
                             }
@@ -286,10 +301,14 @@ macro_rules! parameters {
             }
         }
     };
-    (@call $type:ty, $plain:ident, $ranged:ident, ($($argument:expr,)*)) => {
+    (@call $type:ty, $plain:ident, $ranged:ident, $among:ident, ($($argument:expr,)*)) => {
         <$type as $crate::Parameter>::$plain($($argument),*)
     };
-    (@call $type:ty, $plain:ident, $ranged:ident, ($($argument:expr,)*), $range:expr) => {
+    (@call $type:ty, $plain:ident, $ranged:ident, $among:ident, ($($argument:expr,)*),
+        words [$($word:expr),+]) => {
+        <$type as $crate::Choice>::$among($($argument,)* &[$($word),+])
+    };
+    (@call $type:ty, $plain:ident, $ranged:ident, $among:ident, ($($argument:expr,)*), range $range:expr) => {
         <$type as $crate::Ranged>::$ranged(
             $($argument,)*
             $crate::Range::of::<<$type as $crate::Ranged>::Number>($range),
@@ -348,6 +367,9 @@ mod tests {
             /// The share that may be lost.
             #[range((Bound::Excluded(0.0), Bound::Excluded(1.0)))]
             share: Option<f64> = None,
+            /// The filter of the edges.
+            #[words(Filter::Lanczos, Filter::None)]
+            edges: Filter = Filter::None,
             /// What colours are multiplied with.
             #[range(0.0..)]
             #[was("gain")]
@@ -379,11 +401,12 @@ mod tests {
             filter: Filter::None,
             samples: OrAuto::Auto,
             share: None,
+            edges: Filter::None,
             scale: 1.0,
         };
         assert_eq!(parsed, expected);
         let text = "count = 0\nexposure = -1\nmirrored = true\nlayer-name = \"a\"\nweights = []\nfilter = \"lanczos\"\n\
-                    samples = 64\nshare = 0.5\nscale = 0";
+                    samples = 64\nshare = 0.5\nedges = \"lanczos\"\nscale = 0";
         let expected = Everything {
             exposure: -1.0,
             count: 0,
@@ -393,6 +416,7 @@ mod tests {
             filter: Filter::Lanczos,
             samples: OrAuto::Fixed(64),
             share: Some(0.5),
+            edges: Filter::Lanczos,
             scale: 0.0,
         };
         assert_eq!(parse(text).unwrap(), expected);
@@ -405,11 +429,11 @@ mod tests {
             expect![[r#"
                 1:12 exposure: "much" is not a finite number | expected a finite number
                 2:9 count: -1 is not a whole number, 0 or more | expected a whole number, 0 or more
-                3:1 unknown key "mirored" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | did you mean "mirrored"?
+                3:1 unknown key "mirored" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, edges, scale | did you mean "mirrored"?
                 4:14 layer-name: 3 is not a string | expected a string
                 5:15 weights: "two" is not a finite number | expected a finite number
                 6:10 filter: "hannin" is not "none" or "hanning" or "lanczos" | expected "none" or "hanning" or "lanczos" | did you mean "hanning"?
-                7:1 unknown key "q" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale
+                7:1 unknown key "q" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, edges, scale
             "#]],
         );
         check(
@@ -431,7 +455,7 @@ mod tests {
         check(
             "count = 1\nlayer_name = \"a\"",
             expect![[r#"
-            2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | did you mean "layer-name"?
+            2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, edges, scale | did you mean "layer-name"?
         "#]],
         );
     }
@@ -441,7 +465,7 @@ mod tests {
         check(
             "count = 1\ngain = 2",
             expect![[r#"
-                2:1 unknown key "gain" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | it is called "scale" now
+                2:1 unknown key "gain" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, edges, scale | it is called "scale" now
             "#]],
         );
     }
@@ -467,8 +491,29 @@ mod tests {
     }
 
     #[test]
+    fn a_choice_may_be_limited_to_some_of_its_words() {
+        check(
+            "count = 1\nedges = \"hanning\"",
+            expect![[r#"
+                2:9 edges: "hanning" is not "lanczos" or "none" | expected "lanczos" or "none"
+            "#]],
+        );
+        check(
+            "count = 1\nedges = \"lanczo\"",
+            expect![[r#"
+                2:9 edges: "lanczo" is not "lanczos" or "none" | expected "lanczos" or "none" | did you mean "lanczos"?
+            "#]],
+        );
+        let edges = Everything::fields().into_iter().find(|field| field.name == "edges").unwrap();
+        assert_eq!(edges.expected, "\"lanczos\" or \"none\"");
+        assert_eq!(edges.schema["enum"], json!(["lanczos", "none"]));
+    }
+
+    #[test]
     fn ranges_are_in_the_schema() {
-        let schemas = Everything::fields().split_off(6).into_iter().map(|field| field.schema);
+        let ranged = ["samples", "share", "scale"];
+        let fields = Everything::fields().into_iter().filter(|field| ranged.contains(&field.name.as_str()));
+        let schemas = fields.map(|field| field.schema);
         let expected = [
             json!({ "type": ["integer", "string"], "minimum": 1, "maximum": 64, "pattern": "^auto$" }),
             json!({ "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }),
@@ -486,7 +531,7 @@ mod tests {
         assert_eq!(
             parse("count = 2").unwrap().canonical(),
             json!({
-                "count": 2, "exposure": 0.0, "filter": "none", "layer-name": null, "mirrored": false,
+                "count": 2, "edges": "none", "exposure": 0.0, "filter": "none", "layer-name": null, "mirrored": false,
                 "samples": "auto", "scale": 1.0, "share": null, "weights": [1.0, 2.0],
             })
         );
@@ -498,7 +543,18 @@ mod tests {
         let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
         assert_eq!(
             names,
-            ["exposure", "count", "mirrored", "layer-name", "weights", "filter", "samples", "share", "scale"]
+            [
+                "exposure",
+                "count",
+                "mirrored",
+                "layer-name",
+                "weights",
+                "filter",
+                "samples",
+                "share",
+                "edges",
+                "scale"
+            ]
         );
         assert_eq!(fields[1].doc, "How many. Or how few.");
         assert_eq!(fields[1].default, None);

@@ -40,24 +40,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use engine::{
     Artifact, Context, Diagnostic, Document, Entry, Failure, Kind, Output, Parameter, Port, Product, Table,
-    Value, ValueKind, choice, parameters, unexpected, unknown_keys,
+    Value, ValueKind, parameters, unexpected, unknown_keys,
 };
 use sh::{Degree, Expansion, Light, Lighting};
 use sphere::{DVec3, Direction};
 
-use crate::values::{Lamps, Rgb, artifacts};
-
-choice! {
-    /// The window, which reduces ringing.
-    pub(crate) enum Window {
-        /// Nothing.
-        None = "none",
-        /// Half a cosine period.
-        Hanning = "hanning",
-        /// The main lobe of a sinc.
-        Lanczos = "lanczos",
-    }
-}
+use crate::values::{Lamps, Rgb, Window, artifacts};
 
 parameters! {
     /// Parameters of `circular-lights`.
@@ -70,6 +58,7 @@ parameters! {
         #[was("lights")]
         lamps: Option<Lamps> = None,
         /// A window for the series, which reduces ringing; see `project-sh`.
+        #[words(Window::None, Window::Hanning, Window::Lanczos)]
         window: Window = Window::None,
     }
 }
@@ -126,11 +115,9 @@ impl Kind for CircularLights {
                 lighting.lights.push(Light::from_flux(*direction, *radius, flux));
             }
         }
-        lighting.series = match parameters.window {
-            Window::None => lighting.series,
-            Window::Hanning => sh::Window::Hanning.apply(&lighting.series),
-            Window::Lanczos => sh::Window::Lanczos.apply(&lighting.series),
-        };
+        if let Some(window) = parameters.window.fixed() {
+            lighting.series = window.apply(&lighting.series);
+        }
         let beside = lighting.lights.len();
         context.note(match beside {
             0 => format!("{} disks in a series of degree {}", disks.len(), degree.get()),

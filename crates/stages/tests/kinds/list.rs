@@ -148,6 +148,19 @@ fn every_default_is_in_its_range() {
 }
 
 #[test]
+fn every_default_is_one_of_its_words() {
+    for kind in stages::kinds().iter() {
+        for field in kind.fields() {
+            let (Some(words), Some(default)) = (field.schema["enum"].as_array(), &field.default) else {
+                continue;
+            };
+            let is_one = default.is_null() || words.contains(default);
+            assert!(is_one, "{} {}: {default}", kind.name(), field.name);
+        }
+    }
+}
+
+#[test]
 fn the_schema_has_ranges_and_the_words_of_kernels() {
     let schema = stages::kinds().schema();
     let parameter = |kind: &str, name: &str| schema["$defs"][kind]["properties"][name].clone();
