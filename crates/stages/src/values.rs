@@ -6,7 +6,8 @@ mod blended_frames;
 mod choices;
 mod colour;
 mod engine_preset;
-pub(crate) mod overflow;
+mod numbers;
+mod overflow;
 pub(crate) mod parts;
 pub mod quantity;
 mod share;
@@ -17,10 +18,11 @@ mod window;
 pub(crate) use blended_frames::{blend, blended_frames};
 pub(crate) use choices::{
     ChosenMaterial, DistributionName, Lamps, LampsName, MOST, MapLayoutName, MapsFormat, NonNegative,
-    Overflow, PlainName, PrecisionName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
+    Overflow, PlainName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
 };
 pub use colour::Rgb;
 pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};
+pub(crate) use numbers::{FileFormat, Numbers};
 pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;
 pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};

@@ -471,9 +471,7 @@ fn parameters(stage: &Declaration, kind: &dyn ErasedKind, errors: &mut Vec<Diagn
     };
     let owned = OWNED.into_iter().filter(used).map(str::to_owned).collect::<Vec<_>>();
     unknown_parameters(&stage.parameters, &owned, &fields, errors);
-    let mut table = Table { span: stage.parameters.span.clone(), entries: stage.parameters.entries.clone() };
-    table.entries.retain(|entry| fields.iter().any(|field| field.name == entry.key));
-    table
+    stage.parameters.only(&fields)
 }
 
 fn source(

@@ -80,7 +80,7 @@ use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MOST, Overflow, PrecisionName, STOPS, artifacts, percent};
+use crate::values::{MOST, Numbers, STOPS, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,22 +185,17 @@ parameters! {
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: PictureFormat = PictureFormat::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
-        /// unless a value exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
-        /// become 65504; with "error" here the item fails, also if precision is "auto".
-        overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]
         exposure: f64 = 0.0,
+        ..numbers: Numbers,
     }
 }
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, precision, overflow, exposure }
+        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, numbers, exposure }
     }
 
     fn cull(&self) -> Cull {
