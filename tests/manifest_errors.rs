@@ -59,7 +59,7 @@ schema = 1
 
 [stage.lamps]
 kind = \"circular-lights\"
-source = \"*.toml\"
+source = \"assets/lights/*.toml\"
 lights = \"series\"
 ";
     let run = Project::new(manifest).specula(&["build"]);
