@@ -49,6 +49,23 @@ path = "../elsewhere"
 }
 
 #[test]
+fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
+    let manifest = "
+schema = 1
+
+[stage.lamps]
+kind = \"circular-lights\"
+source = \"assets/lights/*.toml\"
+lights = \"series\"
+";
+    let run = Project::new(manifest).specula(&["build"]);
+    assert_eq!(run.code, Some(3), "{run:?}");
+    for text in ["pipeline.toml:7:1", "unknown key \"lights\"", "it is called \"lamps\" now"] {
+        assert!(run.stderr.contains(text), "no {text:?} in:\n{}", run.stderr);
+    }
+}
+
+#[test]
 fn a_missing_manifest_is_an_error_with_a_hint() {
     let project = Project::new("");
     let run = project.specula(&["build", "--manifest", "nowhere.toml"]);

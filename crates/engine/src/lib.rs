@@ -42,7 +42,7 @@ pub use kinds::{
 };
 pub use manifest::{
     Choice, Diagnostic, Diagnostics, Document, Entry, Field, Number, OrAuto, Parameter, Parameters, Range,
-    Ranged, Table, Value, ValueKind, line_and_column, nearest, unexpected, unknown_keys,
+    Ranged, Table, Value, ValueKind, line_and_column, nearest, unexpected, unknown_keys, unknown_parameters,
 };
 pub use plan::{
     DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage, StageIndex,

@@ -11,7 +11,7 @@ mod spelling;
 pub use choice::Choice;
 pub use diagnostic::{Diagnostic, Diagnostics, line_and_column};
 pub use document::{Document, Entry, Table, Value, ValueKind};
-pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
+pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys, unknown_parameters};
 pub use range::{Number, OrAuto, Range, Ranged};
 pub(crate) use spelling::Spelling;
 pub use spelling::nearest;

@@ -6,23 +6,26 @@ mod blended_frames;
 mod choices;
 mod colour;
 mod engine_preset;
-pub(crate) mod overflow;
+mod numbers;
+mod overflow;
 pub(crate) mod parts;
 pub mod quantity;
 mod share;
 pub(crate) mod toml_text;
 mod vector;
+mod window;
 
 pub(crate) use blended_frames::{blend, blended_frames};
 pub(crate) use choices::{
     ChosenMaterial, DistributionName, Lamps, LampsName, MAX_RESOLUTION, MapLayoutName, MapsFormat,
-    NonNegative, Overflow, PlainName, PrecisionName, Resolution, SHARE, STOPS, ToneMapName, ViewName,
-    edge_of,
+    NonNegative, Overflow, PlainName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
 };
 pub use colour::Rgb;
 pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};
+pub(crate) use numbers::{FileFormat, Numbers};
 pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;
 pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};
 pub(crate) use toml_text::{TomlText, is_integer, table_of};
 pub(crate) use vector::{Place, Vector};
+pub(crate) use window::Window;

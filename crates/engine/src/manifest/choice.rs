@@ -11,18 +11,21 @@ use super::spelling::nearest;
 pub trait Choice: Copy + PartialEq + 'static {
     /// The values, each after its word and what it means.
     fn words() -> Vec<(&'static str, &'static str, Self)>;
-}
 
-impl<T: Choice> Parameter for T {
-    fn expected() -> String {
-        let words = T::words().into_iter().map(|(word, ..)| format!("{word:?}"));
+    /// [`Parameter::expected`], if it must be one of some values.
+    fn expected_among(among: &[Self]) -> String {
+        let words = words_of(among).into_iter().map(|(word, ..)| format!("{word:?}"));
         words.collect::<Vec<_>>().join(" or ")
     }
 
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let error = || unexpected(value, &Self::expected());
+    /// [`Parameter::parse`], if it must be one of some values.
+    ///
+    /// # Errors
+    /// If the value is not a string, or none of their words.
+    fn parse_among(value: &Value, among: &[Self]) -> Result<Self, Diagnostic> {
+        let error = || unexpected(value, &Self::expected_among(among));
         let ValueKind::String(given) = &value.kind else { return Err(error()) };
-        let words = T::words();
+        let words = words_of(among);
         let found = words.iter().find(|(word, ..)| word == given);
         found.map(|(.., value)| *value).ok_or_else(|| {
             match nearest(given, words.iter().map(|(word, ..)| *word)) {
@@ -32,13 +35,10 @@ impl<T: Choice> Parameter for T {
         })
     }
 
-    fn canonical(&self) -> serde_json::Value {
-        T::words().into_iter().find(|(.., value)| value == self).map(|(word, ..)| word).into()
-    }
-
-    /// The meanings are in the description for all editors, and again in the member that Taplo reads.
-    fn schema() -> serde_json::Value {
-        let words = T::words();
+    /// [`Parameter::schema`], if it must be one of some values. The meanings are in the description for all
+    /// editors, and again in the member that Taplo reads.
+    fn schema_among(among: &[Self]) -> serde_json::Value {
+        let words = words_of(among);
         let lines = words.iter().map(|(word, meaning, _)| format!("- `{word:?}`: {}", meaning.trim()));
         let meanings = words.iter().map(|(_, meaning, _)| meaning.trim());
         json!({
@@ -47,6 +47,35 @@ impl<T: Choice> Parameter for T {
             "description": lines.collect::<Vec<_>>().join("\n"),
             "x-taplo": { "docs": { "enumValues": meanings.collect::<Vec<_>>() } },
         })
+    }
+}
+
+/// The words of some values, in their order.
+fn words_of<T: Choice>(among: &[T]) -> Vec<(&'static str, &'static str, T)> {
+    let words = T::words();
+    among.iter().filter_map(|value| words.iter().find(|(.., other)| other == value).copied()).collect()
+}
+
+/// All values of a choice.
+fn all<T: Choice>() -> Vec<T> {
+    T::words().into_iter().map(|(.., value)| value).collect()
+}
+
+impl<T: Choice> Parameter for T {
+    fn expected() -> String {
+        Self::expected_among(&all())
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        Self::parse_among(value, &all())
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        T::words().into_iter().find(|(.., value)| value == self).map(|(word, ..)| word).into()
+    }
+
+    fn schema() -> serde_json::Value {
+        Self::schema_among(&all())
     }
 }
 

@@ -14,7 +14,7 @@ use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
 use super::source::{Source, listed, unexpanded};
 use super::template::{Template, check};
 use crate::kinds::{Configured, ErasedKind, Kinds, Port, Product, RecipeReader};
-use crate::manifest::{Diagnostic, Diagnostics, Document, Spelling, Table, nearest, unknown_keys};
+use crate::manifest::{Diagnostic, Diagnostics, Document, Spelling, Table, nearest, unknown_parameters};
 
 /// The stages of a manifest and their connections, without items.
 ///
@@ -461,7 +461,7 @@ fn kind(stage: &Declaration, kinds: &Kinds, errors: &mut Vec<Diagnostic>) -> Opt
 fn parameters(stage: &Declaration, kind: &dyn ErasedKind, errors: &mut Vec<Diagnostic>) -> Table {
     // Unknown keys are reported here rather than by the kind, because they may be misspelt keys of the
     // engine.
-    let fields: Vec<_> = kind.fields().into_iter().map(|field| field.name).collect();
+    let fields = kind.fields();
     let ports = kind.ports_named(&names(stage));
     let used = |key: &&str| match *key {
         "source" => kind.has_source(),
@@ -469,11 +469,9 @@ fn parameters(stage: &Declaration, kind: &dyn ErasedKind, errors: &mut Vec<Diagn
         "per" => ports.iter().any(|port| port.many),
         _ => true,
     };
-    let owned = OWNED.into_iter().filter(used).map(str::to_owned);
-    unknown_keys(&stage.parameters, &owned.chain(fields.iter().cloned()).collect::<Vec<_>>(), errors);
-    let mut table = Table { span: stage.parameters.span.clone(), entries: stage.parameters.entries.clone() };
-    table.entries.retain(|entry| fields.contains(&entry.key));
-    table
+    let owned = OWNED.into_iter().filter(used).map(str::to_owned).collect::<Vec<_>>();
+    unknown_parameters(&stage.parameters, &owned, &fields, errors);
+    stage.parameters.only(&fields)
 }
 
 fn source(

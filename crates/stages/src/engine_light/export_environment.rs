@@ -21,9 +21,6 @@
 //! level of detail: a `cube` is one file with six faces in it, and there are no strips and crosses.
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
 //!
-//! Half floats end at 65504. If a value exceeds that, the file has 32-bit floats, and a note says so, unless
-//! `precision` is named: then a warning says which share of the light is lost.
-//!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
 //! `contact-sheet`, and is for looking only.
 //!
@@ -68,8 +65,7 @@ use sphere::{Cube, Face, LatLong};
 
 use crate::map::{Layout, MapPictures, PictureFormat, map_source};
 use crate::values::{
-    Content, DistributionName, MAX_RESOLUTION, MapsFormat, Overflow, PrecisionName, STOPS, artifacts,
-    overflow,
+    Content, DistributionName, FileFormat, MAX_RESOLUTION, MapsFormat, Numbers, STOPS, artifacts,
 };
 
 choice! {
@@ -111,6 +107,12 @@ impl Format {
     }
 }
 
+impl FileFormat for Format {
+    fn has_precision(self) -> bool {
+        !matches!(self, Self::Rgbe | Self::Png)
+    }
+}
+
 parameters! {
     /// Parameters of `export-environment`.
     pub(crate) struct Parameters {
@@ -122,23 +124,18 @@ parameters! {
         resolution: Option<usize> = None,
         /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
         format: Format = Format::Exr,
-        /// With format "exr", "ktx2" or "dds": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504;
-        /// "auto" is half unless a value exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
-        /// become 65504; with "error" here the item fails, also if precision is "auto".
-        overflow: Overflow = Overflow::Clamp,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]
         exposure: f64 = 0.0,
+        ..numbers: Numbers,
     }
 }
 
 impl Parameters {
     /// The way in which pictures of this resolution are written.
     fn pictures(&self, format: PictureFormat, resolution: usize) -> MapPictures {
-        let Self { layout, precision, overflow, .. } = *self;
-        MapPictures { layout, resolution, format, precision, overflow, exposure: 0.0 }
+        let Self { layout, numbers, .. } = *self;
+        MapPictures { layout, resolution, format, numbers, exposure: 0.0 }
     }
 
     /// The texels, and the resolution.
@@ -188,16 +185,12 @@ impl Kind for ExportEnvironment {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let Parameters { format, layout, precision, .. } = *parameters;
+        let Parameters { format, layout, numbers, .. } = *parameters;
         let mut errors = Vec::new();
         if format.picture().is_err() && matches!(layout, Layout::CubeStrip | Layout::CubeCross) {
             errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
         }
-        let holds_floats = !matches!(format, Format::Rgbe | Format::Png);
-        if precision != PrecisionName::Auto && !holds_floats {
-            errors.push(("precision", "only formats \"exr\", \"ktx2\" and \"dds\" use it".into()));
-        }
-        errors.extend(overflow::check(parameters.overflow, precision, holds_floats));
+        errors.extend(numbers.check(format));
         errors
     }
 
@@ -241,7 +234,7 @@ impl Kind for ExportEnvironment {
         let (width, faces) =
             if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
-        let format = (format, parameters.precision, parameters.overflow);
+        let format = (format, parameters.numbers);
         Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
     }
 }
@@ -280,8 +273,7 @@ fn with_levels(
         |pixels: &[[f32; 3]]| pixels.as_flattened().iter().fold(0.0_f32, |most, value| most.max(*value));
     let brightest = texture.levels().max_by(|a, b| peak(a).total_cmp(&peak(b))).unwrap_or_default();
     let content = Content::Light(MapGrid::Cube(Cube { edge: (brightest.len() / 6).isqrt() }));
-    let precision =
-        overflow::precision(brightest, content, (parameters.precision, parameters.overflow), context)?;
+    let precision = parameters.numbers.precision(parameters.format, brightest, content, context)?;
     let encoded = match parameters.format {
         Format::Dds => write_dds(&texture, precision)?,
         _ => {

@@ -25,8 +25,9 @@
 //!
 //! `safetensors` holds one sample of each light, for renderers that sample an environment by importance and
 //! read it from mip levels. With n lights, W the solid angle of one, `pdf` is 1 / (n W), `radiance` its mean
-//! over W, and `mip` the level of a lat-long map of `rows` rows whose texels are as large as W (Krivanek and
-//! Colbert 2008). So 1/n times the sum of f(direction) radiance / pdf is the integral of f times the light.
+//! over W, and `mip` the level of a lat-long map of `resolution` rows whose texels are as large as W (Krivanek
+//! and Colbert 2008). So 1/n times the sum of f(direction) radiance / pdf is the integral of f times the
+//! light.
 //!
 //! ```python
 //! rig = safetensors.numpy.load_file("rig.safetensors")
@@ -77,7 +78,8 @@ parameters! {
         format: Format = Format::Gltf,
         /// With format "safetensors": rows of the lat-long map whose levels `mip` counts. Default: 512.
         #[range(1..=MAX_RESOLUTION)]
-        rows: Option<usize> = None,
+        #[was("rows")]
+        resolution: Option<usize> = None,
     }
 }
 
@@ -106,8 +108,8 @@ impl Kind for ExportLightRig {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.rows.is_some() && parameters.format != Format::Safetensors {
-            return vec![("rows", "only format = \"safetensors\" uses it".into())];
+        if parameters.resolution.is_some() && parameters.format != Format::Safetensors {
+            return vec![("resolution", "only format = \"safetensors\" uses it".into())];
         }
         Vec::new()
     }
@@ -128,7 +130,7 @@ impl Kind for ExportLightRig {
             Format::Usda => vec![write_usda_lights(lights, recipe)?],
             Format::Csv => vec![texture_sidecar(recipe, &[])?, write_csv_lights(lights)?],
             Format::Safetensors => {
-                vec![tensors::encode_light_rig(lights, parameters.rows.unwrap_or(ROWS), recipe)?]
+                vec![tensors::encode_light_rig(lights, parameters.resolution.unwrap_or(ROWS), recipe)?]
             }
         }))
     }

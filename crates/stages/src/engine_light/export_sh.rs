@@ -148,7 +148,7 @@ use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Degree;
 
 use super::irradiance::{MOST_WINDOWED, windowed};
-use crate::values::{LampsName, artifacts};
+use crate::values::{LampsName, Window, artifacts};
 
 choice! {
     /// The container.
@@ -184,16 +184,6 @@ choice! {
     }
 }
 
-choice! {
-    /// The window against ringing.
-    pub(crate) enum Window {
-        /// The least one under which the irradiance is nowhere negative.
-        Auto = "auto",
-        /// None.
-        None = "none",
-    }
-}
-
 parameters! {
     /// Parameters of `export-sh`.
     pub(crate) struct Parameters {
@@ -208,6 +198,7 @@ parameters! {
         /// Whether suns and lamps are in the coefficients or beside them; see Suns.
         lamps: LampsName = LampsName::Baked,
         /// Up to degree 8: the window against ringing; see Suns.
+        #[words(Window::Auto, Window::None)]
         window: Window = Window::Auto,
     }
 }

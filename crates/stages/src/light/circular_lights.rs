@@ -24,7 +24,7 @@
 //! what can add them exactly does; what cannot takes their series to `degree`. Maps have the whole disk, with
 //! what a horizon leaves of it, to 1.2e-3 of the highlight's peak at views up to 60 degrees from the normal:
 //! a sun costs one look at the material, a disk as wide as the highlight some thirty, one of ten times that
-//! width some thousands. `lights = "series"` puts them into the series here. A `window` needs that: it is for
+//! width some thousands. `lamps = "series"` puts them into the series here. A `window` needs that: it is for
 //! a series, and is to be applied once. Disks of more than 90 degrees are always in the series.
 //!
 //! ## Example
@@ -40,24 +40,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use engine::{
     Artifact, Context, Diagnostic, Document, Entry, Failure, Kind, Output, Parameter, Port, Product, Table,
-    Value, ValueKind, choice, parameters, unexpected, unknown_keys,
+    Value, ValueKind, parameters, unexpected, unknown_keys,
 };
 use sh::{Degree, Expansion, Light, Lighting};
 use sphere::{DVec3, Direction};
 
-use crate::values::{Lamps, Rgb, artifacts};
-
-choice! {
-    /// The window, which reduces ringing.
-    pub(crate) enum Window {
-        /// Nothing.
-        None = "none",
-        /// Half a cosine period.
-        Hanning = "hanning",
-        /// The main lobe of a sinc.
-        Lanczos = "lanczos",
-    }
-}
+use crate::values::{Lamps, Rgb, Window, artifacts};
 
 parameters! {
     /// Parameters of `circular-lights`.
@@ -67,8 +55,10 @@ parameters! {
         degree: usize = 4,
         /// Whether the disks are lights beside the series or in it. Default: "separate", with a window
         /// "series".
-        lights: Option<Lamps> = None,
+        #[was("lights")]
+        lamps: Option<Lamps> = None,
         /// A window for the series, which reduces ringing; see `project-sh`.
+        #[words(Window::None, Window::Hanning, Window::Lanczos)]
         window: Window = Window::None,
     }
 }
@@ -94,8 +84,8 @@ impl Kind for CircularLights {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.window != Window::None && parameters.lights == Some(Lamps::Separate) {
-            return vec![("window", "only lights = \"series\" uses it".into())];
+        if parameters.window != Window::None && parameters.lamps == Some(Lamps::Separate) {
+            return vec![("window", "only lamps = \"series\" uses it".into())];
         }
         Vec::new()
     }
@@ -111,8 +101,8 @@ impl Kind for CircularLights {
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let disks = read(&file, &context.read(path)?)?;
         let degree = Degree::new(parameters.degree)?;
-        let in_series = match parameters.lights {
-            Some(lights) => lights == Lamps::Series,
+        let in_series = match parameters.lamps {
+            Some(lamps) => lamps == Lamps::Series,
             None => parameters.window != Window::None,
         };
         let mut lighting = Lighting::from(Expansion::zero(degree));
@@ -125,11 +115,9 @@ impl Kind for CircularLights {
                 lighting.lights.push(Light::from_flux(*direction, *radius, flux));
             }
         }
-        lighting.series = match parameters.window {
-            Window::None => lighting.series,
-            Window::Hanning => sh::Window::Hanning.apply(&lighting.series),
-            Window::Lanczos => sh::Window::Lanczos.apply(&lighting.series),
-        };
+        if let Some(window) = parameters.window.fixed() {
+            lighting.series = window.apply(&lighting.series);
+        }
         let beside = lighting.lights.len();
         context.note(match beside {
             0 => format!("{} disks in a series of degree {}", disks.len(), degree.get()),

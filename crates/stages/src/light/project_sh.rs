@@ -92,23 +92,7 @@ use sh::{
 use sphere::LatLong;
 
 use super::full_lighting::{MAX_UNCUT_DEGREE, highest_degree};
-use crate::values::{Lamps, NonNegative, SHARE, artifacts, lamps_text, share};
-
-choice! {
-    /// The window, which reduces ringing; see Windows.
-    pub(crate) enum Window {
-        /// Nothing.
-        None = "none",
-        /// Half a cosine period.
-        Hanning = "hanning",
-        /// The main lobe of a sinc.
-        Lanczos = "lanczos",
-        /// A penalty on the squared Laplacian.
-        Laplacian = "laplacian",
-        /// The weakest penalty that leaves nothing negative.
-        NonNegative = "non-negative",
-    }
-}
+use crate::values::{Lamps, NonNegative, SHARE, Window, artifacts, lamps_text, share};
 
 choice! {
     /// What a pixel is; see What a pixel is.
@@ -136,6 +120,7 @@ parameters! {
         /// What a pixel is: a sample of smooth light, or the mean over its area.
         quadrature: Quadrature = Quadrature::Samples,
         /// The window, which reduces ringing; see Windows.
+        #[words(Window::None, Window::Hanning, Window::Lanczos, Window::Laplacian, Window::NonNegative)]
         window: Window = Window::None,
         /// With window "laplacian": the weight of the penalty.
         #[range(0.0..)]
@@ -246,9 +231,6 @@ impl Kind for ProjectSh {
         };
         context.check_cancelled()?;
         let lighting = match parameters.window {
-            Window::None => lighting,
-            Window::Hanning => sh::Window::Hanning.apply(&lighting),
-            Window::Lanczos => sh::Window::Lanczos.apply(&lighting),
             Window::Laplacian => {
                 let penalty = Penalty::new(parameters.lambda.unwrap_or_default())?;
                 sh::Window::Laplacian(penalty).apply(&lighting)
@@ -266,6 +248,10 @@ impl Kind for ProjectSh {
                     lights,
                 }));
             }
+            window => match window.fixed() {
+                Some(window) => window.apply(&lighting),
+                None => lighting,
+            },
         };
         if let Some(choice) = parameters.non_negative {
             let series = nearest(&lighting, choice.mean(), context)?;

@@ -56,32 +56,19 @@
 //! ```
 
 use brdf::{BrdfCoefficients, Choice, Material, project_unless};
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, parameters};
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, Samples};
 use shrm::{Lamps, Reflection};
 
-use crate::values::{about, artifacts};
-
-choice! {
-    /// The window of the reflected series; see Windows.
-    pub(crate) enum Window {
-        /// The least that helps, or none.
-        Auto = "auto",
-        /// Nothing.
-        None = "none",
-        /// The main lobe of a sinc.
-        Lanczos = "lanczos",
-        /// Half a cosine period.
-        Hanning = "hanning",
-    }
-}
+use crate::values::{Window, about, artifacts};
 
 parameters! {
     /// Parameters of `convolve`.
     pub(crate) struct Parameters {
         /// The window, which reduces ringing; see Windows.
+        #[words(Window::Auto, Window::None, Window::Lanczos, Window::Hanning)]
         window: Window = Window::Auto,
     }
 }
@@ -126,12 +113,7 @@ impl Kind for Convolve {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
         let brdf = &context.get::<artifacts::Brdf>("brdf")?.0;
-        let given = match parameters.window {
-            Window::Auto => None,
-            Window::None => Some(sh::Window::None),
-            Window::Lanczos => Some(sh::Window::Lanczos),
-            Window::Hanning => Some(sh::Window::Hanning),
-        };
+        let given = parameters.window.fixed();
         let windowed = |reflection: &Reflection| match given {
             Some(window) => reflection.windowed(window),
             None => reflection.clone(),

@@ -73,7 +73,8 @@ parameters! {
         variant: Variant = Variant::Correlated,
         /// Columns and rows.
         #[range(2..=1024)]
-        size: usize = 128,
+        #[was("size")]
+        resolution: usize = 128,
         /// Whether the third channel is the albedo of sheen.
         sheen: bool = false,
         /// The container.
@@ -83,7 +84,7 @@ parameters! {
 
 impl Parameters {
     fn texel(&self, row: usize, column: usize) -> [f32; 3] {
-        let size = self.size as f64;
+        let size = self.resolution as f64;
         let view = (column as f64 + 0.5) / size;
         let roughness = match self.variant {
             Variant::Filament => ((size - row as f64 + 0.5) / size).min(1.0),
@@ -132,7 +133,7 @@ impl Kind for Dfg {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let size = parameters.size;
+        let size = parameters.resolution;
         let row = |row: usize| -> Result<Vec<[f32; 3]>, Failure> {
             context.check_cancelled()?;
             Ok((0..size).map(|column| parameters.texel(row, column)).collect())

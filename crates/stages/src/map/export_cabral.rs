@@ -51,10 +51,8 @@
 //!
 //! ## Numbers
 //!
-//! Half floats hold 3 digits up to 65504. If a value exceeds that, all twelve maps have 32-bit floats, and a
-//! note says so. With `precision = "half"` larger values, of either sign, become +-65504 with a warning that
-//! says which share of the light is lost; with `overflow = "error"` the item fails instead. RGBE cannot hold
-//! negative values, which a truncated series can have: they become 0, with a warning.
+//! RGBE cannot hold negative values, which a truncated series can have: they become 0, with a warning.
+//! `precision` and `overflow` choose what the other formats hold.
 //!
 //! ## Example
 //!
@@ -84,8 +82,8 @@ use super::map_pictures::image;
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    Content, MAX_RESOLUTION, Overflow, PartsName, PrecisionName, Resolution, artifacts, edge_of, overflow,
-    parts, report_loss,
+    Content, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, artifacts, edge_of, parts,
+    report_loss,
 };
 
 choice! {
@@ -112,6 +110,12 @@ choice! {
     }
 }
 
+impl FileFormat for Format {
+    fn has_precision(self) -> bool {
+        self != Self::Rgbe
+    }
+}
+
 parameters! {
     /// Parameters of `export-cabral`.
     pub(crate) struct Parameters {
@@ -123,13 +127,9 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: Format = Format::Exr,
-        /// With format "exr" or "dds": 16-bit or 32-bit numbers; "auto" is 16 unless a value exceeds the
-        /// largest half.
-        precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// What happens to values past 65504 if the file is to be of halves; see Numbers.
-        overflow: Overflow = Overflow::Clamp,
+        ..numbers: Numbers,
     }
 }
 
@@ -163,14 +163,7 @@ impl Kind for ExportCabral {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let precision = parameters.precision;
-        let holds_halves = parameters.format != Format::Rgbe;
-        let mut errors: Vec<_> =
-            overflow::check(parameters.overflow, precision, holds_halves).into_iter().collect();
-        if precision != PrecisionName::Auto && !holds_halves {
-            errors.push(("precision", "format = \"rgbe\" has a precision of its own".into()));
-        }
-        errors
+        parameters.numbers.check(parameters.format)
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -221,11 +214,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         FileLayout::Sphere => Content::Values,
         _ => Content::Light(map.grid()),
     };
-    let choice = (parameters.precision, parameters.overflow);
-    let precision = match parameters.format {
-        Format::Rgbe => Precision::Float,
-        Format::Exr | Format::Dds => overflow::precision(&pixels, content, choice, context)?,
-    };
+    let precision = parameters.numbers.precision(parameters.format, &pixels, content, context)?;
     let files = pixels.chunks_exact(size[0] * size[1]);
     let steps = work.part(1, vertices.len());
     let encoded = files.map(|pixels| {

@@ -57,8 +57,7 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MAX_RESOLUTION, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, edge_of, overflow, parts,
-    report_loss,
+    MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, edge_of, parts, report_loss,
 };
 
 parameters! {
@@ -73,14 +72,9 @@ parameters! {
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
         format: MapsFormat = MapsFormat::Dds,
-        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
-        /// exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
-        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
-        overflow: Overflow = Overflow::Clamp,
+        ..numbers: Numbers,
     }
 }
 
@@ -116,8 +110,7 @@ impl Kind for ExportKautzMcCool {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let error = overflow::check(parameters.overflow, parameters.precision, true);
-        error.into_iter().collect()
+        parameters.numbers.check(parameters.format)
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -162,7 +155,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let [width, height] = map_source::picture_size(texture.grid());
     let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
     let volume = Texture { width, height, depth, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.precision, parameters.overflow);
+    let format = (parameters.format, parameters.numbers);
     let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
     let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
         let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);

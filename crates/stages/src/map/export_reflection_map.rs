@@ -56,12 +56,6 @@
 //! function; Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh`
 //! prevents them.
 //!
-//! ## Values past the largest half
-//!
-//! A half holds numbers up to 65504. If a value exceeds that, all files of the map have 32-bit floats, and a
-//! note says so. With `precision = "half"` larger values, of either sign, become +-65504, and a warning says
-//! which share of the red, green and blue light is lost. With `overflow = "error"` the item fails instead.
-//!
 //! ## Example
 //!
 //! ```toml
@@ -80,8 +74,7 @@ use shrm::{Plain, Reflection};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
 use crate::values::{
-    LampsName, MAX_RESOLUTION, Overflow, PartsName, PlainName, PrecisionName, STOPS, artifacts, parts,
-    report_loss,
+    LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, artifacts, parts, report_loss,
 };
 
 parameters! {
@@ -94,12 +87,6 @@ parameters! {
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: PictureFormat = PictureFormat::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
-        /// unless a value exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
-        /// half.
-        overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
         /// as it is, so that the maps of several environments can be compared.
         #[range(STOPS)]
@@ -111,13 +98,14 @@ parameters! {
         lamps: LampsName = LampsName::Baked,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
+        ..numbers: Numbers,
     }
 }
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, precision, overflow, exposure }
+        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, numbers, exposure }
     }
 }
 

@@ -190,12 +190,6 @@
 //! `specular * (exponent + 1.0) / 6.2832 * pow(max(dot(r, point), 0.0), exponent)`, without a cosine, and
 //! 1 / sqrt(exponent + 1) in place of alpha.
 //!
-//! ## Values past the largest half
-//!
-//! If a value exceeds 65504, the largest half, KTX2 and OpenEXR files have 32-bit floats, and a note says so.
-//! With `precision = "half"` such a value, of either sign, becomes +-65504, and a warning says which share of
-//! the sum of all values is lost; with `overflow = "error"` the item fails instead.
-//!
 //! ## Example
 //!
 //! ```toml
@@ -223,8 +217,8 @@ use super::map_input;
 use super::map_input::MapInput;
 use super::map_source::MapSource;
 use crate::values::{
-    Content, LampsName, MAX_RESOLUTION, MapLayoutName, Overflow, PartsName, PrecisionName, Resolution,
-    ViewName, edge_of, overflow, parts,
+    Content, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers, PartsName, Resolution, ViewName,
+    edge_of, parts,
 };
 
 choice! {
@@ -236,6 +230,12 @@ choice! {
         Exr = "exr",
         /// KTX2.
         Ktx2 = "ktx2",
+    }
+}
+
+impl FileFormat for Format {
+    fn has_precision(self) -> bool {
+        self != Self::Safetensors
     }
 }
 
@@ -258,15 +258,9 @@ parameters! {
         lamps: LampsName = LampsName::Baked,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// The container; see Files.
+        /// The container; see Files. Safetensors hold 32-bit numbers.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
-        /// is half unless a value exceeds that.
-        /// Safetensors hold 32-bit numbers.
-        precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves; see Values past the largest
-        /// half.
-        overflow: Overflow = Overflow::Clamp,
+        ..numbers: Numbers,
     }
 }
 
@@ -312,11 +306,7 @@ impl Kind for ExportShrm {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let mut errors = parameters.input().check();
-        let textures = parameters.format != Format::Safetensors;
-        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
-        if parameters.precision != PrecisionName::Auto && !textures {
-            errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
-        }
+        errors.extend(parameters.numbers.check(parameters.format));
         errors
     }
 
@@ -343,13 +333,8 @@ fn file(
     context: &Context<'_>,
 ) -> Result<Vec<u8>, Failure> {
     let recipe = Some(context.recipe());
-    let precision = match parameters.format {
-        Format::Safetensors => Precision::Float,
-        Format::Exr | Format::Ktx2 => {
-            let choice = (parameters.precision, parameters.overflow);
-            overflow::precision(map.values(), Content::Values, choice, context)?
-        }
-    };
+    let precision =
+        parameters.numbers.precision(parameters.format, map.values(), Content::Values, context)?;
     let file = match parameters.format {
         Format::Safetensors => {
             Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }

@@ -56,8 +56,7 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MAX_RESOLUTION, MapLayoutName, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, ViewName,
-    overflow, parts,
+    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName, parts,
 };
 
 parameters! {
@@ -75,14 +74,9 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: MapsFormat = MapsFormat::Ktx2,
-        /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half unless a value
-        /// exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
-        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
-        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
-        overflow: Overflow = Overflow::Clamp,
+        ..numbers: Numbers,
     }
 }
 
@@ -112,8 +106,7 @@ impl Kind for ExportViewMaps {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let error = overflow::check(parameters.overflow, parameters.precision, true);
-        error.into_iter().collect()
+        parameters.numbers.check(parameters.format)
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -152,7 +145,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let [faces, height, width] = table.grid().shape();
     let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
     let array = Texture { width, height, layers, faces, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.precision, parameters.overflow);
+    let format = (parameters.format, parameters.numbers);
     let mut files = map_source::encode(&array, format, "view-maps", context)?;
     let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
         let layer = (parameters.format != MapsFormat::Exr).then_some(k);

@@ -7,7 +7,7 @@ use sh::{Synthesis, synthesise_cube};
 use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
-use crate::values::{Content, Overflow, PrecisionName, overflow};
+use crate::values::{Content, FileFormat, Numbers};
 
 choice! {
     /// How the sphere lies on the written images.
@@ -35,14 +35,19 @@ choice! {
     }
 }
 
+impl FileFormat for PictureFormat {
+    fn has_precision(self) -> bool {
+        self == Self::Exr
+    }
+}
+
 /// The settings of a map that is written as pictures.
 pub(crate) struct MapPictures {
     pub(crate) layout: Layout,
     /// Rows of a lat-long map; texels along the edge of a cube's face.
     pub(crate) resolution: usize,
     pub(crate) format: PictureFormat,
-    pub(crate) precision: PrecisionName,
-    pub(crate) overflow: Overflow,
+    pub(crate) numbers: Numbers,
     /// The exposure in stops, for PNG only.
     pub(crate) exposure: f64,
 }
@@ -63,15 +68,11 @@ impl MapPictures {
 
     /// The errors of a kind's parameters: those that the format does not use.
     pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
-        let is_exr = self.format == PictureFormat::Exr;
         let mut errors = Vec::new();
         if self.exposure != 0.0 && self.format != PictureFormat::Png {
             errors.push(("exposure", "only format = \"png\" uses it".into()));
         }
-        errors.extend(overflow::check(self.overflow, self.precision, is_exr));
-        if self.precision != PrecisionName::Auto && !is_exr {
-            errors.push(("precision", "only format = \"exr\" uses it".into()));
-        }
+        errors.extend(self.numbers.check(self.format));
         errors
     }
 
@@ -91,13 +92,7 @@ impl MapPictures {
         pixels: Vec<[f32; 3]>,
         context: &Context<'_>,
     ) -> Result<Vec<Vec<u8>>, Failure> {
-        let precision = match self.format {
-            PictureFormat::Exr => {
-                let choice = (self.precision, self.overflow);
-                overflow::precision(&pixels, Content::Light(self.grid()), choice, context)?
-            }
-            PictureFormat::Rgbe | PictureFormat::Png => Precision::Float,
-        };
+        let precision = self.numbers.precision(self.format, &pixels, Content::Light(self.grid()), context)?;
         let images = self.arrange(pixels)?;
         let files = images.iter().map(|image| self.encode(precision, image, context.recipe()));
         files.map(|file| Ok(file?.bytes)).collect()

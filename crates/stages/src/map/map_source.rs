@@ -10,10 +10,7 @@ use sphere::{Cube, LatLong};
 
 use super::map_input::MapInput;
 use super::map_pictures::image;
-use crate::values::{
-    Content, LampsName, MapsFormat, Overflow, PartsName, PrecisionName, Resolution, artifacts, overflow,
-    parts,
-};
+use crate::values::{Content, LampsName, MapsFormat, Numbers, PartsName, Resolution, artifacts, parts};
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
 /// interpolated if its grid differs.
@@ -143,7 +140,7 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
 /// The files of a texture of maps: the texture itself, or a picture for each map.
 pub(crate) fn encode(
     texture: &Texture,
-    (format, precision, overflow): (MapsFormat, PrecisionName, Overflow),
+    (format, numbers): (MapsFormat, Numbers),
     method: &str,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
@@ -152,7 +149,7 @@ pub(crate) fn encode(
         _ => MapGrid::LatLong(LatLong { width: texture.width, height: texture.height }),
     };
     let content = Content::Light(grid);
-    let precision = overflow::precision(&texture.pixels, content, (precision, overflow), context)?;
+    let precision = numbers.precision(format, &texture.pixels, content, context)?;
     let recipe = Some(context.recipe());
     let encoded = match format {
         MapsFormat::Dds => vec![write_dds(texture, precision)?],

@@ -12,7 +12,7 @@
 //! There are no harmonics, no degree and no ringing: use it to see what a degree or an export loses. The
 //! central direction C of a texel is its own direction, as in `export-reflection-map`: the reflection vector,
 //! or the normal of a lambert material, or the tangent of a kajiya-kay one. The time of a sum is proportional
-//! to (texels of the map) x (lit texels of the environment); `rows` limits the second factor.
+//! to (texels of the map) x (lit texels of the environment); `environment-resolution` limits the second.
 //!
 //! ## Sampled
 //!
@@ -21,7 +21,7 @@
 //! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material and
 //! from simple lobes, but each direction counts with the radiance and the rho_hat that it has. So there is no
 //! ringing here either: the series changes the noise alone. The time does not depend on the environment's
-//! size, which suits a large `rows`.
+//! size, which suits a large `environment-resolution`.
 //!
 //! The build notes the standard error in relation to the root mean square of the map: the root mean square
 //! over all texels and channels, and the largest. Two thirds of the differences from the truth are smaller
@@ -37,7 +37,7 @@
 //! inputs = { environment = "environment", material = "material" }
 //! method = "sampled"
 //! samples = 4096
-//! rows = 1024
+//! environment-resolution = 1024
 //! path = "{environment}/{material}/truth"
 //! ```
 //!
@@ -80,7 +80,7 @@ use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MAX_RESOLUTION, Overflow, PrecisionName, STOPS, artifacts, percent};
+use crate::values::{MAX_RESOLUTION, Numbers, STOPS, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -172,7 +172,8 @@ parameters! {
         /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
         /// first averaged down to this, by exact areas.
         #[range(1..=MAX_RESOLUTION)]
-        rows: usize = 128,
+        #[was("rows")]
+        environment_resolution: usize = 128,
         /// With method "summed": the share of a lobe that may be ignored. Lambert, phong and microfacet sum
         /// over the cap that holds the rest, if it is 20 rows wide or more. 0 sums over everything.
         #[range(0.0..1.0)]
@@ -184,22 +185,17 @@ parameters! {
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: PictureFormat = PictureFormat::Exr,
-        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto" is half
-        /// unless a value exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504 if the file is to be of halves: with precision "half" they
-        /// become 65504; with "error" here the item fails, also if precision is "auto".
-        overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]
         exposure: f64 = 0.0,
+        ..numbers: Numbers,
     }
 }
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, precision, overflow, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, precision, overflow, exposure }
+        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
+        MapPictures { layout, resolution, format, numbers, exposure }
     }
 
     fn cull(&self) -> Cull {
@@ -255,9 +251,9 @@ impl Kind for ReferenceMap {
         let environment = context.get::<artifacts::Environment>("environment")?;
         let material = context.get::<artifacts::Material>("material")?;
         let whole = environment.0.grid();
-        let coarse = (whole.height > parameters.rows)
-            .then(|| environment.0.downsampled(LatLong::with_rows(parameters.rows)))
-            .transpose()?;
+        let most = parameters.environment_resolution;
+        let coarse =
+            (whole.height > most).then(|| environment.0.downsampled(LatLong::with_rows(most))).transpose()?;
         let light = coarse.as_ref().unwrap_or(&environment.0);
         let seen = view(parameters.view, &material.0);
         let pictures = parameters.pictures();

@@ -42,7 +42,7 @@ use containers::{
 };
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 
-use crate::values::{Content, Overflow, PrecisionName, artifacts, overflow};
+use crate::values::{Content, FileFormat, Numbers, artifacts};
 
 choice! {
     /// The container.
@@ -56,17 +56,18 @@ choice! {
     }
 }
 
+impl FileFormat for Format {
+    fn has_precision(self) -> bool {
+        self != Self::Safetensors
+    }
+}
+
 parameters! {
     /// Parameters of `export-brdf-table`.
     pub(crate) struct Parameters {
         /// The container; see the table.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504; "auto"
-        /// is half unless a value exceeds that.
-        precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504, of either sign, if the file is to be of halves: with precision
-        /// "half" they become +-65504; with "error" here the item fails, also if precision is "auto".
-        overflow: Overflow = Overflow::Clamp,
+        ..numbers: Numbers,
     }
 }
 
@@ -94,31 +95,20 @@ impl Kind for ExportBrdfTable {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let textures = parameters.format != Format::Safetensors;
-        let mut errors = Vec::new();
-        errors.extend(overflow::check(parameters.overflow, parameters.precision, textures));
-        if parameters.precision != PrecisionName::Auto && !textures {
-            errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
-        }
-        errors
+        parameters.numbers.check(parameters.format)
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let table = &context.get::<artifacts::BrdfTable>("table")?.0;
         let recipe = Some(context.recipe());
-        let precision = match parameters.format {
-            Format::Safetensors => Precision::Float,
-            Format::Ktx2 | Format::Exr => {
-                let choice = (parameters.precision, parameters.overflow);
-                overflow::precision(&texels(table), Content::Values, choice, context)?
-            }
-        };
+        let precision =
+            || parameters.numbers.precision(parameters.format, &texels(table), Content::Values, context);
         let file = match parameters.format {
             Format::Safetensors => {
                 Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
             }
-            Format::Ktx2 => texture(table, precision, recipe)?,
-            Format::Exr => layers(table, precision, recipe)?,
+            Format::Ktx2 => texture(table, precision()?, recipe)?,
+            Format::Exr => layers(table, precision()?, recipe)?,
         };
         context.note(format!("{} bytes", file.bytes.len()));
         Ok(Output::Files(vec![file.bytes]))

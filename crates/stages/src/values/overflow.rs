@@ -1,15 +1,13 @@
-//! Values that a file's numbers cannot hold: the precision that holds all light, and the share of the light
-//! that is lost if it is clamped, or changed by rounding.
+//! Values that a file's numbers cannot hold: the share of the light that is lost if they are clamped, or that
+//! rounding changes.
 //!
 //! Half floats end at 65504, and the disc of a photographed sun is brighter. A file whose container has
 //! 32-bit floats gets them by itself if it needs them; every other loss is reported in shares of each
 //! channel's light, which an artist can judge, and not in numbers of texels.
 
-use containers::Precision;
-use engine::{Context, Failure};
+use engine::Context;
 use shrm::MapGrid;
 
-use super::choices::{Overflow, PrecisionName};
 use super::share::percent;
 
 pub(crate) const LARGEST_HALF: f32 = 65504.0;
@@ -132,55 +130,12 @@ fn weights(content: Content) -> Vec<f64> {
     }
 }
 
-/// The precision of files that hold these texels, all of one item. Notes that they became 32-bit, or warns
-/// of what halves lose.
-///
-/// # Errors
-/// If a value does not fit a half and `overflow` says that the item fails.
-pub(crate) fn precision(
-    texels: &[[f32; 3]],
-    content: Content,
-    (precision, overflow): (PrecisionName, Overflow),
-    context: &Context<'_>,
-) -> Result<Precision, Failure> {
-    if precision == PrecisionName::Float {
-        return Ok(Precision::Float);
-    }
-    let excess = Excess::of(texels, content, LARGEST_HALF);
-    if excess.count == 0 {
-        return Ok(Precision::Half);
-    }
-    if overflow == Overflow::Error {
-        return Err(Failure::new(format!("{} values exceed 65504, the largest half", excess.count))
-            .help("precision = \"float\" keeps them"));
-    }
-    if precision == PrecisionName::Auto {
-        note_floats(&excess, context);
-        return Ok(Precision::Float);
-    }
-    let text = excess.text(content);
-    context.warn(format!(
-        "{text}; half floats end at 65504, and 32-bit floats keep it: leave out `precision`, or choose \"float\""
-    ));
-    Ok(Precision::Half)
-}
-
 /// Notes why a file has 32-bit floats.
 pub(crate) fn note_floats(excess: &Excess, context: &Context<'_>) {
     let largest = excess.largest;
     context.note(format!(
         "written in 32-bit floats, because values up to {largest:.3e} exceed 65504, the largest half"
     ));
-}
-
-/// The error of an `overflow` that has no effect, for files whose numbers may be halves or may not.
-pub(crate) fn check(
-    overflow: Overflow,
-    precision: PrecisionName,
-    holds_halves: bool,
-) -> Option<(&'static str, String)> {
-    (overflow != Overflow::Clamp && !(holds_halves && precision != PrecisionName::Float))
-        .then(|| ("overflow", "only files of half floats use it".into()))
 }
 
 #[cfg(test)]

@@ -17,12 +17,12 @@ fn truth(parameters: &str) -> Case {
 
 #[test]
 fn a_map_holds_the_integral_of_the_environment_that_it_names() {
-    let ran = truth("view = [90, 0]\nrows = 16").run().unwrap();
+    let ran = truth("view = [90, 0]\nenvironment-resolution = 16").run().unwrap();
     assert_eq!(
         ran.notes,
         ["32 texels of the map, 512 lit ones of 32 x 16 of the environment, averaged from 64 x 32"]
     );
-    let (width, height, found) = pixels(&truth("view = [90, 0]\nrows = 16").files()[0]);
+    let (width, height, found) = pixels(&truth("view = [90, 0]\nenvironment-resolution = 16").files()[0]);
     assert_eq!((width, height), (8, 4));
     let coarse = environment(32, sky).0.downsampled(LatLong::with_rows(16)).unwrap();
     let rough = brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [1.0; 3]).unwrap());
@@ -167,7 +167,7 @@ fn impossible_parameters_are_errors() {
         ("method = \"sampled\"\nsamples = 0", "samples: 0 is not a whole number from 64 to 1048576"),
         ("method = \"sampled\"\nseed = -1", "seed: -1 is not a whole number from 0 to 4294967295"),
         ("cull = 1", "cull: 1 is not a number, 0 or more and below 1"),
-        ("rows = 0", "rows: 0 is not a whole number from 1 to 4096"),
+        ("environment-resolution = 0", "environment-resolution: 0 is not a whole number from 1 to 4096"),
         ("resolution = 9999", "resolution: 9999 is not a whole number from 1 to 4096"),
         ("view = [1, 2, 3]", "view: 3 numbers are not [yaw, pitch]"),
         ("view = \"above\"", "view: \"above\" is not \"head-on\" or [yaw, pitch] in degrees"),

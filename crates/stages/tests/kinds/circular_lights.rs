@@ -49,7 +49,7 @@ fn disks_are_lights_beside_the_series_or_in_it() {
     // A constant sky of 0.5 over the share (1 - cos(120)) / 2 = 3/4 of the sphere.
     assert!((separate.0.series.get(0, 0)[0] - 0.5 * 0.75 * (4.0 * PI).sqrt()).abs() < 1e-12);
 
-    let ran = studio("degree = 6\nlights = \"series\"").run().unwrap();
+    let ran = studio("degree = 6\nlamps = \"series\"").run().unwrap();
     let series = ran.artifact::<Lighting>();
     assert_eq!(ran.notes, ["3 disks in a series of degree 6"]);
     assert!(series.0.lights.is_empty());
@@ -62,8 +62,8 @@ fn disks_are_lights_beside_the_series_or_in_it() {
     let factor = sh::Window::Hanning.factor(3, found.degree());
     assert_eq!(windowed.0.series.get(3, 1), found.get(3, 1).map(|value| value * factor));
     assert_eq!(
-        studio("lights = \"separate\"\nwindow = \"hanning\"").errors(),
-        ["window: only lights = \"series\" uses it"]
+        studio("lamps = \"separate\"\nwindow = \"hanning\"").errors(),
+        ["window: only lamps = \"series\" uses it"]
     );
 }
 

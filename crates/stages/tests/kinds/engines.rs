@@ -206,7 +206,7 @@ fn tables_of_albedos_are_those_of_the_reference() {
         let most = if format == "exr" { 1e-5 } else { 1e-3 };
         for variant in ["correlated", "uncorrelated", "karis", "filament"] {
             let parameters =
-                format!("variant = \"{variant}\"\nsize = 6\nsheen = true\nformat = \"{format}\"");
+                format!("variant = \"{variant}\"\nresolution = 6\nsheen = true\nformat = \"{format}\"");
             let file = case("dfg", &parameters).files()[0].clone();
             let pixels = match format {
                 "exr" => read_image(&file, &Default::default()).unwrap().image.into_pixels(),

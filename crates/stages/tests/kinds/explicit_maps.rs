@@ -485,7 +485,7 @@ fn parameters_without_effect_or_out_of_range_are_errors() {
         (
             "export-cabral",
             "format = \"rgbe\"\nprecision = \"float\"",
-            "precision: format = \"rgbe\" has a precision of its own",
+            "precision: only format = \"exr\" or \"dds\" uses it",
         ),
         (
             "export-cabral",

@@ -66,7 +66,10 @@ fn the_faces_of_a_texture_look_where_the_cube_looks() {
 fn impossible_parameters_are_errors() {
     for (parameters, words) in [
         ("layout = \"cube-cross\"\nformat = \"ktx2\"", "a texture is \"lat-long\" or \"cube\""),
-        ("format = \"png\"\nprecision = \"float\"", "precision: only formats"),
+        (
+            "format = \"png\"\nprecision = \"float\"",
+            "precision: only format = \"exr\" or \"ktx2\" or \"dds\" uses it",
+        ),
         ("precision = \"float\"\noverflow = \"error\"", "overflow: only files of half floats use it"),
     ] {
         let errors = export(parameters).errors();

@@ -175,7 +175,7 @@ fn every_format_holds_every_light() {
     let light = lit().0.lights[0];
     assert_eq!(DVec3::from_slice(&first), light.direction.vector());
     assert_eq!(table.lines().count(), 6);
-    assert_eq!(exported("rows = 64").errors(), ["rows: only format = \"safetensors\" uses it"]);
+    assert_eq!(exported("resolution = 64").errors(), ["resolution: only format = \"safetensors\" uses it"]);
 }
 
 #[test]

@@ -71,6 +71,30 @@ fn no_parameter_has_the_name_of_a_key_that_the_engine_owns() {
 }
 
 #[test]
+fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
+    let mut renamed = Vec::new();
+    for kind in stages::kinds().iter() {
+        let fields = kind.fields();
+        for (was, field) in fields.iter().filter_map(|field| Some((field.was?, field))) {
+            assert!(fields.iter().all(|field| field.name != was), "{}: {was} is a key", kind.name());
+            let errors = kind.configure(&Table::parse(&format!("{was} = 1")).unwrap()).err().unwrap();
+            let [error] = &errors[..] else { panic!("{}: {errors:?}", kind.name()) };
+            assert_eq!(error.message, format!("unknown key {was:?}"));
+            assert_eq!(error.help, Some(format!("it is called {:?} now", field.name)));
+            renamed.push(format!("{}: {was} -> {}", kind.name(), field.name));
+        }
+    }
+    renamed.sort();
+    let expected = [
+        "circular-lights: lights -> lamps",
+        "dfg: size -> resolution",
+        "export-light-rig: rows -> resolution",
+        "reference: rows -> environment-resolution",
+    ];
+    assert_eq!(renamed, expected);
+}
+
+#[test]
 fn every_parameter_is_documented() {
     for kind in stages::kinds().iter() {
         for field in kind.fields() {
@@ -119,6 +143,19 @@ fn every_default_is_in_its_range() {
                 && bound("exclusiveMinimum").is_none_or(|least| default > least)
                 && bound("exclusiveMaximum").is_none_or(|most| default < most);
             assert!(is_inside, "{} {}: {default}", kind.name(), field.name);
+        }
+    }
+}
+
+#[test]
+fn every_default_is_one_of_its_words() {
+    for kind in stages::kinds().iter() {
+        for field in kind.fields() {
+            let (Some(words), Some(default)) = (field.schema["enum"].as_array(), &field.default) else {
+                continue;
+            };
+            let is_one = default.is_null() || words.contains(default);
+            assert!(is_one, "{} {}: {default}", kind.name(), field.name);
         }
     }
 }

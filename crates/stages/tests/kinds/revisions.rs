@@ -91,7 +91,7 @@ pub(crate) fn fixture(kind: &str) -> Case {
             case("export-engine", "preset = \"bevy\"\nresolution = 32").input("light", environment(16, sky))
         }
         "test-pattern" => case("test-pattern", "preset = \"gltf\"\nresolution = 32"),
-        "dfg" => case("dfg", "size = 4\nsheen = true\nvariant = \"filament\""),
+        "dfg" => case("dfg", "resolution = 4\nsheen = true\nvariant = \"filament\""),
         "export-environment" => {
             case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
                 .input("environment", environment(16, sky))
@@ -114,7 +114,7 @@ pub(crate) fn fixture(kind: &str) -> Case {
         "export-sh" => case("export-sh", "preset = \"unity\"").input("lighting", sky_lighting()),
         "reference" | "reference, sampled" => {
             let method = if kind == "reference" { "" } else { "\nmethod = \"sampled\"\nsamples = 256" };
-            case("reference", &format!("view = [30, 20]\nresolution = 4\nrows = 8{method}"))
+            case("reference", &format!("view = [30, 20]\nresolution = 4\nenvironment-resolution = 8{method}"))
                 .input("environment", environment(16, sky))
                 .input(
                     "material",
@@ -139,7 +139,7 @@ pub(crate) fn fixture(kind: &str) -> Case {
         ),
         "circular-lights" => crate::circular_lights::studio("degree = 3\nwindow = \"lanczos\""),
         "sum-lighting" => {
-            let lamps = crate::circular_lights::studio("lights = \"series\"").artifact::<Lighting>();
+            let lamps = crate::circular_lights::studio("lamps = \"series\"").artifact::<Lighting>();
             case("sum-lighting", "").input("lighting", sky_lighting()).input("added", (*lamps).clone())
         }
         "light-field" => crate::light_field::near("points = { open = [-1, 0, 0], wall = [1, 0, 0.5] }"),
