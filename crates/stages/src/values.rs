@@ -6,6 +6,7 @@ mod blended_frames;
 mod choices;
 mod colour;
 mod engine_preset;
+mod exported_maps;
 pub(crate) mod overflow;
 pub(crate) mod parts;
 pub mod quantity;
@@ -20,6 +21,7 @@ pub(crate) use choices::{
 };
 pub use colour::Rgb;
 pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};
+pub use exported_maps::ExportedMaps;
 pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;
 pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};

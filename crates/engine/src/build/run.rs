@@ -17,7 +17,7 @@ use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::Reason;
 use crate::key::{Digest, ItemKey};
-use crate::kinds::{Context, Failure, Gate, Handle, Output, Product, ShareDone, WHEN_WRITTEN};
+use crate::kinds::{Context, Failure, Gate, Handle, Output, Product, ShareDone, WHEN_WRITTEN, stored_file};
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};
 use crate::platform::Stamp;
@@ -461,6 +461,7 @@ impl RunContext<'_> {
                 Ok(Stored { outputs, value: Some(value), files: None })
             }
             Output::Files(files) => {
+                let files = files.into_iter().map(stored_file).collect::<Vec<_>>();
                 let outputs = files.iter().map(|bytes| store.put(bytes)).collect::<Result<Vec<_>, _>>();
                 Ok(Stored { outputs: outputs.map_err(failure_of)?, value: None, files: Some(files) })
             }

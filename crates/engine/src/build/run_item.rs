@@ -20,7 +20,7 @@ use super::run::{panicked, undeclared};
 use super::shared_results::is_in_one_of;
 use crate::error::{Error, ErrorKind};
 use crate::key::Digest;
-use crate::kinds::{Configured, Context, ErasedKind, Failure, Handle, Kinds, Output, Product};
+use crate::kinds::{Configured, Context, ErasedKind, Failure, Handle, Kinds, Output, Product, stored_file};
 use crate::manifest::Table;
 use crate::own_time::own_time;
 use crate::storage::{Blob, FileRead, Files, ReadKind, canonical, normal, path_name, read_file};
@@ -99,7 +99,9 @@ fn run(
     let made = ran.unwrap_or_else(|panic| Err(panicked(kind.name(), panic.as_ref())));
     let made = made.and_then(|output| match (output, product) {
         (Output::Artifact { bytes, .. }, Product::Artifact(_)) => Ok(vec![bytes]),
-        (Output::Files(files), Product::Files(names)) if files.len() == names.len() => Ok(files),
+        (Output::Files(files), Product::Files(names)) if files.len() == names.len() => {
+            Ok(files.into_iter().map(stored_file).collect())
+        }
         _ => Err(undeclared(kind.name())),
     });
     let reads = context.reads().into_iter().map(|read| FileRead {

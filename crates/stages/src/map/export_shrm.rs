@@ -209,13 +209,14 @@
 //! path = "{environment}/{material}/shrm"
 //! ```
 
+use std::any::Any;
 use std::ops::Range;
 
 use brdf::Part;
 use containers::{
     Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers_unless, write_ktx2,
 };
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Light;
 use shrm::{MapLayout, Reflection, Shrm, Terms};
 
@@ -223,8 +224,8 @@ use super::map_input;
 use super::map_input::MapInput;
 use super::map_source::MapSource;
 use crate::values::{
-    Content, LampsName, MOST, MapLayoutName, Overflow, PartsName, PrecisionName, Resolution, ViewName,
-    edge_of, overflow, parts,
+    Content, ExportedMaps, LampsName, MOST, MapLayoutName, Overflow, PartsName, PrecisionName, Resolution,
+    ViewName, edge_of, overflow, parts,
 };
 
 choice! {
@@ -301,13 +302,13 @@ impl Kind for ExportShrm {
         Product::Files(parts::endings(parameters.parts, vec![ending.into()]))
     }
 
-    fn map_sizes(parameters: &Parameters) -> MapSizes {
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
         let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
-        MapSizes {
+        Some(Box::new(ExportedMaps {
             edge: edge_of(parameters.resolution, layout),
             slices: None,
             holds_lamps: Some(parameters.lamps == LampsName::Baked),
-        }
+        }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
