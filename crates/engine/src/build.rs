@@ -4,6 +4,7 @@ mod cause;
 mod item_request;
 mod ledger;
 pub(crate) mod out_folder;
+mod outcome;
 mod publish;
 mod removal_cause;
 mod retention;

@@ -16,7 +16,7 @@ pub use failure::Failure;
 pub(crate) use gate::Gate;
 pub(crate) use kind::Decoder;
 pub use kind::{Configured, ErasedKind, Kind, Kinds, NamedPath, Port, RecipeReader};
+pub(crate) use output::is_left_out;
 pub use output::{Output, Product, stands_for_no_file};
-pub(crate) use output::{is_left_out, stored_file};
 pub(crate) use progress::ShareDone;
 pub use steps::Steps;

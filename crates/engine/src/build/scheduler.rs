@@ -18,9 +18,9 @@ use std::time::{Duration, Instant};
 
 use rayon::{Scope, ThreadPool};
 
+use super::outcome::Outcome;
 use super::publish::{PublishError, PublishEvent};
-use super::run::{Outcome, RunContext, RunRequest};
-use super::run_elsewhere::Elsewhere;
+use super::run::{RunContext, RunRequest};
 use super::running::Dependencies;
 use super::up_to_date::{Freshness, UpToDateCheck};
 use crate::error::Error;
@@ -92,7 +92,6 @@ enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Found(ItemIndex, Option<Box<Record>>),
     Ran(ItemIndex, Result<Outcome, Error>),
-    RanElsewhere(ItemIndex, Result<Elsewhere, Error>),
     Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
     /// The engine itself panicked in a task, with this message.
     Panicked(ItemIndex, String),

@@ -48,22 +48,20 @@ impl Output {
 
     /// The digests of the bytes, in order. Files that are left out have a digest of their own.
     pub fn digests(&self) -> Vec<Digest> {
+        self.stored().into_iter().map(Digest::of).collect()
+    }
+
+    /// The bytes that the cache has of the artifact, or of each file.
+    pub(crate) fn stored(&self) -> Vec<&[u8]> {
         match self {
-            Self::Artifact { bytes, .. } => vec![Digest::of(bytes)],
-            Self::Files(files) => {
-                files.iter().map(|file| Digest::of(file.as_deref().unwrap_or(LEFT_OUT))).collect()
-            }
+            Self::Artifact { bytes, .. } => vec![bytes],
+            Self::Files(files) => files.iter().map(|file| file.as_deref().unwrap_or(LEFT_OUT)).collect(),
         }
     }
 }
 
 /// The bytes that the cache has in place of a file that an item does not export.
 const LEFT_OUT: &[u8] = b"specula: this item does not export this file\n";
-
-/// The bytes that the cache has of a file.
-pub(crate) fn stored_file(file: Option<Vec<u8>>) -> Vec<u8> {
-    file.unwrap_or_else(|| LEFT_OUT.to_vec())
-}
 
 /// Whether an output in the cache stands for a file that its item does not export.
 pub(crate) fn is_left_out(digest: Digest) -> bool {
