@@ -1,6 +1,7 @@
 //! The two ends of a run: what the run gave, and what the build makes of it.
 
 use std::any::Any;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::publish::{PublishError, PublishEvent};
@@ -19,6 +20,8 @@ pub(crate) struct Ran {
     pub(crate) files: Option<Vec<Option<Vec<u8>>>>,
     /// The files that the run read.
     pub(crate) reads: Vec<FileRead>,
+    /// Their paths, by which a watcher knows them; of a run on another machine, none.
+    pub(crate) paths: Vec<PathBuf>,
     /// The lines of the journal with the stamps of the files that the run read.
     pub(crate) stamps: Vec<Line>,
     pub(crate) started: Timestamp,
@@ -39,6 +42,7 @@ impl Ran {
             value: None,
             files: None,
             reads: Vec::new(),
+            paths: Vec::new(),
             stamps: Vec::new(),
             started,
             milliseconds: 0.0,
@@ -55,8 +59,17 @@ pub(crate) enum Outcome {
     /// The run was stopped, or a build that follows will run the item again because of what it read: nothing
     /// of it is recorded or reported.
     Stopped,
-    /// The item failed, which is recorded.
-    Failed { failure: Failure, warnings: Vec<String>, notes: Vec<String> },
+    /// The item failed. Nothing of that is recorded yet, because it does not count if a watcher has heard
+    /// that a file which the run read has changed since.
+    Failed {
+        failure: Failure,
+        warnings: Vec<String>,
+        notes: Vec<String>,
+        /// The paths of the files that the run read.
+        paths: Vec<PathBuf>,
+        /// The lines of the journal that record the failure.
+        lines: Vec<Line>,
+    },
     /// The item made its outputs, which are stored and recorded.
     Made {
         outputs: Vec<Blob>,

@@ -37,7 +37,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) running: &'a Arc<RunningBuild>,
-    /// What a watcher knows of changes, if there is one.
+    /// What a watcher knows of files that programs write, if there is a watcher.
     pub(crate) watched: Option<&'a WatchedChanges>,
     /// The items that go first.
     pub(crate) wanted: &'a Wanted,
@@ -107,7 +107,7 @@ impl RunContext<'_> {
                 _ => output,
             };
             let output = match output {
-                Err(failure) if !failure.system_error && self.will_rebuild(&reader, &reads) => {
+                Err(failure) if !failure.system_error && self.has_changed_since(&reader, &reads) => {
                     Err(Failure::cancelled())
                 }
                 Ok(_) if self.is_unfinished(&reader, &reads) => Err(Failure::cancelled()),
@@ -116,6 +116,7 @@ impl RunContext<'_> {
             let ran = Ran {
                 reads: self.reads(&reader, &reads),
                 stamps: self.disk.stamps_of(&reader, &reads),
+                paths: reads.iter().map(|read| read.path.clone()).collect(),
                 milliseconds,
                 warnings: context.warnings(),
                 notes: context.notes(),
@@ -127,7 +128,7 @@ impl RunContext<'_> {
         self.conclude(request, ran)
     }
 
-    /// Records what a run made, wherever it ran, and publishes its files.
+    /// Records what a run made, wherever it ran, and publishes its files. A failure is left to the scheduler.
     ///
     /// # Errors
     /// If the journal cannot be written, so that nothing can be recorded.
@@ -140,6 +141,7 @@ impl RunContext<'_> {
             value,
             files,
             reads,
+            paths,
             stamps,
             started,
             milliseconds,
@@ -188,11 +190,11 @@ impl RunContext<'_> {
             lines.push(Line::new(Tag::Result, short(record.key), Some(&record)));
         }
         lines.push(Line::new(Tag::Item, self.check.subject(request.item), Some(&record)));
-        state.journal.append(&lines)?;
         let outputs = match outputs {
             Ok(outputs) => outputs,
-            Err(failure) => return Ok(Outcome::Failed { failure, warnings, notes }),
+            Err(failure) => return Ok(Outcome::Failed { failure, warnings, notes, paths, lines }),
         };
+        state.journal.append(&lines)?;
         self.share(request.item, &record);
         if let (Some((name, Some(_))), Some(value)) = (info.artifact, &value) {
             self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
@@ -390,22 +392,16 @@ impl RunContext<'_> {
         }
     }
 
-    /// Whether a watcher will build again because one of these files has changed since, or is still being
-    /// written. If so, a failure on what was read is not reported.
-    fn will_rebuild(&self, reader: &Reader, reads: &[Read]) -> bool {
-        let Some(watched) = self.watched else { return false };
-        let is_pending = {
-            let pending = watched.pending.lock();
-            !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
-        };
-        // The watcher may not have heard of the change yet.
-        is_pending
-            || self.is_unfinished(reader, reads)
-            || reads.iter().any(|read| {
-                reader.stamp(&read.path).is_some_and(|stamp| {
-                    fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
-                })
+    /// Whether a watcher will build again because one of these files has changed since it was read, or is
+    /// still being written. If so, a failure on what was read is not reported. The watcher may not have heard
+    /// of the change yet.
+    fn has_changed_since(&self, reader: &Reader, reads: &[Read]) -> bool {
+        let has_other_stamp = |read: &Read| {
+            reader.stamp(&read.path).is_some_and(|stamp| {
+                fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
             })
+        };
+        self.watched.is_some() && (self.is_unfinished(reader, reads) || reads.iter().any(has_other_stamp))
     }
 
     /// Whether a program is still writing a file that was read, and a watcher will build again when it is

@@ -18,8 +18,10 @@ use std::time::{Duration, Instant};
 
 use rayon::{Scope, ThreadPool};
 
+use super::heard::HeardChanges;
 use super::outcome::Outcome;
 use super::publish::{PublishError, PublishEvent};
+use super::reporter::Reporter;
 use super::run::{RunContext, RunRequest};
 use super::running::Dependencies;
 use super::up_to_date::{Freshness, UpToDateCheck};
@@ -122,6 +124,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// Started at the begin of the build.
     clock: Instant,
     events: &'e (dyn Fn(Event) + Sync),
+    /// What a watcher has heard of: failures on it are not reported.
+    heard: HeardChanges,
     items: Vec<Progress>,
     /// The items that need each item's artifact.
     consumers: Vec<Vec<ItemIndex>>,
@@ -151,8 +155,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         selected: &Selection,
         keep_going: bool,
         jobs: usize,
-        clock: Instant,
-        events: &'e (dyn Fn(Event) + Sync),
+        reporter: Reporter<'e>,
+        heard: HeardChanges,
     ) -> Self {
         let check = context.check;
         let plan = check.plan;
@@ -205,8 +209,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             wanted_version: None,
             is_wanted: vec![false; plan.items.len()],
             jobs,
-            clock,
-            events,
+            clock: reporter.clock,
+            events: reporter.events,
+            heard,
             items,
             consumers,
             selected: chosen,
@@ -341,10 +346,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if let Some(root) = self.failed_input(item) {
             return self.skip(item, Some(root));
         }
-        // Before the files are read: a change between the two would be missed.
-        self.context.running.set_dependencies(item, self.check.recorded_dependencies(item));
-        let freshness = self.check.freshness(item, self.key(item));
-        match freshness {
+        let dependent = self.context.running.depend(item, self.check.recorded_dependencies(item));
+        match self.check.freshness(&dependent, self.key(item)) {
             Freshness::Run => {
                 self.context.running.set_dependencies(item, Dependencies::None);
                 let is_missed = |item: ItemIndex| self.items[item].is_missed;

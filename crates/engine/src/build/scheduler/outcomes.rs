@@ -60,12 +60,15 @@ impl Scheduler<'_, '_> {
 
     fn handle_outcome(&mut self, item: ItemIndex, outcome: Outcome) {
         match outcome {
-            Outcome::Stopped => {
-                // Even if nothing else is stopped, because only this item's file is being written.
-                self.summary.cancelled = true;
-                self.skip(item, None);
+            Outcome::Stopped => self.stopped(item),
+            Outcome::Failed { failure, paths, .. } if !failure.system_error && self.heard.affect(&paths) => {
+                self.stopped(item);
             }
-            Outcome::Failed { failure, warnings, notes } => {
+            Outcome::Failed { failure, warnings, notes, lines, .. } => {
+                if let Err(error) = self.check.state.journal.append(&lines) {
+                    self.fatal = Some(error);
+                    return;
+                }
                 self.report_messages(item, warnings, notes);
                 self.fail(item, &failure);
             }
@@ -95,6 +98,12 @@ impl Scheduler<'_, '_> {
                 self.run_when_ready(item);
             }
         }
+    }
+
+    fn stopped(&mut self, item: ItemIndex) {
+        // Even if nothing else is stopped, because only this item's file is being written.
+        self.summary.cancelled = true;
+        self.skip(item, None);
     }
 
     /// Keeps the outputs of an item that ran, and its value for those who may still need it.
