@@ -1,11 +1,12 @@
 //! Decides which item does what, and when.
 //!
-//! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
-//! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
-//! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
-//! first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and `wanted.rs`
-//! what becomes of those that somebody waits for. An artifact is kept in memory only while an item may need
-//! it, except for those that the session keeps.
+//! One thread (the caller's) schedules and reports events; a pool of threads works. That one thread also
+//! decides whether a failure counts, and records it, because it is told what a watcher hears. An item is
+//! checked when all its inputs are finished; if its result is not in the cache, it becomes a task. Before the
+//! task runs, the stored artifacts that it needs are fetched, each once; one that turns out to be lost is
+//! made again first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and
+//! `wanted.rs` what becomes of those that somebody waits for. An artifact is kept in memory only while an
+//! item may need it, except for those that the session keeps.
 //!
 //! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
 //! be the one that has to do the work.
