@@ -12,6 +12,9 @@ const KERNELS: [&str; 9] = ["math", "sphere", "sh", "sampling", "envmap", "brdf"
 /// What computes numbers of artifacts, beside the kernels.
 const COMPUTING: [&str; 3] = ["containers", "preview", "stages"];
 
+/// Words of names that only code about light and meshes needs.
+const OF_LIGHT: [&str; 8] = ["brdf", "lamp", "light", "luminance", "radiance", "reflect", "shrm", "texel"];
+
 /// What only a window or a graphics device needs.
 const WINDOW: [&str; 7] = ["eframe", "egui", "naga", "preview-window", "wgpu", "wgpu-hal", "winit"];
 
@@ -73,6 +76,19 @@ fn the_engine_knows_nothing_of_light() {
     assert_absent("engine", &[], &KERNELS);
     assert_absent("engine", &[], &["containers", "preview", "stages", "cli"]);
     assert_absent("preview", &["gpu"], &["engine", "containers", "stages", "cli", "eframe", "winit"]);
+    let folder = root().join("crates/engine/src");
+    let mut found = Vec::new();
+    for file in rust_files(&folder) {
+        let path = file.strip_prefix(&folder).unwrap().to_string_lossy().replace('\\', "/");
+        if path.contains("tests/") || path.ends_with("tests.rs") || path.ends_with("testkit.rs") {
+            continue;
+        }
+        let text = shipped(&fs::read_to_string(&file).unwrap()).to_lowercase();
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let of_light = code.filter(|line| OF_LIGHT.iter().any(|word| line.contains(word)));
+        found.extend(of_light.map(|line| format!("{path}: {}", line.trim())));
+    }
+    assert!(found.is_empty(), "the engine must not know:\n{}", found.join("\n"));
 }
 
 #[test]

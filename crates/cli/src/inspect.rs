@@ -109,7 +109,7 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
             let count = String::from_utf8_lossy(bytes).matches("def DistantLight ").count();
             vec![("what", "scene of lights".into()), ("format", "USD text".into()), ("lights", count.into())]
         }
-        None if bytes == engine::LEFT_OUT => {
+        None if engine::stands_for_no_file(bytes) => {
             vec![("what", "in place of a declared file that its item does not export".into())]
         }
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,

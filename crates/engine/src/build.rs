@@ -1,11 +1,14 @@
 //! The build: runs the items that are out of date and publishes their files.
 
 mod cause;
+mod heard;
 mod item_request;
 mod ledger;
 pub(crate) mod out_folder;
+mod outcome;
 mod publish;
 mod removal_cause;
+mod reporter;
 mod retention;
 mod run;
 mod run_elsewhere;
@@ -16,9 +19,9 @@ mod session;
 mod shared_results;
 mod up_to_date;
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
@@ -29,13 +32,15 @@ use crate::shared::{SharedCacheOptions, Trouble};
 use crate::storage::{Blob, Cause, Disk, LockPurpose, LockRequest, LockTimeout, State};
 use publish::sweep;
 use removal_cause::{RemovalCauses, files_changed};
+use reporter::Reporter;
 use run::RunContext;
-use running::{ChangedPaths, RunningBuild};
+use running::{ChangedPaths, Dependent, RunningBuild};
 use scheduler::{Scheduler, event_of};
 use session::LastBuild;
 use shared_results::SharedBlobs;
 use up_to_date::{Freshness, KnownItems};
 
+pub(crate) use heard::HeardChanges;
 pub(crate) use ledger::{Fate, Others, Published};
 pub(crate) use publish::{Publisher, is_temporary};
 pub(crate) use retention::Manifests;
@@ -112,7 +117,24 @@ impl BuildSession {
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
-        let clock = Instant::now();
+        let heard = HeardChanges::default();
+        self.build_while_watched(plan, options, cancel, events, heard).map(|built| built.summary)
+    }
+
+    /// The same for a watcher, which goes on to send what it hears of. The failure of an item on a file that
+    /// has changed since is not reported: the watcher will build again.
+    ///
+    /// # Errors
+    /// The errors of [`BuildSession::build`].
+    pub(crate) fn build_while_watched(
+        &self,
+        plan: &Plan,
+        options: &BuildOptions,
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+        heard: HeardChanges,
+    ) -> Result<Built, Error> {
+        let reporter = Reporter::new(events);
         let mut selected = Selection::of(plan, &options.stages)?;
         if options.force {
             selected = selected.forced(plan, &options.stages)?;
@@ -126,9 +148,9 @@ impl BuildSession {
         self.report_warnings(plan, events);
         if options.dry_run {
             let summary = self.dry_run(plan, options, &selected, events)?;
-            return Ok(report_end(summary, clock, events));
+            return Ok(Built { summary: reporter.end(summary), failed_on: HashSet::new() });
         }
-        self.run_items(plan, options, &selected, clock, cancel, events)
+        self.run_items(plan, options, &selected, cancel, reporter, heard)
     }
 
     /// Reports the warnings of a plan that were not reported for the last one.
@@ -148,10 +170,11 @@ impl BuildSession {
         plan: &Plan,
         options: &BuildOptions,
         selected: &Selection,
-        clock: Instant,
         cancel: &Cancel,
-        events: &(dyn Fn(Event) + Sync),
-    ) -> Result<Summary, Error> {
+        reporter: Reporter<'_>,
+        heard: HeardChanges,
+    ) -> Result<Built, Error> {
+        let events = reporter.events;
         let waiting = |holder| {
             let limit = options.lock_timeout.0.map(|limit| limit.as_secs_f64() * 1e3);
             events(Event::Waiting { holder, limit_milliseconds: limit });
@@ -162,7 +185,7 @@ impl BuildSession {
                 Err(error) if error.kind() == ErrorKind::Cancelled => {
                     let summary =
                         Summary { skipped: selected.items(), cancelled: true, ..Summary::default() };
-                    return Ok(report_end(summary, clock, events));
+                    return Ok(Built { summary: reporter.end(summary), failed_on: HashSet::new() });
                 }
                 lock => lock?,
             };
@@ -177,12 +200,13 @@ impl BuildSession {
         let changes = options.changed.as_deref().map(ChangedPaths::new);
         let known = before.clone().filter(|_| changes.is_some());
         let is_known = known.is_some();
-        let disk = Arc::new(Disk::new(state.now, self.begin_reads(), cancel));
-        let running = Arc::new(RunningBuild::new(plan, selected, &disk, &options.wanted));
+        let disk = Disk::new(state.now, self.begin_reads(), cancel);
+        let running = Arc::new(RunningBuild::new(plan, selected, disk, &options.wanted));
+        let disk = running.disk();
         self.begin(&running);
         let (mut check, publisher) = self.pool.install(|| {
             rayon::join(
-                || UpToDateCheck::with_records(plan, &state, &disk, selected, known.clone()),
+                || UpToDateCheck::with_records(plan, &state, disk, selected, known.clone()),
                 || match known {
                     Some(_) => Publisher::without_stale(plan, &state),
                     None => Publisher::new(plan, &state),
@@ -190,9 +214,7 @@ impl BuildSession {
             )
         });
         check.all_local = options.all_local;
-        // Before the files are read: a change between the two would be missed.
-        let mut readers = check.readers();
-        readers.iter().for_each(|item| running.set_dependencies(*item, check.recorded_dependencies(*item)));
+        let readers = running.depend_all(check.readers(), |item| check.recorded_dependencies(item));
         let stop = || cancel.is_cancelled() || running.is_outdated();
         self.pool.install(|| check.check_files(&readers, changes.as_ref(), &stop));
         check.mark_gone()?;
@@ -212,7 +234,7 @@ impl BuildSession {
         let context = RunContext {
             check: &check,
             publisher: &publisher,
-            disk: &disk,
+            disk,
             cancel,
             memory: &self.memory,
             running: &running,
@@ -225,8 +247,9 @@ impl BuildSession {
             keep_scratch: options.keep_scratch,
         };
         let jobs = self.pool.current_num_threads();
-        let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
-        let mut scheduler = self.pool.install(scheduler);
+        let mut scheduler = self
+            .pool
+            .install(|| Scheduler::new(&context, selected, options.keep_going, jobs, reporter, heard));
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
         let causes = RemovalCauses::new(&check);
@@ -235,7 +258,7 @@ impl BuildSession {
         }
         removed?;
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
-        *self.failed_on.lock() = running.read_by(&scheduler.failed);
+        let failed_on = running.read_by(&scheduler.failed);
         self.end_reads();
         *self.removed_outputs.lock() = publisher.finish()?;
         outcome?;
@@ -250,7 +273,7 @@ impl BuildSession {
         let before = check.known().or(before.as_ref());
         let complete = scheduler.complete_items(before.map(|known| &known.complete[..]));
         let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
-        let summary = report_end(scheduler.summary, clock, events);
+        let summary = reporter.end(scheduler.summary);
         // The rest is written for the next build after the end is reported, so that nobody waits for it.
         let mut saved = self.saved.lock();
         saved.stored += state.store.stored();
@@ -258,12 +281,13 @@ impl BuildSession {
         if let Some(journal) = &saved.journal {
             let reads =
                 |subject| journal.latest(subject).is_some_and(|latest| latest.reads().next().is_some());
+            let mut readers = readers.into_items();
             readers.extend(handled.into_iter().filter(|(_, subject)| reads(*subject)).map(|(item, _)| item));
             readers.sort_unstable();
             readers.dedup();
             saved.last_build = Some(LastBuild::new(plan, selected, KnownItems { complete, readers }));
         }
-        Ok(summary)
+        Ok(Built { summary, failed_on })
     }
 
     /// Reports what a build would do; writes nothing.
@@ -333,11 +357,12 @@ fn report_trouble(options: &SharedCacheOptions, events: &(dyn Fn(Event) + Sync))
     Ok(())
 }
 
-/// Reports the end of a build, which took as long as the clock says.
-fn report_end(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sync)) -> Summary {
-    summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
-    events(Event::Ended(summary.clone()));
-    summary
+/// What a build has made, for a watcher.
+pub(crate) struct Built {
+    pub(crate) summary: Summary,
+    /// The files and folders that the items read which failed, except for those that failed because of the
+    /// system.
+    pub(crate) failed_on: HashSet<PathBuf>,
 }
 
 /// The forecast of what a build would do with an item.
@@ -373,7 +398,7 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
         let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
         let freshness = if known {
             let key = check.key(index, |input| digest(input).unwrap_or(crate::key::Digest([0; 32])));
-            check.freshness(index, key)
+            check.freshness(&Dependent::without_build(index), key)
         } else {
             Freshness::Run
         };

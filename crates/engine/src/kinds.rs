@@ -5,6 +5,7 @@ mod context;
 mod failure;
 mod gate;
 mod kind;
+mod output;
 mod progress;
 mod steps;
 
@@ -13,9 +14,9 @@ pub use context::Context;
 pub(crate) use context::{HOW_TO_READ_EXPORTS, WHEN_WRITTEN};
 pub use failure::Failure;
 pub(crate) use gate::Gate;
-pub use kind::{
-    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, NamedPath, Output, Port, Product, RecipeReader,
-};
-pub(crate) use kind::{Decoder, is_left_out};
+pub(crate) use kind::Decoder;
+pub use kind::{Configured, ErasedKind, Kind, Kinds, NamedPath, Port, RecipeReader};
+pub(crate) use output::is_left_out;
+pub use output::{Output, Product, stands_for_no_file};
 pub(crate) use progress::ShareDone;
 pub use steps::Steps;

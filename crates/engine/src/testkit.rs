@@ -348,7 +348,7 @@ impl Kind for Write {
         } else {
             context.get::<Text>("value")?.0.clone()
         };
-        Ok(Output::Files(vec![text.into_bytes()]))
+        Ok(Output::files(vec![text.into_bytes()]))
     }
 }
 
@@ -372,8 +372,8 @@ impl Kind for WritePair {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         let text = &context.get::<Text>("text")?.0;
-        let body = if text.is_empty() { crate::LEFT_OUT.to_vec() } else { text.clone().into_bytes() };
-        Ok(Output::Files(vec![body, text.len().to_string().into_bytes()]))
+        let body = (!text.is_empty()).then(|| text.clone().into_bytes());
+        Ok(Output::Files(vec![body, Some(text.len().to_string().into_bytes())]))
     }
 }
 

@@ -29,10 +29,10 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-use crate::build::{BuildOptions, BuildSession};
+use crate::build::{BuildOptions, BuildSession, Built};
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
-use crate::event::{Change, Changed, Event, Summary};
+use crate::event::{Change, Changed, Event};
 use crate::kinds::Kinds;
 use crate::manifest::Diagnostics;
 use crate::plan::{ManifestFile, Plan};
@@ -382,7 +382,7 @@ impl<'a> Watcher<'a> {
         self.build.changed = is_partial.then(|| self.changed.iter().cloned().collect());
         let (built, must_repeat) = self.build(plan, &snapshot, is_triggered);
         match built {
-            Ok(summary) => {
+            Ok(Built { summary, failed_on }) => {
                 self.has_built = true;
                 // A change may have stopped the build that was asked for.
                 self.build.force &= summary.cancelled;
@@ -393,7 +393,7 @@ impl<'a> Watcher<'a> {
                     self.collector.watch_outputs(plan);
                 }
                 let has_ended = !summary.cancelled;
-                let failed = self.session.failed_on.lock().iter().cloned().chain(broken).collect();
+                let failed = failed_on.into_iter().chain(broken).collect();
                 self.collector.record_outcome(&self.changed, &failed, has_ended);
                 let needs_retry = has_ended && summary.system_errors > 0;
                 Ok(PassResult { has_ended, needs_retry, must_repeat, is_partial })
@@ -426,10 +426,10 @@ impl<'a> Watcher<'a> {
         plan: &Plan,
         snapshot: &ManifestSnapshot,
         is_triggered: bool,
-    ) -> (Result<Summary, Error>, bool) {
+    ) -> (Result<Built, Error>, bool) {
         let Self { manifest, collector, loader, session, cancel, events, build, outstanding, .. } = self;
         let (session, cancel, rejected) = (&*session, *cancel, &mut self.rejected);
-        let sender = collector.sender();
+        let (sender, heard) = (collector.sender(), collector.heard_changes());
         let has_ended = AtomicBool::new(false);
         let buffer = EventBuffer::new(*events, is_triggered, outstanding);
         let trace = Mutex::new(BuildTrace::default());
@@ -470,7 +470,7 @@ impl<'a> Watcher<'a> {
                 trace.lock().record(&event, plan);
                 buffer.push(event);
             };
-            let built = session.build(plan, build, cancel, &report);
+            let built = session.build_while_watched(plan, build, cancel, &report, heard);
             has_ended.store(true, Ordering::Release);
             // The collecting thread waits for messages.
             let _ = sender.send(Message::Wake);

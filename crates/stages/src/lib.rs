@@ -24,7 +24,7 @@ pub use material::{
     material_with_form, read_material, why_not_editable,
 };
 pub use picture::{Picture, material_picture, table_picture};
-pub use values::{Rgb, artifacts, quantity};
+pub use values::{ExportedMaps, Rgb, artifacts, quantity};
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {

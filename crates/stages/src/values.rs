@@ -6,8 +6,9 @@ mod blended_frames;
 mod choices;
 mod colour;
 mod engine_preset;
+mod exported_maps;
 mod numbers;
-mod overflow;
+pub(crate) mod overflow;
 pub(crate) mod parts;
 pub mod quantity;
 mod share;
@@ -22,6 +23,7 @@ pub(crate) use choices::{
 };
 pub use colour::Rgb;
 pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};
+pub use exported_maps::ExportedMaps;
 pub(crate) use numbers::{FileFormat, Numbers};
 pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;

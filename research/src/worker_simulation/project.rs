@@ -1,13 +1,13 @@
 //! The project of the simulation: the sample with more environments and materials.
 
+use std::any::Any;
 use std::fs;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use engine::{
-    Configured, Context, Diagnostic, ErasedKind, Failure, Field, Kinds, MapSizes, Output, Port, Product,
-    Table,
+    Configured, Context, Diagnostic, ErasedKind, Failure, Field, Kinds, Output, Port, Product, Table,
 };
 
 /// The sample's manifest, with a report for each environment.
@@ -141,8 +141,8 @@ impl Configured for ConfiguredElsewhere {
         self.0.product(types)
     }
 
-    fn map_sizes(&self) -> MapSizes {
-        self.0.map_sizes()
+    fn details(&self) -> Option<Box<dyn Any>> {
+        self.0.details()
     }
 
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {

@@ -173,8 +173,8 @@ impl<'a> Publisher<'a> {
         self.ledger.stamp(file).is_some_and(|line| line.digest == digest)
     }
 
-    /// Puts an item's files in place, and then removes those that it leaves out. `bytes` are their contents,
-    /// if they are in memory.
+    /// Puts an item's files in place, and then removes those that it leaves out. `contents` are those of the
+    /// files, if they are in memory.
     ///
     /// # Errors
     /// If a result is lost or something is in the way: both are found before the first rename, and the files
@@ -184,14 +184,14 @@ impl<'a> Publisher<'a> {
         &self,
         item: &ItemName,
         files: &[(String, Blob)],
-        bytes: Option<Vec<Vec<u8>>>,
+        contents: Option<Vec<Option<Vec<u8>>>>,
         events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
-        let mut bytes = bytes.map(Vec::into_iter);
+        let mut contents = contents.map(Vec::into_iter);
         let mut actions = Vec::new();
         let mut left_out = Vec::new();
         for (file, blob) in files {
-            let fresh = bytes.as_mut().and_then(Iterator::next);
+            let fresh = contents.as_mut().and_then(Iterator::next).flatten();
             if is_left_out(blob.digest) {
                 left_out.push(file.clone());
             } else {

@@ -1,4 +1,4 @@
-//! One run of one item: its context, its outcome, what is stored and recorded of it.
+//! One run of one item: its context, and what is stored and recorded of what it gave.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use super::outcome::{Outcome, Ran};
 use super::publish::{PublishError, PublishEvent, Publisher};
 use super::running::{Dependencies, RunningBuild};
 use super::session::WatchedChanges;
@@ -21,7 +22,7 @@ use crate::kinds::{Context, Failure, Gate, Handle, Output, Product, ShareDone, W
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};
 use crate::platform::Stamp;
-use crate::shared::{Place, Shared, SharedCacheOptions, Upload, UploadOutputs};
+use crate::shared::{Place, SharedCacheOptions, Upload, UploadOutputs};
 use crate::storage::{
     Blob, Cause, Disk, FileRead, InputUsed, Line, Memory, Read, ReadKind, Reader, Record, Tag, path_name,
     recipe, short, worth_keeping,
@@ -36,7 +37,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) running: &'a Arc<RunningBuild>,
-    /// What a watcher knows of changes, if there is one.
+    /// What a watcher knows of files that programs write, if there is a watcher.
     pub(crate) watched: Option<&'a WatchedChanges>,
     /// The items that go first.
     pub(crate) wanted: &'a Wanted,
@@ -71,84 +72,8 @@ pub(crate) struct RunRequest {
     pub(crate) share: Arc<ShareDone>,
 }
 
-pub(crate) struct Outcome {
-    pub(crate) made: Result<Made, Failure>,
-    pub(crate) milliseconds: f64,
-    pub(crate) warnings: Vec<String>,
-    pub(crate) notes: Vec<String>,
-    pub(crate) events: Vec<PublishEvent>,
-}
-
-/// The output of a successful run.
-pub(crate) struct Made {
-    pub(crate) outputs: Vec<Blob>,
-    pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
-    /// Why its files could not be published although they are stored.
-    pub(crate) unpublished: Option<Failure>,
-    /// Whether its files could not be published because the outputs are gone again.
-    pub(crate) is_lost: bool,
-}
-
 /// An item runs at most this many times if the files that it reads keep changing.
 const ATTEMPTS: usize = 3;
-
-/// One call of a kind.
-struct Attempt {
-    output: Result<Output, Failure>,
-    /// A file that was read twice with different contents.
-    changing: Option<PathBuf>,
-    reader: Reader,
-    reads: Vec<Read>,
-    warnings: Vec<String>,
-    notes: Vec<String>,
-}
-
-impl Attempt {
-    fn is_cancelled(&self) -> bool {
-        self.output.as_ref().is_err_and(|failure| failure.cancelled)
-    }
-}
-
-/// A run of an item, with what it made.
-pub(crate) struct Ran {
-    pub(crate) stored: Result<Stored, Failure>,
-    pub(crate) reads: Vec<FileRead>,
-    /// The lines of the journal with the stamps of the files that it read.
-    pub(crate) stamps: Vec<Line>,
-    pub(crate) started: Timestamp,
-    pub(crate) milliseconds: f64,
-    pub(crate) warnings: Vec<String>,
-    pub(crate) notes: Vec<String>,
-    pub(crate) place: Option<Place>,
-    /// Where the outputs are, if they are perhaps not here.
-    pub(crate) shared: Option<Shared>,
-}
-
-impl Ran {
-    /// A run that began then and has come to nothing so far.
-    pub(crate) fn without_result(started: Timestamp) -> Self {
-        Self {
-            stored: Err(Failure::cancelled()),
-            reads: Vec::new(),
-            stamps: Vec::new(),
-            started,
-            milliseconds: 0.0,
-            warnings: Vec::new(),
-            notes: Vec::new(),
-            place: None,
-            shared: None,
-        }
-    }
-}
-
-/// An output that is in the store, or known to be on a server.
-pub(crate) struct Stored {
-    pub(crate) outputs: Vec<Blob>,
-    /// The value of an artifact.
-    pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
-    /// The contents of exported files.
-    pub(crate) files: Option<Vec<Vec<u8>>>,
-}
 
 impl RunContext<'_> {
     /// Runs an item here, stores and records its outputs, and publishes its files.
@@ -157,46 +82,53 @@ impl RunContext<'_> {
     /// If the journal cannot be written, so that nothing can be recorded.
     pub(crate) fn run(&self, request: RunRequest) -> Result<Outcome, Error> {
         let started = Timestamp::now();
-        let (attempt, time) = own_time(|| {
-            let mut attempt = self.attempt(&request);
-            for _ in 1..ATTEMPTS {
-                if attempt.changing.is_none() || attempt.is_cancelled() {
-                    break;
+        let (mut attempts, mut milliseconds) = (0, 0.0);
+        let ran = loop {
+            attempts += 1;
+            let reader = self.disk.reader();
+            let ((context, output), time) = own_time(|| {
+                let context = self.context(&request, &reader);
+                let output = self.call(request.item, &context);
+                (context, output)
+            });
+            milliseconds += time.as_secs_f64() * 1e3;
+            let reads = context.reads();
+            self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.kind)));
+            let is_cancelled = output.as_ref().is_err_and(|failure| failure.cancelled);
+            let changing = changing(&reads).filter(|_| !is_cancelled);
+            if changing.is_some() && attempts < ATTEMPTS {
+                continue;
+            }
+            let output = match changing {
+                Some(path) if output.is_ok() => {
+                    let message = format!("{} changed each time that it was read", path.display());
+                    Err(Failure::new(message).help(WHEN_WRITTEN))
                 }
-                attempt = self.attempt(&request);
-            }
-            attempt
-        });
-        let Attempt { output, changing, reader, reads, warnings, notes } = attempt;
-        let output = match changing {
-            Some(path) if output.is_ok() => {
-                let message = format!("{} changed each time that it was read", path.display());
-                Err(Failure::new(message).help(WHEN_WRITTEN))
-            }
-            _ => output,
+                _ => output,
+            };
+            let output = match output {
+                Err(failure) if !failure.system_error && self.has_changed_since(&reader, &reads) => {
+                    Err(Failure::cancelled())
+                }
+                Ok(_) if self.is_unfinished(&reader, &reads) => Err(Failure::cancelled()),
+                output => output,
+            };
+            let ran = Ran {
+                reads: self.reads(&reader, &reads),
+                stamps: self.disk.stamps_of(&reader, &reads),
+                paths: reads.iter().map(|read| read.path.clone()).collect(),
+                milliseconds,
+                warnings: context.warnings(),
+                notes: context.notes(),
+                place: request.why_here.clone().map(|because| Place::Here { because }),
+                ..Ran::without_result(started)
+            };
+            break self.store(output, ran);
         };
-        let output = match output {
-            Err(failure) if !failure.system_error && self.will_rebuild(&reader, &reads) => {
-                Err(Failure::cancelled())
-            }
-            Ok(_) if self.is_unfinished(&reader, &reads) => Err(Failure::cancelled()),
-            output => output,
-        };
-        let made = Ran {
-            stored: output.and_then(|output| self.stored(output)),
-            reads: self.reads(&reader, &reads),
-            stamps: self.disk.stamps_of(&reader, &reads),
-            started,
-            milliseconds: time.as_secs_f64() * 1e3,
-            warnings,
-            notes,
-            place: request.why_here.clone().map(|because| Place::Here { because }),
-            shared: None,
-        };
-        self.conclude(request, made)
+        self.conclude(request, ran)
     }
 
-    /// Records what a run made, wherever it ran, and publishes its files.
+    /// Records what a run made, wherever it ran, and publishes its files. A failure is left to the scheduler.
     ///
     /// # Errors
     /// If the journal cannot be written, so that nothing can be recorded.
@@ -204,18 +136,27 @@ impl RunContext<'_> {
         let state = self.check.state;
         let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
         let info = &self.check.stages[self.check.plan.items[request.item].stage];
-        let Ran { stored, reads, stamps, started, milliseconds, warnings, notes, place, shared } = ran;
+        let Ran {
+            outputs,
+            value,
+            files,
+            reads,
+            paths,
+            stamps,
+            started,
+            milliseconds,
+            warnings,
+            notes,
+            place,
+            shared,
+        } = ran;
         // A kind says what is wrong inside its source; which file of the project that is, is known only here.
-        let stored = stored.map_err(|failure| match self.check.source(request.item) {
+        let outputs = outputs.map_err(|failure| match self.check.source(request.item) {
             Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
             _ => failure,
         });
-        let mut outcome =
-            Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, events: Vec::new() };
-        if let Err(failure) = &stored
-            && failure.cancelled
-        {
-            return Ok(outcome);
+        if outputs.as_ref().is_err_and(|failure| failure.cancelled) {
+            return Ok(Outcome::Stopped);
         }
         let before =
             self.check.latest(request.item).map_or_else(Vec::new, |latest| latest.outputs().to_vec());
@@ -232,7 +173,7 @@ impl RunContext<'_> {
             mount: self.check.mount(request.item),
             inputs: request.inputs,
             reads,
-            outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
+            outputs: outputs.as_ref().map_or(before, Vec::clone),
             started,
             milliseconds,
             reasons: request.reasons,
@@ -240,38 +181,27 @@ impl RunContext<'_> {
             from_cache: None,
             place,
             shared,
-            warnings: outcome.warnings.clone(),
-            notes: outcome.notes.clone(),
-            failure: stored.as_ref().err().map(|failure| failure.chain.clone()),
+            warnings: warnings.clone(),
+            notes: notes.clone(),
+            failure: outputs.as_ref().err().map(|failure| failure.chain.clone()),
         };
         let mut lines = stamps;
-        if stored.is_ok() {
+        if outputs.is_ok() {
             lines.push(Line::new(Tag::Result, short(record.key), Some(&record)));
         }
         lines.push(Line::new(Tag::Item, self.check.subject(request.item), Some(&record)));
-        state.journal.append(&lines)?;
-        if stored.is_ok() {
-            self.share(request.item, &record);
-        }
-        outcome.made = match stored {
-            Err(failure) => Err(failure),
-            Ok(Stored { outputs, value, files }) => {
-                if let (Some((name, Some(_))), Some(value)) = (info.artifact, &value) {
-                    self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
-                }
-                let published = self.publish(request.item, &outputs, files, &mut outcome.events);
-                let is_lost = matches!(published, Err(PublishError::ResultLost));
-                let unpublished = match published {
-                    Ok(()) => None,
-                    Err(PublishError::ResultLost) => {
-                        Some(Failure::new("a result that was just stored is gone").system_error())
-                    }
-                    Err(PublishError::Error(error)) => Some(failure_of(error)),
-                };
-                Ok(Made { outputs, value, unpublished, is_lost })
-            }
+        let outputs = match outputs {
+            Ok(outputs) => outputs,
+            Err(failure) => return Ok(Outcome::Failed { failure, warnings, notes, paths, lines }),
         };
-        Ok(outcome)
+        state.journal.append(&lines)?;
+        self.share(request.item, &record);
+        if let (Some((name, Some(_))), Some(value)) = (info.artifact, &value) {
+            self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
+        }
+        let mut events = Vec::new();
+        let unpublished = self.publish(request.item, &outputs, files, &mut events).err();
+        Ok(Outcome::Made { outputs, value, milliseconds, warnings, notes, events, unpublished })
     }
 
     /// Looks for the result of an item in the shared cache.
@@ -331,12 +261,12 @@ impl RunContext<'_> {
         &self,
         item: ItemIndex,
         outputs: &[Blob],
-        bytes: Option<Vec<Vec<u8>>>,
+        contents: Option<Vec<Option<Vec<u8>>>>,
         events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
         let files = self.check.plan.items[item].files.iter().cloned().zip(outputs.iter().copied());
         let name = self.check.name(item);
-        self.publisher.publish(&name, &files.collect::<Vec<_>>(), bytes, events)?;
+        self.publisher.publish(&name, &files.collect::<Vec<_>>(), contents, events)?;
         Ok(self.publisher.remove_stale(&name, events)?)
     }
 
@@ -382,24 +312,18 @@ impl RunContext<'_> {
         })
     }
 
-    /// Runs an item once and collects its output or failure.
-    fn attempt(&self, request: &RunRequest) -> Attempt {
-        let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
-        let reader = self.disk.reader();
-        let context = self.context(request, &reader);
-        let ran = catch_unwind(AssertUnwindSafe(|| stage.configured.run(&context)));
+    /// Calls an item's kind once.
+    fn call(&self, item: ItemIndex, context: &Context<'_>) -> Result<Output, Failure> {
+        let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
+        let called = catch_unwind(AssertUnwindSafe(|| stage.configured.run(context)));
         let stopped = context.stopped.load(Ordering::Relaxed);
-        let output = match ran {
+        match called {
             Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
             Ok(_) if stopped => Err(Failure::cancelled()),
             // A failure on half an edit is not reported: the next build reports what is wrong with the whole.
             Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
-            Ok(output) => output.and_then(|output| self.checked(request.item, output)),
-        };
-        let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
-        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.kind)));
-        let changing = changing(&reads).cloned();
-        Attempt { output, changing, reader, reads, warnings, notes }
+            Ok(output) => output.and_then(|output| self.checked(item, output)),
+        }
     }
 
     fn context<'c>(&self, request: &RunRequest, reader: &'c Reader) -> Context<'c> {
@@ -453,36 +377,31 @@ impl RunContext<'_> {
         Ok(output)
     }
 
-    fn stored(&self, output: Output) -> Result<Stored, Failure> {
+    /// Stores the output of a run.
+    fn store(&self, output: Result<Output, Failure>, ran: Ran) -> Ran {
         let store = &self.check.state.store;
+        let output = match output {
+            Ok(output) => output,
+            Err(failure) => return Ran { outputs: Err(failure), ..ran },
+        };
+        let stored = output.stored().into_iter().map(|bytes| store.put(bytes)).collect::<Result<Vec<_>, _>>();
+        let outputs = stored.map_err(failure_of);
         match output {
-            Output::Artifact { bytes, value } => {
-                let outputs = vec![store.put(&bytes).map_err(failure_of)?];
-                Ok(Stored { outputs, value: Some(value), files: None })
-            }
-            Output::Files(files) => {
-                let outputs = files.iter().map(|bytes| store.put(bytes)).collect::<Result<Vec<_>, _>>();
-                Ok(Stored { outputs: outputs.map_err(failure_of)?, value: None, files: Some(files) })
-            }
+            Output::Artifact { value, .. } => Ran { outputs, value: Some(value), ..ran },
+            Output::Files(files) => Ran { outputs, files: Some(files), ..ran },
         }
     }
 
-    /// Whether a watcher will build again because one of these files has changed since, or is still being
-    /// written. If so, a failure on what was read is not reported.
-    fn will_rebuild(&self, reader: &Reader, reads: &[Read]) -> bool {
-        let Some(watched) = self.watched else { return false };
-        let is_pending = {
-            let pending = watched.pending.lock();
-            !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
-        };
-        // The watcher may not have heard of the change yet.
-        is_pending
-            || self.is_unfinished(reader, reads)
-            || reads.iter().any(|read| {
-                reader.stamp(&read.path).is_some_and(|stamp| {
-                    fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
-                })
+    /// Whether a watcher will build again because one of these files has changed since it was read, or is
+    /// still being written. If so, a failure on what was read is not reported. The watcher may not have heard
+    /// of the change yet.
+    fn has_changed_since(&self, reader: &Reader, reads: &[Read]) -> bool {
+        let has_other_stamp = |read: &Read| {
+            reader.stamp(&read.path).is_some_and(|stamp| {
+                fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
             })
+        };
+        self.watched.is_some() && (self.is_unfinished(reader, reads) || reads.iter().any(has_other_stamp))
     }
 
     /// Whether a program is still writing a file that was read, and a watcher will build again when it is

@@ -14,7 +14,9 @@ use super::item_request::{
     FORMAT, ITEM, InputArtifact, ItemEnd, ItemReport, ItemRequest, KnownFile, KnownFolder, PortInputs,
     REPORT, artifact_place, file_place, output_place,
 };
-use super::run::{Outcome, Ran, RunContext, RunRequest, Stored};
+use super::outcome::{Outcome, Ran};
+use super::publish::PublishError;
+use super::run::{RunContext, RunRequest};
 use super::running::Dependencies;
 use super::shared_results::{MOST_READS, SharedBlobs, is_in_one_of, may_ask_for};
 use crate::error::Error;
@@ -32,16 +34,6 @@ use crate::timestamp::Timestamp;
 
 /// An item is sent at most so many times, each time with the files that it named the time before.
 const ROUNDS: usize = 16;
-
-/// How an attempt to run an item elsewhere ended.
-pub(crate) enum Elsewhere {
-    /// The item ran on another machine.
-    Ran(Outcome),
-    /// The item has to run here, because of this: a property of the item.
-    Here(String),
-    /// The item has to run here, because of this: something is wrong with the server or its machines.
-    Unable(String),
-}
 
 /// The origin of the content of a file of the other machine's folder.
 enum Content {
@@ -77,9 +69,9 @@ impl RunContext<'_> {
         &self,
         request: RunRequest,
         options: &ExecutorOptions,
-    ) -> Result<Elsewhere, Error> {
-        let here = |because: &str| Ok(Elsewhere::Here(because.into()));
-        let unable = |because: String| Ok(Elsewhere::Unable(because));
+    ) -> Result<Outcome, Error> {
+        let here = |because: &str| Ok(Outcome::RunsHere { because: because.into() });
+        let unable = |because: String| Ok(Outcome::NoMachine { because });
         let Some(blobs) = self.shared_blobs else { return here("there is no cache") };
         let (item, started) = (request.item, Timestamp::now());
         let host = options.executor.host();
@@ -91,7 +83,7 @@ impl RunContext<'_> {
             let reads = sent.reads();
             self.depends_on(item, &reads);
             let end = match self.send(&sent, item, options, blobs, is_fresh) {
-                Err(RemoteError::Stopped) => return self.stopped(request, started),
+                Err(RemoteError::Stopped) => return Ok(Outcome::Stopped),
                 Err(RemoteError::InputGone(_)) => return here("an input was not there any more"),
                 Err(RemoteError::TooLarge(why)) => return here(&why),
                 Err(RemoteError::Impossible(why)) => return unable(why),
@@ -153,10 +145,6 @@ impl RunContext<'_> {
         self.running.set_dependencies(item, Dependencies::Running(Arc::new(Mutex::new(reads))));
     }
 
-    fn stopped(&self, request: RunRequest, started: Timestamp) -> Result<Elsewhere, Error> {
-        self.conclude(request, Ran::without_result(started)).map(Elsewhere::Ran)
-    }
-
     fn conclude_elsewhere(
         &self,
         request: RunRequest,
@@ -165,15 +153,17 @@ impl RunContext<'_> {
         started: Timestamp,
         host: &str,
         blobs: &SharedBlobs,
-    ) -> Result<Elsewhere, Error> {
+    ) -> Result<Outcome, Error> {
         let outputs_expected = self.check.plan.items[request.item].files.len().max(1);
         let named = end.outputs[1..].iter().copied().collect::<Option<Vec<_>>>();
         let machine = if end.worker.is_empty() { "a worker".to_owned() } else { end.worker };
-        let stored = match report.end {
-            ItemEnd::Failed { .. } if self.has_changed(&report.reads) => Err(Failure::cancelled()),
+        let unable = |because: String| Ok(Outcome::NoMachine { because });
+        let (outputs, shared) = match report.end {
+            ItemEnd::Needs(_) => return Ok(Outcome::Stopped),
+            ItemEnd::Failed { .. } if self.has_changed(&report.reads) => return Ok(Outcome::Stopped),
             ItemEnd::Failed { chain, help, .. } => {
                 let failure = Failure { chain, help, cancelled: false, system_error: false };
-                Err(failure.context(format!("on {machine} of {host}")))
+                (Err(failure.context(format!("on {machine} of {host}"))), None)
             }
             ItemEnd::Made(outputs) => {
                 let fits = |named: &Vec<SharedBlob>| {
@@ -181,21 +171,13 @@ impl RunContext<'_> {
                         && named.len() == outputs.len()
                         && outputs.iter().zip(named).all(|(output, blob)| output.bytes == blob.bytes)
                 };
-                match named.filter(fits) {
-                    None => return Ok(Elsewhere::Unable(format!("{host} does not have what was made"))),
-                    Some(named) => Ok((outputs, named)),
-                }
-            }
-            ItemEnd::Needs(_) => Err(Failure::cancelled()),
-        };
-        let (stored, shared) = match stored {
-            Err(failure) => (Err(failure), None),
-            Ok((outputs, named)) => {
-                let shared = Shared { host: host.into(), machine: machine.clone(), blobs: named };
-                outputs.iter().zip(&shared.blobs).for_each(|(output, blob)| {
+                let Some(named) = named.filter(fits) else {
+                    return unable(format!("{host} does not have what was made"));
+                };
+                outputs.iter().zip(&named).for_each(|(output, blob)| {
                     blobs.name_of(output.digest, || Some(*blob));
                 });
-                (Ok(Stored { outputs, value: None, files: None }), Some(shared))
+                (Ok(outputs), Some(Shared { host: host.into(), machine: machine.clone(), blobs: named }))
             }
         };
         let is_needed = {
@@ -204,9 +186,9 @@ impl RunContext<'_> {
             matches!(stage.product, Product::Files(_))
                 || self.shared.is_some_and(|shared| shared.download_all)
         };
-        if let (Ok(stored), true) = (&stored, is_needed) {
+        if let (Ok(outputs), true) = (&outputs, is_needed) {
             let lacks = |output: &&Blob| !self.check.state.store.has(output);
-            let digests = stored.outputs.iter().filter(lacks).map(|output| output.digest).collect::<Vec<_>>();
+            let digests = outputs.iter().filter(lacks).map(|output| output.digest).collect::<Vec<_>>();
             blobs.receive(&self.check.state.store, &digests, &|| self.cancel.is_cancelled());
         }
         let dated = |read: FileRead| FileRead {
@@ -214,7 +196,7 @@ impl RunContext<'_> {
             ..read
         };
         let ran = Ran {
-            stored,
+            outputs,
             reads: report.reads.into_iter().map(dated).collect(),
             milliseconds: report.milliseconds,
             warnings: report.warnings,
@@ -223,10 +205,11 @@ impl RunContext<'_> {
             shared,
             ..Ran::without_result(started)
         };
-        let outcome = self.conclude(request, ran)?;
-        match &outcome.made {
-            Ok(made) if made.is_lost => Ok(Elsewhere::Unable(format!("{host} has lost what was made"))),
-            _ => Ok(Elsewhere::Ran(outcome)),
+        match self.conclude(request, ran)? {
+            Outcome::Made { unpublished: Some(PublishError::ResultLost), .. } => {
+                unable(format!("{host} has lost what was made"))
+            }
+            outcome => Ok(outcome),
         }
     }
 

@@ -54,7 +54,7 @@ pub fn run_item(folder: &Path, kinds: &Kinds) -> Result<Option<Failure>, Error> 
             let Failure { chain, help, system_error, .. } = failure.clone();
             (ItemEnd::Failed { chain, help, system_error }, Some(failure))
         }
-        Ok(outputs) => (ItemEnd::Made(store(&folder, &outputs)?), None),
+        Ok(output) => (ItemEnd::Made(store(&folder, &output)?), None),
     };
     let [warnings, notes] = messages.map(|all| all.iter().map(|text| without(text, &root)).collect());
     let report = ItemReport { end, milliseconds: time.as_secs_f64() * 1e3, warnings, notes, reads };
@@ -81,14 +81,14 @@ fn request(folder: &Path) -> Result<ItemRequest, Error> {
 
 type Messages = [Vec<String>; 2];
 
-/// The outputs, the warnings and notes, and what was read.
+/// The output, the warnings and notes, and what was read.
 fn run(
     folder: &Path,
     scratch: &Path,
     request: &ItemRequest,
     kinds: &Kinds,
     sent: &SentFiles,
-) -> (Result<Vec<Vec<u8>>, Failure>, Messages, Vec<FileRead>) {
+) -> (Result<Output, Failure>, Messages, Vec<FileRead>) {
     let (kind, configured) = match configured(request, kinds) {
         Ok(found) => found,
         Err(failure) => return (Err(failure), Messages::default(), Vec::new()),
@@ -97,9 +97,9 @@ fn run(
     let ran = catch_unwind(AssertUnwindSafe(|| configured.run(&context)));
     let product = product(request, kind, &*configured);
     let made = ran.unwrap_or_else(|panic| Err(panicked(kind.name(), panic.as_ref())));
-    let made = made.and_then(|output| match (output, product) {
-        (Output::Artifact { bytes, .. }, Product::Artifact(_)) => Ok(vec![bytes]),
-        (Output::Files(files), Product::Files(names)) if files.len() == names.len() => Ok(files),
+    let made = made.and_then(|output| match (&output, product) {
+        (Output::Artifact { .. }, Product::Artifact(_)) => Ok(output),
+        (Output::Files(files), Product::Files(names)) if files.len() == names.len() => Ok(output),
         _ => Err(undeclared(kind.name())),
     });
     let reads = context.reads().into_iter().map(|read| FileRead {
@@ -192,12 +192,12 @@ fn context<'c>(
     context
 }
 
-fn store(folder: &Path, outputs: &[Vec<u8>]) -> Result<Vec<Blob>, Error> {
-    let write = |(index, bytes): (usize, &Vec<u8>)| {
+fn store(folder: &Path, output: &Output) -> Result<Vec<Blob>, Error> {
+    let write = |(index, bytes): (usize, &[u8])| {
         write(&folder.join(output_place(index)), bytes)?;
         Ok(Blob { digest: Digest::of(bytes), bytes: bytes.len() as u64 })
     };
-    outputs.iter().enumerate().map(write).collect()
+    output.stored().into_iter().enumerate().map(write).collect()
 }
 
 fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {

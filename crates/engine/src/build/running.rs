@@ -35,11 +35,35 @@ impl Dependencies {
     }
 }
 
+/// An item, or items, whose dependencies the running build knows, so that a change of these files from now on
+/// makes the items stale. Whoever reads the files to check the items takes this, because the build would miss
+/// a change between a read and the time from which it knows of the file.
+pub(crate) struct Dependent<T>(T);
+
+impl<T> Dependent<T> {
+    /// Items that are checked while no build runs, which nobody tells of changes.
+    pub(crate) fn without_build(items: T) -> Self {
+        Self(items)
+    }
+
+    pub(crate) fn items(&self) -> &T {
+        &self.0
+    }
+
+    pub(crate) fn into_items(self) -> T {
+        self.0
+    }
+}
+
+/// Changed files whose old digests the build has forgotten: items that are checked from now on see the new
+/// contents, so that only those which were checked before can be stale.
+struct Forgotten<'c>(&'c ChangedPaths);
+
 /// The plan of a running build, and what its items have read.
 pub(crate) struct RunningBuild {
     plan: Plan,
     selected: Selection,
-    disk: Arc<Disk>,
+    disk: Disk,
     wanted: Wanted,
     dependencies: Mutex<Vec<Dependencies>>,
     stale: Arc<[AtomicBool]>,
@@ -47,18 +71,40 @@ pub(crate) struct RunningBuild {
 }
 
 impl RunningBuild {
-    /// A new build. To be created before `disk` is asked for digests.
-    pub(crate) fn new(plan: &Plan, selected: &Selection, disk: &Arc<Disk>, wanted: &Wanted) -> Self {
+    /// A new build. It takes the disk before that is asked for digests, and learns of every change from then
+    /// on.
+    pub(crate) fn new(plan: &Plan, selected: &Selection, disk: Disk, wanted: &Wanted) -> Self {
         let items = plan.items.len();
         Self {
             plan: plan.clone(),
             selected: selected.clone(),
-            disk: Arc::clone(disk),
+            disk,
             wanted: wanted.clone(),
             dependencies: Mutex::new(std::iter::repeat_with(|| Dependencies::None).take(items).collect()),
             stale: std::iter::repeat_with(AtomicBool::default).take(items).collect(),
             outdated: AtomicBool::new(false),
         }
+    }
+
+    /// The digests of files, as this build sees them.
+    pub(crate) fn disk(&self) -> &Disk {
+        &self.disk
+    }
+
+    /// Sets the files that an item's result depends on, before they are read to check the item.
+    pub(crate) fn depend(&self, item: ItemIndex, dependencies: Dependencies) -> Dependent<ItemIndex> {
+        self.set_dependencies(item, dependencies);
+        Dependent(item)
+    }
+
+    /// The same for many items.
+    pub(crate) fn depend_all(
+        &self,
+        items: Vec<ItemIndex>,
+        dependencies: impl Fn(ItemIndex) -> Dependencies,
+    ) -> Dependent<Vec<ItemIndex>> {
+        items.iter().for_each(|item| self.set_dependencies(*item, dependencies(*item)));
+        Dependent(items)
     }
 
     /// Sets the files that an item's result depends on.
@@ -90,9 +136,7 @@ impl RunningBuild {
 
     /// Marks what is stale now; see [`BuildSession::outdate`](crate::build::session::BuildSession::outdate).
     pub(crate) fn outdate(&self, changes: &ChangedPaths, plan: Option<&Plan>) {
-        // First, so that items which are checked from now on see the files' new contents.
-        self.disk.invalidate(|path, kind| changes.affect(path, kind));
-        let mut stale = self.with_changed_reads(changes);
+        let mut stale = self.with_changed_reads(&self.forget(changes));
         let mut outdated = false;
         if let Some(plan) = plan {
             outdated = plan.out != self.plan.out || !self.compare(plan, &mut stale);
@@ -115,8 +159,15 @@ impl RunningBuild {
         }
     }
 
-    /// For each item, whether a changed file makes its result stale.
-    fn with_changed_reads(&self, changes: &ChangedPaths) -> Vec<bool> {
+    /// Forgets the digests of changed files.
+    fn forget<'c>(&self, changes: &'c ChangedPaths) -> Forgotten<'c> {
+        self.disk.invalidate(|path, kind| changes.affect(path, kind));
+        Forgotten(changes)
+    }
+
+    /// For each item, whether a changed file makes its result stale. Items whose dependencies are not known
+    /// yet are checked later.
+    fn with_changed_reads(&self, Forgotten(changes): &Forgotten<'_>) -> Vec<bool> {
         // Files are hashed after the lock is released: the build needs it too.
         let mut affected = Vec::new();
         for (index, dependencies) in self.dependencies.lock().iter().enumerate() {

@@ -1,11 +1,12 @@
 //! Decides which item does what, and when.
 //!
-//! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
-//! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
-//! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
-//! first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and `wanted.rs`
-//! what becomes of those that somebody waits for. An artifact is kept in memory only while an item may need
-//! it, except for those that the session keeps.
+//! One thread (the caller's) schedules and reports events; a pool of threads works. That one thread also
+//! decides whether a failure counts, and records it, because it is told what a watcher hears. An item is
+//! checked when all its inputs are finished; if its result is not in the cache, it becomes a task. Before the
+//! task runs, the stored artifacts that it needs are fetched, each once; one that turns out to be lost is
+//! made again first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and
+//! `wanted.rs` what becomes of those that somebody waits for. An artifact is kept in memory only while an
+//! item may need it, except for those that the session keeps.
 //!
 //! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
 //! be the one that has to do the work.
@@ -18,9 +19,11 @@ use std::time::{Duration, Instant};
 
 use rayon::{Scope, ThreadPool};
 
+use super::heard::HeardChanges;
+use super::outcome::Outcome;
 use super::publish::{PublishError, PublishEvent};
-use super::run::{Outcome, RunContext, RunRequest};
-use super::run_elsewhere::Elsewhere;
+use super::reporter::Reporter;
+use super::run::{RunContext, RunRequest};
 use super::running::Dependencies;
 use super::up_to_date::{Freshness, UpToDateCheck};
 use crate::error::Error;
@@ -92,7 +95,6 @@ enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Found(ItemIndex, Option<Box<Record>>),
     Ran(ItemIndex, Result<Outcome, Error>),
-    RanElsewhere(ItemIndex, Result<Elsewhere, Error>),
     Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
     /// The engine itself panicked in a task, with this message.
     Panicked(ItemIndex, String),
@@ -123,6 +125,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// Started at the begin of the build.
     clock: Instant,
     events: &'e (dyn Fn(Event) + Sync),
+    /// What a watcher has heard of: failures on it are not reported.
+    heard: HeardChanges,
     items: Vec<Progress>,
     /// The items that need each item's artifact.
     consumers: Vec<Vec<ItemIndex>>,
@@ -152,8 +156,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         selected: &Selection,
         keep_going: bool,
         jobs: usize,
-        clock: Instant,
-        events: &'e (dyn Fn(Event) + Sync),
+        reporter: Reporter<'e>,
+        heard: HeardChanges,
     ) -> Self {
         let check = context.check;
         let plan = check.plan;
@@ -206,8 +210,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             wanted_version: None,
             is_wanted: vec![false; plan.items.len()],
             jobs,
-            clock,
-            events,
+            clock: reporter.clock,
+            events: reporter.events,
+            heard,
             items,
             consumers,
             selected: chosen,
@@ -342,10 +347,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if let Some(root) = self.failed_input(item) {
             return self.skip(item, Some(root));
         }
-        // Before the files are read: a change between the two would be missed.
-        self.context.running.set_dependencies(item, self.check.recorded_dependencies(item));
-        let freshness = self.check.freshness(item, self.key(item));
-        match freshness {
+        let dependent = self.context.running.depend(item, self.check.recorded_dependencies(item));
+        match self.check.freshness(&dependent, self.key(item)) {
             Freshness::Run => {
                 self.context.running.set_dependencies(item, Dependencies::None);
                 let is_missed = |item: ItemIndex| self.items[item].is_missed;

@@ -32,12 +32,10 @@ pub struct BuildSession {
     reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
     pub(crate) saved: Mutex<SavedState>,
-    /// What a watcher knows of changes, if there is one.
+    /// What a watcher knows of files that programs write, if there is a watcher.
     pub(crate) watched: Option<WatchedChanges>,
     /// The build that runs, or the last one.
     running: Mutex<Weak<RunningBuild>>,
-    /// The files that the failed items of the last build read.
-    pub(crate) failed_on: PathSet,
     /// The warnings of the last plan.
     pub(crate) reported_warnings: Mutex<Vec<String>>,
     /// The exported files, relative to `out`, that the last build removed.
@@ -64,10 +62,8 @@ impl PathSet {
     }
 }
 
-/// What a watcher knows of changes while a build runs.
+/// What a watcher knows, while a build runs, of files that programs write.
 pub(crate) struct WatchedChanges {
-    /// The paths that it has heard of and not handled yet: it will build again because of them.
-    pub(crate) pending: Arc<PathSet>,
     /// The files that are still being written: nothing is made of them yet.
     pub(crate) unfinished: Arc<PathSet>,
     /// Whether programs may have begun to write without its notice, since a build looked for them.
@@ -82,13 +78,12 @@ pub(crate) struct WatchedChanges {
 
 impl WatchedChanges {
     pub(crate) fn new(
-        pending: Arc<PathSet>,
         unfinished: Arc<PathSet>,
         may_have_missed_writers: Arc<AtomicBool>,
         report: Box<dyn Fn(PathBuf) + Send>,
     ) -> Self {
         let (is_looking, looked, report) = (AtomicBool::new(false), Mutex::default(), Mutex::new(report));
-        Self { pending, unfinished, may_have_missed_writers, is_looking, looked, report }
+        Self { unfinished, may_have_missed_writers, is_looking, looked, report }
     }
 
     /// Notes that a build begins.
@@ -197,7 +192,6 @@ impl BuildSession {
             saved: Mutex::default(),
             watched: None,
             running: Mutex::default(),
-            failed_on: PathSet::default(),
             reported_warnings: Mutex::default(),
             removed_outputs: Mutex::default(),
         })

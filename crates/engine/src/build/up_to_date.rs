@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::running::{ChangedPaths, Dependencies};
+use super::running::{ChangedPaths, Dependencies, Dependent};
 use crate::event::{ItemName, Reason};
 use crate::key::{Digest, ItemKey};
 use crate::kinds::{Decoder, Product};
@@ -86,7 +86,7 @@ impl<'a> UpToDateCheck<'a> {
     /// Reads the records of the items, and checks the files that the records of selected stages name.
     pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a Selection) -> Self {
         let mut check = Self::with_records(plan, state, disk, selected, None);
-        let readers = check.readers();
+        let readers = Dependent::without_build(check.readers());
         check.check_files(&readers, None, &|| false);
         check
     }
@@ -143,13 +143,13 @@ impl<'a> UpToDateCheck<'a> {
     /// `stop` returns true, the rest is left out.
     pub(crate) fn check_files(
         &mut self,
-        readers: &[ItemIndex],
+        readers: &Dependent<Vec<ItemIndex>>,
         changes: Option<&ChangedPaths>,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
         let mut known = self.known.take();
         let (mut places, mut read) = (HashSet::new(), HashSet::new());
-        for &item in readers {
+        for &item in readers.items() {
             for (path, kind, _) in self.latest(item).iter().flat_map(LatestRecord::reads) {
                 let path = self.folder.join(path);
                 if let Some(known) = &mut known {
@@ -327,7 +327,12 @@ impl<'a> UpToDateCheck<'a> {
     }
 
     /// Whether a result with this key is in the cache; that of an item that is forced does not count.
-    pub(crate) fn freshness(&self, item: ItemIndex, key: Digest) -> Freshness {
+    pub(crate) fn freshness(&self, item: &Dependent<ItemIndex>, key: Digest) -> Freshness {
+        self.freshness_of(*item.items(), key)
+    }
+
+    /// The same, after [`UpToDateCheck::check_files`].
+    fn freshness_of(&self, item: ItemIndex, key: Digest) -> Freshness {
         if self.is_forced(item) {
             return Freshness::Run;
         }

@@ -2,12 +2,12 @@
 
 use std::any::Any;
 use std::path::PathBuf;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use super::artifact::Artifact;
 use super::context::Context;
 use super::failure::Failure;
-use crate::key::Digest;
+use super::output::{Output, Product};
 use crate::manifest::{Diagnostic, Field, Parameters, Table};
 
 /// A place where artifacts arrive.
@@ -92,58 +92,6 @@ impl Port {
     }
 }
 
-/// The product of an item: an artifact or files.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Product {
-    /// An artifact of this type, for other stages.
-    Artifact(&'static str),
-    /// Files: the endings that are put after the item's `path`, such as `.exr` or `/px.exr`. Of several,
-    /// the last is the index, which is renamed into place after the others. Names are declared before
-    /// anything runs; an item may leave out some of them ([`LEFT_OUT`]).
-    Files(Vec<String>),
-}
-
-/// The output of a run of an item.
-pub enum Output {
-    /// An artifact: its encoded bytes, and the value for consumers of the same build.
-    Artifact {
-        /// The bytes.
-        bytes: Vec<u8>,
-        /// The value that the bytes encode.
-        value: Arc<dyn Any + Send + Sync>,
-    },
-    /// The files, in the order of [`Product::Files`]. A file that is [`LEFT_OUT`] is not published.
-    Files(Vec<Vec<u8>>),
-}
-
-/// Bytes that stand in place of a file's: the item does not export this one of its declared files. A file
-/// that it published there before is removed.
-pub const LEFT_OUT: &[u8] = b"specula: this item does not export this file\n";
-
-/// Whether this is the digest of [`LEFT_OUT`].
-pub(crate) fn is_left_out(digest: Digest) -> bool {
-    static DIGEST: LazyLock<Digest> = LazyLock::new(|| Digest::of(LEFT_OUT));
-    digest == *DIGEST
-}
-
-impl Output {
-    /// An artifact.
-    ///
-    /// # Errors
-    /// If it cannot be encoded.
-    pub fn artifact<T: Artifact>(value: T) -> Result<Self, Failure> {
-        Ok(Self::Artifact { bytes: value.encode()?, value: Arc::new(value) })
-    }
-
-    /// The digests of the bytes, in order.
-    pub fn digests(&self) -> Vec<Digest> {
-        match self {
-            Self::Artifact { bytes, .. } => vec![Digest::of(bytes)],
-            Self::Files(files) => files.iter().map(|bytes| Digest::of(bytes)).collect(),
-        }
-    }
-}
-
 /// What a stage does: one unit of code with typed ports, parameters, a revision and its own manual text.
 pub trait Kind: Send + Sync + 'static {
     /// The parameters, parsed once before the graph runs.
@@ -180,10 +128,10 @@ pub trait Kind: Send + Sync + 'static {
     /// Whether that is an artifact or files must not depend on an optional parameter.
     fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
 
-    /// The sizes of the maps that a stage with these parameters exports. A preview shows maps of the same
-    /// sizes.
-    fn map_sizes(_parameters: &Self::Parameters) -> MapSizes {
-        MapSizes::default()
+    /// What a stage with these parameters says to other parts of a program that know more of its product than
+    /// the engine does: a value of a type that both know. The engine only passes it on.
+    fn details(_parameters: &Self::Parameters) -> Option<Box<dyn Any>> {
+        None
     }
 
     /// The errors of parameters that are each valid by themselves: pairs of a parameter's name and a message.
@@ -259,17 +207,6 @@ pub struct NamedPath {
     pub is_read_whole: bool,
 }
 
-/// The sizes of the maps that an export writes, as far as its parameters say, and what they hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MapSizes {
-    /// Texels along the edge of a cube's face with the same angular resolution as the map.
-    pub edge: Option<usize>,
-    /// The slices of a 3D texture.
-    pub slices: Option<usize>,
-    /// Whether the map itself holds the lamps that are beside a reflection, with the error of doing so.
-    pub holds_lamps: Option<bool>,
-}
-
 /// A [`Kind`] as the engine sees it.
 pub trait ErasedKind: Send + Sync {
     /// Returns [`Kind::NAME`].
@@ -319,9 +256,9 @@ pub trait Configured: Send + Sync {
     fn canonical(&self) -> serde_json::Value;
     /// [`Kind::product`] with the stage's parameters.
     fn product(&self, types: &[(&str, &'static str)]) -> Product;
-    /// [`Kind::map_sizes`] of the stage's parameters.
-    fn map_sizes(&self) -> MapSizes {
-        MapSizes::default()
+    /// [`Kind::details`] of the stage's parameters.
+    fn details(&self) -> Option<Box<dyn Any>> {
+        None
     }
     /// [`Kind::check_inputs`] of the stage's parameters; each message begins with the parameter's name.
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
@@ -494,8 +431,8 @@ impl<K: Kind> Configured for Stage<K> {
         K::product(&self.0, types)
     }
 
-    fn map_sizes(&self) -> MapSizes {
-        K::map_sizes(&self.0)
+    fn details(&self) -> Option<Box<dyn Any>> {
+        K::details(&self.0)
     }
 
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {

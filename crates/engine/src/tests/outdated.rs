@@ -424,7 +424,7 @@ impl Kind for Restless {
             std::fs::write(source, format!("text {run}"))?;
         }
         let second = context.read(source)?;
-        Ok(Output::Files(vec![[&first[..], b", ", &second[..]].concat()]))
+        Ok(Output::files(vec![[&first[..], b", ", &second[..]].concat()]))
     }
 }
 

@@ -541,7 +541,7 @@ impl Kind for Elaborate {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         std::thread::sleep(std::time::Duration::from_millis(300));
-        Ok(Output::Files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
+        Ok(Output::files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
     }
 }
 

@@ -23,7 +23,7 @@ use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
 use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
-use crate::build::{PathSet, WatchedChanges, is_temporary};
+use crate::build::{HeardChanges, WatchedChanges, is_temporary};
 use crate::event::Event;
 use crate::plan::Plan;
 use crate::platform;
@@ -150,7 +150,9 @@ pub(crate) struct ChangeCollector {
     /// Whether a folder or file appeared that a program may have begun to write elsewhere.
     may_have_missed_writers: Arc<AtomicBool>,
     /// The changed paths that have not been built yet.
-    pending: Arc<PathSet>,
+    pending: HashSet<PathBuf>,
+    /// Sends further ones to the running build.
+    heard: Option<Sender<PathBuf>>,
     /// The mode that was reported last: whether the collector polls.
     reported_polling: Option<bool>,
 }
@@ -174,7 +176,8 @@ impl ChangeCollector {
             unfinished: UnfinishedFiles::default(),
             open: HashSet::new(),
             may_have_missed_writers: Arc::new(AtomicBool::new(true)),
-            pending: Arc::default(),
+            pending: HashSet::new(),
+            heard: None,
             reported_polling: None,
             sender,
         };
@@ -213,12 +216,19 @@ impl ChangeCollector {
         self
     }
 
-    /// The changes that a build is told of, those included that come while it runs.
+    /// The changes that a build which begins now is not told of, those included that come while it runs.
+    pub(super) fn heard_changes(&mut self) -> HeardChanges {
+        let (sender, further) = channel();
+        self.heard = Some(sender);
+        HeardChanges::new(self.pending.clone(), further)
+    }
+
+    /// What builds ask of the files that are being written.
     pub(super) fn watched_changes(&self) -> WatchedChanges {
         let missed = Arc::clone(&self.may_have_missed_writers);
         let sender = self.sender();
         let report = move |path| drop(sender.send(Message::BeingWritten(path)));
-        WatchedChanges::new(Arc::clone(&self.pending), self.unfinished.shared(), missed, Box::new(report))
+        WatchedChanges::new(self.unfinished.shared(), missed, Box::new(report))
     }
 
     /// Whether a file is still being written.
@@ -366,11 +376,9 @@ impl ChangeCollector {
     /// Takes the changes so far for a build, which means that they are not pending any more.
     pub(super) fn take_for_build(&mut self) -> Hints {
         let hints = self.take();
-        let mut pending = self.pending.lock();
         for path in hints.paths.keys().filter(|path| !self.unfinished.have(path)) {
-            pending.remove(path);
+            self.pending.remove(path);
         }
-        drop(pending);
         hints
     }
 
@@ -474,7 +482,11 @@ impl ChangeCollector {
     fn apply(&mut self, path: PathBuf, event: FileEvent) {
         let (existed, now) = (self.places.existed(&path), Instant::now());
         if event != FileEvent::Closed {
-            self.pending.lock().insert(path.clone());
+            let is_new = self.pending.insert(path.clone());
+            if let Some(build) = self.heard.as_ref().filter(|_| is_new) {
+                // The build may have ended.
+                let _ = build.send(path.clone());
+            }
         }
         match event {
             FileEvent::Written => {

@@ -197,7 +197,7 @@ impl Kind for ExportEngine {
         report(&made, (preset, format), parameters.overflow, context)?;
         let bounds = bounds((preset, format), &made, levels, context)?;
         let text = readme(preset, format, &names(preset, format, STEM));
-        Ok(Output::Files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
+        Ok(Output::files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
     }
 }
 

@@ -227,7 +227,7 @@ impl Kind for ExportEnvironment {
         context.check_cancelled()?;
         let format = match parameters.format.picture() {
             Ok(format) => {
-                return Ok(Output::Files(parameters.pictures(format, resolution).files(pixels, context)?));
+                return Ok(Output::files(parameters.pictures(format, resolution).files(pixels, context)?));
             }
             Err(format) => format,
         };
@@ -235,7 +235,7 @@ impl Kind for ExportEnvironment {
             if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
         let format = (format, parameters.numbers);
-        Ok(Output::Files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
+        Ok(Output::files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
     }
 }
 
@@ -285,5 +285,5 @@ fn with_levels(
             write_ktx2(&texture, precision, Some(context.recipe()), &entries)?
         }
     };
-    Ok(Output::Files(vec![encoded.bytes]))
+    Ok(Output::files(vec![encoded.bytes]))
 }

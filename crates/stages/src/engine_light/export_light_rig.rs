@@ -125,7 +125,7 @@ impl Kind for ExportLightRig {
             context.note("the series beside the lights is not written");
         }
         let recipe = Some(context.recipe());
-        Ok(Output::Files(match parameters.format {
+        Ok(Output::files(match parameters.format {
             Format::Gltf => vec![write_gltf_lights(lights, recipe)?],
             Format::Usda => vec![write_usda_lights(lights, recipe)?],
             Format::Csv => vec![texture_sidecar(recipe, &[])?, write_csv_lights(lights)?],

@@ -260,8 +260,8 @@ impl Kind for ExportSh {
         }
         let recipe = Some(context.recipe());
         if parameters.format == Format::Safetensors {
-            return Ok(Output::Files(vec![tensors::encode_lighting(&lighting, recipe)?]));
+            return Ok(Output::files(vec![tensors::encode_lighting(&lighting, recipe)?]));
         }
-        Ok(Output::Files(vec![lighting_json::encode(&lighting, preset, recipe)?]))
+        Ok(Output::files(vec![lighting_json::encode(&lighting, preset, recipe)?]))
     }
 }

@@ -127,7 +127,7 @@ impl Kind for TestPattern {
             readme(of.0, of.1, &names(of.0, of.1, ORIENT))
         );
         files.push(text.into_bytes());
-        Ok(Output::Files(files))
+        Ok(Output::files(files))
     }
 }
 

@@ -26,7 +26,7 @@ use sphere::Rotation;
 
 use crate::light::rotate;
 use crate::material::ImportMaterial;
-use crate::values::artifacts;
+use crate::values::{ExportedMaps, artifacts};
 
 pub use scenes::SceneCache;
 
@@ -488,9 +488,8 @@ impl Connections {
             sources.follow(plan, source, Rotation::IDENTITY);
         }
         let maps = ancestry.iter().copied().filter(|item| !sources.ancestry.contains(item)).collect();
-        let exported =
-            exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes());
-        let holds_lamps: Vec<bool> = exported.clone().filter_map(|sizes| sizes.holds_lamps).collect();
+        let exported = exports.iter().map(|export| ExportedMaps::of(&plan.stages[plan.items[*export].stage]));
+        let holds_lamps: Vec<bool> = exported.clone().filter_map(|maps| maps.holds_lamps).collect();
         let holds_lamps = !holds_lamps.is_empty() && holds_lamps.into_iter().all(|holds| holds);
         let sizes = sizes(exported);
         Some(CatalogEntry {
@@ -585,11 +584,11 @@ impl Origin {
 }
 
 /// The first sizes that exports fix, and the default for the rest.
-fn sizes(exports: impl Iterator<Item = engine::MapSizes> + Clone) -> MapSizes {
+fn sizes(exports: impl Iterator<Item = ExportedMaps> + Clone) -> MapSizes {
     let default = MapSizes::default();
     MapSizes {
-        edge: exports.clone().find_map(|sizes| sizes.edge).unwrap_or(default.edge),
-        slices: exports.clone().find_map(|sizes| sizes.slices).unwrap_or(default.slices),
+        edge: exports.clone().find_map(|maps| maps.edge).unwrap_or(default.edge),
+        slices: exports.clone().find_map(|maps| maps.slices).unwrap_or(default.slices),
     }
 }
 

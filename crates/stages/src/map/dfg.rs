@@ -151,6 +151,6 @@ impl Kind for Dfg {
                 }
             }
         };
-        Ok(Output::Files(vec![encoded.bytes]))
+        Ok(Output::files(vec![encoded.bytes]))
     }
 }

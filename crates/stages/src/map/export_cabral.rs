@@ -65,11 +65,12 @@
 //! path = "{environment}/{material}/cabral"
 //! ```
 
+use std::any::Any;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use shrm::{
     Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps_unless, icosahedron, sphere_map_axes,
     sphere_map_rows, sphere_maps_unless,
@@ -82,8 +83,8 @@ use super::map_pictures::image;
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    Content, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, artifacts, edge_of, parts,
-    report_loss,
+    Content, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, artifacts, edge_of,
+    parts, report_loss,
 };
 
 choice! {
@@ -154,12 +155,13 @@ impl Kind for ExportCabral {
         Product::Files(parts::endings(parameters.parts, files))
     }
 
-    fn map_sizes(parameters: &Parameters) -> MapSizes {
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
         let layout = match parameters.layout {
             Layout::Cube => MapLayout::Cube,
             Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
         };
-        MapSizes { edge: edge_of(parameters.resolution, layout), ..MapSizes::default() }
+        let edge = edge_of(parameters.resolution, layout);
+        Some(Box::new(ExportedMaps { edge, ..ExportedMaps::default() }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -49,15 +49,17 @@
 //! path = "{environment}/{material}/kautz-mccool"
 //! ```
 
+use std::any::Any;
+
 use containers::Texture;
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
 use shrm::{KautzMcCool, MapLayout, View, azimuthal_share_unless};
 
 use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, edge_of, parts, report_loss,
+    ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, edge_of, parts, report_loss,
 };
 
 parameters! {
@@ -104,9 +106,9 @@ impl Kind for ExportKautzMcCool {
         Product::Files(parts::endings(parameters.parts, files))
     }
 
-    fn map_sizes(parameters: &Parameters) -> MapSizes {
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
         let edge = edge_of(parameters.resolution, MapLayout::LatLong);
-        MapSizes { edge, slices: Some(parameters.slices), ..MapSizes::default() }
+        Some(Box::new(ExportedMaps { edge, slices: Some(parameters.slices), ..ExportedMaps::default() }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -203,13 +203,14 @@
 //! path = "{environment}/{material}/shrm"
 //! ```
 
+use std::any::Any;
 use std::ops::Range;
 
 use brdf::Part;
 use containers::{
     Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers_unless, write_ktx2,
 };
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Light;
 use shrm::{MapLayout, Reflection, Shrm, Terms};
 
@@ -217,8 +218,8 @@ use super::map_input;
 use super::map_input::MapInput;
 use super::map_source::MapSource;
 use crate::values::{
-    Content, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers, PartsName, Resolution, ViewName,
-    edge_of, parts,
+    Content, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers, PartsName,
+    Resolution, ViewName, edge_of, parts,
 };
 
 choice! {
@@ -295,13 +296,13 @@ impl Kind for ExportShrm {
         Product::Files(parts::endings(parameters.parts, vec![ending.into()]))
     }
 
-    fn map_sizes(parameters: &Parameters) -> MapSizes {
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
         let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
-        MapSizes {
+        Some(Box::new(ExportedMaps {
             edge: edge_of(parameters.resolution, layout),
             slices: None,
             holds_lamps: Some(parameters.lamps == LampsName::Baked),
-        }
+        }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -278,7 +278,7 @@ impl Kind for ReferenceMap {
                 estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
             }
         };
-        Ok(Output::Files(pictures.files(pixels, context)?))
+        Ok(Output::files(pictures.files(pixels, context)?))
     }
 }
 

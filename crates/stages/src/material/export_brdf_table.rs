@@ -111,7 +111,7 @@ impl Kind for ExportBrdfTable {
             Format::Exr => layers(table, precision()?, recipe)?,
         };
         context.note(format!("{} bytes", file.bytes.len()));
-        Ok(Output::Files(vec![file.bytes]))
+        Ok(Output::files(vec![file.bytes]))
     }
 }
 

@@ -167,7 +167,7 @@ impl Kind for ExportGltf {
         let text = GlbText { unlit: radiance.is_some(), extras: &extras, recipe: Some(context.recipe()) };
         let file = write_glb(mesh, &attributes, text)?;
         context.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
-        Ok(Output::Files(vec![file]))
+        Ok(Output::files(vec![file]))
     }
 }
 

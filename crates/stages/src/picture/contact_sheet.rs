@@ -153,7 +153,7 @@ impl Kind for ContactSheet {
         let picture = sheet.draw();
         context.check_cancelled()?;
         let bytes = write_png(picture.width, picture.height, &picture.pixels, Some(context.recipe()))?;
-        Ok(Output::Files(vec![bytes]))
+        Ok(Output::files(vec![bytes]))
     }
 }
 
@@ -316,7 +316,7 @@ mod tests {
         let Output::Files(mut files) = ContactSheet::run(parameters, &context).unwrap() else {
             panic!("a sheet is a file")
         };
-        files.remove(0)
+        files.remove(0).unwrap()
     }
 
     #[test]

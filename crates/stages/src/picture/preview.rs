@@ -367,7 +367,7 @@ impl Kind for Preview {
                 write_png(columns * width, rows * height, &strip, recipe)?
             }
         };
-        Ok(Output::Files(vec![bytes]))
+        Ok(Output::files(vec![bytes]))
     }
 }
 

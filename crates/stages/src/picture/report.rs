@@ -323,7 +323,7 @@ impl Kind for ReportKind {
         let page = page::page(&title, &report, &pictures, context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
         json.push(b'\n');
-        Ok(Output::Files(vec![json, page.into_bytes()]))
+        Ok(Output::files(vec![json, page.into_bytes()]))
     }
 }
 

@@ -2,7 +2,7 @@
 //! the reflection vector, so that an export writes a map for each.
 
 use brdf::Part;
-use engine::{Context, Failure, LEFT_OUT, Output, Steps, choice};
+use engine::{Context, Failure, Output, Steps, choice};
 use shrm::Reflection;
 
 choice! {
@@ -40,14 +40,15 @@ pub(crate) fn export<T>(
     let (diffuse, files) = match (parts, split) {
         (PartsName::Together, _) => (Vec::new(), write(whole, None, steps)?),
         (PartsName::Separate, Some([diffuse, specular])) => {
-            (write(&diffuse, Some(Part::Diffuse), steps)?, write(&specular, Some(Part::Specular), steps)?)
+            let diffuse = write(&diffuse, Some(Part::Diffuse), steps)?;
+            (diffuse.into_iter().map(Some).collect(), write(&specular, Some(Part::Specular), steps)?)
         }
         (PartsName::Separate, None) => {
             let files = write(whole, None, steps)?;
-            (vec![LEFT_OUT.to_vec(); files.len()], files)
+            (vec![None; files.len()], files)
         }
     };
-    Ok(Output::Files(diffuse.into_iter().chain(files).collect()))
+    Ok(Output::Files(diffuse.into_iter().chain(files.into_iter().map(Some)).collect()))
 }
 
 /// A note on the maps of a reflection that has two parts, and a warning of one that loses its direction.

@@ -95,8 +95,7 @@ fn a_prefiltered_cube_is_written_with_its_levels() {
                 ran.notes,
                 [format!("{} levels of the lobe {distribution}, roughness {roughness}", levels.len())]
             );
-            let engine::Output::Files(files) = &ran.output else { panic!("no files") };
-            let file = &files[0];
+            let file = ran.files()[0];
             let texture = read(file).unwrap();
             assert_eq!((texture.width, texture.height, texture.faces, texture.layers), (16, 16, 6, 0));
             assert_eq!(texture.levels().len(), levels.len());

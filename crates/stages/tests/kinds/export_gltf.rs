@@ -128,8 +128,8 @@ impl Read {
 
 fn read(case: &Case) -> (Read, Vec<String>) {
     let ran = case.run().unwrap();
-    let engine::Output::Files(files) = &ran.output else { panic!("no files") };
-    (Read::of(&files[0]), [ran.warnings, ran.notes].concat())
+    let read = Read::of(ran.files()[0]);
+    (read, [ran.warnings, ran.notes].concat())
 }
 
 #[test]

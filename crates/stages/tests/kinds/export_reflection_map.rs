@@ -193,8 +193,7 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
     let map = |parameters: &str| {
         let text = format!("resolution = 8\nprecision = \"float\"\n{parameters}");
         let ran = case("export-reflection-map", &text).input("reflection", rough()).run().unwrap();
-        let engine::Output::Files(files) = &ran.output else { panic!("a map is a file") };
-        (pixels(&files[0]).2, ran.warnings)
+        (pixels(ran.files()[0]).2, ran.warnings)
     };
     // Head on the view is the central direction itself.
     let grid = LatLong::with_rows(8);
@@ -246,8 +245,7 @@ fn lamps_are_in_the_map_or_left_to_the_renderer() {
     let map = |lamps: &str| {
         let text = format!("resolution = 8\nprecision = \"float\"\nlamps = \"{lamps}\"");
         let ran = case("export-reflection-map", &text).input("reflection", lit.clone()).run().unwrap();
-        let engine::Output::Files(files) = &ran.output else { panic!("a map is a file") };
-        pixels(&files[0]).2
+        pixels(ran.files()[0]).2
     };
     let (baked, separate, grid) = (map("baked"), map("separate"), LatLong::with_rows(8));
     for (index, (baked, separate)) in baked.iter().zip(&separate).enumerate() {

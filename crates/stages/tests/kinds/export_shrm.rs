@@ -286,10 +286,9 @@ fn a_map_that_arrives_is_not_made_into_another() {
 #[test]
 fn degrees_resolution_and_size_are_noted() {
     let ran = export(CUBE).run().unwrap();
-    let engine::Output::Files(files) = &ran.output else { panic!("no files") };
     let message = "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups have an estimated error of ";
     assert!(ran.notes[0].starts_with(message), "{}", ran.notes[0]);
-    assert_eq!(ran.notes[1], format!("{} bytes", files[0].len()));
+    assert_eq!(ran.notes[1], format!("{} bytes", ran.files()[0].len()));
     let zonal = case("export-shrm", LAT_LONG).input("reflection", made_up(false)).run().unwrap();
     let message = "a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0; all others are zero; bilinear";
     assert!(zonal.notes[0].contains(message), "{}", zonal.notes[0]);

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use engine::{
-    Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, LEFT_OUT,
-    Output, Product, Read, Table,
+    Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Output,
+    Product, Read, Table,
 };
 use sh::{Degree, Transform};
 use sphere::{DVec3, LatLong};
@@ -174,7 +174,7 @@ impl Case {
     pub(crate) fn run(&self) -> Result<Ran, Failure> {
         let mut ran = self.run_whole()?;
         if let Output::Files(files) = &mut ran.output {
-            files.retain(|file| file != LEFT_OUT);
+            files.retain(Option::is_some);
         }
         Ok(ran)
     }
@@ -184,12 +184,7 @@ impl Case {
         let Product::Files(endings) = self.product() else { panic!("{} makes no files", self.kind) };
         let ran = self.run_whole().unwrap_or_else(|failure| panic!("{}: {failure}", self.kind));
         let Output::Files(files) = ran.output else { panic!("{} makes no files", self.kind) };
-        endings
-            .into_iter()
-            .zip(files)
-            .filter(|(_, file)| file != LEFT_OUT)
-            .map(|(ending, _)| ending)
-            .collect()
+        endings.into_iter().zip(files).filter(|(_, file)| file.is_some()).map(|(ending, _)| ending).collect()
     }
 
     fn run_whole(&self) -> Result<Ran, Failure> {
@@ -273,7 +268,7 @@ impl Case {
     /// Runs it and takes the files.
     pub(crate) fn files(&self) -> Vec<Vec<u8>> {
         match self.run() {
-            Ok(Ran { output: Output::Files(files), .. }) => files,
+            Ok(Ran { output: Output::Files(files), .. }) => files.into_iter().flatten().collect(),
             Ok(_) => panic!("{} makes no files", self.kind),
             Err(failure) => panic!("{}: {failure}", self.kind),
         }
@@ -281,6 +276,12 @@ impl Case {
 }
 
 impl Ran {
+    /// The files that it exports.
+    pub(crate) fn files(&self) -> Vec<&[u8]> {
+        let Output::Files(files) = &self.output else { panic!("no files") };
+        files.iter().flatten().map(Vec::as_slice).collect()
+    }
+
     /// The artifact; its bytes decode to the same value.
     pub(crate) fn artifact<T: Artifact + PartialEq>(&self) -> Arc<T> {
         let Output::Artifact { bytes, value } = &self.output else { panic!("not an artifact") };

@@ -3,7 +3,6 @@
 use std::io::Cursor;
 
 use brdf::Choice;
-use engine::Output;
 use sh::Degree;
 use sphere::{DVec3, Rotation};
 use stages::artifacts::{
@@ -85,8 +84,7 @@ fn with_its_defaults_it_draws_a_sphere() {
     let ran = bare("").run().unwrap();
     assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
     assert_eq!(ran.notes, ["exposure −2.4 stops from the log-average"]);
-    let Output::Files(files) = &ran.output else { panic!("no files") };
-    let (size, frames) = frames(&files[0]);
+    let (size, frames) = frames(ran.files()[0]);
     assert_eq!((size, frames.len()), ([512, 512], 1));
 }
 
@@ -141,8 +139,7 @@ fn outputs_do_not_depend_on_the_number_of_threads() {
 fn comparisons_are_below_with_their_numbers() {
     let case = sphere("modes = [\"prefiltered\", \"local-shrm\"]\ncompare = \"brute-force\"\nsize = 64");
     let ran = case.run().unwrap();
-    let Output::Files(files) = &ran.output else { panic!("no files") };
-    let (size, _) = frames(&files[0]);
+    let (size, _) = frames(ran.files()[0]);
     // Three pictures side by side, in two rows.
     assert!(size[0] > 3 * 64 && size[0] < 4 * 64 && size[1] > 2 * 64 && size[1] < 4 * 64, "{size:?}");
     let figure = |mode: &str| {
@@ -198,10 +195,9 @@ fn light_is_turned_as_rotate_turns_it() {
     let rotated = crate::fixture::case("rotate", "yaw = 90").input("lighting", sky_lighting());
     let before = case(rough_under(&rotated.artifact::<Lighting>()), "").run().unwrap();
     assert!(before.warnings.is_empty(), "{:?}", before.warnings);
-    let Output::Files(files) = &before.output else { panic!("no files") };
     let (_, after) = picture(&bare("size = 32\nresolution = 16\nlight-yaw = 90"));
     // A quarter turn is whole texels of an environment of 64 columns.
-    assert!(apart(&frames(&files[0]).1[0], &after) < 0.5);
+    assert!(apart(&frames(before.files()[0]).1[0], &after) < 0.5);
 
     let mixed = case(rough(), "").run().unwrap();
     assert_eq!(

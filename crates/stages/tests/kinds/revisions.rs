@@ -233,7 +233,7 @@ fn numbers(case: &Case) -> Vec<f64> {
             }
             other => panic!("read the numbers of {other} here"),
         },
-        (Output::Files(files), _) => files.iter().flat_map(|file| file_numbers(file)).collect(),
+        (Output::Files(files), _) => files.iter().flatten().flat_map(|file| file_numbers(file)).collect(),
         _ => unreachable!("checked by the run"),
     }
 }

@@ -9,8 +9,8 @@ use rayon::Scope;
 
 use super::tasks::{Lane, Task};
 use super::{Message, Scheduler, WorkSpan};
+use crate::build::outcome::Outcome;
 use crate::build::run::message_of;
-use crate::build::run_elsewhere::Elsewhere;
 use crate::build::session::WORKER;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Event, Work};
@@ -96,7 +96,7 @@ impl<'a> Scheduler<'a, '_> {
                 let act: Box<dyn FnOnce() -> Message + Send + 'a> = match elsewhere {
                     None => Box::new(move || Message::Ran(item, context.run(request))),
                     Some(options) => {
-                        Box::new(move || Message::RanElsewhere(item, context.run_elsewhere(request, options)))
+                        Box::new(move || Message::Ran(item, context.run_elsewhere(request, options)))
                     }
                 };
                 (item, Work::Run, act)
@@ -120,10 +120,10 @@ impl<'a> Scheduler<'a, '_> {
                 let worker = first_worker + self.free_thread();
                 let thread = std::thread::Builder::new().name(format!("{WORKER} e{worker}"));
                 if let Err(error) = thread.spawn_scoped(waiting, move || act(worker)) {
-                    let why = Elsewhere::Unable(format!("a thread cannot be started: {error}"));
+                    let because = format!("a thread cannot be started: {error}");
                     let span =
                         WorkSpan { item, work, lane, worker, begun: Instant::now(), took: Duration::ZERO };
-                    let _ = unstarted.send((span, Message::RanElsewhere(item, Ok(why))));
+                    let _ = unstarted.send((span, Message::Ran(item, Ok(Outcome::NoMachine { because }))));
                 }
             }
         }

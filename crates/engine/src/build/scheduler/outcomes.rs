@@ -1,16 +1,18 @@
 //! Handles what workers report: what becomes of the item, and of the items that wait for it.
 
+use std::any::Any;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
 use super::{Message, Phase, Scheduler, Task, distinct};
+use crate::build::outcome::Outcome;
 use crate::build::publish::{PublishError, PublishEvent};
-use crate::build::run::{Made, Outcome, failure_of};
-use crate::build::run_elsewhere::Elsewhere;
+use crate::build::run::failure_of;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Event, ItemName};
 use crate::kinds::Failure;
 use crate::plan::ItemIndex;
+use crate::storage::Blob;
 
 impl Scheduler<'_, '_> {
     pub(super) fn handle(&mut self, message: Message) {
@@ -36,20 +38,7 @@ impl Scheduler<'_, '_> {
                 self.take_result(item, record.outputs.clone(), Some(record));
             }
             Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
-            Message::RanElsewhere(item, Ok(Elsewhere::Ran(outcome))) => {
-                self.summary.ran_elsewhere += usize::from(outcome.made.is_ok());
-                self.handle_outcome(item, outcome);
-            }
-            Message::RanElsewhere(item, Ok(Elsewhere::Here(why))) => {
-                self.items[item].why_here = Some(why);
-                self.run_when_ready(item);
-            }
-            Message::RanElsewhere(item, Ok(Elsewhere::Unable(why))) => {
-                self.report_unable(&why);
-                self.items[item].why_here = Some(why);
-                self.run_when_ready(item);
-            }
-            Message::Ran(_, Err(error)) | Message::RanElsewhere(_, Err(error)) => self.fatal = Some(error),
+            Message::Ran(_, Err(error)) => self.fatal = Some(error),
             Message::Published(item, events, Ok(())) => self.up_to_date(item, events),
             Message::Published(item, _, Err(PublishError::ResultLost)) => {
                 self.items[item].lost = true;
@@ -70,34 +59,60 @@ impl Scheduler<'_, '_> {
     }
 
     fn handle_outcome(&mut self, item: ItemIndex, outcome: Outcome) {
-        let name = self.check.name(item);
-        let Outcome { made, milliseconds, warnings, notes, events } = outcome;
-        if let Err(failure) = &made
-            && failure.cancelled
-        {
-            // Even if nothing else is stopped, because only this item's file is being written.
-            self.summary.cancelled = true;
-            return self.skip(item, None);
+        match outcome {
+            Outcome::Stopped => self.stopped(item),
+            Outcome::Failed { failure, paths, .. } if !failure.system_error && self.heard.affect(&paths) => {
+                self.stopped(item);
+            }
+            Outcome::Failed { failure, warnings, notes, lines, .. } => {
+                if let Err(error) = self.check.state.journal.append(&lines) {
+                    self.fatal = Some(error);
+                    return;
+                }
+                self.report_messages(item, warnings, notes);
+                self.fail(item, &failure);
+            }
+            Outcome::Made { outputs, value, milliseconds, warnings, notes, events, unpublished } => {
+                self.summary.ran_elsewhere += usize::from(self.has_run_elsewhere(item));
+                self.report_messages(item, warnings, notes);
+                if let Some(error) = unpublished {
+                    self.report_all(item, events);
+                    return self.fail(item, &unpublished_failure(error));
+                }
+                let before = self.check.latest(item).map(|latest| latest.outputs());
+                let changed = before != Some(outputs.as_slice());
+                self.summary.ran += 1;
+                self.report(Event::Finished { item: self.check.name(item), milliseconds, changed });
+                self.report_all(item, events);
+                self.keep_result(item, outputs, value);
+                self.complete(item);
+                self.release_fetchers(item);
+            }
+            Outcome::RunsHere { because } => {
+                self.items[item].why_here = Some(because);
+                self.run_when_ready(item);
+            }
+            Outcome::NoMachine { because } => {
+                self.report_unable(&because);
+                self.items[item].why_here = Some(because);
+                self.run_when_ready(item);
+            }
         }
-        for message in warnings {
-            self.report(Event::Warning { item: name.clone(), message });
-        }
-        for message in notes {
-            self.report(Event::Note { item: name.clone(), message });
-        }
-        let Made { outputs, value, unpublished, .. } = match made {
-            Ok(made) => made,
-            Err(failure) => return self.fail(item, &failure),
-        };
-        if let Some(failure) = unpublished {
-            self.report_all(item, events);
-            return self.fail(item, &failure);
-        }
-        let before = self.check.latest(item).map(|latest| latest.outputs());
-        let changed = before != Some(outputs.as_slice());
-        self.summary.ran += 1;
-        self.report(Event::Finished { item: name, milliseconds, changed });
-        self.report_all(item, events);
+    }
+
+    fn stopped(&mut self, item: ItemIndex) {
+        // Even if nothing else is stopped, because only this item's file is being written.
+        self.summary.cancelled = true;
+        self.skip(item, None);
+    }
+
+    /// Keeps the outputs of an item that ran, and its value for those who may still need it.
+    fn keep_result(
+        &mut self,
+        item: ItemIndex,
+        outputs: Vec<Blob>,
+        value: Option<Arc<dyn Any + Send + Sync>>,
+    ) {
         let artifact = self.check.stages[self.check.plan.items[item].stage].artifact;
         let progress = &mut self.items[item];
         progress.ran = true;
@@ -106,8 +121,6 @@ impl Scheduler<'_, '_> {
             progress.handle = Some(Arc::new(handle));
         }
         progress.outputs = Some(outputs);
-        self.complete(item);
-        self.release_fetchers(item);
     }
 
     pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
@@ -244,5 +257,13 @@ impl Scheduler<'_, '_> {
             Phase::Failed(root) => Some(root.clone()),
             _ => None,
         })
+    }
+}
+
+/// The failure of an item whose outputs were made, and whose files could not be published.
+fn unpublished_failure(error: PublishError) -> Failure {
+    match error {
+        PublishError::ResultLost => Failure::new("a result that was just stored is gone").system_error(),
+        PublishError::Error(error) => failure_of(error),
     }
 }

@@ -47,6 +47,17 @@ impl Scheduler<'_, '_> {
         }
     }
 
+    /// Reports what a run warned of and what it noted.
+    pub(super) fn report_messages(&mut self, item: ItemIndex, warnings: Vec<String>, notes: Vec<String>) {
+        let name = self.check.name(item);
+        for message in warnings {
+            self.report(Event::Warning { item: name.clone(), message });
+        }
+        for message in notes {
+            self.report(Event::Note { item: name.clone(), message });
+        }
+    }
+
     /// Reports an event, and counts files.
     pub(crate) fn report(&mut self, event: Event) {
         match &event {

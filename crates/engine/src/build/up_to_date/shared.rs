@@ -50,7 +50,7 @@ impl UpToDateCheck<'_> {
                     continue;
                 }
                 let key = self.key(index, |input| digests[input].unwrap_or(Digest([0; 32])));
-                match self.freshness(index, key) {
+                match self.freshness_of(index, key) {
                     Freshness::Current { outputs, .. } => {
                         digests.push(outputs.first().map(|blob| blob.digest))
                     }

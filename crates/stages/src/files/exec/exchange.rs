@@ -231,14 +231,14 @@ impl ProgramOutput {
             }
             Self::File(_) => {
                 let recipe = containers::texture_sidecar(Some(context.recipe()), &[])?;
-                Ok(Output::Files(vec![recipe, read_file(work, &place, program)?]))
+                Ok(Output::files(vec![recipe, read_file(work, &place, program)?]))
             }
             Self::Files(names) => {
                 let mut files = vec![containers::texture_sidecar(Some(context.recipe()), &[])?];
                 for name in names {
                     files.push(read_file(work, &format!("{place}/{name}"), program)?);
                 }
-                Ok(Output::Files(files))
+                Ok(Output::files(files))
             }
         }
     }
