@@ -14,7 +14,7 @@
 
 use brdf::{Absent, BrdfCoefficients, Choice, MODELS, Material, Value, Values, project};
 use envmap::Environment;
-use sh::{Degree, Tolerance, Transform};
+use sh::{Degree, Tolerance, Transform, unstopped};
 use shrm::reference::{Cull, Reference};
 use shrm::{MapGrid, Reflection, Shrm, View, ViewMaps};
 use sphere::{Direction, LatLong};
@@ -171,7 +171,7 @@ impl Table5 {
 
     /// The explicit maps of an SHRM for all 100 views.
     pub fn maps(&self, shrm: &Shrm) -> ViewMaps {
-        ViewMaps::from_shrm(shrm, VIEWS).expect("10 x 10 views")
+        unstopped(|stop| ViewMaps::from_shrm(shrm, VIEWS, stop)).expect("10 x 10 views")
     }
 }
 

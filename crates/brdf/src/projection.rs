@@ -24,7 +24,7 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use sh::{Degree, Tolerance, degree_holding};
+use sh::{Degree, Stop, Tolerance, degree_holding};
 use sphere::Direction;
 
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
@@ -110,17 +110,17 @@ pub struct Projection {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn project(material: &Material, choice: Choice) -> Result<Projection, ProjectionError> {
-    project_unless(material, choice, &|| false)
+    project_unless(material, choice, Stop::NEVER)
 }
 
-/// [`project`], which ends early once `stop` says so. It is asked every few milliseconds, on every thread.
+/// [`project`] that can be stopped. `stop` is asked every few milliseconds, on every thread.
 ///
 /// # Errors
 /// The errors of [`project`], and [`ProjectionError::Stopped`] if it was stopped.
 pub fn project_unless(
     material: &Material,
     choice: Choice,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Projection, ProjectionError> {
     if let Choice::Degree { f, p } = choice {
         let (f, p) = (f.get(), p.get());
@@ -173,7 +173,7 @@ fn general(
     centre: Centre,
     rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     choice: Choice,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Projection, ProjectionError> {
     let source = Source { centre, rho_hat, below: reaches_below(rho_hat), stop };
     let (table, f, p) = match choice {

@@ -3,10 +3,10 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
-use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, captured_unless, tabulate};
+use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, tabulate};
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
-use sh::{Degree, Expansion, Window, rotate};
+use sh::{Degree, Expansion, Stop, Window, rotate};
 use sphere::{Direction, Rotation};
 
 fn numbers<const N: usize>(value: &Value) -> [f64; N] {
@@ -223,7 +223,7 @@ fn degrees_hold_the_energy_that_they_should() {
             let c = views.coefficients(direction).unwrap().c;
             check_shares(&captured(&c, views.energy(direction).unwrap()[0]), &view["captured"], "a view");
         }
-        let shares = captured_unless(&material, degree(14), &|| false).unwrap();
+        let shares = brdf::captured(&material, degree(14), Stop::NEVER).unwrap();
         check_shares(&shares, &case["captured_over_views"], "over views");
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BrdfTable, Centre, Material};
+use sh::Stop;
 use shrm::{Cabral, KautzMcCool, Lamps, MOST_P, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
@@ -193,7 +194,7 @@ impl Look {
             let Some(reflection) = self.reflection() else { return self.map(View::Local) };
             let p = reflection.brdf().p().get().max(MOST_P);
             within("the local SHRM with lamps", self.texels(), (p + 1) * (p + 1), COEFFICIENTS)?;
-            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, &|| false);
+            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, Stop::NEVER);
             made.map_err(|error| RenderError::maps(error.to_string()))
         });
         made.as_ref().map_err(Clone::clone)
@@ -227,7 +228,7 @@ impl Look {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
             let maps = Cabral::from_shrm(self.soft()?);
-            Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps) } else { maps })
+            Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps, Stop::NEVER)? } else { maps })
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -243,7 +244,7 @@ impl Look {
             let texture = KautzMcCool::from_shrm(self.soft()?, angles).ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
             })?;
-            Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps) } else { texture })
+            Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps, Stop::NEVER)? } else { texture })
         });
         made.as_ref().map_err(Clone::clone)
     }

@@ -24,6 +24,8 @@ mod plan;
 mod product;
 mod spin;
 
+use sh::{Stop, Stopped};
+
 use crate::{MapGrid, Reflection, Shrm, Terms, View};
 use plan::SynthesisPlan;
 
@@ -50,8 +52,8 @@ pub enum SynthesisError {
         rows: usize,
     },
     /// The synthesis was stopped, because the caller did not want the map any more.
-    #[error("the synthesis was stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// The most coefficients that a map may have, over all texels: 2^28, 3.2 GB.
@@ -83,11 +85,11 @@ impl Reflection {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn synthesise(&self, grid: MapGrid, view: View) -> Result<Shrm, SynthesisError> {
-        self.synthesise_unless(grid, view, &|| false)
+        self.synthesise_unless(grid, view, Stop::NEVER)
     }
 
-    /// [`Reflection::synthesise`], which ends early once `stop` says so. It is asked every few milliseconds,
-    /// on every thread.
+    /// [`Reflection::synthesise`] that can be stopped. `stop` is asked every few milliseconds, on every
+    /// thread.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`], and [`SynthesisError::Stopped`] if it was stopped.
@@ -95,7 +97,7 @@ impl Reflection {
         &self,
         grid: MapGrid,
         view: View,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<Shrm, SynthesisError> {
         let terms = if self.is_azimuth_free() { Terms::Zonal } else { Terms::All };
         let p = self.brdf().p();
@@ -109,12 +111,9 @@ impl Reflection {
         }
         let plan = SynthesisPlan::new(self, terms, stop);
         let values = match grid {
-            MapGrid::LatLong(grid) => lat_long::synthesise(&plan, grid),
-            MapGrid::Cube(cube) => cube::synthesise(&plan, cube),
+            MapGrid::LatLong(grid) => lat_long::synthesise(&plan, grid)?,
+            MapGrid::Cube(cube) => cube::synthesise(&plan, cube)?,
         };
-        if stop() {
-            return Err(SynthesisError::Stopped);
-        }
         let local = Shrm { grid, view: View::Local, centre: self.brdf().centre(), p, terms, values };
         Ok(if view == View::Global { local.to_global() } else { local })
     }

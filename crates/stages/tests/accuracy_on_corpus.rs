@@ -7,7 +7,7 @@ use brdf::{Choice, Material, Microfacet, Phong, Projection, project};
 use containers::ReadOptions;
 use envmap::{Environment, Layout};
 use rayon::prelude::*;
-use sh::{Degree, Tolerance, Transform, image_energy};
+use sh::{Degree, Stop, Tolerance, Transform, image_energy};
 use shrm::accuracy::Accuracy;
 use shrm::reference::{Cull, Reference};
 use shrm::{Distribution, MapGrid, MethodChoice, PrefilterKernel, Reflection, View, frame, prefilter};
@@ -151,7 +151,15 @@ fn prefiltered_photographs_are_the_sums_over_their_pixels() {
         for roughness in [0.15, 0.25, 0.4, 0.55, 0.8, 1.0] {
             let kernel = PrefilterKernel::new(Distribution::Ggx, roughness).unwrap();
             let cube = Cube { edge: 32 };
-            let found = prefilter(&light, None, Distribution::Ggx, &[roughness], 32, MethodChoice::Series);
+            let found = prefilter(
+                &light,
+                None,
+                Distribution::Ggx,
+                &[roughness],
+                32,
+                MethodChoice::Series,
+                Stop::NEVER,
+            );
             let level = &found.unwrap().levels[0];
             let pixels = level.map.pixels();
             let brightness = |index: &usize| pixels[*index].iter().sum::<f32>();

@@ -9,7 +9,7 @@ use brdf::{AshikhminShirley, Material, tabulate};
 use containers::ReadOptions;
 use envmap::{Environment, Layout};
 use mesh::Mesh;
-use sh::{Basis, Degree, Expansion, Transform};
+use sh::{Basis, Degree, Expansion, Stop, Transform};
 use sphere::{DMat3, DVec3, Direction, LatLong};
 use transfer::{Directions, Frames, Occluders, Viewer, precompute, shade_with_transfer};
 
@@ -129,7 +129,7 @@ fn transfer_has_the_radiance_that_is_traced() {
         let bakes = tables.each_ref().map(|(output, table)| {
             let directions = Directions::new(1024, degree(output + LIGHT)).unwrap();
             let degrees = (degree(*output), degree(LIGHT));
-            (table, precompute(&frames, &occluders, &directions, degrees).unwrap().0)
+            (table, precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap().0)
         });
         for (of, environment) in &environments {
             let light = transform.analyse(environment.pixels());

@@ -9,7 +9,7 @@ use brdf::{AshikhminShirley, Material, tabulate};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mesh::Mesh;
 use rayon::prelude::*;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::Direction;
 use transfer::{
     ClusteredTransfer, Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, Viewer,
@@ -105,7 +105,7 @@ fn baking(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("bake");
     group.sample_size(10);
     group.bench_function("knot", |bencher| {
-        bencher.iter(|| precompute(&frames, &occluders, &directions, (degree, degree)).unwrap());
+        bencher.iter(|| precompute(&frames, &occluders, &directions, (degree, degree), Stop::NEVER).unwrap());
     });
     group.finish();
 }

@@ -10,7 +10,7 @@ use brdf::BrdfTable;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop, Stopped};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::transfer::Transfer;
@@ -60,14 +60,17 @@ impl ClusteredTransfer {
     }
 
     /// Clusters matrices, and measures the error: the root of the mean square of what is lost, relative to
-    /// that of the matrices. Uses all threads; the result does not depend on their number. It is `None` if
-    /// `stop` says so, which is asked for every matrix and for every cluster, on every thread.
+    /// that of the matrices. Uses all threads; the result does not depend on their number. `stop` is asked
+    /// for every matrix and for every cluster, on every thread.
+    ///
+    /// # Errors
+    /// If it was stopped.
     pub fn of(
         transfer: &Transfer,
         clusters: usize,
         components: usize,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Option<(Self, f64)> {
+        stop: Stop<'_>,
+    ) -> Result<(Self, f64), Stopped> {
         let length = transfer.output().rows() * transfer.input().rows();
         let points = Points { length, values: transfer.values(), components, stop };
         let count = clusters.clamp(1, transfer.len().max(1));
@@ -100,7 +103,7 @@ impl ClusteredTransfer {
         let weights = found.into_iter().flat_map(|(weights, _)| weights).collect();
         let (output, input) = (transfer.output(), transfer.input());
         let value = Self { output, input, components, bases, clusters: own, weights };
-        Some((value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 }))
+        Ok((value, if size > 0.0 { (lost / size).sqrt() } else { 0.0 }))
     }
 
     /// The degree O of the light that arrives.
@@ -262,14 +265,14 @@ struct Points<'a> {
     length: usize,
     values: &'a [f32],
     components: usize,
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: Stop<'a>,
 }
 
 impl Points<'_> {
-    /// Computes something of each point and its index, unless it is stopped.
-    fn each<T: Send>(&self, of: impl Fn(&[f32], usize) -> T + Sync) -> Option<Vec<T>> {
+    /// Computes something of each point and its index.
+    fn each<T: Send>(&self, of: impl Fn(&[f32], usize) -> T + Sync) -> Result<Vec<T>, Stopped> {
         let points = self.values.par_chunks_exact(self.length).enumerate();
-        points.map(|(index, point)| (!(self.stop)()).then(|| of(point, index))).collect()
+        points.map(|(index, point)| self.stop.check().map(|()| of(point, index))).collect()
     }
 
     fn point(&self, index: usize) -> Option<&[f32]> {
@@ -308,7 +311,7 @@ impl Points<'_> {
     }
 
     /// The mean and the principal components of each cluster, by subspace iteration.
-    fn bases(&self, own: &[u32], means: &[f32]) -> Option<Vec<f32>> {
+    fn bases(&self, own: &[u32], means: &[f32]) -> Result<Vec<f32>, Stopped> {
         let count = means.len() / self.length;
         let mut members = vec![Vec::new(); count];
         for (index, cluster) in own.iter().enumerate() {
@@ -324,9 +327,7 @@ impl Points<'_> {
             let mut axes: Vec<Vec<f32>> = (0..self.components).filter_map(start).collect();
             orthonormalise(&mut axes);
             for _ in 0..POWER_ROUNDS {
-                if (self.stop)() {
-                    return None;
-                }
+                self.stop.check()?;
                 let mut next = vec![vec![0.0; self.length]; axes.len()];
                 for index in members {
                     let point = centred(*index);
@@ -340,11 +341,11 @@ impl Points<'_> {
             }
             let mut basis = [mean.to_vec(), axes.concat()].concat();
             basis.resize((self.components + 1) * self.length, 0.0);
-            Some(basis)
+            Ok(basis)
         };
         let clusters = members.par_iter().zip(means.par_chunks_exact(self.length));
-        let found: Vec<Vec<f32>> = clusters.map(basis).collect::<Option<_>>()?;
-        Some(found.concat())
+        let found: Vec<Vec<f32>> = clusters.map(basis).collect::<Result<_, Stopped>>()?;
+        Ok(found.concat())
     }
 
     /// The weights of a point in a cluster's basis, and the square of the part that they lose.

@@ -4,7 +4,7 @@
 
 use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::{DMat3, DQuat, DVec3, Direction, Rotation};
 use transfer::{
     ClusteredTransfer, Directions, Form, Frames, HalfTransfer, LightField, LightFieldError, MatteTransfer,
@@ -118,10 +118,10 @@ fn shadows_fall_in_near_light_in_every_form() {
     let frames = Frames::of(&mesh).unwrap();
     let directions = Directions::new(256, degree(8)).unwrap();
     let degrees = (degree(4), degree(4));
-    let (matrices, _) = precompute(&frames, &occluders, &directions, degrees).unwrap();
+    let (matrices, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let (visibility, _) =
-        Visibility::precompute(&frames, &occluders, &directions, degrees, &|| false).unwrap();
-    let (clusters, _) = ClusteredTransfer::of(&matrices, 8, 4, &|| false).unwrap();
+        Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
+    let (clusters, _) = ClusteredTransfer::of(&matrices, 8, 4, Stop::NEVER).unwrap();
     let half = Form::Half(HalfTransfer::of(&matrices));
     let forms = [Form::Matrices(matrices), half, Form::Visibility(visibility), Form::Clusters(clusters)];
     let table = ward([1.0, 0.5, 0.2]);
@@ -144,7 +144,7 @@ fn shadows_fall_in_near_light_in_every_form() {
     }
     // A matte one has the albedo times t L.
     let (matte, _) =
-        MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), &|| false).unwrap();
+        MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
     let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.1]).unwrap());
     let (chalk, _) = tabulate(&chalk, degree(4), 16).unwrap();
     let expected = |vertex: usize| {

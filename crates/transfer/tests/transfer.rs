@@ -6,7 +6,7 @@
 use brdf::{AshikhminShirley, Material, Ward, tabulate};
 use mesh::Mesh;
 use serde_json::Value;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
 use transfer::{Directions, Frames, Occluders, Transfer, Viewer, precompute, shade, shade_with_transfer};
 
@@ -59,7 +59,8 @@ fn matrix(case: &Value) -> Vec<f64> {
 fn bake(case: &Value, sphere: &Value, count: usize, output: usize) -> Transfer {
     let directions = Directions::new(count, degree(output + 4)).unwrap();
     let (transfer, _) =
-        precompute(&vertex(case), &ball(sphere), &directions, (degree(output), degree(4))).unwrap();
+        precompute(&vertex(case), &ball(sphere), &directions, (degree(output), degree(4)), Stop::NEVER)
+            .unwrap();
     transfer
 }
 

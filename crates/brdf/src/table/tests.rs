@@ -214,7 +214,7 @@ fn a_table_is_the_same_with_any_number_of_threads() {
 
 #[test]
 fn a_table_can_be_stopped_and_must_be_finite() {
-    assert_eq!(tabulate_unless(&brushed(), degree(4), 8, &|| true), Err(TableError::Stopped));
+    assert_eq!(tabulate_unless(&brushed(), degree(4), 8, Stop::when(&|| true)), Err(Stopped.into()));
     // f32::MAX times a scale of 1e6 is finite in f64: so far nothing that a file holds is not.
     let huge = Measured::new([1, 1, 1], vec![[f32::MAX; 3]]).unwrap().scaled([1e6; 3]).unwrap();
     assert!(tabulate(&Material::Measured(huge), degree(0), 2).is_ok());

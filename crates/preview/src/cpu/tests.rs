@@ -13,7 +13,7 @@ use brdf::{Choice, Material, project};
 use envmap::{Environment, ToneMap};
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
-use sh::Degree;
+use sh::{Degree, Stop};
 use shrm::Reflection;
 use sphere::{LatLong, Rotation};
 
@@ -93,7 +93,7 @@ fn shot(size: [u32; 2], show: Show) -> Shot {
 }
 
 fn render(scene: &Scene, shot: &Shot) -> Picture {
-    super::Cpu::new().render(scene, shot, &|| false).unwrap()
+    super::Cpu::new().render(scene, shot, Stop::NEVER).unwrap()
 }
 
 /// The surface that every sample of a shot hits, row by row.

@@ -9,7 +9,7 @@ use brdf::{
 use envmap::Environment;
 use mesh::Mesh;
 use preview::{Light, Look, MapSizes};
-use sh::{Degree, Expansion, Lighting, Transform};
+use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
 use transfer::{Directions, Frames, Occluders, Transfer, precompute};
@@ -87,7 +87,7 @@ pub(crate) fn tabulated() -> &'static [Named] {
 pub(crate) fn transfer(mesh: &Mesh) -> Arc<Vec<Transfer>> {
     let directions = Directions::new(128, degree(6)).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)));
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)), Stop::NEVER);
     Arc::new(vec![made.unwrap().0])
 }
 
@@ -101,12 +101,12 @@ pub(crate) fn without_material() -> Arc<Look> {
 /// The looks of materials in the room, with its lamps beside the lighting.
 fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
     let [_, (_, room), _] = environments();
-    let separated = room.separate_lamps();
+    let separated = room.separate_lamps(Stop::NEVER).unwrap();
     let lighting = Lighting { series: analysed(&separated.soft), lights: separated.lights };
     assert!(lighting.lights.len() > 1, "{:?}", lighting.lights);
     let light = Arc::new(Light::new(room, Some(lighting.whole())));
     let look = |(name, material, coefficients): &(&str, Material, BrdfCoefficients)| {
-        let (reflection, _) = Reflection::for_light(&lighting, coefficients, material);
+        let (reflection, _) = Reflection::for_light(&lighting, coefficients, material, Stop::NEVER).unwrap();
         let look = Look::new(Arc::clone(&light), reflection, Some(material.clone()), SIZES);
         (format!("lamps {name}"), Arc::new(look))
     };

@@ -80,7 +80,7 @@ use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MOST, Overflow, PrecisionName, STOPS, artifacts, percent};
+use crate::values::{MOST, Overflow, PrecisionName, STOPS, UntilStopped, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -270,10 +270,9 @@ impl Kind for ReferenceMap {
                 pixels
             }
             Method::Sampled => {
-                let stop = || context.check_cancelled().is_err();
-                let coefficients = project_unless(&material.0, Choice::Full, &stop);
-                context.check_cancelled()?;
-                let coefficients = coefficients?.coefficients;
+                let projection =
+                    context.until_stopped(|stop| project_unless(&material.0, Choice::Full, stop))?;
+                let coefficients = projection.coefficients;
                 let seed = u32::try_from(parameters.seed.unwrap_or(0))?;
                 let samples = parameters.samples.unwrap_or(SAMPLES);
                 let sampled = Sampled::new(light, &material.0, &coefficients, samples, seed);

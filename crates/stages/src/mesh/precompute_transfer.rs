@@ -75,15 +75,14 @@
 use brdf::{BrdfTable, tabulate_unless};
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
-use sh::Degree;
+use sh::{Degree, Stop};
 use transfer::{
     ClusteredTransfer, Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer,
-    Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute_unless,
-    reflection_bytes,
+    Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute, reflection_bytes,
 };
 
 use crate::values::quantity::size;
-use crate::values::{artifacts, blended_frames, percent};
+use crate::values::{UntilStopped, artifacts, blended_frames, percent};
 
 choice! {
     /// The form of a transfer.
@@ -141,14 +140,13 @@ impl Parameters {
     }
 
     /// The form of one channel, from matrices.
-    fn form(&self, matrices: Transfer, context: &Context<'_>) -> Result<Form, TransferError> {
+    fn form(&self, matrices: Transfer, stop: Stop<'_>, context: &Context<'_>) -> Result<Form, TransferError> {
         Ok(match self.form {
             FormName::Half => Form::Half(HalfTransfer::of(&matrices)),
             FormName::Matte => Form::Matte(MatteTransfer::of(&matrices)),
             FormName::Clusters => {
-                let stop = || context.check_cancelled().is_err();
-                let found = ClusteredTransfer::of(&matrices, self.clusters, self.components, &stop);
-                let (clusters, error) = found.ok_or(TransferError::Stopped)?;
+                let (clusters, error) =
+                    ClusteredTransfer::of(&matrices, self.clusters, self.components, stop)?;
                 let found = format!("the clusters are within {} RMS of the matrices", percent(error));
                 if error > CLUSTERS {
                     context.warn(format!("{found}: shadows smear; set more `clusters` or `components`"));
@@ -219,18 +217,13 @@ impl Kind for PrecomputeTransfer {
         let directions = Directions::new(parameters.directions, exact)
             .ok_or_else(|| Failure::new(format!("{} directions are too few", parameters.directions)))?;
         let occluders = Occluders::of(&mesh.0);
-        let stop = || context.check_cancelled().is_err();
         let scene = Scene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
-        let found = match &reflecting {
-            Some(table) => scene.reflected(parameters, table, &stop, context),
-            None => scene.shadowed(parameters, &stop, context),
-        };
-        context.check_cancelled()?;
-        let (channels, blind) = found.map_err(|error| match error {
-            TransferError::TooLarge { .. } => Failure::from(error).help(
-                "choose a smaller `form`, lower `output-degree` or `degree`, or reduce the mesh's vertices",
-            ),
-            _ => Failure::from(error),
+        let (channels, blind) = context.until_stopped(|stop| {
+            let found = match &reflecting {
+                Some(table) => scene.reflected(parameters, table, stop, context),
+                None => scene.shadowed(parameters, stop, context),
+            };
+            found.map_err(failure)
         })?;
         let value = StoredTransfer::new(channels)
             .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
@@ -242,6 +235,16 @@ impl Kind for PrecomputeTransfer {
         let bytes = size(value.bytes() as u64);
         context.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
         Output::artifact(artifacts::Transfer(OfMesh { value, mesh: digest }))
+    }
+}
+
+/// The failure of a bake, and what to do about one that is too large.
+fn failure(error: TransferError) -> Failure {
+    match error {
+        TransferError::TooLarge { .. } => Failure::from(error).help(
+            "choose a smaller `form`, lower `output-degree` or `degree`, or reduce the mesh's vertices",
+        ),
+        _ => Failure::from(error),
     }
 }
 
@@ -267,10 +270,8 @@ fn reflecting(
         }
         Some(_) => {
             let material = context.get::<artifacts::Material>("material")?;
-            let stop = || context.check_cancelled().is_err();
-            let found = tabulate_unless(&material.0, output, TABLE, &stop);
-            context.check_cancelled()?;
-            Ok(Some(found?.0))
+            let made = context.until_stopped(|stop| tabulate_unless(&material.0, output, TABLE, stop))?;
+            Ok(Some(made.0))
         }
         None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")
             .help("connect `material`, or leave `bounces` at 0 for shadows alone")),
@@ -289,12 +290,7 @@ type Baked = Result<(Vec<Form>, usize), TransferError>;
 
 impl Scene<'_> {
     /// Shadows alone, each form with as little memory as it can.
-    fn shadowed(
-        &self,
-        parameters: &Parameters,
-        stop: &(dyn Fn() -> bool + Sync),
-        context: &Context<'_>,
-    ) -> Baked {
+    fn shadowed(&self, parameters: &Parameters, stop: Stop<'_>, context: &Context<'_>) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
         let (form, blind) = match parameters.form {
             FormName::Half => {
@@ -311,8 +307,8 @@ impl Scene<'_> {
                 (Form::Visibility(v), blind)
             }
             FormName::Matrices | FormName::Clusters => {
-                let (matrices, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
-                (parameters.form(matrices, context)?, blind)
+                let (matrices, blind) = precompute(frames, occluders, directions, degrees, stop)?;
+                (parameters.form(matrices, stop, context)?, blind)
             }
         };
         Ok((vec![form], blind))
@@ -322,7 +318,7 @@ impl Scene<'_> {
         &self,
         parameters: &Parameters,
         table: &BrdfTable,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
         context: &Context<'_>,
     ) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
@@ -338,9 +334,9 @@ impl Scene<'_> {
         if room > transfer::MOST_BYTES {
             return Err(TransferError::TooLarge { vertices: frames.len(), bytes: room });
         }
-        let (shadows, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
+        let (shadows, blind) = precompute(frames, occluders, directions, degrees, stop)?;
         let found = interreflect(frames, occluders, directions, &shadows, table, bounces, stop)?;
-        let forms = found.into_iter().map(|matrices| parameters.form(matrices, context));
+        let forms = found.into_iter().map(|matrices| parameters.form(matrices, stop, context));
         Ok((forms.collect::<Result<_, _>>()?, blind))
     }
 }

@@ -24,7 +24,9 @@ fn transfer_of(mesh: &Mesh, l: usize) -> Arc<Vec<Transfer>> {
     let degree = Degree::new(l).unwrap();
     let directions = Directions::new(256, Degree::new(2 * l).unwrap()).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    Arc::new(vec![precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree)).unwrap().0])
+    Arc::new(vec![
+        precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree), Stop::NEVER).unwrap().0,
+    ])
 }
 
 fn knot() -> Arc<Mesh> {
@@ -104,7 +106,7 @@ fn only_what_moved_is_computed_again() {
         let mut cpu = super::super::Cpu::new();
         let mut shot = shot([30, 30], Show::One(mode));
         let mut expect = |shot: &Shot, both_new, light_kept, view_kept| {
-            let picture = cpu.render(&scene, shot, &|| false).unwrap();
+            let picture = cpu.render(&scene, shot, Stop::NEVER).unwrap();
             let fresh = render(&scene, shot);
             let pairs = picture.radiance.as_flattened().iter().zip(fresh.radiance.as_flattened());
             let apart = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);

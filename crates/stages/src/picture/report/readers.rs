@@ -121,7 +121,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
-    use sh::{Degree, Lighting};
+    use sh::{Degree, Lighting, Stop};
     use shrm::{Plain, Reflection, View};
     use sphere::LatLong;
 
@@ -148,7 +148,7 @@ mod tests {
         let mut all = Vec::new();
         for material in materials {
             let brdf = project(&material, Choice::Full).unwrap().coefficients;
-            all.push(Reflection::for_light(&lighting(), &brdf, &material).0);
+            all.push(Reflection::for_light(&lighting(), &brdf, &material, Stop::NEVER).unwrap().0);
             all.push(all[all.len() - 1].clone().without_lamps());
         }
         all
@@ -169,7 +169,8 @@ mod tests {
 
             let soft = reflection.synthesise(grid, View::Local).unwrap();
             let maps = Cabral::from_shrm(&soft);
-            let maps = if let Some(lamps) = lamps { maps.with_lamps(lamps) } else { maps };
+            let maps =
+                if let Some(lamps) = lamps { maps.with_lamps(lamps, Stop::NEVER).unwrap() } else { maps };
             let maps = Cabral::new(grid, maps.centre(), black(maps.maps())).unwrap();
             let expected: Vec<_> = central.iter().map(|central| maps.radiance(*central, view)).collect();
             assert_eq!(reader.cabral(&soft, lamps), expected);
@@ -177,7 +178,11 @@ mod tests {
             let slices = MapGrid::LatLong(LatLong::with_rows(14));
             let zonal = crate::picture::report::study::zonal(&reflection, LatLong::with_rows(14)).unwrap();
             let texture = KautzMcCool::from_shrm(&zonal, angles.clone()).unwrap();
-            let texture = if let Some(lamps) = lamps { texture.with_lamps(lamps) } else { texture };
+            let texture = if let Some(lamps) = lamps {
+                texture.with_lamps(lamps, Stop::NEVER).unwrap()
+            } else {
+                texture
+            };
             let texture =
                 KautzMcCool::new(slices, texture.centre(), angles.clone(), black(texture.slices())).unwrap();
             let expected: Vec<_> = central.iter().map(|central| texture.radiance(*central, view)).collect();
