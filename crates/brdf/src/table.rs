@@ -276,25 +276,15 @@ impl BrdfTable {
 /// Entries are accurate as [`Views::coefficients`] are, before they are rounded to f32. Isotropic materials
 /// are integrated at one azimuth for each distance from the centre and turned, which is exact; anisotropic
 /// ones in a quarter of the map, which mirrors the others if the material is orthotropic, as every model is.
-/// Uses all threads; the result does not depend on their number.
+/// Uses all threads; the result does not depend on their number. `stop` is asked for each view, on every
+/// thread.
 ///
 /// # Errors
-/// If rho_hat has a value that is not finite.
+/// If rho_hat has a value that is not finite, or it was stopped.
 ///
 /// # Panics
 /// If `size` is 0.
-pub fn tabulate(material: &Material, degree: Degree, size: usize) -> Result<(BrdfTable, f64), TableError> {
-    tabulate_unless(material, degree, size, Stop::NEVER)
-}
-
-/// [`tabulate`] that can be stopped. `stop` is asked for each view, on every thread.
-///
-/// # Errors
-/// The errors of [`tabulate`], and [`TableError::Stopped`] if it was stopped.
-///
-/// # Panics
-/// If `size` is 0.
-pub fn tabulate_unless(
+pub fn tabulate(
     material: &Material,
     degree: Degree,
     size: usize,

@@ -126,7 +126,7 @@ fn texels_are_the_integrals() {
     let cases = reference["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 3);
     for case in cases {
-        let (table, error) = tabulate(&material(case), degree(4), 128).unwrap();
+        let (table, error) = tabulate(&material(case), degree(4), 128, Stop::NEVER).unwrap();
         assert_eq!((table.channels(), table.count()), (1, 1), "grey");
         let mut worst: f64 = 0.0;
         for texel in case["texels"].as_array().unwrap() {
@@ -157,7 +157,7 @@ fn radiance_is_right_at_the_view_and_through_the_table() {
     for case in reference["cases"].as_array().unwrap() {
         let material = material(case);
         let views = Views::new(&material, degree(14));
-        let (table, _) = tabulate(&material, degree(14), 128).unwrap();
+        let (table, _) = tabulate(&material, degree(14), 128, Stop::NEVER).unwrap();
         let mut errors: [[Rms; 2]; 5] = Default::default();
         let rows = case["rows"].as_array().unwrap();
         assert_eq!(rows.len(), 12);

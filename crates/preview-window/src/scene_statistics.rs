@@ -124,6 +124,8 @@ fn ratio(part: f64, whole: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use sh::Stop;
+
     use super::*;
     use crate::testkit;
 
@@ -155,7 +157,9 @@ mod tests {
         let degree = sh::Degree::new(4).unwrap();
         let series = sh::Transform::new(grid, degree).unwrap().analyse(separated.soft.pixels());
         let white = brdf::Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap());
-        let brdf = brdf::project(&white, brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO }).unwrap();
+        let brdf =
+            brdf::project(&white, brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO }, Stop::NEVER)
+                .unwrap();
         let lamps = shrm::Lamps { lights: separated.lights, material: white };
         let reflection = shrm::Reflection::convolve(&series, &brdf.coefficients).with_lamps(lamps);
         let light = std::sync::Arc::new(preview::Light::new(sky, None));

@@ -285,9 +285,9 @@ impl Look {
     fn map(&self, view: View) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match self.field()? {
-            Field::Reflection(reflection) => {
-                reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
-            }
+            Field::Reflection(reflection) => reflection
+                .synthesise(grid, view, Stop::NEVER)
+                .map_err(|error| RenderError::maps(error.to_string())),
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {
@@ -342,7 +342,7 @@ mod tests {
     fn fibre(p: usize) -> Reflection {
         let [f, p] = [0, p].map(|degree| Degree::new(degree).unwrap());
         let material = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
-        let brdf = project(&material, Choice::Degree { f, p }).unwrap().coefficients;
+        let brdf = project(&material, Choice::Degree { f, p }, Stop::NEVER).unwrap().coefficients;
         Reflection::convolve(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap(), &brdf)
     }
 
@@ -395,7 +395,7 @@ mod tests {
 
     #[test]
     fn an_imported_map_is_rejected_if_its_resampled_size_is_too_large() {
-        let zonal = fibre(32).synthesise(MapGrid::Cube(Cube { edge: 4 }), View::Local).unwrap();
+        let zonal = fibre(32).synthesise(MapGrid::Cube(Cube { edge: 4 }), View::Local, Stop::NEVER).unwrap();
         assert_eq!(zonal.terms(), Terms::Zonal);
         let look = |edge| Look::from_map(light(), zonal.clone(), None, MapSizes { edge, slices: 2 });
         assert!(rejected(look(512).global()).starts_with("the global SHRM: 1572864 texels times 1089 "));

@@ -52,10 +52,10 @@ impl Reflection {
     /// `stop` is asked between blocks of texels.
     ///
     /// # Errors
-    /// The errors of [`Reflection::synthesise_unless`].
+    /// The errors of [`Reflection::synthesise`].
     pub fn bake(&self, grid: MapGrid, view: View, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
         let texels: Vec<usize> = (0..grid.len()).collect();
-        let soft = self.synthesise_unless(grid, View::Local, stop)?;
+        let soft = self.synthesise(grid, View::Local, stop)?;
         let local = self.bake_texels(&soft, &texels, stop)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
@@ -65,7 +65,7 @@ impl Reflection {
     /// texels. `stop` is asked between blocks of them.
     ///
     /// # Errors
-    /// The errors of [`Reflection::synthesise_unless`].
+    /// The errors of [`Reflection::synthesise`].
     ///
     /// # Panics
     /// If a texel is not one of the map.
@@ -200,7 +200,7 @@ mod tests {
     fn a_baked_sun_stays_within_the_limits() {
         let (lighting, grid) = (lighting(), MapGrid::Cube(Cube { edge: 5 }));
         for material in materials() {
-            let brdf = project(&material, Choice::Full).unwrap().coefficients;
+            let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
             let (reflection, _) = Reflection::for_light(&lighting, &brdf, &material, Stop::NEVER).unwrap();
             let map = reflection.bake(grid, View::Local, Stop::NEVER).unwrap();
             assert!(map.p().get() <= MOST_P);
@@ -209,8 +209,11 @@ mod tests {
             assert!(at(0.95) < 0.15 && at(0.99) < 0.5, "{}: {} {}", material.name(), at(0.95), at(0.99));
             if map.p().get() > 0 {
                 let whole = Reflection::convolve(&lighting.whole(), &brdf.cut_to(Degree::MAX, map.p()));
-                let cut =
-                    stops(&reflection, &whole.synthesise(grid, View::Local).unwrap(), reflection.dark());
+                let cut = stops(
+                    &reflection,
+                    &whole.synthesise(grid, View::Local, Stop::NEVER).unwrap(),
+                    reflection.dark(),
+                );
                 assert!(cut[(0.95 * cut.len() as f64) as usize] > 0.5, "{}", material.name());
             }
         }
@@ -219,7 +222,7 @@ mod tests {
     #[test]
     fn global_maps_hold_the_same_light_and_a_cancelled_map_ends_early() {
         let material = &materials()[1];
-        let brdf = project(material, Choice::Full).unwrap().coefficients;
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let (reflection, _) = Reflection::for_light(&lighting(), &brdf, material, Stop::NEVER).unwrap();
         let grid = MapGrid::Cube(Cube { edge: 2 });
         let [local, global] =
@@ -230,7 +233,7 @@ mod tests {
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-3 * (1.0 + a[c].abs())), "{a:?} {b:?}");
         }
         // Some texels alone are those of the whole map.
-        let soft = reflection.synthesise(grid, View::Local).unwrap();
+        let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
         let some = reflection.bake_texels(&soft, &[3, 17], Stop::NEVER).unwrap();
         assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
         assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));

@@ -337,7 +337,7 @@ mod tests {
     }
 
     fn chosen(material: &Material, lighting: &Expansion) -> Cut {
-        let brdf = project(material, Choice::Full).unwrap().coefficients;
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
         choose((lighting, &brdf), beside, (1.0, DARK), Stop::NEVER).unwrap()
     }
@@ -372,7 +372,7 @@ mod tests {
     fn the_errors_are_those_of_the_reflection_that_is_made() {
         let metal = Fresnel::Conductor { n: [0.2, 0.9, 1.1], k: [3.9, 2.4, 2.1] };
         let material = Material::Ggx(Ggx::new(0.4, metal, [1.0; 3]).unwrap());
-        let full = project(&material, Choice::Full).unwrap().coefficients;
+        let full = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let sun = Light::from_flux(Direction::from_angles(0.9, 0.2), 0.01, [5.0; 3]);
         let lighting = Lighting { series: sky(40), lights: vec![sun] };
         let (cut_field, cut) = Reflection::for_light(&lighting, &full, &material, Stop::NEVER).unwrap();
@@ -411,7 +411,7 @@ mod tests {
         let highlight = Material::Ggx(Ggx::new(0.4, metal, [0.1; 3]).unwrap());
         let base = Material::Lambert(Lambert::new([0.7; 3]).unwrap());
         let [whole_base, whole_highlight] =
-            [&base, &highlight].map(|part| project(part, Choice::Full).unwrap().coefficients);
+            [&base, &highlight].map(|part| project(part, Choice::Full, Stop::NEVER).unwrap().coefficients);
         let lighting = Lighting { series: sky(40), lights: Vec::new() };
         let parts = [(&whole_base, &base), (&whole_highlight, &highlight)];
         let (cut, errors) = Reflection::parts_for_light(&lighting, parts, Stop::NEVER).unwrap();

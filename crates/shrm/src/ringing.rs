@@ -106,7 +106,7 @@ mod tests {
     fn a_cut_sun_rings_and_a_window_calms_it() {
         let sun = Expansion::zonal(Direction::from_angles(0.7, 0.3), Degree::new(40).unwrap(), |_| [1.0; 3]);
         let lobe = Material::Phong(Phong::new(60.0, [1.0; 3]).unwrap());
-        let brdf = project(&lobe, Choice::Full).unwrap().coefficients;
+        let brdf = project(&lobe, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let reference = Reflection::convolve(&sun, &brdf);
         let cut = Reflection::convolve(&sun.to_degree(Degree::new(6).unwrap()), &brdf);
         let dark = 0.01;

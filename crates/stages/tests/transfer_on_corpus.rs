@@ -116,7 +116,8 @@ fn transfer_has_the_radiance_that_is_traced() {
     let grid = LatLong::with_rows(ROWS);
     let transform = Transform::new(grid, degree(LIGHT)).unwrap();
     let basis = Basis::new(degree(LIGHT));
-    let tables = [4, 8].map(|output| (output, tabulate(&metal(), degree(output), 32).unwrap().0));
+    let tables =
+        [4, 8].map(|output| (output, tabulate(&metal(), degree(output), 32, Stop::NEVER).unwrap().0));
     let mut all = Vec::new();
     println!("mesh          light      O = 4, cut  whole   O = 8, cut  whole   (RMS in percent)");
     for (name, mesh) in &meshes {

@@ -36,7 +36,7 @@ fn knot(count: usize) -> Mesh {
 fn shading(criterion: &mut Criterion) {
     let degree = Degree::new(4).unwrap();
     let metal = AshikhminShirley::new([24.0, 8.0], [0.0; 3], [0.9; 3]).unwrap();
-    let (table, _) = tabulate(&Material::AshikhminShirley(metal), degree, 128).unwrap();
+    let (table, _) = tabulate(&Material::AshikhminShirley(metal), degree, 128, Stop::NEVER).unwrap();
     let rows = (0..25).map(|row| [1.0 / (1.0 + f64::from(row)), 0.5, 0.25]).collect();
     let light = Expansion::from_coefficients(degree, rows).unwrap();
     let frames = Frames::of(&knot(VERTICES)).unwrap();

@@ -53,7 +53,7 @@ const VIEWER: Viewer = Viewer::At([3.0, 1.0, 0.5]);
 
 fn metal(specular: [f64; 3]) -> brdf::BrdfTable {
     let metal = AshikhminShirley::new([24.0, 8.0], [0.0; 3], specular).unwrap();
-    tabulate(&Material::AshikhminShirley(metal), degree(4), 32).unwrap().0
+    tabulate(&Material::AshikhminShirley(metal), degree(4), 32, Stop::NEVER).unwrap().0
 }
 
 /// The whole of the shadows is in (O + F + 1)^2 numbers, also where O and F differ; half floats round.
@@ -125,7 +125,7 @@ fn a_matte_vector_is_what_a_matte_table_makes_of_the_matrix() {
     let degrees = (degree(8), degree(4));
     let (matrices, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.1]).unwrap());
-    let (table, _) = tabulate(&chalk, degree(8), 16).unwrap();
+    let (table, _) = tabulate(&chalk, degree(8), 16, Stop::NEVER).unwrap();
     let expected = shade_with_transfer(&frames, &table, VIEWER, &matrices, &light());
     let (matte, _) =
         MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();

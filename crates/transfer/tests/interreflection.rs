@@ -31,8 +31,10 @@ fn lambert(albedo: f64) -> Material {
 
 /// The tables of several materials as one.
 fn tables(materials: &[Material], output: usize) -> BrdfTable {
-    let tables: Vec<BrdfTable> =
-        materials.iter().map(|material| tabulate(material, degree(output), 64).unwrap().0).collect();
+    let tables: Vec<BrdfTable> = materials
+        .iter()
+        .map(|material| tabulate(material, degree(output), 64, Stop::NEVER).unwrap().0)
+        .collect();
     let values = tables.iter().flat_map(|table| table.values()).copied().collect();
     BrdfTable::new(degree(output), 64, tables[0].channels(), tables[0].below(), values).unwrap()
 }
@@ -261,7 +263,7 @@ fn a_glossy_corner_lights_itself() {
     for (output, limit) in [(4, 0.07), (6, 0.02), (8, 0.01)] {
         let scene = Scene::new(&parts, &[ward("floor"), ward("wall")], output, 2048);
         let transfer = scene.bounced(1);
-        let floor = tabulate(&ward("floor"), degree(output), 128).unwrap().0;
+        let floor = tabulate(&ward("floor"), degree(output), 128, Stop::NEVER).unwrap().0;
         let (mut found, mut expected) = (Vec::new(), Vec::new());
         for row in case["rows"].as_array().unwrap() {
             let viewer = Viewer::Distant(Direction::normalised(numbers(&row["view"]).into()));
@@ -287,7 +289,7 @@ fn each_channel_is_reflected_by_its_own_albedo() {
         precompute(&frames, &occluders, &directions, (degree(2), degree(2)), Stop::NEVER).unwrap();
     let bounced = |albedo: [f64; 3], bounces: usize| {
         let material = Material::Lambert(Lambert::new(albedo).unwrap());
-        let table = tabulate(&material, degree(2), 8).unwrap().0;
+        let table = tabulate(&material, degree(2), 8, Stop::NEVER).unwrap().0;
         interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, Stop::NEVER).unwrap()
     };
     assert!(bounced([0.5; 3], 0) == [shadows.clone()]);

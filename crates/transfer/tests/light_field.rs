@@ -32,7 +32,7 @@ fn field() -> LightField {
 }
 
 fn ward(specular: [f64; 3]) -> BrdfTable {
-    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(4), 32).unwrap().0
+    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(4), 32, Stop::NEVER).unwrap().0
 }
 
 /// Every 31st vertex of the knot, in the shadow of all of it.
@@ -146,7 +146,7 @@ fn shadows_fall_in_near_light_in_every_form() {
     let (matte, _) =
         MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
     let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.1]).unwrap());
-    let (chalk, _) = tabulate(&chalk, degree(4), 16).unwrap();
+    let (chalk, _) = tabulate(&chalk, degree(4), 16, Stop::NEVER).unwrap();
     let expected = |vertex: usize| {
         let (t, light) = (&matte.values()[vertex * 25..][..25], blend(mesh.positions()[vertex]));
         [(0, 0.8), (1, 0.4), (2, 0.1)].map(|(channel, albedo)| {

@@ -25,7 +25,7 @@ fn light(degree: Degree) -> Expansion {
 }
 
 fn table(specular: [f64; 3], l: usize) -> BrdfTable {
-    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(l), 32).unwrap().0
+    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(l), 32, Stop::NEVER).unwrap().0
 }
 
 fn knot() -> Frames {
@@ -137,7 +137,9 @@ fn a_vertex_that_sees_nothing_is_counted() {
     assert_eq!(blind, 1);
     let dark = shade_with_transfer(
         &frames,
-        &tabulate(&Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap()), degree(4), 16).unwrap().0,
+        &tabulate(&Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap()), degree(4), 16, Stop::NEVER)
+            .unwrap()
+            .0,
         Viewer::Distant(Direction::Z),
         &transfer,
         &Expansion::from_coefficients(degree(0), vec![[3.545; 3]]).unwrap(),

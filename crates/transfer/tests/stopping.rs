@@ -44,7 +44,7 @@ fn unless<T>(found: Result<T, TransferError>) -> Option<T> {
 }
 
 fn table(material: Material) -> BrdfTable {
-    tabulate(&material, degree(1), 8).unwrap().0
+    tabulate(&material, degree(1), 8, Stop::NEVER).unwrap().0
 }
 
 #[test]

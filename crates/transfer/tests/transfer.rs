@@ -122,7 +122,10 @@ fn shadowed_vertices_have_the_radiance_that_they_should() {
     let materials = reference["materials"].as_array().unwrap();
     for (output, limit) in [(4, 0.013), (6, 0.008), (8, 0.004)] {
         let tables = materials.iter().map(|case| {
-            (case["model"].as_str().unwrap(), tabulate(&material(case), degree(output), 128).unwrap().0)
+            (
+                case["model"].as_str().unwrap(),
+                tabulate(&material(case), degree(output), 128, Stop::NEVER).unwrap().0,
+            )
         });
         let tables: Vec<_> = tables.collect();
         let (mut by_matrix, mut open, mut shadowed) = (Vec::new(), Vec::new(), Vec::new());

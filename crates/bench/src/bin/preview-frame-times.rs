@@ -199,10 +199,11 @@ fn look(light: &Arc<Light>, sigma: f64, specular: [f64; 3]) -> Result<Arc<Look>,
     let material = Microfacet::new(sigma, specular).map_err(|error| error.to_string())?;
     let material = Material::Microfacet(material);
     let tolerance = Tolerance::new(0.03).map_err(|error| error.to_string())?;
-    let projection = project(&material, Choice::Tolerance(tolerance)).map_err(|error| error.to_string())?;
+    let projection =
+        project(&material, Choice::Tolerance(tolerance), Stop::NEVER).map_err(|error| error.to_string())?;
     let reflection = Reflection::convolve(light.lighting(), &projection.coefficients);
     let degree = Degree::new(4).map_err(|error| error.to_string())?;
-    let (table, _) = tabulate(&material, degree, 64).map_err(|error| error.to_string())?;
+    let (table, _) = tabulate(&material, degree, 64, Stop::NEVER).map_err(|error| error.to_string())?;
     let look = Look::new(Arc::clone(light), reflection, Some(material), MapSizes::default());
     Ok(Arc::new(look.with_table(Some(Arc::new(table)))))
 }

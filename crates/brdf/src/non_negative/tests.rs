@@ -9,7 +9,7 @@ fn degree(l: usize) -> Degree {
 
 fn microfacet(sigma: f64, f: usize, p: usize) -> BrdfCoefficients {
     let material = Material::Microfacet(Microfacet::new(sigma, [1.0, 0.5, 0.0]).unwrap());
-    project(&material, Choice::Degree { f: degree(f), p: degree(p) }).unwrap().coefficients
+    project(&material, Choice::Degree { f: degree(f), p: degree(p) }, Stop::NEVER).unwrap().coefficients
 }
 
 fn nearest(coefficients: &BrdfCoefficients) -> Result<NearestBrdf, NearestBrdfError> {

@@ -34,7 +34,7 @@ const AZIMUTHS: usize = 8;
 /// ```
 ///
 /// # Errors
-/// The errors of [`super::tabulate_unless`].
+/// The errors of [`super::tabulate`].
 pub fn captured(material: &Material, degree: Degree, stop: Stop<'_>) -> Result<Vec<f64>, TableError> {
     // In a quarter of the views, if the other three are mirror images of it.
     let azimuths = match (material.is_isotropic(), material.is_orthotropic()) {

@@ -40,7 +40,8 @@ fn uneven(w: DVec3) -> [f64; 3] {
 /// The look of a material under a light to degrees (F, P), on faces of 32.
 fn look(light: &Arc<Light>, material: &Material, [f, p]: [usize; 2]) -> Arc<Look> {
     let degree = |l| Degree::new(l).unwrap();
-    let brdf = project(material, Choice::Degree { f: degree(f), p: degree(p) }).unwrap().coefficients;
+    let brdf =
+        project(material, Choice::Degree { f: degree(f), p: degree(p) }, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(light.lighting(), &brdf);
     let sizes = MapSizes { edge: 32, slices: 16 };
     Arc::new(Look::new(Arc::clone(light), reflection, Some(material.clone()), sizes))

@@ -172,12 +172,13 @@ fn the_coefficients_of_a_reflection_are_shown_as_they_are() {
     let bare = look(environment(uneven), metal());
     let degree = |l| Degree::new(l).unwrap();
     let choice = Choice::Degree { f: degree(6), p: degree(4) };
-    let brdf = project(&metal(), choice).unwrap().coefficients;
+    let brdf = project(&metal(), choice, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(bare.light().lighting(), &brdf);
     let made = Look::new(Arc::clone(bare.light()), reflection, None, MapSizes::default());
     assert_eq!(Lobe::of(&made).unwrap().degree(), degree(6));
     assert_eq!(Lobe::of(&bare).unwrap().degree(), degree(19));
-    let full = project(&metal(), Choice::Degree { f: degree(24), p: degree(20) }).unwrap().coefficients;
+    let full =
+        project(&metal(), Choice::Degree { f: degree(24), p: degree(20) }, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(bare.light().lighting(), &full);
     let made = Look::new(Arc::clone(bare.light()), reflection, None, MapSizes::default());
     // The series over views stops at degree 20.

@@ -29,7 +29,8 @@ fn light() -> Arc<Light> {
 fn look(light: &Arc<Light>, sizes: MapSizes) -> Arc<Look> {
     let grey = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
     let degree = Degree::new(3).unwrap();
-    let coefficients = project(&grey, Choice::Degree { f: degree, p: Degree::ZERO }).unwrap().coefficients;
+    let coefficients =
+        project(&grey, Choice::Degree { f: degree, p: Degree::ZERO }, Stop::NEVER).unwrap().coefficients;
     let transform = Transform::new(light.environment().grid(), degree).unwrap();
     let reflection = Reflection::convolve(&transform.analyse(light.environment().pixels()), &coefficients);
     Arc::new(Look::new(Arc::clone(light), reflection, Some(grey), sizes))
@@ -389,7 +390,7 @@ fn every_shader_has_its_twin() {
 fn only_what_moved_is_shaded_again() {
     let Some(mut gpu) = gpu("only_what_moved_is_shaded_again") else { return };
     let grey = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
-    let (table, _) = brdf::tabulate(&grey, Degree::new(3).unwrap(), 16).unwrap();
+    let (table, _) = brdf::tabulate(&grey, Degree::new(3).unwrap(), 16, Stop::NEVER).unwrap();
     let look = Look::without_maps(light(), grey, MapSizes { edge: 8, slices: 4 });
     let mesh = Arc::new(::mesh::shape("torus-knot").unwrap());
     let scene = Scene::of(mesh, Arc::new(look.with_table(Some(Arc::new(table)))));

@@ -32,7 +32,7 @@ pub(crate) fn looks() -> &'static [Named] {
         let materials = materials();
         let degrees = Choice::Degree { f: degree(F), p: degree(P) };
         let pairs = materials.into_iter().map(|(name, material)| {
-            let coefficients = project(&material, degrees).unwrap().coefficients;
+            let coefficients = project(&material, degrees, Stop::NEVER).unwrap().coefficients;
             (name, material, coefficients)
         });
         let pairs: Vec<_> = pairs.collect();
@@ -59,7 +59,7 @@ pub(crate) fn tabulated() -> &'static [Named] {
         let brushed = Material::Ward(Ward::new([0.2, 0.5], [0.9, 0.7, 0.4]).unwrap());
         let hair = Material::KajiyaKay(KajiyaKay::new(24.0, [0.9, 0.6, 0.3]).unwrap());
         let materials = [("brushed", brushed), ("hair", hair)].map(|(name, material)| {
-            let (table, _) = tabulate(&material, degree(4), 32).unwrap();
+            let (table, _) = tabulate(&material, degree(4), 32, Stop::NEVER).unwrap();
             (name, material, Arc::new(table))
         });
         let mut looks = Vec::new();
@@ -116,7 +116,7 @@ fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
 /// The look of a material under an environment, both read from files.
 pub(crate) fn look(environment: Environment, material: Material, f: usize, p: usize) -> Arc<Look> {
     let choice = Choice::Degree { f: degree(f), p: degree(p) };
-    let coefficients = project(&material, choice).unwrap().coefficients;
+    let coefficients = project(&material, choice, Stop::NEVER).unwrap().coefficients;
     let transform = Transform::new(environment.grid(), degree(f)).unwrap();
     let lighting = transform.analyse(environment.pixels());
     let reflection = Reflection::convolve(&lighting, &coefficients);

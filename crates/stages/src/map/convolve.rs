@@ -55,7 +55,7 @@
 //! inputs = { lighting = "lighting", brdf = "coefficients" }
 //! ```
 
-use brdf::{BrdfCoefficients, Choice, Material, project_unless};
+use brdf::{BrdfCoefficients, Choice, Material, project};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use sh::Lighting;
 use shrm::degrees::{Cut, DARK};
@@ -243,7 +243,7 @@ fn warn_of_rings(
     }
     let projection = Choice::Full.steps().unwrap_or_default();
     let steps = Steps::new(context, projection + shrm::degrees::STEPS);
-    let full = steps.until_stopped(|stop| project_unless(material, Choice::Full, stop))?.coefficients;
+    let full = steps.until_stopped(|stop| project(material, Choice::Full, stop))?.coefficients;
     let right = samples(&whole(lighting, &full, material), context)?;
     let error = found.error(&right, dark);
     if error.negative <= NEGATIVE && error.p95 <= RING {

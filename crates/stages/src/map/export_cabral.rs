@@ -294,7 +294,7 @@ fn for_spheres(
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
             let grid = MapGrid::LatLong(LatLong::with_rows(rows));
-            let map = context.until_stopped(|stop| reflection.synthesise_unless(grid, View::Local, stop))?;
+            let map = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
             let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }

@@ -83,16 +83,13 @@ impl MapInput {
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
             LampsName::Baked => {
-                let soft =
-                    context.until_stopped(|stop| reflection.synthesise_unless(grid, View::Local, stop))?;
+                let soft = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
                 let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, &texels, stop))?;
                 if view == View::Global { local.to_global() } else { local }
             }
-            LampsName::Separate => {
-                context.until_stopped(|stop| reflection.synthesise_unless(grid, view, stop))?
-            }
+            LampsName::Separate => context.until_stopped(|stop| reflection.synthesise(grid, view, stop))?,
         };
         context.check_cancelled()?;
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());

@@ -68,7 +68,7 @@
 
 use std::ops::Range;
 
-use brdf::{Centre, Choice, Material, project_unless};
+use brdf::{Centre, Choice, Material, project};
 use engine::{
     Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
     parameters, unexpected,
@@ -270,8 +270,7 @@ impl Kind for ReferenceMap {
                 pixels
             }
             Method::Sampled => {
-                let projection =
-                    context.until_stopped(|stop| project_unless(&material.0, Choice::Full, stop))?;
+                let projection = context.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
                 let coefficients = projection.coefficients;
                 let seed = u32::try_from(parameters.seed.unwrap_or(0))?;
                 let samples = parameters.samples.unwrap_or(SAMPLES);

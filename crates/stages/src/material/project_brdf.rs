@@ -94,7 +94,7 @@
 
 use brdf::{
     BrdfCoefficients, Choice, Lambert, MOST_UNKNOWNS, Material, NearestBrdfError, Part, Projection,
-    ProjectionError, nearest_non_negative, project_unless, unknowns,
+    ProjectionError, nearest_non_negative, project, unknowns,
 };
 use containers::tensors::Brdf;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
@@ -231,7 +231,7 @@ impl Kind for ProjectBrdf {
         let split = material.split();
         let work = Steps::new(context, if split.is_some() { 2 } else { 1 });
         let steps = work.part(1, total);
-        let projection = steps.until_stopped(|stop| project_unless(&material, choice, stop))?;
+        let projection = steps.until_stopped(|stop| project(&material, choice, stop))?;
         let parts = match split {
             Some(split) => {
                 let steps = work.part(1, 2 * total);
@@ -323,7 +323,7 @@ fn parts(
         Choice::Full => Choice::Full,
         _ => Choice::Degree { f: whole.coefficients.f(), p: whole.coefficients.p() },
     };
-    let project = |part: &Material| project_unless(part, choice, stop);
+    let project = |part: &Material| project(part, choice, stop);
     let (diffuse, specular) = rayon::join(|| project(diffuse), || project(specular));
     Ok([diffuse?.coefficients, specular?.coefficients])
 }

@@ -69,7 +69,7 @@
 //! degree = 4
 //! ```
 
-use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate_unless};
+use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, nearest, parameters};
 use sh::Degree;
 
@@ -150,8 +150,8 @@ impl Kind for TabulateBrdf {
         let degree = Degree::new(parameters.degree)?;
         let (mut tables, mut error) = (Vec::new(), 0.0f64);
         for material in &materials {
-            let (table, uncertain) = context
-                .until_stopped(|stop| tabulate_unless(material, degree, parameters.resolution, stop))?;
+            let (table, uncertain) =
+                context.until_stopped(|stop| tabulate(material, degree, parameters.resolution, stop))?;
             tables.push(table);
             error = error.max(uncertain);
         }

@@ -72,7 +72,7 @@
 //! form = "half"
 //! ```
 
-use brdf::{BrdfTable, tabulate_unless};
+use brdf::{BrdfTable, tabulate};
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::{Degree, Stop};
@@ -270,7 +270,7 @@ fn reflecting(
         }
         Some(_) => {
             let material = context.get::<artifacts::Material>("material")?;
-            let made = context.until_stopped(|stop| tabulate_unless(&material.0, output, TABLE, stop))?;
+            let made = context.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
             Ok(Some(made.0))
         }
         None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")

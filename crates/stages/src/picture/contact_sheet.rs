@@ -212,7 +212,7 @@ fn material(
     let most = if p > FEW { MANY_EDGE } else { BALL_EDGES[1] };
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
     let field = context.until_stopped(|stop| {
-        let field = reflection.synthesise_unless(grid, View::Local, stop);
+        let field = reflection.synthesise(grid, View::Local, stop);
         field.map_err(|error| Failure::from(error).context(name.clone()))
     })?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
@@ -260,7 +260,7 @@ mod tests {
 
     use brdf::{Choice, Lambert, Phong, project};
     use engine::{Artifact, Digest, Handle};
-    use sh::Transform;
+    use sh::{Stop, Transform};
 
     use super::*;
     use crate::testkit::NoFiles;
@@ -298,7 +298,7 @@ mod tests {
             brdf::Material::Phong(Phong::new(16.0 * index as f64, [0.9; 3]).unwrap())
         };
         let choice = Choice::Degree { f: lighting.degree(), p: Degree::ZERO };
-        shrm::Reflection::convolve(lighting, &project(&material, choice).unwrap().coefficients)
+        shrm::Reflection::convolve(lighting, &project(&material, choice, Stop::NEVER).unwrap().coefficients)
     }
 
     /// The sheet of `sky` with materials of these names.

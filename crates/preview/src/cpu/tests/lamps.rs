@@ -41,7 +41,7 @@ fn materials() -> [Material; 4] {
 
 /// The look of a material with the degrees that are chosen for the light.
 fn sunny_look(light: &Arc<Light>, lighting: &Lighting, material: &Material) -> Arc<Look> {
-    let brdf = project(material, Choice::Full).unwrap().coefficients;
+    let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
     let (reflection, _) = Reflection::for_light(lighting, &brdf, material, Stop::NEVER).unwrap();
     Arc::new(Look::new(Arc::clone(light), reflection, Some(material.clone()), SIZES))
 }

@@ -18,7 +18,7 @@ fn every_mode_reflects_a_constant_light_unchanged() {
     let constant = light(16, |_| [0.5, 1.0, 2.0]);
     let phong = Material::Phong(brdf::Phong::new(8.0, [1.0; 3]).unwrap());
     for (material, f) in [(lambert(1.0), 6), (phong, 12)] {
-        let (table, _) = brdf::tabulate(&material, Degree::new(f).unwrap(), 16).unwrap();
+        let (table, _) = brdf::tabulate(&material, Degree::new(f).unwrap(), 16, Stop::NEVER).unwrap();
         let look = Arc::into_inner(look(&constant, &material, [f, 0])).unwrap();
         let scene = Scene::of(sphere(), Arc::new(look.with_table(Some(Arc::new(table)))));
         for background in [Background::Environment, Background::Harmonics] {

@@ -15,7 +15,7 @@ fn brushed() -> Material {
 
 /// The look of a material without maps, with its table.
 fn tabulated(light: &Arc<Light>, material: Material, l: usize) -> Arc<Look> {
-    let (table, _) = tabulate(&material, Degree::new(l).unwrap(), 64).unwrap();
+    let (table, _) = tabulate(&material, Degree::new(l).unwrap(), 64, Stop::NEVER).unwrap();
     let sizes = MapSizes { edge: 8, slices: 4 };
     Arc::new(Look::without_maps(Arc::clone(light), material, sizes).with_table(Some(Arc::new(table))))
 }
@@ -69,7 +69,8 @@ fn a_blend_says_which_material_of_a_table_is_seen() {
     let mesh = knot();
     let (dark, bright) = (lambert(0.1), brushed());
     let sky = light(16, uneven);
-    let tables = [&dark, &bright].map(|material| tabulate(material, Degree::new(2).unwrap(), 16).unwrap().0);
+    let tables = [&dark, &bright]
+        .map(|material| tabulate(material, Degree::new(2).unwrap(), 16, Stop::NEVER).unwrap().0);
     let look = |table: BrdfTable| {
         let bare = Look::without_maps(Arc::clone(&sky), dark.clone(), MapSizes { edge: 8, slices: 4 });
         Scene::of(Arc::clone(&mesh), Arc::new(bare.with_table(Some(Arc::new(table)))))

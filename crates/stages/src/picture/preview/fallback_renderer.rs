@@ -99,7 +99,7 @@ mod tests {
         let grid = LatLong::with_rows(4);
         let environment = envmap::Environment::new(grid, vec![[1.0; 3]; grid.len()]).unwrap();
         let white = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
-        let flat = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO }).unwrap();
+        let flat = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO }, Stop::NEVER).unwrap();
         let reflection = shrm::Reflection::convolve(&Expansion::zero(Degree::ZERO), &flat.coefficients);
         let light = Arc::new(Light::new(environment, None));
         let look = Look::new(light, reflection, None, MapSizes { edge: 4, slices: 2 });

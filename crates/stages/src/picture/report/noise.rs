@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
 
-use brdf::{BrdfCoefficients, Choice, Material, project_unless};
+use brdf::{BrdfCoefficients, Choice, Material, project};
 use engine::{Failure, Steps};
 use envmap::Environment;
 use rayon::prelude::*;
@@ -79,7 +79,7 @@ pub(crate) fn study(
     let mut pairs = Vec::new();
     for (name, material) in materials {
         let degrees = Choice::Degree { f: Degree::new(F)?, p: Degree::new(P)? };
-        let projection = steps.context().until_stopped(|stop| project_unless(material, degrees, stop))?;
+        let projection = steps.context().until_stopped(|stop| project(material, degrees, stop))?;
         let series = projection.coefficients;
         for lit in lit {
             let steps = steps.part(1, SURFACES as usize + Follows::ALL.len());

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use brdf::{BrdfCoefficients, Choice, Part, project_unless};
+use brdf::{BrdfCoefficients, Choice, Part, project};
 use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
@@ -146,7 +146,7 @@ fn projected<'a>(
     if let Some(made) = cell.get() {
         return Ok(made);
     }
-    let made = context.until_stopped(|stop| project_unless(material, choice, stop))?.coefficients;
+    let made = context.until_stopped(|stop| project(material, choice, stop))?.coefficients;
     Ok(cell.get_or_init(|| made))
 }
 
@@ -235,7 +235,7 @@ type Seen = (Lattice, Vec<[f32; 3]>);
 /// The map without lamps.
 fn soft(reflection: &Reflection, edge: usize, context: &Context<'_>) -> Result<Shrm, Failure> {
     let grid = MapGrid::Cube(Cube { edge });
-    context.until_stopped(|stop| reflection.synthesise_unless(grid, View::Local, stop))
+    context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))
 }
 
 /// A sphere under one light, with its ground truth.
@@ -403,7 +403,7 @@ impl<'a> Scene<'a> {
                 let rows = LatLong::with_rows(2 * edge);
                 let lights = lamps.map(|lamps| (lit_by.rings(), &lamps.lights[..]));
                 let angles = KautzMcCool::even_angles(SLICES);
-                let values = reader.kautz_mccool(&zonal(reflection, rows)?, &angles, lights);
+                let values = reader.kautz_mccool(&zonal(reflection, rows, self.context)?, &angles, lights);
                 let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
                 (values, (8 * SLICES * rows.len(), size))
             }
@@ -530,14 +530,15 @@ fn shrms(reflection: &Reflection) -> &'static [Method] {
 }
 
 /// The map of a reflection's terms without azimuth, which are all that a 3D texture holds.
-pub(crate) fn zonal(reflection: &Reflection, grid: LatLong) -> Result<Shrm, Failure> {
+pub(crate) fn zonal(reflection: &Reflection, grid: LatLong, context: &Context<'_>) -> Result<Shrm, Failure> {
     let brdf = reflection.brdf();
     let side = brdf.p().get() + 1;
     let without_azimuth = |(index, rho): (usize, &[f64; 3])| if index % side == 0 { *rho } else { [0.0; 3] };
     let rho = brdf.rho().iter().enumerate().map(without_azimuth).collect();
     let zonal = BrdfCoefficients::new(brdf.centre(), brdf.f(), brdf.p(), rho).unwrap_or_else(|| brdf.clone());
-    let map = Reflection::convolve(reflection.lighting(), &zonal)
-        .synthesise(MapGrid::LatLong(grid), View::Local)?;
+    let zonal = Reflection::convolve(reflection.lighting(), &zonal);
+    let grid = MapGrid::LatLong(grid);
+    let map = context.until_stopped(|stop| zonal.synthesise(grid, View::Local, stop))?;
     debug_assert_eq!(map.terms(), Terms::Zonal);
     Ok(map)
 }

@@ -4,7 +4,7 @@
 //! The coefficients c_i(v) come from a table of degree 14 that is made here; [KSS02, eq. 1] is evaluated at
 //! every pixel. The sphere is brushed along +Z, projected into the surface.
 
-use brdf::{BrdfTable, Material, captured, tabulate_unless};
+use brdf::{BrdfTable, Material, captured, tabulate};
 use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use sh::{Degree, Expansion, Transform, Window};
@@ -56,7 +56,7 @@ struct Tabulated {
 impl Tabulated {
     fn new(material: &Material, context: &Context<'_>) -> Result<Self, Failure> {
         let degree = Degree::new(MOST)?;
-        let (table, _) = context.until_stopped(|stop| tabulate_unless(material, degree, VIEWS, stop))?;
+        let (table, _) = context.until_stopped(|stop| tabulate(material, degree, VIEWS, stop))?;
         let captured = context.until_stopped(|stop| captured(material, degree, stop))?;
         Ok(Self { table, captured })
     }
