@@ -153,7 +153,7 @@ mod tests {
         let grid = sphere::LatLong::with_rows(32);
         let pixel = |texel: usize| if texel == 20 * 64 + 9 { [3000.0; 3] } else { [1.0; 3] };
         let sky = envmap::Environment::new(grid, (0..grid.len()).map(pixel).collect()).unwrap();
-        let separated = sky.separate_lamps(sh::Stop::NEVER).unwrap();
+        let separated = sky.separate_lamps(Stop::NEVER).unwrap();
         let degree = sh::Degree::new(4).unwrap();
         let series = sh::Transform::new(grid, degree).unwrap().analyse(separated.soft.pixels());
         let white = brdf::Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap());

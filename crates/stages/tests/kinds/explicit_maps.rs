@@ -275,7 +275,7 @@ fn view_maps_hold_every_view_and_come_back() {
             };
             let view = if view == "global" { View::Global } else { View::Local };
             let map = reflection(2, 2).0.synthesise(grid, view, Stop::NEVER).unwrap();
-            let expected = ViewMaps::from_shrm(&map, 5, sh::Stop::NEVER).unwrap().unwrap();
+            let expected = ViewMaps::from_shrm(&map, 5, Stop::NEVER).unwrap().unwrap();
             let files = exported.files();
             let found: Vec<[f32; 3]> = match format {
                 "exr" => files[..25].iter().flat_map(|file| pixels(file).2).collect(),

@@ -24,7 +24,7 @@ fn lighting() -> sh::Lighting {
 /// A field with a lamp beside it.
 fn reflected() -> Reflected {
     let brdf = project(&metal(), Choice::Full, Stop::NEVER).unwrap().coefficients;
-    Reflected(Reflection::for_light(&lighting(), &brdf, &metal(), sh::Stop::NEVER).unwrap().0)
+    Reflected(Reflection::for_light(&lighting(), &brdf, &metal(), Stop::NEVER).unwrap().0)
 }
 
 fn brdf() -> Brdf {
