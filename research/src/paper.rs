@@ -14,7 +14,7 @@
 
 use brdf::{Absent, BrdfCoefficients, Choice, MODELS, Material, Value, Values, project};
 use envmap::Environment;
-use sh::{Degree, Tolerance, Transform};
+use sh::{Degree, Stop, Tolerance, Transform, unstopped};
 use shrm::reference::{Cull, Reference};
 use shrm::{MapGrid, Reflection, Shrm, View, ViewMaps};
 use sphere::{Direction, LatLong};
@@ -123,7 +123,7 @@ impl Table4 {
     /// The map by spherical harmonics: lighting coefficients, BRDF coefficients, product, synthesis.
     pub fn frequency(&self) -> Vec<[f32; 3]> {
         let choice = Choice::Degree { f: self.transform.degree(), p: Degree::ZERO };
-        let brdf = project(&self.material, choice).expect("the degrees are low").coefficients;
+        let brdf = project(&self.material, choice, Stop::NEVER).expect("the degrees are low").coefficients;
         let lighting = self.transform.analyse(self.environment.pixels());
         let field = Reflection::convolve(&lighting, &brdf).radial().expect("phong is radially symmetric");
         self.transform.synthesise(&field)
@@ -166,18 +166,18 @@ impl Table5 {
         let brdf = coefficients(&self.material);
         let lighting = self.transform.analyse(self.environment.pixels());
         let field = Reflection::convolve(&lighting, &brdf);
-        field.synthesise(MapGrid::LatLong(GRID), View::Local).expect("a map of 128 x 128")
+        field.synthesise(MapGrid::LatLong(GRID), View::Local, Stop::NEVER).expect("a map of 128 x 128")
     }
 
     /// The explicit maps of an SHRM for all 100 views.
     pub fn maps(&self, shrm: &Shrm) -> ViewMaps {
-        ViewMaps::from_shrm(shrm, VIEWS).expect("10 x 10 views")
+        unstopped(|stop| ViewMaps::from_shrm(shrm, VIEWS, stop)).expect("10 x 10 views")
     }
 }
 
 fn coefficients(material: &Material) -> BrdfCoefficients {
     let tolerance = Tolerance::new(TABLE5_EPSILON).expect("between 0 and 1");
-    project(material, Choice::Tolerance(tolerance)).expect("the lobe is wide").coefficients
+    project(material, Choice::Tolerance(tolerance), Stop::NEVER).expect("the lobe is wide").coefficients
 }
 
 fn cull() -> Cull {

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sh::Degree;
+use sh::{Degree, Stop};
 use transfer::{Directions, Frames, Occluders, precompute};
 
 fn bake(criterion: &mut Criterion) {
@@ -29,7 +29,8 @@ fn bake(criterion: &mut Criterion) {
     let occluders = Occluders::of(&mesh);
     group.bench_function("flight_helmet", |bencher| {
         bencher.iter(|| {
-            precompute(&frames, &occluders, &directions, (degree(4), degree(4))).expect("a transfer")
+            precompute(&frames, &occluders, &directions, (degree(4), degree(4)), Stop::NEVER)
+                .expect("a transfer")
         });
     });
     group.finish();

@@ -5,7 +5,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use envmap::{Environment, Layout};
-use sh::{Degree, Transform};
+use sh::{Degree, Stop, Transform};
 use shrm::{
     Distribution, FastChain, LightBlocks, MethodChoice, PrefilterKernel, prefilter, prefilter_series,
 };
@@ -32,7 +32,7 @@ fn benches_of(criterion: &mut Criterion) {
     group.bench_function("whole", |bencher| {
         bencher.iter(|| {
             let environment = read(&bytes);
-            prefilter(&environment, None, Distribution::Ggx, &roughness, 256, MethodChoice::Auto)
+            prefilter(&environment, None, Distribution::Ggx, &roughness, 256, MethodChoice::Auto, Stop::NEVER)
                 .expect("levels")
         });
     });
@@ -57,7 +57,7 @@ fn benches_of(criterion: &mut Criterion) {
     group.bench_function("fast-whole", |bencher| {
         bencher.iter(|| {
             let environment = read(&bytes);
-            prefilter(&environment, None, Distribution::Ggx, &roughness, 256, MethodChoice::Fast)
+            prefilter(&environment, None, Distribution::Ggx, &roughness, 256, MethodChoice::Fast, Stop::NEVER)
                 .expect("levels")
         });
     });

@@ -2,7 +2,7 @@
 
 use brdf::{BrdfCoefficients, Centre};
 use criterion::{Criterion, criterion_group, criterion_main};
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use shrm::{MapGrid, Reflection, View};
 use sphere::{Cube, LatLong};
 
@@ -35,11 +35,12 @@ fn shrm(criterion: &mut Criterion) {
     ] {
         let reflection = reflection(f, p);
         group.bench_function(format!("{name}/{f}_{p}"), |bencher| {
-            bencher.iter(|| reflection.synthesise(grid, View::Local).expect("a map"));
+            bencher.iter(|| reflection.synthesise(grid, View::Local, Stop::NEVER).expect("a map"));
         });
     }
     let reflection = reflection(12, 2);
-    let map = reflection.synthesise(MapGrid::Cube(Cube { edge: 64 }), View::Local).expect("a map");
+    let map =
+        reflection.synthesise(MapGrid::Cube(Cube { edge: 64 }), View::Local, Stop::NEVER).expect("a map");
     group.bench_function("to_global/cube_64/2", |bencher| bencher.iter(|| map.to_global()));
     group.finish();
 }

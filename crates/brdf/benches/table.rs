@@ -6,7 +6,7 @@ use brdf::{
     AshikhminShirley, Material, MeasuredAnisotropic, PoulinFournier, Ward, from_half_and_difference, tabulate,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
-use sh::Degree;
+use sh::{Degree, Stop};
 
 /// A brushed metal as it is after measuring.
 fn measured(metal: &Material) -> Material {
@@ -39,7 +39,7 @@ fn tables(criterion: &mut Criterion) {
         for degree in [4, 14] {
             let degree = Degree::new(degree).unwrap();
             group.bench_function(format!("{name}/{}", degree.get()), |bencher| {
-                bencher.iter(|| tabulate(material, degree, 128).unwrap());
+                bencher.iter(|| tabulate(material, degree, 128, Stop::NEVER).unwrap());
             });
         }
     }

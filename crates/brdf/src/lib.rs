@@ -24,11 +24,9 @@ pub use environment_brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use measured_anisotropic::{MeasuredAnisotropic, from_half_and_difference, half_and_difference};
 pub use models::*;
-pub use non_negative::{MOST_UNKNOWNS, NearestBrdf, NearestBrdfError, nearest_non_negative_unless, unknowns};
-pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project, project_unless};
-pub use table::{
-    BelowHorizon, BrdfTable, TableError, ViewCoefficients, Views, captured_unless, tabulate, tabulate_unless,
-};
+pub use non_negative::{MOST_UNKNOWNS, NearestBrdf, NearestBrdfError, nearest_non_negative, unknowns};
+pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};
+pub use table::{BelowHorizon, BrdfTable, TableError, ViewCoefficients, Views, captured, tabulate};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {

@@ -20,7 +20,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use sh::exchange::{Exchange, NoneNear, ROUNDS};
-use sh::{Basis, Mean};
+use sh::{Basis, Mean, Stop, Stopped};
 use sphere::Direction;
 
 use crate::BrdfCoefficients;
@@ -75,8 +75,8 @@ pub enum NearestBrdfError {
         mean: f64,
     },
     /// The search was stopped.
-    #[error("stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// The number of rho_lpq with 0 <= q <= min(l, p), l up to `f` and p up to `p`.
@@ -90,8 +90,8 @@ pub fn unknowns(f: usize, p: usize) -> usize {
     (0..=f).map(|l| (0..=p).map(|p| l.min(p) + 1).sum::<usize>()).sum()
 }
 
-/// The nearest function of the same degrees without negative values, each channel for itself. It ends early
-/// once `stop` says so, which is asked every few milliseconds, on every thread.
+/// The nearest function of the same degrees without negative values, each channel for itself. `stop` is asked
+/// every few milliseconds, on every thread.
 ///
 /// Accuracy: the function is lifted by at most 1e-6 of the largest value, and is then 0 or more everywhere,
 /// to 1e-9 of that, if 100 exchanges suffice. Its distance from the one given is the least to about 1e-5 of
@@ -102,10 +102,10 @@ pub fn unknowns(f: usize, p: usize) -> usize {
 /// # Errors
 /// If there are too many unknowns, a channel is not black but the nearest function is, its mean is to be kept
 /// and not positive, or it was stopped.
-pub fn nearest_non_negative_unless(
+pub fn nearest_non_negative(
     coefficients: &BrdfCoefficients,
     mean: Mean,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<NearestBrdf, NearestBrdfError> {
     let (f, p) = (coefficients.f().get(), coefficients.p().get());
     let unknowns = unknowns(f, p);
@@ -114,13 +114,8 @@ pub fn nearest_non_negative_unless(
     }
     let search = Search::new(coefficients);
     let given = [0, 1, 2].map(|channel| search.unknowns(coefficients, channel));
-    let found: Vec<Result<Channel, NearestBrdfError>> = given
-        .par_iter()
-        .enumerate()
-        .map(|(channel, x)| {
-            nearest(&search, x, mean, stop).map_err(|none| NearestBrdfError::of(channel, none))
-        })
-        .collect();
+    let found: Vec<Result<Channel, NearestBrdfError>> =
+        given.par_iter().enumerate().map(|(channel, x)| nearest(&search, (channel, x), mean, stop)).collect();
     // The error of the first channel that has one, whichever ended first.
     let found = found.into_iter().collect::<Result<Vec<Channel>, _>>()?;
     let mut rho = vec![[0.0; 3]; coefficients.rho().len()];
@@ -145,7 +140,6 @@ impl NearestBrdfError {
         match none {
             NoneNear::NoMass => Self::NoMass { channel },
             NoneNear::NoPositiveMean(mean) => Self::NoPositiveMean { channel, mean },
-            NoneNear::Stopped => Self::Stopped,
         }
     }
 }
@@ -159,26 +153,25 @@ struct Channel {
 
 fn nearest(
     search: &Search,
-    x: &[f64],
+    (channel, x): (usize, &[f64]),
     mean: Mean,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Channel, NoneNear> {
-    let (mut bottoms, largest) = search.bottoms(x, stop);
+    stop: Stop<'_>,
+) -> Result<Channel, NearestBrdfError> {
+    let none_near = |none| NearestBrdfError::of(channel, none);
+    let (mut bottoms, largest) = search.bottoms(x, stop)?;
     let least = |bottoms: &[Bottom]| bottoms.first().map_or(0.0, |bottom| bottom.value);
     let before = least(&bottoms);
     // The first unknown is x_000, and Y_00^2 is 1 / (4 pi).
-    let mut exchange = Exchange::new(x.to_vec(), largest, 0.25 * FRAC_1_PI, mean)?;
+    let mut exchange = Exchange::new(x.to_vec(), largest, 0.25 * FRAC_1_PI, mean).map_err(none_near)?;
     for _ in 0..ROUNDS {
+        stop.check()?;
         let rows = bottoms.iter().map(|bottom| (bottom.value, search.row(bottom.place)));
-        if stop() || !exchange.add(rows, stop).ok_or(NoneNear::Stopped)? {
+        if !exchange.add(rows, stop)? {
             break;
         }
-        bottoms = search.bottoms(exchange.coefficients(), stop).0;
+        bottoms = search.bottoms(exchange.coefficients(), stop)?.0;
     }
-    if stop() {
-        return Err(NoneNear::Stopped);
-    }
-    let found = exchange.finish(least(&bottoms))?;
+    let found = exchange.finish(least(&bottoms)).map_err(none_near)?;
     Ok(Channel { x: found.coefficients, before, after: found.least })
 }
 
@@ -258,12 +251,12 @@ impl Search {
     }
 
     /// The bottom of every valley, as far as it may be below zero, lowest first; and the largest value on the
-    /// grid. Once `stop` says so, valleys are not followed to their bottom.
-    fn bottoms(&self, x: &[f64], stop: &(dyn Fn() -> bool + Sync)) -> (Vec<Bottom>, f64) {
+    /// grid. `stop` is asked for each valley.
+    fn bottoms(&self, x: &[f64], stop: Stop<'_>) -> Result<(Vec<Bottom>, f64), Stopped> {
         let values = self.grid(x);
         let size = values.iter().map(|value| value.abs()).fold(0.0, f64::max);
         let [_, outgoing, turns] = self.counts;
-        let mut bottoms: Vec<Bottom> = (0..values.len())
+        let bottoms: Result<Vec<Bottom>, Stopped> = (0..values.len())
             .into_par_iter()
             .filter(|&i| values[i] < size / 3.0 && self.is_lowest(&values, i))
             .map(|i| {
@@ -271,11 +264,12 @@ impl Search {
                 let [si, so, sphi] = self.spacing;
                 let place = [(a as f64 + 0.5) * si, (b as f64 + 0.5) * so, c as f64 * sphi];
                 let start = Bottom { value: values[i], place };
-                if stop() { start } else { self.descend(x, start) }
+                stop.check().map(|()| self.descend(x, start))
             })
             .collect();
+        let mut bottoms = bottoms?;
         bottoms.sort_by(|a, b| a.value.total_cmp(&b.value));
-        (bottoms, values.into_iter().fold(f64::NEG_INFINITY, f64::max))
+        Ok((bottoms, values.into_iter().fold(f64::NEG_INFINITY, f64::max)))
     }
 
     /// The function's values on the grid, [theta_i, theta_o, phi].

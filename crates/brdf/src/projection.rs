@@ -24,7 +24,7 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use sh::{Degree, Tolerance, degree_holding};
+use sh::{Degree, Stop, Tolerance, degree_holding};
 use sphere::Direction;
 
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
@@ -62,7 +62,7 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// The number of times that [`project_unless`] asks whether to stop; `None` if that is not known
+    /// The number of times that [`project`] asks whether to stop; `None` if that is not known
     /// beforehand.
     pub fn steps(self) -> Option<usize> {
         (self == Self::Full).then(full::steps)
@@ -95,33 +95,23 @@ pub struct Projection {
 /// For the others they are accurate to 1e-6 of their norm if rho_hat is smooth above its horizon, and to
 /// [`Projection::uncertainty`] if it has kinks or is a table. If rho_hat does not depend on the azimuth, the
 /// coefficients with q > 0 are exactly zero. Uses all threads; the result does not depend on their number.
+/// `stop` is asked every few milliseconds, on every thread.
 ///
 /// # Errors
 /// If the degrees tried for a tolerance hold too little of the energy, the given degrees have too many
-/// coefficients, or the material has a value that is not finite.
+/// coefficients, the material has a value that is not finite, or it was stopped.
 ///
 /// # Example: degree 2 captures 99 percent of a Lambertian surface
 /// ```
 /// use brdf::{Choice, Lambert, Material, project};
 /// let chalk = Material::Lambert(Lambert::new([0.9; 3])?);
-/// let projection = project(&chalk, Choice::Tolerance(sh::Tolerance::new(0.01)?))?;
+/// let choice = Choice::Tolerance(sh::Tolerance::new(0.01)?);
+/// let projection = project(&chalk, choice, sh::Stop::NEVER)?;
 /// assert_eq!(projection.coefficients.f().get(), 2);
 /// assert!(projection.captured > 0.99);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn project(material: &Material, choice: Choice) -> Result<Projection, ProjectionError> {
-    project_unless(material, choice, &|| false)
-}
-
-/// [`project`], which ends early once `stop` says so. It is asked every few milliseconds, on every thread.
-///
-/// # Errors
-/// The errors of [`project`], and [`ProjectionError::Stopped`] if it was stopped.
-pub fn project_unless(
-    material: &Material,
-    choice: Choice,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Projection, ProjectionError> {
+pub fn project(material: &Material, choice: Choice, stop: Stop<'_>) -> Result<Projection, ProjectionError> {
     if let Choice::Degree { f, p } = choice {
         let (f, p) = (f.get(), p.get());
         if (f + 1) * (p + 1) * (p + 1) > MOST_COEFFICIENTS {
@@ -173,7 +163,7 @@ fn general(
     centre: Centre,
     rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     choice: Choice,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Projection, ProjectionError> {
     let source = Source { centre, rho_hat, below: reaches_below(rho_hat), stop };
     let (table, f, p) = match choice {

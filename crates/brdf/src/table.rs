@@ -27,7 +27,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
-use sh::{Basis, Degree};
+use sh::{Basis, Degree, Stop, Stopped};
 use sphere::{DVec3, Direction};
 
 use crate::projection::reaches_below;
@@ -35,7 +35,7 @@ use crate::{Centre, Material};
 use hemisphere::{Half, Hemisphere, NotFinite, turn};
 use zonal::{add_zonal, is_zonal};
 
-pub use captured::captured_unless;
+pub use captured::captured;
 pub use hemisphere::ViewCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -139,8 +139,8 @@ pub enum TableError {
         view: Direction,
     },
     /// The tabulation was stopped before its end.
-    #[error("the table was stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// `theta 89.50, phi -120.00 degrees`
@@ -276,29 +276,19 @@ impl BrdfTable {
 /// Entries are accurate as [`Views::coefficients`] are, before they are rounded to f32. Isotropic materials
 /// are integrated at one azimuth for each distance from the centre and turned, which is exact; anisotropic
 /// ones in a quarter of the map, which mirrors the others if the material is orthotropic, as every model is.
-/// Uses all threads; the result does not depend on their number.
+/// Uses all threads; the result does not depend on their number. `stop` is asked for each view, on every
+/// thread.
 ///
 /// # Errors
-/// If rho_hat has a value that is not finite.
+/// If rho_hat has a value that is not finite, or it was stopped.
 ///
 /// # Panics
 /// If `size` is 0.
-pub fn tabulate(material: &Material, degree: Degree, size: usize) -> Result<(BrdfTable, f64), TableError> {
-    tabulate_unless(material, degree, size, &|| false)
-}
-
-/// [`tabulate`], which ends early once `stop` says so. It is asked for each view, on every thread.
-///
-/// # Errors
-/// The errors of [`tabulate`], and [`TableError::Stopped`] if it was stopped.
-///
-/// # Panics
-/// If `size` is 0.
-pub fn tabulate_unless(
+pub fn tabulate(
     material: &Material,
     degree: Degree,
     size: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<(BrdfTable, f64), TableError> {
     assert!(size > 0, "a map has texels");
     let (isotropic, orthotropic) = (material.is_isotropic(), material.is_orthotropic());
@@ -330,7 +320,10 @@ pub fn tabulate_unless(
         })
         .collect();
     let at = Views::new(material, degree);
-    let one = |view: &Direction| if stop() { Err(TableError::Stopped) } else { at.coefficients(*view) };
+    let one = |view: &Direction| {
+        stop.check()?;
+        at.coefficients(*view)
+    };
     // Views at the rim take the longest; small pieces keep the threads evenly busy.
     let found: Vec<ViewCoefficients> =
         views.par_iter().with_max_len(8).map(one).collect::<Result<_, TableError>>()?;

@@ -28,7 +28,7 @@ impl BrdfCoefficients {
     ///
     /// let chalk = Material::Lambert(Lambert::new([0.5; 3])?);
     /// let degrees = Choice::Degree { f: Degree::new(4)?, p: Degree::ZERO };
-    /// let rho = project(&chalk, degrees)?.coefficients;
+    /// let rho = project(&chalk, degrees, sh::Stop::NEVER)?.coefficients;
     /// let above = rho.at_view(Direction::X, Direction::Z, Direction::X);
     /// let aside = rho.at_view(Direction::X, Direction::Z, Direction::from_angles(1.0, 0.4));
     /// assert_eq!(above, aside);
@@ -63,7 +63,7 @@ impl BrdfCoefficients {
 
 #[cfg(test)]
 mod tests {
-    use sh::Degree;
+    use sh::{Degree, Stop};
     use sphere::{DMat3, DVec3};
 
     use super::*;
@@ -80,7 +80,7 @@ mod tests {
         ];
         let degrees = Choice::Degree { f: Degree::new(16).unwrap(), p: Degree::new(12).unwrap() };
         for (material, tolerance) in materials {
-            let rho = project(&material, degrees).unwrap().coefficients;
+            let rho = project(&material, degrees, Stop::NEVER).unwrap().coefficients;
             // A surface that leans, and views of it up to 40 degrees from its normal.
             let normal = Direction::from_angles(0.9, 2.0);
             let tangent = Direction::normalised(normal.vector().cross(DVec3::new(0.3, -0.2, 1.0)));

@@ -3,10 +3,10 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
-use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, captured_unless, tabulate};
+use brdf::{AshikhminShirley, BrdfTable, KajiyaKay, Material, Phong, Views, Ward, tabulate};
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
-use sh::{Degree, Expansion, Window, rotate};
+use sh::{Degree, Expansion, Stop, Window, rotate};
 use sphere::{Direction, Rotation};
 
 fn numbers<const N: usize>(value: &Value) -> [f64; N] {
@@ -126,7 +126,7 @@ fn texels_are_the_integrals() {
     let cases = reference["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 3);
     for case in cases {
-        let (table, error) = tabulate(&material(case), degree(4), 128).unwrap();
+        let (table, error) = tabulate(&material(case), degree(4), 128, Stop::NEVER).unwrap();
         assert_eq!((table.channels(), table.count()), (1, 1), "grey");
         let mut worst: f64 = 0.0;
         for texel in case["texels"].as_array().unwrap() {
@@ -157,7 +157,7 @@ fn radiance_is_right_at_the_view_and_through_the_table() {
     for case in reference["cases"].as_array().unwrap() {
         let material = material(case);
         let views = Views::new(&material, degree(14));
-        let (table, _) = tabulate(&material, degree(14), 128).unwrap();
+        let (table, _) = tabulate(&material, degree(14), 128, Stop::NEVER).unwrap();
         let mut errors: [[Rms; 2]; 5] = Default::default();
         let rows = case["rows"].as_array().unwrap();
         assert_eq!(rows.len(), 12);
@@ -223,7 +223,7 @@ fn degrees_hold_the_energy_that_they_should() {
             let c = views.coefficients(direction).unwrap().c;
             check_shares(&captured(&c, views.energy(direction).unwrap()[0]), &view["captured"], "a view");
         }
-        let shares = captured_unless(&material, degree(14), &|| false).unwrap();
+        let shares = brdf::captured(&material, degree(14), Stop::NEVER).unwrap();
         check_shares(&shares, &case["captured_over_views"], "over views");
     }
 }

@@ -3,7 +3,7 @@
 //! | bytes | value | module |
 //! | --- | --- | --- |
 //! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP, PFM | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
-//! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`], [`write_exr_layers_unless`] |
+//! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
@@ -47,7 +47,7 @@ pub use format::Format;
 pub use images::{
     ColourSpace, DataTexture, Decoded, Encoded, ExrLayers, ImageHeader, OpenExrEnvmap, Panorama, ReadOptions,
     Shows, Wrap, declares_high_dynamic_range, decoder_level, read_exr_layers, read_image, read_image_header,
-    write_apng, write_exr, write_exr_layers, write_exr_layers_unless, write_png, write_rgbe,
+    write_apng, write_exr, write_exr_layers, write_png, write_rgbe,
 };
 pub use light_texture::{LightTexture, is_light_texture, read_light_texture};
 pub use limits::MAX_PIXELS;

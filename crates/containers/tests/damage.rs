@@ -110,9 +110,17 @@ fn exr_of(compression: Compression, blocks: Blocks) -> Vec<u8> {
 fn layers() -> Vec<u8> {
     let pixels = picture().into_pixels();
     let layers = ["", "p1q0", "p1q1"].map(|name| (name.to_owned(), pixels.clone()));
-    write_exr_layers(20, 18, &layers, Precision::Float, Some("{}"), &[("specula.view", "local")])
-        .unwrap()
-        .bytes
+    write_exr_layers(
+        20,
+        18,
+        &layers,
+        Precision::Float,
+        Some("{}"),
+        &[("specula.view", "local")],
+        sh::Stop::NEVER,
+    )
+    .unwrap()
+    .bytes
 }
 
 /// A small file of each container for textures, and of each shape.

@@ -504,7 +504,9 @@ fn layers() -> Vec<(String, Vec<[f32; 3]>)> {
 fn every_layer_is_read_again() {
     let metadata = [("specula.view", "local")];
     for precision in BOTH {
-        let bytes = write_exr_layers(5, 37, &layers(), precision, Some("{}"), &metadata).unwrap().bytes;
+        let bytes = write_exr_layers(5, 37, &layers(), precision, Some("{}"), &metadata, sh::Stop::NEVER)
+            .unwrap()
+            .bytes;
         let found = read_exr_layers(&bytes).unwrap();
         assert_eq!((found.width, found.height, found.warnings.len()), (5, 37, 0));
         let names: Vec<&str> = found.layers.iter().map(|(name, _)| name.as_str()).collect();
@@ -529,7 +531,8 @@ fn every_layer_is_read_again() {
 #[test]
 fn the_exr_crate_reads_every_layer() {
     use exr::prelude::*;
-    let bytes = write_exr_layers(5, 37, &layers(), Precision::Half, None, &[]).unwrap().bytes;
+    let bytes =
+        write_exr_layers(5, 37, &layers(), Precision::Half, None, &[], sh::Stop::NEVER).unwrap().bytes;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -557,7 +560,11 @@ fn the_exr_crate_reads_every_layer() {
 #[test]
 fn layers_and_their_texts_are_written_the_same_every_time() {
     let metadata = ["a", "b", "c", "d", "e", "f", "g"].map(|key| (key, "text"));
-    let write = || write_exr_layers(5, 37, &layers(), Precision::Half, Some("{}"), &metadata).unwrap().bytes;
+    let write = || {
+        write_exr_layers(5, 37, &layers(), Precision::Half, Some("{}"), &metadata, sh::Stop::NEVER)
+            .unwrap()
+            .bytes
+    };
     let first = write();
     assert!((0..8).all(|_| write() == first));
     assert_eq!(read_exr_layers(&first).unwrap().metadata.len(), 8);
@@ -566,7 +573,8 @@ fn layers_and_their_texts_are_written_the_same_every_time() {
 #[test]
 fn impossible_layers_are_refused() {
     let message = |layers: &[(String, Vec<[f32; 3]>)], metadata: &[(&str, &str)]| {
-        let found = write_exr_layers(1, 1, layers, Precision::Half, Some("{}"), metadata).unwrap_err();
+        let found = write_exr_layers(1, 1, layers, Precision::Half, Some("{}"), metadata, sh::Stop::NEVER)
+            .unwrap_err();
         assert_eq!(found.kind(), ErrorKind::Unwritable);
         found.to_string()
     };

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use sh::{Stop, Stopped, unstopped};
 use sphere::{AngularProbe, Cube, Direction, LatLong, MirrorBall, OpenExrCube, OpenExrLatLong, Rotation};
 
 use crate::area;
@@ -14,7 +15,7 @@ use crate::image::Image;
 use crate::lat_long_on_cube::LatLongOnCube;
 use crate::layout::Layout;
 use crate::part::Part;
-use crate::resample::{resample, resample_points, resample_unless};
+use crate::resample::{OnCanvas, resample, resample_points};
 use crate::texels::{Texels, Turned};
 
 /// Distant light: linear Rec. 709 radiance on a lat-long grid in Specula's frame.
@@ -148,7 +149,8 @@ impl Environment {
         let edge = cube.edge;
         checked(LatLong { width: edge, height: edge.saturating_mul(6) })?;
         let points = LatLongOnCube::new(self.grid, cube);
-        let pixels = resample_points(self.grid, self.grid.width, &self.pixels, &points, &|| false);
+        let pixels =
+            unstopped(|stop| resample_points(self.grid, self.grid.width, &self.pixels, &points, stop));
         Ok(CubeMap::from_complete(cube, pixels))
     }
 
@@ -200,25 +202,22 @@ impl Environment {
     /// over the new texels, as by [`Environment::from_image`]: with square texels of size h = pi / height, a
     /// harmonic of degree l comes back smaller by l (l + 1) h^2 / 8 at most (0.4 percent at degree 30 of 1024
     /// x 512), less toward the poles, never negative, and lights of one texel keep their energy. Turning its
-    /// harmonics instead has no such loss.
-    pub fn rotated(&self, rotation: Rotation) -> Self {
-        self.rotated_unless(rotation, &|| false)
-    }
-
-    /// [`Environment::rotated`], which ends early once `stop` says so; the image is unfinished then. It is
-    /// asked before each row.
-    pub fn rotated_unless(&self, rotation: Rotation, stop: &(dyn Fn() -> bool + Sync)) -> Self {
+    /// harmonics instead has no such loss. `stop` is asked before each row.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn rotated(&self, rotation: Rotation, stop: Stop<'_>) -> Result<Self, Stopped> {
         let grid = self.grid;
         if let Some(shift) = whole_columns(rotation, grid.width) {
             let mut pixels = self.pixels.clone();
             // A positive yaw turns +X (the centre) toward +Y (the left quarter).
             pixels.chunks_mut(grid.width).for_each(|row| row.rotate_left(shift));
-            return Self { grid, pixels };
+            return Ok(Self { grid, pixels });
         }
-        let turned = Turned::new(grid, rotation);
-        let canvas = LatLongCanvas::new(grid);
-        let pixels = resample_unless(turned, grid.width, &self.pixels, &canvas, stop);
-        Self { grid, pixels }
+        let (picture, canvas) = (Turned::new(grid, rotation), &LatLongCanvas::new(grid));
+        let points = OnCanvas { picture, canvas };
+        let pixels = resample_points(picture, grid.width, &self.pixels, &points, stop)?;
+        Ok(Self { grid, pixels })
     }
 
     /// The means over the texels of a coarser grid, by exact solid angles: the integral over the sphere is

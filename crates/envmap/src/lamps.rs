@@ -11,7 +11,7 @@
 //!
 //! The soft image and the lights together have the integral of the environment.
 
-use sh::Light;
+use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction, NearestDirection};
 
 use crate::Environment;
@@ -66,9 +66,8 @@ struct Group {
     pixels: Vec<Excess>,
 }
 
-/// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians;
-/// `None` if it was stopped.
-fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec<Group>> {
+/// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians.
+fn grouped(bright: &[Excess], reach: f64, stop: Stop<'_>) -> Result<Vec<Group>, Stopped> {
     let far =
         |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < math::cos(reach));
     let mut centres: Vec<DVec3> = Vec::new();
@@ -79,9 +78,7 @@ fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec
     }
     let mut groups = nearest(bright, &centres);
     for _ in 0..ROUNDS {
-        if stop() {
-            return None;
-        }
+        stop.check()?;
         groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
         centres.clear();
         for group in &groups {
@@ -92,7 +89,7 @@ fn grouped(bright: &[Excess], reach: f64, stop: &dyn Fn() -> bool) -> Option<Vec
         groups = nearest(bright, &centres);
     }
     groups.retain(|group| !group.pixels.is_empty());
-    Some(groups)
+    Ok(groups)
 }
 
 /// Assigns the pixels to the nearest of the centres.
@@ -108,14 +105,11 @@ fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
 }
 
 impl Environment {
-    /// Takes the suns and lamps out of the image.
-    pub fn separate_lamps(&self) -> Separated {
-        self.separate_lamps_unless(&|| false)
-            .unwrap_or_else(|| Separated { soft: self.clone(), lights: Vec::new() })
-    }
-
-    /// [`Environment::separate_lamps`], or `None` once `stop` says so. It is asked every few milliseconds.
-    pub fn separate_lamps_unless(&self, stop: &dyn Fn() -> bool) -> Option<Separated> {
+    /// Takes the suns and lamps out of the image. `stop` is asked every few milliseconds.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn separate_lamps(&self, stop: Stop<'_>) -> Result<Separated, Stopped> {
         let (bright, least) = (self.bright(), MIN_FLUX * self.mean());
         let (mut reach, mut groups) = (REACH, Vec::new());
         while reach < std::f64::consts::PI {
@@ -139,7 +133,7 @@ impl Environment {
         let lights = groups.iter().map(Group::light).collect();
         // The values only became smaller.
         let soft = Self::new(self.grid(), pixels).unwrap_or_else(|| self.clone());
-        Some(Separated { soft, lights })
+        Ok(Separated { soft, lights })
     }
 
     /// The mean radiance over the sphere and the three channels.
@@ -221,7 +215,7 @@ mod tests {
         for height in [256, 512] {
             let lit =
                 sky(height, |d| if d.dot(sun) > radius.cos() { [9000.0, 6000.0, 3000.0] } else { [1.0; 3] });
-            let Separated { soft, lights } = lit.separate_lamps();
+            let Separated { soft, lights } = lit.separate_lamps(Stop::NEVER).unwrap();
             assert_eq!(lights.len(), 1, "{lights:?}");
             let light = lights[0];
             let off = light.direction.dot(sun).clamp(-1.0, 1.0).acos();
@@ -242,7 +236,7 @@ mod tests {
     fn a_large_lamp_becomes_several_lights_that_cover_it() {
         let lamp = Direction::from_angles(1.3, -1.0);
         let lit = sky(256, |d| if d.dot(lamp) > 0.15_f64.cos() { [500.0; 3] } else { [0.1; 3] });
-        let Separated { lights, .. } = lit.separate_lamps();
+        let Separated { lights, .. } = lit.separate_lamps(Stop::NEVER).unwrap();
         assert!((5..60).contains(&lights.len()), "{}", lights.len());
         assert!(lights.iter().all(|light| light.direction.dot(lamp) > 0.15_f64.cos()));
     }
@@ -255,7 +249,7 @@ mod tests {
             let (v, panel) = (d.vector(), |x: f64| x.abs() < 0.35);
             if v.z > 0.5 && panel(v.x) && panel(v.y) { [30.0; 3] } else { [0.1; 3] }
         });
-        let Separated { soft, lights } = lit.separate_lamps();
+        let Separated { soft, lights } = lit.separate_lamps(Stop::NEVER).unwrap();
         assert!((20..=MAX_LAMPS).contains(&lights.len()), "{}", lights.len());
         let [before, left] =
             [&lit, &soft].map(|image| image.pixels().iter().filter(|p| p[0] == 30.0).count());
@@ -265,15 +259,15 @@ mod tests {
     #[test]
     fn soft_light_and_sparkle_stay_in_the_image() {
         let even = sky(32, |_| [0.5; 3]);
-        assert!(even.separate_lamps().lights.is_empty());
-        assert_eq!(even.separate_lamps().soft.pixels(), even.pixels());
+        assert!(even.separate_lamps(Stop::NEVER).unwrap().lights.is_empty());
+        assert_eq!(even.separate_lamps(Stop::NEVER).unwrap().soft.pixels(), even.pixels());
         let black = sky(8, |_| [0.0; 3]);
-        assert!(black.separate_lamps().lights.is_empty());
+        assert!(black.separate_lamps(Stop::NEVER).unwrap().lights.is_empty());
         // 1e-4 sr at 50 times the mean, far from each other.
         let sparkle = sky(512, |d| {
             if (d.theta() * 40.0).sin() * (d.phi() * 40.0).sin() > 0.9999 { [50.0; 3] } else { [0.9; 3] }
         });
-        let Separated { soft, lights } = sparkle.separate_lamps();
+        let Separated { soft, lights } = sparkle.separate_lamps(Stop::NEVER).unwrap();
         assert!(lights.is_empty() && soft.pixels() == sparkle.pixels(), "{}", lights.len());
     }
 }

@@ -10,8 +10,10 @@
 //! new texels of size g adds g^2 / 24: both are second order. Interpolation at one point is off by no more
 //! than h^2 / 8 of the larger second derivative in each of two directions.
 
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+use sh::{Stop, Stopped, unstopped};
 
 use crate::bright_texels::BrightTexels;
 use crate::canvas::{Canvas, MOST_POINTS};
@@ -31,19 +33,7 @@ pub(crate) fn resample<T: Texels, C: Canvas>(
     pixels: &[[f32; 3]],
     canvas: &C,
 ) -> Vec<[f32; 3]> {
-    resample_unless(picture, width, pixels, canvas, &|| false)
-}
-
-/// [`resample`], which ends early once `stop` says so, and then leaves rows black. It is asked before each
-/// row.
-pub(crate) fn resample_unless<T: Texels, C: Canvas>(
-    picture: T,
-    width: usize,
-    pixels: &[[f32; 3]],
-    canvas: &C,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Vec<[f32; 3]> {
-    resample_points(picture, width, pixels, &OnCanvas { picture, canvas }, stop)
+    unstopped(|stop| resample_points(picture, width, pixels, &OnCanvas { picture, canvas }, stop))
 }
 
 /// The points of a picture under the texels of a grid.
@@ -82,9 +72,9 @@ pub(crate) fn by_taps<P: Points>(points: &P, pixels: &[[f32; 3]], row: usize, co
 }
 
 /// The points of a picture by their directions.
-struct OnCanvas<'a, T, C> {
-    picture: T,
-    canvas: &'a C,
+pub(crate) struct OnCanvas<'a, T, C> {
+    pub(crate) picture: T,
+    pub(crate) canvas: &'a C,
 }
 
 impl<T: Texels, C: Canvas> Points for OnCanvas<'_, T, C> {
@@ -117,21 +107,22 @@ pub(crate) fn points_of_texel(
     (points(across), points(down))
 }
 
-/// The means of a picture over the texels of a grid, by points.
+/// The means of a picture over the texels of a grid, by points. `stop` is asked before each row.
 pub(crate) fn resample_points<T: Texels, P: Points>(
     picture: T,
     width: usize,
     pixels: &[[f32; 3]],
     points: &P,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Vec<[f32; 3]> {
+    stop: Stop<'_>,
+) -> Result<Vec<[f32; 3]>, Stopped> {
     let canvas = points.canvas();
     let bright = BrightTexels::find(picture, width, pixels);
     let lit: Vec<AtomicBool> = (0..if bright.is_empty() { 0 } else { canvas.width() * canvas.rows() })
         .map(|_| AtomicBool::new(false))
         .collect();
     let mut out = vec![[0.0; 3]; canvas.width() * canvas.rows()];
-    out.par_chunks_mut(canvas.width()).enumerate().filter(|_| !stop()).for_each(|(row, values)| {
+    out.par_chunks_mut(canvas.width()).enumerate().try_for_each(|(row, values)| {
+        stop.check()?;
         for (column, value) in values.iter_mut().enumerate() {
             let mut is_lit = false;
             if !bright.is_empty() && points.is_lit_by(&bright, row, column) {
@@ -147,20 +138,23 @@ pub(crate) fn resample_points<T: Texels, P: Points>(
                 *value = points.mean(pixels, row, column);
             }
         }
-    });
+        Ok(())
+    })?;
     if bright.is_empty() {
-        return out;
+        return Ok(out);
     }
 
     let mut balanced = pixels.to_vec();
     let unseen = bright.balance(picture, &mut balanced);
-    out.par_chunks_mut(canvas.width()).enumerate().filter(|_| !stop()).for_each(|(row, values)| {
+    out.par_chunks_mut(canvas.width()).enumerate().try_for_each(|(row, values)| {
+        stop.check()?;
         for (column, value) in values.iter_mut().enumerate() {
             if lit[row * canvas.width() + column].load(Ordering::Relaxed) {
                 *value = points.mean(&balanced, row, column);
             }
         }
-    });
+        Ok(())
+    })?;
     for (texel, solid_angle) in unseen {
         let Some(direction) = picture.direction(texel) else { continue };
         let (row, column) = canvas.texel(direction);
@@ -171,5 +165,5 @@ pub(crate) fn resample_points<T: Texels, P: Points>(
                 .clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
         }
     }
-    out
+    Ok(out)
 }

@@ -160,6 +160,7 @@ fn sum(rgb: [f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use sh::Stop;
     use sphere::LatLong;
 
     use super::*;
@@ -197,7 +198,7 @@ mod tests {
             let sun = suns.iter().any(|(sun, radius)| d.dot(*sun) > radius.cos());
             if sun { [3000.0, 2000.0, 1000.0] } else { [1.0, 0.9 + 0.1 * d.vector().z as f32, 0.8] }
         });
-        let separated = lit.separate_lamps();
+        let separated = lit.separate_lamps(Stop::NEVER).unwrap();
         assert_eq!(separated.lights.len(), 2);
         let without = lit.without_lights(&separated.lights);
         assert_whole(&lit, &without, &separated.lights);

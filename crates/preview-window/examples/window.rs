@@ -22,7 +22,7 @@ use preview::{
     Subject, SubjectDetails,
 };
 use preview_window::{Host, UpdateSender, WindowError, WindowSettings, open};
-use sh::{Degree, Tolerance, Transform};
+use sh::{Degree, Stop, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::{Direction, LatLong};
 
@@ -173,7 +173,7 @@ fn scene(subject: &Subject, rougher: f64) -> Scene {
         }
         _ => Material::Phong(Phong::new(60.0 / rougher, [0.7, 0.06, 0.05]).unwrap()),
     };
-    let fitted = project(&material, Choice::Tolerance(Tolerance::new(0.01).unwrap())).unwrap();
+    let fitted = project(&material, Choice::Tolerance(Tolerance::new(0.01).unwrap()), Stop::NEVER).unwrap();
     let reflection = Reflection::convolve(&lighting, &fitted.coefficients);
     let light = Arc::new(Light::new(environment, Some(lighting)));
     let look = Look::new(light, reflection, Some(material), MapSizes::default());

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use envmap::ToneMap;
+use sh::Stop;
 use sphere::Rotation;
 
 use crate::latest_value::LatestValue;
@@ -178,7 +179,7 @@ impl Shared {
                     continue;
                 }
                 let stop = || self.requests.is_stale(number);
-                let measured = self.measure_in_rounds(renderer.as_mut(), &request, mode, &stop);
+                let measured = self.measure_in_rounds(renderer.as_mut(), &request, mode, Stop::when(&stop));
                 if let Err(RenderError::Cancelled) = measured {
                     break;
                 }
@@ -192,7 +193,7 @@ impl Shared {
         renderer: &mut dyn Renderer,
         request: &MeasureRequest,
         mode: Mode,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<(), RenderError> {
         let mut before = [f64::INFINITY; 3];
         for light_samples in ROUNDS {
@@ -251,7 +252,7 @@ fn measure(
     request: &MeasureRequest,
     mode: Mode,
     light_samples: u32,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<ModeError, RenderError> {
     let mut shot = Shot {
         size: request.small(),
@@ -306,12 +307,7 @@ mod tests {
             "fake".into()
         }
 
-        fn render(
-            &mut self,
-            _scene: &Scene,
-            shot: &Shot,
-            _stop: &(dyn Fn() -> bool + Sync),
-        ) -> Result<Picture, RenderError> {
+        fn render(&mut self, _scene: &Scene, shot: &Shot, _stop: Stop<'_>) -> Result<Picture, RenderError> {
             let Show::One(of) = shot.show else {
                 return Err(RenderError::Maps("more than one mode".into()));
             };
@@ -440,12 +436,7 @@ mod tests {
             "broken".into()
         }
 
-        fn render(
-            &mut self,
-            _scene: &Scene,
-            shot: &Shot,
-            _stop: &(dyn Fn() -> bool + Sync),
-        ) -> Result<Picture, RenderError> {
+        fn render(&mut self, _scene: &Scene, shot: &Shot, _stop: Stop<'_>) -> Result<Picture, RenderError> {
             assert!(!shot.show.modes().any(|mode| mode == Mode::Cabral), "no Cabral");
             Ok(flat(shot, 0.5))
         }

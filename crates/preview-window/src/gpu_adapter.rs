@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::renderer_adapter::{FrameImage, PartialFrame, RenderRequest, RendererAdapter};
 use preview::{DeviceStatus, Gpu, Picture, RenderError, Renderer, Shot};
+use sh::Stop;
 
 /// Draws through wgpu.
 pub(crate) struct GpuAdapter {
@@ -83,7 +84,7 @@ impl RendererAdapter for GpuAdapter {
         &mut self,
         request: &RenderRequest,
         shot: &Shot,
-        _stop: &(dyn Fn() -> bool + Sync),
+        _stop: Stop<'_>,
     ) -> Result<PartialFrame, RenderError> {
         let target = self.target(shot.size);
         let drawn = self.gpu.draw(&request.scene, shot, &target)?;
@@ -96,11 +97,7 @@ impl RendererAdapter for GpuAdapter {
         })
     }
 
-    fn picture(
-        &mut self,
-        request: &RenderRequest,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
+    fn picture(&mut self, request: &RenderRequest, stop: Stop<'_>) -> Result<Picture, RenderError> {
         self.gpu.render(&request.scene, &request.shot, stop)
     }
 

@@ -241,9 +241,10 @@ impl Worker {
         let whole = request.shot.size;
         let size = quality.size(whole);
         let shot = Shot { size, samples: quality.samples, ..request.shot.clone() };
-        let stop = || shared.requests.is_stale(number);
+        let is_stale = || shared.requests.is_stale(number);
+        let stop = sh::Stop::when(&is_stale);
         let start = Instant::now();
-        let drawn = self.with_fallback(request, |renderer| renderer.draw(request, &shot, &stop));
+        let drawn = self.with_fallback(request, |renderer| renderer.draw(request, &shot, stop));
         let (renderer, fallback_reason, partial) = match drawn {
             Ok(drawn) => drawn,
             Err(RenderError::Cancelled) => return Err(Stop::Stale),
@@ -276,8 +277,9 @@ impl Worker {
             let next = shared.screenshots().pending.first().cloned();
             let Some((number, subject, request)) = next else { return Ok(()) };
             let is_pending = || shared.screenshots().pending.iter().any(|(pending, ..)| *pending == number);
-            let stop = || shared.requests.has_ended() || !is_pending();
-            let made = self.with_fallback(&request, |renderer| renderer.picture(&request, &stop));
+            let is_unwanted = || shared.requests.has_ended() || !is_pending();
+            let stop = sh::Stop::when(&is_unwanted);
+            let made = self.with_fallback(&request, |renderer| renderer.picture(&request, stop));
             if made.is_err()
                 && let Some(reason) = self.renderer.lost()
             {

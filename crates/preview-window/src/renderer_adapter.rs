@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use sh::Stop;
 
 use preview::shading::develop::{codes, develop};
 use preview::{Background, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
@@ -49,15 +50,11 @@ pub(crate) trait RendererAdapter: Send {
         &mut self,
         request: &RenderRequest,
         shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<PartialFrame, RenderError>;
 
     /// The finished picture, for a screenshot.
-    fn picture(
-        &mut self,
-        request: &RenderRequest,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError>;
+    fn picture(&mut self, request: &RenderRequest, stop: Stop<'_>) -> Result<Picture, RenderError>;
 
     /// Why the renderer cannot draw any more.
     fn lost(&self) -> Option<String>;
@@ -106,7 +103,7 @@ impl CpuAdapter {
         &mut self,
         request: &RenderRequest,
         shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<(u32, Arc<Picture>), RenderError> {
         let last = self.last.as_ref().filter(|last| last.scene_id == request.scene_id);
         let (light_samples, picture) = match last {
@@ -154,7 +151,7 @@ impl RendererAdapter for CpuAdapter {
         &mut self,
         request: &RenderRequest,
         shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<PartialFrame, RenderError> {
         let (light_samples, picture) = if shot.show.modes().any(Mode::is_brute_force) {
             self.brute_force(request, shot, stop)?
@@ -170,11 +167,7 @@ impl RendererAdapter for CpuAdapter {
         })
     }
 
-    fn picture(
-        &mut self,
-        request: &RenderRequest,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
+    fn picture(&mut self, request: &RenderRequest, stop: Stop<'_>) -> Result<Picture, RenderError> {
         self.renderer.render(&request.scene, &request.shot, stop)
     }
 
@@ -190,8 +183,6 @@ mod tests {
     use envmap::ToneMap;
     use preview::{Cpu, ViewSettings};
 
-    const GO_ON: &(dyn Fn() -> bool + Sync) = &|| false;
-
     #[test]
     fn brute_force_is_developed_again_without_starting_over() {
         let scene = Arc::new(testkit::scene());
@@ -203,21 +194,26 @@ mod tests {
                     Shot { show, background, ..settings.shot(&scene.light, scene.framing(), [24, 16]) };
                 let request = RenderRequest { scene_id: 1, scene: Arc::clone(&scene), shot: shot.clone() };
                 let mut renderer = CpuAdapter::new(Box::new(Cpu::new()));
-                let counts = [(); 2].map(|()| renderer.draw(&request, &shot, GO_ON).unwrap().light_samples);
+                let counts =
+                    [(); 2].map(|()| renderer.draw(&request, &shot, Stop::NEVER).unwrap().light_samples);
                 assert_eq!(counts, [4, 16]);
                 let mut bright = Shot { exposure: 1.5, tone: ToneMap::Plain, ..shot.clone() };
                 if let Show::Difference { amplify, .. } = &mut bright.show {
                     *amplify = 2.0;
                 }
-                let partial = renderer.draw(&request, &bright, GO_ON).unwrap();
+                let partial = renderer.draw(&request, &bright, Stop::NEVER).unwrap();
                 assert_eq!((partial.light_samples, partial.unfinished), (16, true));
                 let FrameImage::Codes(picture) = partial.image else { panic!("the picture is in memory") };
                 let wanted = Shot { light_samples: 16, ..bright.clone() };
-                let whole = Cpu::new().render(&scene, &wanted, GO_ON).unwrap();
+                let whole = Cpu::new().render(&scene, &wanted, Stop::NEVER).unwrap();
                 assert_eq!(picture.codes, whole.codes, "{show:?} {background:?}");
-                assert_eq!(renderer.draw(&request, &bright, GO_ON).unwrap().light_samples, 64, "it goes on");
+                assert_eq!(
+                    renderer.draw(&request, &bright, Stop::NEVER).unwrap().light_samples,
+                    64,
+                    "it goes on"
+                );
                 let turned = Shot { turn: sphere::Rotation::from_yaw_pitch_roll(1.0, 0.0, 0.0), ..bright };
-                assert_eq!(renderer.draw(&request, &turned, GO_ON).unwrap().light_samples, 4);
+                assert_eq!(renderer.draw(&request, &turned, Stop::NEVER).unwrap().light_samples, 4);
             }
         }
     }
@@ -229,8 +225,8 @@ mod tests {
         let shot = Shot { show, ..ViewSettings::default().shot(&scene.light, scene.framing(), [24, 16]) };
         let request = RenderRequest { scene_id: 1, scene, shot: shot.clone() };
         let mut renderer = CpuAdapter::new(Box::new(Cpu::new()));
-        renderer.draw(&request, &shot, GO_ON).unwrap();
-        assert_eq!(renderer.draw(&request, &shot, &|| true).err(), Some(RenderError::Cancelled));
-        assert_eq!(renderer.draw(&request, &shot, GO_ON).unwrap().light_samples, 16);
+        renderer.draw(&request, &shot, Stop::NEVER).unwrap();
+        assert_eq!(renderer.draw(&request, &shot, Stop::when(&|| true)).err(), Some(RenderError::Cancelled));
+        assert_eq!(renderer.draw(&request, &shot, Stop::NEVER).unwrap().light_samples, 16);
     }
 }

@@ -1,7 +1,7 @@
 //! The statistics of a scene in the inspector, computed on a thread: degrees, energies and sizes.
 
 use brdf::Centre;
-use sh::{energy_per_degree, image_energy};
+use sh::{energy_per_degree, image_energy, unstopped};
 use shrm::accuracy::Accuracy;
 
 use preview::{Object, Scene};
@@ -39,7 +39,7 @@ impl SceneStatistics {
         let environment = look.light().environment();
         let grid = environment.grid();
         let lamps = reflection.and_then(|made| made.lamps()).map_or(0, |lamps| lamps.lights.len());
-        let soft = (lamps > 0).then(|| environment.separate_lamps().soft);
+        let soft = (lamps > 0).then(|| unstopped(|stop| environment.separate_lamps(stop)).soft);
         let total: f64 = image_energy(grid, soft.as_ref().unwrap_or(environment).pixels()).iter().sum();
         let lighting = || look.has_maps().then(|| look.light().lighting());
         let held = reflection.map(|made| made.lighting()).or_else(lighting);
@@ -124,6 +124,8 @@ fn ratio(part: f64, whole: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use sh::Stop;
+
     use super::*;
     use crate::testkit;
 
@@ -151,11 +153,13 @@ mod tests {
         let grid = sphere::LatLong::with_rows(32);
         let pixel = |texel: usize| if texel == 20 * 64 + 9 { [3000.0; 3] } else { [1.0; 3] };
         let sky = envmap::Environment::new(grid, (0..grid.len()).map(pixel).collect()).unwrap();
-        let separated = sky.separate_lamps();
+        let separated = sky.separate_lamps(Stop::NEVER).unwrap();
         let degree = sh::Degree::new(4).unwrap();
         let series = sh::Transform::new(grid, degree).unwrap().analyse(separated.soft.pixels());
         let white = brdf::Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap());
-        let brdf = brdf::project(&white, brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO }).unwrap();
+        let brdf =
+            brdf::project(&white, brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO }, Stop::NEVER)
+                .unwrap();
         let lamps = shrm::Lamps { lights: separated.lights, material: white };
         let reflection = shrm::Reflection::convolve(&series, &brdf.coefficients).with_lamps(lamps);
         let light = std::sync::Arc::new(preview::Light::new(sky, None));

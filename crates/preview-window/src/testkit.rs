@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use brdf::{Choice, Lambert, MODELS, Material, Value, Values, project};
 use envmap::Environment;
-use sh::{Degree, Expansion, Lighting, Transform};
+use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::{Direction, LatLong};
 
@@ -19,7 +19,8 @@ pub(crate) fn scene() -> Scene {
     let degree = Degree::new(7).unwrap();
     let lighting = Transform::new(grid, degree).unwrap().analyse(environment.pixels());
     let white = Material::Lambert(Lambert::new([0.8; 3]).unwrap());
-    let coefficients = project(&white, Choice::Degree { f: degree, p: Degree::ZERO }).unwrap().coefficients;
+    let coefficients =
+        project(&white, Choice::Degree { f: degree, p: Degree::ZERO }, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(&lighting, &coefficients);
     let light = Arc::new(Light::new(environment, Some(lighting)));
     let look = Look::new(light, reflection, Some(white), MapSizes { edge: 8, slices: 4 });
@@ -41,7 +42,7 @@ pub(crate) fn lamps() -> Scene {
     let degree = Degree::new(2).unwrap();
     let lighting = Lighting { series: Expansion::zero(degree), lights: vec![disk(1.0), disk(-1.0)] };
     let white = Material::Lambert(Lambert::new([0.8; 3]).unwrap());
-    let (table, _) = brdf::tabulate(&white, degree, 4).unwrap();
+    let (table, _) = brdf::tabulate(&white, degree, 4, Stop::NEVER).unwrap();
     let light = Arc::new(Light::of_lighting(lighting).unwrap());
     let look = Look::without_maps(light, white, MapSizes { edge: 8, slices: 4 });
     let look = Arc::new(look.with_table(Some(Arc::new(table))));

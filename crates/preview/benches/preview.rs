@@ -14,7 +14,7 @@ use envmap::{Environment, ToneMap};
 use glam::Vec3;
 use preview::shading::global_shrm::{GlobalShrm, global_update_into};
 use preview::{Background, Camera, Cpu, Light, Look, MapSizes, Mode, Renderer, Scene, Shot, Show};
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use shrm::Reflection;
 use sphere::{LatLong, Rotation};
 
@@ -59,7 +59,7 @@ fn cpu(criterion: &mut Criterion) {
         };
         let mut renderer = Cpu::new();
         group.bench_function(BenchmarkId::new("local_shrm_512", p), |bencher| {
-            bencher.iter(|| renderer.render(&scene, &shot, &|| false).expect("a picture"));
+            bencher.iter(|| renderer.render(&scene, &shot, Stop::NEVER).expect("a picture"));
         });
     }
     for p in [2, 5] {

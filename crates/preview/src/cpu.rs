@@ -15,6 +15,7 @@ mod shader;
 mod tests;
 
 use rayon::prelude::*;
+use sh::Stop;
 
 use crate::diagram::Diagram;
 use crate::shading::develop::codes;
@@ -99,12 +100,7 @@ impl Renderer for Cpu {
         }
     }
 
-    fn render(
-        &mut self,
-        scene: &Scene,
-        shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
+    fn render(&mut self, scene: &Scene, shot: &Shot, stop: Stop<'_>) -> Result<Picture, RenderError> {
         let cancellation = Cancellation::new(stop);
         within_limits(shot)?;
         let shot = &shot.of(scene);

@@ -1,5 +1,7 @@
 //! The errors of rendering.
 
+use sh::Stopped;
+
 /// Why a picture cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
@@ -30,6 +32,12 @@ pub enum RenderError {
     /// The caller cancelled the picture.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl From<Stopped> for RenderError {
+    fn from(_: Stopped) -> Self {
+        Self::Cancelled
+    }
 }
 
 impl RenderError {

@@ -33,6 +33,7 @@ use std::time::{Duration, Instant};
 
 use ::mesh::Mesh;
 use glam::DAffine3;
+use sh::Stop;
 
 use crate::diagram::Diagram;
 use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
@@ -317,14 +318,8 @@ impl Gpu {
         Ok(added)
     }
 
-    fn render_whole(
-        &mut self,
-        scene: &Scene,
-        shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
-        let go_on = || if stop() { Err(RenderError::Cancelled) } else { Ok(()) };
-        go_on()?;
+    fn render_whole(&mut self, scene: &Scene, shot: &Shot, stop: Stop<'_>) -> Result<Picture, RenderError> {
+        stop.check()?;
         self.resources.prepare(scene, shot)?;
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);
@@ -353,11 +348,11 @@ impl Gpu {
                     device.queue.submit([std::mem::replace(encoder, device.encoder()).finish()]);
                     device.wait()?;
                     batches.done();
-                    go_on()?;
+                    stop.check()?;
                 }
                 Ok(light_samples)
             })?;
-            go_on()?;
+            stop.check()?;
         }
         device.queue.submit([encoder.finish()]);
         let difference = matches!(shot.show, Show::Difference { .. });
@@ -386,12 +381,7 @@ impl Renderer for Gpu {
         self.resources.device.name()
     }
 
-    fn render(
-        &mut self,
-        scene: &Scene,
-        shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
+    fn render(&mut self, scene: &Scene, shot: &Shot, stop: Stop<'_>) -> Result<Picture, RenderError> {
         if shot.size.contains(&0) {
             return Ok(Picture { size: shot.size, codes: vec![], radiance: vec![], relative_rms: None });
         }
@@ -406,9 +396,7 @@ impl Renderer for Gpu {
             None => Picture::black(shot.size),
         };
         if !columns.is_empty() {
-            if stop() {
-                return Err(RenderError::Cancelled);
-            }
+            stop.check()?;
             let diagram = self.diagram.draw(scene, shot, columns.end - columns.start);
             picture.place_diagram(columns, diagram);
         }

@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BrdfTable, Centre, Material};
+use sh::Stop;
 use shrm::{Cabral, KautzMcCool, Lamps, MOST_P, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
@@ -193,7 +194,7 @@ impl Look {
             let Some(reflection) = self.reflection() else { return self.map(View::Local) };
             let p = reflection.brdf().p().get().max(MOST_P);
             within("the local SHRM with lamps", self.texels(), (p + 1) * (p + 1), COEFFICIENTS)?;
-            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, &|| false);
+            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, Stop::NEVER);
             made.map_err(|error| RenderError::maps(error.to_string()))
         });
         made.as_ref().map_err(Clone::clone)
@@ -227,7 +228,7 @@ impl Look {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
             let maps = Cabral::from_shrm(self.soft()?);
-            Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps) } else { maps })
+            Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps, Stop::NEVER)? } else { maps })
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -243,7 +244,7 @@ impl Look {
             let texture = KautzMcCool::from_shrm(self.soft()?, angles).ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
             })?;
-            Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps) } else { texture })
+            Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps, Stop::NEVER)? } else { texture })
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -284,9 +285,9 @@ impl Look {
     fn map(&self, view: View) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match self.field()? {
-            Field::Reflection(reflection) => {
-                reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
-            }
+            Field::Reflection(reflection) => reflection
+                .synthesise(grid, view, Stop::NEVER)
+                .map_err(|error| RenderError::maps(error.to_string())),
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {
@@ -341,7 +342,7 @@ mod tests {
     fn fibre(p: usize) -> Reflection {
         let [f, p] = [0, p].map(|degree| Degree::new(degree).unwrap());
         let material = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
-        let brdf = project(&material, Choice::Degree { f, p }).unwrap().coefficients;
+        let brdf = project(&material, Choice::Degree { f, p }, Stop::NEVER).unwrap().coefficients;
         Reflection::convolve(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap(), &brdf)
     }
 
@@ -394,7 +395,7 @@ mod tests {
 
     #[test]
     fn an_imported_map_is_rejected_if_its_resampled_size_is_too_large() {
-        let zonal = fibre(32).synthesise(MapGrid::Cube(Cube { edge: 4 }), View::Local).unwrap();
+        let zonal = fibre(32).synthesise(MapGrid::Cube(Cube { edge: 4 }), View::Local, Stop::NEVER).unwrap();
         assert_eq!(zonal.terms(), Terms::Zonal);
         let look = |edge| Look::from_map(light(), zonal.clone(), None, MapSizes { edge, slices: 2 });
         assert!(rejected(look(512).global()).starts_with("the global SHRM: 1572864 texels times 1089 "));

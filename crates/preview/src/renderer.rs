@@ -1,5 +1,7 @@
 //! The interface of renderers.
 
+use sh::Stop;
+
 use crate::{Picture, RenderError, Scene, Shot};
 
 /// Draws pictures of scenes.
@@ -10,16 +12,10 @@ pub trait Renderer {
     /// The finished picture of a scene, with all light samples of a brute-force mode. Modes that need maps
     /// which the scene does not have are replaced ([`Shot::of`]).
     ///
-    /// `stop` is called at least once for every million light samples; if it returns `true`, the picture is
-    /// cancelled.
+    /// `stop` is asked at least once for every million light samples.
     ///
     /// # Errors
     /// If a map cannot be made, the scene lacks what a mode needs, the device cannot draw the picture (then
-    /// [`RenderError::is_of_the_device`]), or `stop` returned `true`.
-    fn render(
-        &mut self,
-        scene: &Scene,
-        shot: &Shot,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError>;
+    /// [`RenderError::is_of_the_device`]), or it was stopped ([`RenderError::Cancelled`]).
+    fn render(&mut self, scene: &Scene, shot: &Shot, stop: Stop<'_>) -> Result<Picture, RenderError>;
 }

@@ -163,7 +163,7 @@ impl Object {
 mod tests {
     use brdf::{Choice, Lambert, Material, project};
     use envmap::Environment;
-    use sh::{Degree, Expansion};
+    use sh::{Degree, Expansion, Stop};
     use shrm::Reflection;
     use sphere::LatLong;
 
@@ -177,7 +177,7 @@ mod tests {
         let flat = Choice::Degree { f: Degree::ZERO, p: Degree::ZERO };
         let reflection = Reflection::convolve(
             &Expansion::zero(Degree::ZERO),
-            &project(&white, flat).unwrap().coefficients,
+            &project(&white, flat, Stop::NEVER).unwrap().coefficients,
         );
         let look = Arc::new(Look::new(Arc::clone(&light), reflection, None, MapSizes::default()));
         let mesh = Arc::new(mesh);

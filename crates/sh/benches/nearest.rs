@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use sh::{Degree, Expansion, Mean, nearest_non_negative};
+use sh::{Degree, Expansion, Mean, Stop, nearest_non_negative};
 use sphere::Direction;
 
 fn nearest(criterion: &mut Criterion) {
@@ -24,7 +24,7 @@ fn nearest(criterion: &mut Criterion) {
         let rows = rows.map(|(a, b)| std::array::from_fn(|k| a[k] + 0.5 * b[k])).collect();
         let lighting = Expansion::from_coefficients(degree, rows).unwrap();
         group.bench_function(BenchmarkId::from_parameter(degree.get()), |bencher| {
-            bencher.iter(|| nearest_non_negative(black_box(&lighting), Mean::Free).unwrap());
+            bencher.iter(|| nearest_non_negative(black_box(&lighting), Mean::Free, Stop::NEVER).unwrap());
         });
     }
     group.finish();

@@ -9,7 +9,7 @@
 //! If the mean is kept, the first coefficient does not take part, and a function is lifted by scaling what
 //! varies.
 
-use crate::{HalfSpace, NearestInHalfSpaces};
+use crate::{HalfSpace, NearestInHalfSpaces, Stop, Stopped};
 
 /// Values above minus this share of the largest one are left to the lift.
 const CLOSE: f64 = 1e-6;
@@ -29,15 +29,13 @@ pub enum Mean {
     Kept,
 }
 
-/// Why no useful non-negative function is near the one given, or none was found.
+/// Why no useful non-negative function is near the one given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoneNear {
     /// The nearest non-negative function is black, though the function is not.
     NoMass,
     /// The mean is to be kept, but it has this value, which is not positive.
     NoPositiveMean(f64),
-    /// The search was stopped.
-    Stopped,
 }
 
 /// The nearest non-negative function of one channel.
@@ -88,17 +86,19 @@ impl Exchange {
     }
 
     /// Makes the valleys' bottoms that are below zero inequalities: for each bottom, its value and its row
-    /// r(w), lowest first. Whether that moved the function; `None` if `stop` said so, which is asked for each
-    /// inequality.
+    /// r(w), lowest first. Whether that moved the function. `stop` is asked for each inequality.
+    ///
+    /// # Errors
+    /// If it was stopped.
     pub fn add(
         &mut self,
         bottoms: impl IntoIterator<Item = (f64, Vec<f64>)>,
-        stop: &dyn Fn() -> bool,
-    ) -> Option<bool> {
+        stop: Stop<'_>,
+    ) -> Result<bool, Stopped> {
         let below: Vec<(f64, Vec<f64>)> = bottoms.into_iter().take_while(|(value, _)| *value < 0.0).collect();
         let worst = below.first().map_or(0.0, |(value, _)| -value);
         if worst <= CLOSE * self.largest {
-            return Some(false);
+            return Ok(false);
         }
         let longest = below.iter().map(|(_, row)| length(row)).fold(0.0, f64::max);
         let half_space = |(_, mut normal): (f64, Vec<f64>)| match self.mean {
@@ -111,7 +111,7 @@ impl Exchange {
         };
         let half_spaces = below.into_iter().map(half_space).collect();
         // The inequalities move until the end: to meet them closely before is in vain.
-        self.point.add_unless(half_spaces, 0.1 * worst / longest, stop)
+        self.point.add(half_spaces, 0.1 * worst / longest, stop)
     }
 
     /// The function at the end of the exchange, if `least` is its least value: lifted, if that is below zero.

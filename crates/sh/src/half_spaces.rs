@@ -10,6 +10,8 @@
 //! are missed join at once. Only if none of these stays, the one that is missed most joins alone: then the
 //! objective must fall, so that no active set can return.
 
+use crate::{Stop, Stopped};
+
 /// a . g >= b for a vector g.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfSpace {
@@ -27,9 +29,10 @@ pub struct HalfSpace {
 /// ```
 /// let mut nearest = sh::NearestInHalfSpaces::new(vec![-1.0, 2.0, -3.0]);
 /// let axis = |i: usize| sh::HalfSpace { normal: (0..3).map(|j| f64::from(i == j)).collect(), bound: 0.0 };
-/// nearest.add((0..3).map(axis).collect(), 1e-12);
+/// nearest.add((0..3).map(axis).collect(), 1e-12, sh::Stop::NEVER)?;
 /// assert_eq!(nearest.point(), [0.0, 2.0, 0.0]);
 /// assert_eq!(nearest.active(), 2);
+/// # Ok::<(), sh::Stopped>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct NearestInHalfSpaces {
@@ -79,25 +82,19 @@ impl NearestInHalfSpaces {
     }
 
     /// Takes more inequalities into account, to within `tolerance` of the distance to their planes. Whether
-    /// the point has moved.
+    /// the point has moved. `stop` is asked for each inequality that joins or leaves.
+    ///
+    /// # Errors
+    /// If it was stopped; then the point is not the nearest.
     ///
     /// # Panics
     /// If a normal does not have the target's length.
-    pub fn add(&mut self, half_spaces: Vec<HalfSpace>, tolerance: f64) -> bool {
-        self.add_unless(half_spaces, tolerance, &|| false).unwrap_or_default()
-    }
-
-    /// [`Self::add`], which ends early once `stop` says so: then `None`, and the point is not the nearest. It
-    /// is asked for each inequality that joins or leaves.
-    ///
-    /// # Panics
-    /// If a normal does not have the target's length.
-    pub fn add_unless(
+    pub fn add(
         &mut self,
         half_spaces: Vec<HalfSpace>,
         tolerance: f64,
-        stop: &dyn Fn() -> bool,
-    ) -> Option<bool> {
+        stop: Stop<'_>,
+    ) -> Result<bool, Stopped> {
         let mut waiting = std::mem::take(&mut self.inactive);
         waiting.extend(half_spaces.into_iter().filter_map(unit));
         let (mut moved, mut alone) = (false, false);
@@ -112,14 +109,12 @@ impl NearestInHalfSpaces {
             }
             if missed.is_empty() {
                 self.inactive = waiting;
-                return Some(moved);
+                return Ok(moved);
             }
             let mut taken: Vec<Option<HalfSpace>> = waiting.into_iter().map(Some).collect();
             let mut joined = 0;
             for (_, i) in missed {
-                if stop() {
-                    return None;
-                }
+                stop.check()?;
                 joined += usize::from(taken[i].take().is_some_and(|half_space| self.join(half_space)));
             }
             waiting = taken.into_iter().flatten().collect();
@@ -155,9 +150,8 @@ impl NearestInHalfSpaces {
     }
 
     /// Moves to the solution of the active system, and drops what would become negative on the way. Returns
-    /// whether an inequality after the first `before` helped to move, and the dropped ones; `None` if
-    /// stopped.
-    fn settle(&mut self, before: usize, stop: &dyn Fn() -> bool) -> Option<(bool, Vec<HalfSpace>)> {
+    /// whether an inequality after the first `before` helped to move, and the dropped ones.
+    fn settle(&mut self, before: usize, stop: Stop<'_>) -> Result<(bool, Vec<HalfSpace>), Stopped> {
         let (mut progress, mut dropped) = (false, Vec::new());
         loop {
             let solution = self.solve();
@@ -179,9 +173,7 @@ impl NearestInHalfSpaces {
             if stays {
                 break;
             }
-            if stop() {
-                return None;
-            }
+            stop.check()?;
         }
         self.point.copy_from_slice(&self.target);
         for (half_space, k) in self.active.iter().zip(&self.weights) {
@@ -189,7 +181,7 @@ impl NearestInHalfSpaces {
                 *value += k * normal;
             }
         }
-        Some((progress, dropped))
+        Ok((progress, dropped))
     }
 
     /// Solves for k of the active inequalities, met with equality: L L^T k = b - a . f.
@@ -295,13 +287,14 @@ mod tests {
                 let mut nearest = NearestInHalfSpaces::new(target.clone());
                 for _ in 0..20 {
                     for piece in all.chunks(size) {
-                        nearest.add(piece.to_vec(), 1e-12);
+                        nearest.add(piece.to_vec(), 1e-12, Stop::NEVER).unwrap();
                     }
                 }
                 let error = distance(nearest.point(), &expected);
                 assert!(error < 1e-8, "{count} in {length}, {size} at once: {error:e}");
                 assert!(nearest.active() <= length);
-                assert!(!nearest.add(all.clone(), 1e-9), "nothing is missed any more");
+                let moved = nearest.add(all.clone(), 1e-9, Stop::NEVER);
+                assert_eq!(moved, Ok(false), "nothing is missed any more");
             }
         }
     }
@@ -319,7 +312,7 @@ mod tests {
             }
         }
         let mut nearest = NearestInHalfSpaces::new(target);
-        nearest.add(all, 1e-12);
+        nearest.add(all, 1e-12, Stop::NEVER).unwrap();
         assert!(distance(nearest.point(), &expected) < 1e-5);
     }
 
@@ -328,7 +321,7 @@ mod tests {
         let mut nearest = NearestInHalfSpaces::new(vec![1.0, 2.0]);
         let met = HalfSpace { normal: vec![1.0, 0.0], bound: 0.5 };
         let empty = HalfSpace { normal: vec![0.0, 0.0], bound: 0.0 };
-        assert!(!nearest.add(vec![met, empty], 0.0));
+        assert_eq!(nearest.add(vec![met, empty], 0.0, Stop::NEVER), Ok(false));
         assert_eq!((nearest.point(), nearest.active()), (&[1.0, 2.0][..], 0));
     }
 }

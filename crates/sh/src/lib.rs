@@ -24,6 +24,7 @@ mod rectangle;
 mod rotation;
 mod rotation_about_y;
 pub mod scaled;
+mod stop;
 #[cfg(test)]
 mod testkit;
 mod transform;
@@ -40,10 +41,11 @@ pub use haar::{Haar, NotPowersOfTwo, mips};
 pub use half_spaces::{HalfSpace, NearestInHalfSpaces};
 pub use light::{Light, Lighting, MOST_RINGS, POINT};
 pub use minimum::{Minimum, minimum};
-pub use nearest::{Nearest, NearestError, nearest_non_negative, nearest_non_negative_unless};
+pub use nearest::{Nearest, NearestError, nearest_non_negative};
 pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
 pub use rectangle::{Parallel, ZoneIntegrals, integrate_rectangle};
 pub use rotation::{rotate, rotate_into, rotate_orders};
+pub use stop::{Stop, Stopped, unstopped};
 pub use transform::{GaussGrid, Grid, Sample, Synthesis, Transform, TransformError};
 pub use window::{Penalty, PenaltyOutOfRange, Window};
 

@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 use sphere::{DVec3, Direction, LatLong};
 
-use crate::{Basis, Expansion, Synthesis};
+use crate::{Basis, Expansion, Stop, Stopped, Synthesis};
 
 /// The least value that a function takes, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,27 +99,29 @@ impl Search {
         Ok(bottoms.into_iter().fold(least, lower))
     }
 
-    /// The bottom of every valley of a channel, as far as it may be below zero: lowest first. Once `stop`
-    /// says so, valleys are not followed to their bottom.
+    /// The bottom of every valley of a channel, as far as it may be below zero: lowest first. `stop` is asked
+    /// for each valley.
     pub(crate) fn bottoms(
         &self,
         expansion: &Expansion,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> [Vec<Minimum>; 3] {
-        let Some(synthesis) = &self.synthesis else { return Default::default() };
+        stop: Stop<'_>,
+    ) -> Result<[Vec<Minimum>; 3], Stopped> {
+        let Some(synthesis) = &self.synthesis else { return Ok(Default::default()) };
         let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
-        [0, 1, 2].map(|channel| {
+        let of_channel = |channel: usize| {
             let largest = pixels.iter().map(|pixel| pixel[channel].abs()).fold(0.0, f64::max);
             let valleys = self.valleys(&pixels, channel, usize::MAX);
-            let mut bottoms: Vec<Minimum> = valleys
+            let bottoms: Result<Vec<Minimum>, Stopped> = valleys
                 .into_par_iter()
                 .map(|(row, column)| self.pixel(&pixels, channel, row, column))
                 .filter(|start| start.value < largest / 3.0)
-                .map(|start| if stop() { start } else { self.descend(expansion, start) })
+                .map(|start| stop.check().map(|()| self.descend(expansion, start)))
                 .collect();
+            let mut bottoms = bottoms?;
             bottoms.sort_by(|a, b| a.value.total_cmp(&b.value));
-            bottoms
-        })
+            Ok(bottoms)
+        };
+        Ok([of_channel(0)?, of_channel(1)?, of_channel(2)?])
     }
 
     /// The largest value of each channel on the grid.

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::exchange::{Exchange, Mean, NoneNear, ROUNDS};
 use crate::minimum::Search;
-use crate::{Basis, Expansion, Minimum};
+use crate::{Basis, Expansion, Minimum, Stop, Stopped};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -68,8 +68,8 @@ pub enum NearestError {
         mean: f64,
     },
     /// The search was stopped.
-    #[error("stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// The nearest non-negative function of the same degree, each channel for itself.
@@ -81,34 +81,26 @@ pub enum NearestError {
 /// the number of threads.
 ///
 /// Time grows by the sixth power of the degree: for three channels of noise, which are below zero everywhere,
-/// 1 s at degree 16 and half a minute at degree 32, on one thread.
+/// 1 s at degree 16 and half a minute at degree 32, on one thread. `stop` is asked every few milliseconds, on
+/// every thread.
 ///
 /// # Errors
-/// If a coefficient is not finite, a channel is not black but the nearest function is, or its mean is to be
-/// kept and not positive.
+/// If a coefficient is not finite, a channel is not black but the nearest function is, its mean is to be kept
+/// and not positive, or it was stopped.
 ///
 /// # Example: the nearest function to a lobe that rings touches zero
 /// ```
 /// let degree = sh::Degree::new(2)?;
 /// let lobe = sh::Expansion::zonal(sphere::Direction::X, degree, |l| [(2 * l + 1) as f64; 3]);
-/// let nearest = sh::nearest_non_negative(&lobe, sh::Mean::Free)?;
+/// let nearest = sh::nearest_non_negative(&lobe, sh::Mean::Free, sh::Stop::NEVER)?;
 /// assert!(nearest.before.value < -0.5);
 /// assert!((0.0..1e-5).contains(&nearest.after.value));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn nearest_non_negative(expansion: &Expansion, mean: Mean) -> Result<Nearest, NearestError> {
-    nearest_non_negative_unless(expansion, mean, &|| false)
-}
-
-/// [`nearest_non_negative`], which ends early once `stop` says so. It is asked every few milliseconds, on
-/// every thread.
-///
-/// # Errors
-/// The errors of [`nearest_non_negative`], and [`NearestError::Stopped`] if it was stopped.
-pub fn nearest_non_negative_unless(
+pub fn nearest_non_negative(
     expansion: &Expansion,
     mean: Mean,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Nearest, NearestError> {
     check_finite(expansion)?;
     let search = Search::new(expansion);
@@ -119,13 +111,11 @@ pub fn nearest_non_negative_unless(
     };
     let mut channels = [channel_of(0)?, channel_of(1)?, channel_of(2)?];
     let mut nearest = expansion.clone();
-    let mut bottoms = search.bottoms(&nearest, stop);
+    let mut bottoms = search.bottoms(&nearest, stop)?;
     let before = search.run(expansion);
-    if stop() {
-        return Err(NearestError::Stopped);
-    }
+    stop.check()?;
     for _ in 0..ROUNDS {
-        let moved: Option<Vec<bool>> = channels
+        let moved: Result<Vec<bool>, Stopped> = channels
             .par_iter_mut()
             .zip(&bottoms)
             .map(|(channel, bottoms)| {
@@ -133,16 +123,13 @@ pub fn nearest_non_negative_unless(
                 channel.add(bottoms.iter().map(row), stop)
             })
             .collect();
-        if !moved.ok_or(NearestError::Stopped)?.contains(&true) {
+        if !moved?.contains(&true) {
             break;
         }
         for (row, rgb) in nearest.coefficients_mut().iter_mut().enumerate() {
             *rgb = [0, 1, 2].map(|channel| channels[channel].coefficients()[row]);
         }
-        bottoms = search.bottoms(&nearest, stop);
-        if stop() {
-            return Err(NearestError::Stopped);
-        }
+        bottoms = search.bottoms(&nearest, stop)?;
     }
     let mut lifted: f64 = 0.0;
     for (channel, exchange) in channels.into_iter().enumerate() {
@@ -167,7 +154,6 @@ impl NearestError {
         match none {
             NoneNear::NoMass => Self::NoMass { channel },
             NoneNear::NoPositiveMean(mean) => Self::NoPositiveMean { channel, mean },
-            NoneNear::Stopped => Self::Stopped,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The light that a glossy surface reflects, as a spherical harmonic reflection map on a cube.
 
 use brdf::{Choice, Material, Phong, project};
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use shrm::{MapGrid, Reflection, View};
 use sphere::{Cube, Direction};
 
@@ -12,8 +12,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let glossy = Material::Phong(Phong::new(20.0, [0.8; 3])?);
     let choice = Choice::Degree { f: Degree::new(1)?, p: Degree::ZERO };
-    let reflection = Reflection::convolve(&sky, &project(&glossy, choice)?.coefficients);
-    let map = reflection.synthesise(MapGrid::Cube(Cube { edge: 16 }), View::Local)?;
+    let reflection = Reflection::convolve(&sky, &project(&glossy, choice, Stop::NEVER)?.coefficients);
+    let map = reflection.synthesise(MapGrid::Cube(Cube { edge: 16 }), View::Local, Stop::NEVER)?;
 
     // A map is looked up by the reflection vector; the second direction is the view's in its frame.
     let [up, down] = [Direction::Z, Direction::new(-Direction::Z.vector()).expect("a direction")]

@@ -116,7 +116,8 @@ impl Accuracy {
     /// use sh::{Degree, Expansion};
     /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
-    /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
+    /// let degrees = Choice::Degree { f: Degree::ZERO, p: Degree::ZERO };
+    /// let brdf = project(&white, degrees, sh::Stop::NEVER)?.coefficients;
     /// let field = shrm::Reflection::convolve(&sky, &brdf);
     /// let accuracy = shrm::accuracy::Accuracy::of(&field, [1.0; 3], 2.0);
     /// assert_eq!(accuracy.at(0, 0).truth, 0.0);

@@ -22,8 +22,8 @@ mod view_grid;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
-use sh::Degree;
 use sh::f64x4::SimdLevel;
+use sh::{Degree, Stop, Stopped};
 
 use crate::degrees::BLACK_SHARE;
 use crate::lamps::{Lamps, in_frame};
@@ -49,41 +49,31 @@ impl Reflection {
     /// The spherical harmonic reflection map on a grid, with the lamps in it; without lamps it is
     /// [`Reflection::synthesise`]'s. With lamps its P is at least 16 if the material depends on the view.
     ///
-    /// `cancelled` is asked between blocks of texels; if it says so the map is unfinished.
+    /// `stop` is asked between blocks of texels.
     ///
     /// # Errors
-    /// The errors of [`Reflection::synthesise_unless`].
-    pub fn bake(
-        &self,
-        grid: MapGrid,
-        view: View,
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Shrm, SynthesisError> {
+    /// The errors of [`Reflection::synthesise`].
+    pub fn bake(&self, grid: MapGrid, view: View, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
         let texels: Vec<usize> = (0..grid.len()).collect();
-        let soft = self.synthesise_unless(grid, View::Local, cancelled)?;
-        let local = self.bake_texels(&soft, &texels, cancelled)?;
+        let soft = self.synthesise(grid, View::Local, stop)?;
+        let local = self.bake_texels(&soft, &texels, stop)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
     /// Some texels of [`Reflection::bake`]'s local map, from the local map that [`Reflection::synthesise`]
     /// makes; if they have to be fitted, texels that are not listed are black. The work is that of the listed
-    /// texels.
+    /// texels. `stop` is asked between blocks of them.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`].
     ///
     /// # Panics
     /// If a texel is not one of the map.
-    pub fn bake_texels(
-        &self,
-        soft: &Shrm,
-        texels: &[usize],
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Shrm, SynthesisError> {
+    pub fn bake_texels(&self, soft: &Shrm, texels: &[usize], stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
         match self.lamps().filter(|lamps| !lamps.lights.is_empty()) {
             None => Ok(soft.clone()),
             Some(lamps) if soft.p().get() == 0 => Ok(added(soft.clone(), lamps)),
-            Some(lamps) => self.fitted(soft, lamps, texels, cancelled),
+            Some(lamps) => self.fitted(soft, lamps, texels, stop),
         }
     }
 
@@ -93,7 +83,7 @@ impl Reflection {
         soft: &Shrm,
         lamps: &Lamps,
         texels: &[usize],
-        cancelled: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<Shrm, SynthesisError> {
         let (grid, terms) = (soft.grid(), soft.terms());
         let p = soft.p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
@@ -107,10 +97,8 @@ impl Reflection {
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
         let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
         let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
-        blocks.for_each(|(values, texels)| {
-            if cancelled() {
-                return;
-            }
+        blocks.try_for_each(|(values, texels)| {
+            stop.check()?;
             let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; pairs.len()]);
             let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
             for (lane, &texel) in texels.iter().enumerate() {
@@ -133,7 +121,8 @@ impl Reflection {
                     }
                 }
             }
-        });
+            Ok::<(), Stopped>(())
+        })?;
         let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
         for (texel, fitted) in texels.iter().zip(fitted.chunks_exact(rows)) {
             values[texel * rows..][..rows].copy_from_slice(fitted);
@@ -211,17 +200,20 @@ mod tests {
     fn a_baked_sun_stays_within_the_limits() {
         let (lighting, grid) = (lighting(), MapGrid::Cube(Cube { edge: 5 }));
         for material in materials() {
-            let brdf = project(&material, Choice::Full).unwrap().coefficients;
-            let (reflection, _) = Reflection::for_light(&lighting, &brdf, &material);
-            let map = reflection.bake(grid, View::Local, &|| false).unwrap();
+            let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+            let (reflection, _) = Reflection::for_light(&lighting, &brdf, &material, Stop::NEVER).unwrap();
+            let map = reflection.bake(grid, View::Local, Stop::NEVER).unwrap();
             assert!(map.p().get() <= MOST_P);
             let errors = stops(&reflection, &map, reflection.dark());
             let at = |share: f64| errors[(share * errors.len() as f64) as usize];
             assert!(at(0.95) < 0.15 && at(0.99) < 0.5, "{}: {} {}", material.name(), at(0.95), at(0.99));
             if map.p().get() > 0 {
                 let whole = Reflection::convolve(&lighting.whole(), &brdf.cut_to(Degree::MAX, map.p()));
-                let cut =
-                    stops(&reflection, &whole.synthesise(grid, View::Local).unwrap(), reflection.dark());
+                let cut = stops(
+                    &reflection,
+                    &whole.synthesise(grid, View::Local, Stop::NEVER).unwrap(),
+                    reflection.dark(),
+                );
                 assert!(cut[(0.95 * cut.len() as f64) as usize] > 0.5, "{}", material.name());
             }
         }
@@ -230,23 +222,23 @@ mod tests {
     #[test]
     fn global_maps_hold_the_same_light_and_a_cancelled_map_ends_early() {
         let material = &materials()[1];
-        let brdf = project(material, Choice::Full).unwrap().coefficients;
-        let (reflection, _) = Reflection::for_light(&lighting(), &brdf, material);
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let (reflection, _) = Reflection::for_light(&lighting(), &brdf, material, Stop::NEVER).unwrap();
         let grid = MapGrid::Cube(Cube { edge: 2 });
         let [local, global] =
-            [View::Local, View::Global].map(|view| reflection.bake(grid, view, &|| false).unwrap());
+            [View::Local, View::Global].map(|view| reflection.bake(grid, view, Stop::NEVER).unwrap());
         for texel in 0..grid.len() {
             let view = Direction::from_angles(0.3 * texel as f64 % 3.0, texel as f64);
             let [a, b] = [&local, &global].map(|map| map.lookup().texel(texel, view));
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-3 * (1.0 + a[c].abs())), "{a:?} {b:?}");
         }
         // Some texels alone are those of the whole map.
-        let soft = reflection.synthesise(grid, View::Local).unwrap();
-        let some = reflection.bake_texels(&soft, &[3, 17], &|| false).unwrap();
+        let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
+        let some = reflection.bake_texels(&soft, &[3, 17], Stop::NEVER).unwrap();
         assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
         assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
-        let stopped = reflection.bake_texels(&soft, &[3, 17], &|| true).unwrap();
-        assert!(stopped.values().iter().all(|value| *value == [0.0; 3]));
-        assert_eq!(reflection.bake(grid, View::Local, &|| true), Err(SynthesisError::Stopped));
+        let stop = Stop::when(&|| true);
+        assert_eq!(reflection.bake_texels(&soft, &[3, 17], stop), Err(Stopped.into()));
+        assert_eq!(reflection.bake(grid, View::Local, stop), Err(Stopped.into()));
     }
 }

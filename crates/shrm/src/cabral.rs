@@ -6,10 +6,10 @@
 //! the reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
 
 use brdf::Centre;
-use sh::Degree;
+use sh::{Degree, Stop, Stopped};
 use sphere::Direction;
 
-use crate::blocks::for_each_unless;
+use crate::blocks::for_each;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, View, fit_views, icosahedron};
 
 /// Twelve view maps at the vertices of an icosahedron.
@@ -27,25 +27,21 @@ impl Cabral {
         Self { grid: map.grid(), centre: map.centre(), maps }
     }
 
-    /// Adds lamps that the map did not hold: exact at the twelve views.
-    #[must_use]
-    pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
-        self.add(lamps, &|| false);
-        self
-    }
-
-    /// [`Cabral::with_lamps`], which ends early without a result once `stop` says so. It is asked once for
-    /// each of the [`blocks`](crate::blocks) of each map.
-    pub fn with_lamps_unless(mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    /// Adds lamps that the map did not hold: exact at the twelve views. `stop` is asked once for each of the
+    /// [`blocks`](crate::blocks) of each map.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn with_lamps(mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<Self, Stopped> {
         self.add(lamps, stop)?;
-        Some(self)
+        Ok(self)
     }
 
-    fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
+    fn add(&mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<(), Stopped> {
         let (grid, lamps) = (self.grid, lamps.for_views());
         let mut maps = self.maps.chunks_exact_mut(grid.len()).zip(icosahedron::vertices());
         maps.try_for_each(|(map, view)| {
-            for_each_unless(map, stop, |texel, value| {
+            for_each(map, stop, |texel, value| {
                 *value = lamps.added(*value, grid.direction(texel), view);
             })
         })

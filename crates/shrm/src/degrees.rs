@@ -9,7 +9,7 @@
 
 use brdf::{BrdfCoefficients, Centre};
 use rayon::prelude::*;
-use sh::{Basis, Degree, Expansion, rotate_orders};
+use sh::{Basis, Degree, Expansion, Stop, Stopped, rotate_orders};
 use sphere::{Direction, spiral};
 
 use crate::lamps::{LampPoints, Lamps};
@@ -37,7 +37,7 @@ const SHOWS_BESIDE: [f64; 2] = [0.015, 0.05];
 /// The number of central directions of the samples, and of views of each.
 pub(crate) const SAMPLES: [usize; 2] = [96, 16];
 
-/// The number of times that [`Reflection::for_light_unless`] asks whether to stop.
+/// The number of times that [`Reflection::for_light`] asks whether to stop.
 pub const STEPS: usize = SAMPLES[0];
 
 /// The degrees F that are tried, besides the highest.
@@ -66,30 +66,21 @@ impl Cut {
     }
 }
 
-/// The least degrees at which a cut of this light on this material does not show; if none do, the highest.
+/// The least degrees at which a cut of this light on this material uses no more than a share of the limits;
+/// if none do, the highest.
 ///
 /// `lighting` is the light without the lamps, `brdf` has degrees that are high enough
 /// ([`brdf::Choice::Full`]), and `dark` is the radiance e.
-pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamps>, dark: f64) -> Cut {
-    let (trial, beside) = (Trial::new(lighting, brdf), Beside { lamps, of_diffuse: None, diffuse: None });
-    let samples: Vec<Sample> = (0..SAMPLES[0])
-        .into_par_iter()
-        .flat_map(|index| trial.samples(index, lighting, brdf, beside))
-        .collect();
-    least(&trial, &samples, 1.0, dark)
-}
-
-/// [`choose`], which ends early without a result once `stop` says so.
-fn choose_unless(
+fn choose(
     (lighting, brdf): (&Expansion, &BrdfCoefficients),
     beside: Beside<'_>,
     (share, dark): (f64, f64),
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Cut> {
+    stop: Stop<'_>,
+) -> Result<Cut, Stopped> {
     let trial = Trial::new(lighting, brdf);
-    let sample = |index| (!stop()).then(|| trial.samples(index, lighting, brdf, beside));
-    let samples: Option<Vec<Vec<Sample>>> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
-    Some(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), share, dark))
+    let sample = |index| stop.check().map(|()| trial.samples(index, lighting, brdf, beside));
+    let samples: Result<Vec<Vec<Sample>>, Stopped> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
+    Ok(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), share, dark))
 }
 
 /// Finds the least of the tried degrees at which a cut uses no more than this share of the limits.
@@ -265,52 +256,48 @@ pub(crate) fn seen(centre: Centre, index: usize) -> Direction {
 }
 
 impl Reflection {
-    /// Returns the reflection cut to the degrees that [`choose`] finds, with the lamps beside it.
+    /// Returns the reflection cut to the least degrees at which the cut does not show, with the lamps beside
+    /// it; if it shows at all that were tried, they are the highest. `brdf` has degrees that are high enough
+    /// ([`brdf::Choice::Full`]). `stop` is asked [`STEPS`] times, every few milliseconds on every thread.
+    ///
+    /// # Errors
+    /// If it was stopped.
     pub fn for_light(
         lighting: &sh::Lighting,
         brdf: &BrdfCoefficients,
         material: &brdf::Material,
-    ) -> (Self, Cut) {
-        let lamps = lamps_of(lighting, material);
-        let cut = choose(&lighting.series, brdf, Some(&lamps), BLACK_SHARE * lighting.mean());
-        (Self::cut_at(&cut, &lighting.series, brdf, lamps), cut)
-    }
-
-    /// [`Reflection::for_light`], which ends early without a result once `stop` says so. It is asked
-    /// [`STEPS`] times, every few milliseconds on every thread.
-    pub fn for_light_unless(
-        lighting: &sh::Lighting,
-        brdf: &BrdfCoefficients,
-        material: &brdf::Material,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Option<(Self, Cut)> {
+        stop: Stop<'_>,
+    ) -> Result<(Self, Cut), Stopped> {
         let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
         let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose_unless((&lighting.series, brdf), beside, (1.0, dark), stop)?;
-        Some((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
+        let cut = choose((&lighting.series, brdf), beside, (1.0, dark), stop)?;
+        Ok((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
     }
 
     /// Cuts the reflections of the diffuse and the specular part of a material to degrees at which the cut of
     /// their sum does not show. The cut that is returned has the degrees of the specular part and the errors
-    /// of the sum. `stop` is asked twice as often.
-    pub fn parts_for_light_unless(
+    /// of the sum. `stop` is asked twice as often as by [`Reflection::for_light`].
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn parts_for_light(
         lighting: &sh::Lighting,
         [(diffuse, matte), (specular, highlight)]: [(&BrdfCoefficients, &brdf::Material); 2],
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Option<([Self; 2], Cut)> {
+        stop: Stop<'_>,
+    ) -> Result<([Self; 2], Cut), Stopped> {
         let (series, dark) = (&lighting.series, BLACK_SHARE * lighting.mean());
         let lamps = lamps_of(lighting, matte);
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose_unless((series, diffuse), alone, (DIFFUSE, dark), stop)?;
+        let cut = choose((series, diffuse), alone, (DIFFUSE, dark), stop)?;
         let f = well_above(cut.f).min(series.degree()).min(diffuse.f());
         let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.p)));
         let base = Self::cut_at(&cut, series, diffuse, lamps);
         let (lamps, of_diffuse) = (lamps_of(lighting, highlight), base.lamps().map(Lamps::for_views));
         let fields = Some([&base, &whole]);
         let beside = Beside { lamps: Some(&lamps), of_diffuse: of_diffuse.as_ref(), diffuse: fields };
-        let cut = choose_unless((series, specular), beside, (1.0, dark), stop)?;
+        let cut = choose((series, specular), beside, (1.0, dark), stop)?;
         let highlight = Self::cut_at(&cut, series, specular, lamps);
-        Some(([base, highlight], cut))
+        Ok(([base, highlight], cut))
     }
 
     fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Lamps) -> Self {
@@ -350,8 +337,9 @@ mod tests {
     }
 
     fn chosen(material: &Material, lighting: &Expansion) -> Cut {
-        let brdf = project(material, Choice::Full).unwrap().coefficients;
-        choose(lighting, &brdf, None, BLACK_SHARE)
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
+        choose((lighting, &brdf), beside, (1.0, BLACK_SHARE), Stop::NEVER).unwrap()
     }
 
     fn microfacet(sigma: f64) -> Material {
@@ -384,10 +372,10 @@ mod tests {
     fn the_errors_are_those_of_the_reflection_that_is_made() {
         let metal = Fresnel::Conductor { n: [0.2, 0.9, 1.1], k: [3.9, 2.4, 2.1] };
         let material = Material::Ggx(Ggx::new(0.4, metal, [1.0; 3]).unwrap());
-        let full = project(&material, Choice::Full).unwrap().coefficients;
+        let full = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let sun = Light::from_flux(Direction::from_angles(0.9, 0.2), 0.01, [5.0; 3]);
         let lighting = Lighting { series: sky(40), lights: vec![sun] };
-        let (cut_field, cut) = Reflection::for_light(&lighting, &full, &material);
+        let (cut_field, cut) = Reflection::for_light(&lighting, &full, &material, Stop::NEVER).unwrap();
         assert!(cut_field.is_for_light() && cut_field.lamps().is_some());
         assert_eq!((cut_field.brdf().f(), cut_field.brdf().p()), (cut.f, cut.p));
         let whole = Reflection::convolve(&lighting.series, &full);
@@ -423,11 +411,11 @@ mod tests {
         let highlight = Material::Ggx(Ggx::new(0.4, metal, [0.1; 3]).unwrap());
         let base = Material::Lambert(Lambert::new([0.7; 3]).unwrap());
         let [whole_base, whole_highlight] =
-            [&base, &highlight].map(|part| project(part, Choice::Full).unwrap().coefficients);
+            [&base, &highlight].map(|part| project(part, Choice::Full, Stop::NEVER).unwrap().coefficients);
         let lighting = Lighting { series: sky(40), lights: Vec::new() };
         let parts = [(&whole_base, &base), (&whole_highlight, &highlight)];
-        let (cut, errors) = Reflection::parts_for_light_unless(&lighting, parts, &|| false).unwrap();
-        let (alone, _) = Reflection::for_light(&lighting, &whole_highlight, &highlight);
+        let (cut, errors) = Reflection::parts_for_light(&lighting, parts, Stop::NEVER).unwrap();
+        let (alone, _) = Reflection::for_light(&lighting, &whole_highlight, &highlight, Stop::NEVER).unwrap();
         let degrees = |field: &Reflection| [field.brdf().f(), field.brdf().p()];
         assert!(degrees(&cut[1])[1] < degrees(&alone)[1], "{:?} {:?}", degrees(&cut[1]), degrees(&alone));
         let uncut = [&whole_base, &whole_highlight].map(|brdf| Reflection::convolve(&lighting.series, brdf));

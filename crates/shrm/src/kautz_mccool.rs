@@ -12,10 +12,10 @@
 
 use brdf::Centre;
 use rayon::prelude::*;
-use sh::{Basis, Degree, lambda, zonal_into};
+use sh::{Basis, Degree, Stop, Stopped, lambda, zonal_into};
 use sphere::Direction;
 
-use crate::blocks::for_each_unless;
+use crate::blocks::for_each;
 use crate::mean_lobe::MeanLobe;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_angles, frame};
 
@@ -64,27 +64,23 @@ impl KautzMcCool {
         Some(Self { grid, centre: map.centre(), angles, slices })
     }
 
-    /// Adds lamps that the map did not hold, in the mean about each texel's central direction.
-    #[must_use]
-    pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
-        self.add(lamps, &|| false);
-        self
-    }
-
-    /// [`KautzMcCool::with_lamps`], which ends early without a result once `stop` says so. It is asked once
-    /// for each of the [`blocks`](crate::blocks) of each slice.
-    pub fn with_lamps_unless(mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    /// Adds lamps that the map did not hold, in the mean about each texel's central direction. `stop` is
+    /// asked once for each of the [`blocks`](crate::blocks) of each slice.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn with_lamps(mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<Self, Stopped> {
         self.add(lamps, stop)?;
-        Some(self)
+        Ok(self)
     }
 
-    fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
+    fn add(&mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<(), Stopped> {
         let grid = self.grid;
         let mut slices = self.slices.chunks_exact_mut(grid.len()).zip(&self.angles);
         slices.try_for_each(|(slice, angle)| {
             let lobe = MeanLobe::ring(&lamps.material, *angle);
             let ring = lobe.of(&lamps.lights);
-            for_each_unless(slice, stop, |texel, value| {
+            for_each(slice, stop, |texel, value| {
                 let lamps = ring.radiance(grid.direction(texel));
                 *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);
             })
@@ -167,23 +163,17 @@ impl KautzMcCool {
 
 /// The share of a map's energy that is in terms with q > 0 about each texel's central direction, and that a
 /// 3D texture loses: 0 to 1. Energies are weighted by the solid angles of texels and summed over channels; 0
-/// for a black map. With lamps beside the map it is measured at some texels and views.
-pub fn azimuthal_share(map: &Shrm, lamps: Option<&Lamps>) -> f64 {
-    azimuthal_share_unless(map, lamps, &|| false).unwrap_or(0.0)
-}
-
-/// [`azimuthal_share`], which ends early without a result once `stop` says so. It is asked every few
-/// milliseconds, on every thread.
-pub fn azimuthal_share_unless(
-    map: &Shrm,
-    lamps: Option<&Lamps>,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<f64> {
+/// for a black map. With lamps beside the map it is measured at some texels and views. `stop` is asked every
+/// few milliseconds, on every thread.
+///
+/// # Errors
+/// If it was stopped.
+pub fn azimuthal_share(map: &Shrm, lamps: Option<&Lamps>, stop: Stop<'_>) -> Result<f64, Stopped> {
     if let Some(lamps) = lamps {
         return sampled_share(map, lamps, stop);
     }
     if map.terms() == Terms::Zonal {
-        return Some(0.0);
+        return Ok(0.0);
     }
     let zonal = zonal_terms(map);
     let (mut kept, mut total) = (0.0, 0.0);
@@ -194,14 +184,14 @@ pub fn azimuthal_share_unless(
         let all = map.texel(texel).as_flattened().iter().map(|&value| f64::from(value));
         total += solid_angle * all.fold(0.0, energy);
     }
-    Some(if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 })
+    Ok(if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 /// Texels at which a share is measured, angles theta_o of each, and azimuths of each angle.
 const SAMPLED: [usize; 3] = [256, 16, 12];
 
 /// [`azimuthal_share`] of a soft map with lamps, by sums over views.
-fn sampled_share(map: &Shrm, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<f64> {
+fn sampled_share(map: &Shrm, lamps: &Lamps, stop: Stop<'_>) -> Result<f64, Stopped> {
     let [most, angles, azimuths] = SAMPLED;
     let step = map.grid().len().div_ceil(most).max(1);
     let lamps = lamps.for_views();
@@ -228,9 +218,10 @@ fn sampled_share(map: &Shrm, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) ->
         [kept, total].map(|energy| energy * map.grid().solid_angle(texel))
     };
     let texels = (0..map.grid().len().div_ceil(step)).into_par_iter();
-    let sums: Option<Vec<[f64; 2]>> = texels.map(|index| (!stop()).then(|| texel(index * step))).collect();
+    let sums = texels.map(|index| stop.check().map(|()| texel(index * step)));
+    let sums: Result<Vec<[f64; 2]>, Stopped> = sums.collect();
     let [kept, total] = sums?.iter().fold([0.0; 2], |[a, b], [kept, total]| [a + kept, b + total]);
-    Some(if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 })
+    Ok(if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 /// B_p0 about each texel's central direction, shape [texels, P + 1].

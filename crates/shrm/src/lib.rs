@@ -34,7 +34,7 @@ pub use baking::BAKED_AT_ONCE;
 pub use blocks::blocks;
 pub use cabral::Cabral;
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
-pub use kautz_mccool::{KautzMcCool, azimuthal_share, azimuthal_share_unless};
+pub use kautz_mccool::{KautzMcCool, azimuthal_share};
 pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
@@ -42,13 +42,12 @@ pub use mean_lobe::{MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
     Distribution, FastChain, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel,
-    Prefiltered, PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series, prefilter_unless,
+    Prefiltered, PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series,
 };
 pub use reflection::{MOST_P, Reflection, ViewDependent};
 pub use resolution::{MapLayout, Resolution};
 pub use sphere_map::{
-    add_to_sphere_maps, add_to_sphere_maps_unless, from_sphere_maps, sphere_map_axes, sphere_map_rows,
-    sphere_maps, sphere_maps_unless,
+    SphereMapError, add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps,
 };
 pub use synthesis::{MOST_VALUES, SynthesisError};
 pub use view_maps::ViewMaps;

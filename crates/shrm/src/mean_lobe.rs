@@ -301,6 +301,7 @@ fn normalised(rows: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Ggx, KajiyaKay, Lambert, Phong, project};
+    use sh::Stop;
 
     use super::*;
     use crate::Reflection;
@@ -325,7 +326,7 @@ mod tests {
         ];
         let lighting = lighting();
         for material in materials {
-            let brdf = project(&material, Choice::Full).unwrap().coefficients;
+            let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
             let expected = Reflection::convolve(&lighting, &brdf).plain(Plain::Mean);
             let found = MeanLobe::plain(&material, Plain::Mean).reflect(&lighting, Degree::MAX);
             let size =

@@ -30,9 +30,7 @@ mod zonal;
 
 pub use blocks::LightBlocks;
 pub use fast::FastChain;
-pub use levels::{
-    LevelMethod, MethodChoice, PrefilterError, Prefiltered, PrefilteredLevel, prefilter, prefilter_unless,
-};
+pub use levels::{LevelMethod, MethodChoice, PrefilterError, Prefiltered, PrefilteredLevel, prefilter};
 pub use series::prefilter_series;
 
 use sh::Expansion;

@@ -153,7 +153,8 @@ impl Reflection {
     /// use sh::{Degree, Expansion};
     /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[0.2, 0.3, 0.5]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
-    /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
+    /// let degrees = Choice::Degree { f: Degree::ZERO, p: Degree::ZERO };
+    /// let brdf = project(&white, degrees, sh::Stop::NEVER)?.coefficients;
     /// let reflected = shrm::Reflection::convolve(&sky, &brdf).radial()?;
     /// assert!((reflected.get(0, 0)[2] - 0.5).abs() < 1e-15);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -82,7 +82,8 @@ impl Reflection {
     /// let degree = Degree::new(9)?;
     /// let sun = Expansion::zonal(sphere::Direction::X, degree, |_| [1.0; 3]);
     /// let satin = Material::Phong(Phong::new(16.0, [1.0; 3])?);
-    /// let brdf = project(&satin, Choice::Degree { f: degree, p: Degree::ZERO })?.coefficients;
+    /// let degrees = Choice::Degree { f: degree, p: Degree::ZERO };
+    /// let brdf = project(&satin, degrees, sh::Stop::NEVER)?.coefficients;
     /// let reflection = shrm::Reflection::convolve(&sun, &brdf);
     /// let [coarse, fine] = [0.04, 0.01].map(|error| reflection.resolution(MapLayout::LatLong, error));
     /// assert!(coarse.estimated_error <= 0.04 && fine.estimated_error <= 0.01);

@@ -1,7 +1,7 @@
 //! What a cut shows of itself: how far a reflection at some degrees is from one at more.
 
 use rayon::prelude::*;
-use sh::{Basis, rotate_orders};
+use sh::{Basis, Stop, Stopped, rotate_orders};
 use sphere::spiral;
 
 use crate::degrees::{SAMPLES, add, seen};
@@ -41,20 +41,16 @@ impl Samples {
 }
 
 impl Reflection {
-    /// The radiance of the reflection where [`crate::degrees::choose`] looks.
-    pub fn samples(&self) -> Samples {
-        self.samples_unless(&|| false).unwrap_or_else(|| Samples(Vec::new()))
-    }
-
-    /// [`Reflection::samples`], which ends early without a result once `stop` says so. It is asked every few
+    /// The radiance of the reflection where [`Reflection::for_light`] looks. `stop` is asked every few
     /// milliseconds, on every thread.
-    pub fn samples_unless(&self, stop: &(dyn Fn() -> bool + Sync)) -> Option<Samples> {
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn samples(&self, stop: Stop<'_>) -> Result<Samples, Stopped> {
         let (f, p) = (self.brdf().f().get(), self.brdf().p());
         let basis = Basis::new(p);
         let at = |index: usize| {
-            if stop() {
-                return None;
-            }
+            stop.check()?;
             let central = spiral(index, SAMPLES[0]);
             let light = rotate_orders(self.lighting(), frame(central).inverse(), p.get());
             let mut rows = vec![[0.0; 3]; p.rows()];
@@ -71,10 +67,10 @@ impl Reflection {
                 }
                 sum
             };
-            Some((0..SAMPLES[1]).map(radiance).collect::<Vec<_>>())
+            Ok((0..SAMPLES[1]).map(radiance).collect::<Vec<_>>())
         };
-        let samples: Option<Vec<_>> = (0..SAMPLES[0]).into_par_iter().map(at).collect();
-        Some(Samples(samples?.concat()))
+        let samples: Result<Vec<_>, Stopped> = (0..SAMPLES[0]).into_par_iter().map(at).collect();
+        Ok(Samples(samples?.concat()))
     }
 
     /// The radiance that one plain map, looked up by the central direction, shows in place of
@@ -110,11 +106,11 @@ mod tests {
     fn a_cut_sun_rings_and_a_window_calms_it() {
         let sun = Expansion::zonal(Direction::from_angles(0.7, 0.3), Degree::new(40).unwrap(), |_| [1.0; 3]);
         let lobe = Material::Phong(Phong::new(60.0, [1.0; 3]).unwrap());
-        let brdf = project(&lobe, Choice::Full).unwrap().coefficients;
+        let brdf = project(&lobe, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let reference = Reflection::convolve(&sun, &brdf);
         let cut = Reflection::convolve(&sun.to_degree(Degree::new(6).unwrap()), &brdf);
         let dark = 0.01;
-        let [right, found] = [&reference, &cut].map(Reflection::samples);
+        let [right, found] = [&reference, &cut].map(|field| field.samples(Stop::NEVER).unwrap());
         let values: Vec<f64> = (0..SAMPLES[0])
             .map(|index| {
                 let central = spiral(index, SAMPLES[0]);
@@ -126,7 +122,7 @@ mod tests {
         assert!((error.negative - below).abs() < 1e-12 && below > 0.1, "{error:?} {below}");
         assert!(error.p95 > 0.5 && error.p99 >= error.p95, "{error:?}");
         assert_eq!(right.error(&right, dark).p99, 0.0);
-        let calm = cut.windowed(Window::Hanning).samples();
+        let calm = cut.windowed(Window::Hanning).samples(Stop::NEVER).unwrap();
         assert!(calm.negative(dark) < 0.2 * below, "{}", calm.negative(dark));
     }
 }

@@ -13,11 +13,22 @@ use std::f64::consts::FRAC_PI_2;
 
 use envmap::Texels;
 use rayon::prelude::*;
-use sh::{Basis, Degree, Expansion, Transform, TransformError, rotate};
+use sh::{Basis, Degree, Expansion, Stop, Stopped, Transform, TransformError, rotate};
 use sphere::{DVec3, Direction, LatLong, MirrorBall, Rotation};
 
-use crate::blocks::for_each_unless;
+use crate::blocks::for_each;
 use crate::{Lamps, MapGrid, Shrm};
+
+/// Why there are no sphere maps.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SphereMapError {
+    /// The map has so many rows that their degree is past [`Degree::MAX`].
+    #[error(transparent)]
+    Transform(#[from] TransformError),
+    /// The maps were stopped, because the caller did not want them any more.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
 
 /// The axes of the sphere map of a view, in the world's frame: right, up, and the view itself; right-handed.
 pub fn sphere_map_axes(view: Direction) -> [Direction; 3] {
@@ -37,57 +48,51 @@ pub fn sphere_map_rows(f: Degree, p: Degree) -> usize {
 ///
 /// From a lat-long map each is the map's field at the texel's central direction, to f32 rounding, if the map
 /// was made on [`sphere_map_rows`] rows or more; work is O(F^2) per texel. Texels outside the disk repeat its
-/// rim. From a cube texels are interpolated between those of the cube.
-///
-/// # Errors
-/// If the map has so many rows that their degree is past [`Degree::MAX`].
-pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[f32; 3]>, TransformError> {
-    sphere_maps_unless(map, views, edge, &|| false)
-}
-
-/// [`sphere_maps`], which ends early once `stop` says so; the maps are unfinished then. It is asked every few
+/// rim. From a cube texels are interpolated between those of the cube. `stop` is asked every few
 /// milliseconds.
 ///
 /// # Errors
-/// The errors of [`sphere_maps`].
-pub fn sphere_maps_unless(
+/// [`SphereMapError`]
+pub fn sphere_maps(
     map: &Shrm,
     views: &[Direction],
     edge: usize,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Vec<[f32; 3]>, TransformError> {
+    stop: Stop<'_>,
+) -> Result<Vec<[f32; 3]>, SphereMapError> {
     let mut maps = vec![[0.0; 3]; views.len() * edge * edge];
     let ball = MirrorBall { edge };
     let MapGrid::LatLong(grid) = map.grid() else {
         let lines = maps.par_chunks_mut(edge).enumerate();
-        lines.filter(|_| !stop()).for_each(|(row, values)| {
+        lines.try_for_each(|(row, values)| {
+            stop.check()?;
             let (view, row) = (views[row / edge], row % edge);
             let (turn, mut lookup) = (ball_to_world(view), map.lookup());
             for (column, value) in values.iter_mut().enumerate() {
                 *value = lookup.radiance(turn.apply(look(ball, row * edge + column)), view);
             }
-        });
+            Ok::<(), Stopped>(())
+        })?;
         return Ok(maps);
     };
-    let fields = views.iter().take_while(|_| !stop()).map(|&view| {
+    let fields = views.iter().map(|&view| {
+        stop.check()?;
         let field = expand(grid, &map.view_map(view))?;
         Ok(rotate(&field, ball_to_world(view).inverse()))
     });
-    let fields: Vec<Expansion> = fields.collect::<Result<_, TransformError>>()?;
+    let fields: Vec<Expansion> = fields.collect::<Result<_, SphereMapError>>()?;
     let Some(degree) = fields.first().map(Expansion::degree) else { return Ok(maps) };
     let basis = Basis::new(degree);
     // One evaluation of the harmonics serves every view.
     let rows = (0..edge * edge).into_par_iter().map_init(
         || vec![0.0; degree.rows()],
         |y, texel| {
-            if stop() {
-                return Vec::new();
-            }
+            stop.check()?;
             basis.evaluate_into(look(ball, texel), y);
-            fields.iter().map(|field| sum(field, y)).collect()
+            Ok(fields.iter().map(|field| sum(field, y)).collect())
         },
     );
-    for (texel, values) in rows.collect::<Vec<_>>().into_iter().enumerate() {
+    let rows: Vec<Vec<[f32; 3]>> = rows.collect::<Result<_, Stopped>>()?;
+    for (texel, values) in rows.into_iter().enumerate() {
         for (view, value) in values.into_iter().enumerate() {
             maps[view * edge * edge + texel] = value;
         }
@@ -95,30 +100,25 @@ pub fn sphere_maps_unless(
     Ok(maps)
 }
 
-/// Adds lamps that the map did not hold to its sphere maps, exactly at each texel.
+/// Adds lamps that the map did not hold to its sphere maps, exactly at each texel. `stop` is asked once for
+/// each of the [`blocks`](crate::blocks) of each map.
+///
+/// # Errors
+/// If it was stopped; then some texels lack the lamps.
 ///
 /// # Panics
 /// If there are fewer texels than maps of `edge` x `edge`.
-pub fn add_to_sphere_maps(maps: &mut [[f32; 3]], lamps: &Lamps, views: &[Direction], edge: usize) {
-    add_to_sphere_maps_unless(maps, lamps, views, edge, &|| false);
-}
-
-/// [`add_to_sphere_maps`], which ends early once `stop` says so, and then returns `None`. It is asked once
-/// for each of the [`blocks`](crate::blocks) of each map.
-///
-/// # Panics
-/// The errors of [`add_to_sphere_maps`].
-pub fn add_to_sphere_maps_unless(
+pub fn add_to_sphere_maps(
     maps: &mut [[f32; 3]],
     lamps: &Lamps,
     views: &[Direction],
     edge: usize,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<()> {
+    stop: Stop<'_>,
+) -> Result<(), Stopped> {
     let (ball, lamps) = (MirrorBall { edge }, lamps.for_views());
     maps.chunks_exact_mut(edge * edge).zip(views).try_for_each(|(map, &view)| {
         let turn = ball_to_world(view);
-        for_each_unless(map, stop, |texel, value| {
+        for_each(map, stop, |texel, value| {
             *value = lamps.added(*value, turn.apply(look(ball, texel)), view);
         })
     })

@@ -24,6 +24,8 @@ mod plan;
 mod product;
 mod spin;
 
+use sh::{Stop, Stopped};
+
 use crate::{MapGrid, Reflection, Shrm, Terms, View};
 use plan::SynthesisPlan;
 
@@ -50,8 +52,8 @@ pub enum SynthesisError {
         rows: usize,
     },
     /// The synthesis was stopped, because the caller did not want the map any more.
-    #[error("the synthesis was stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// The most coefficients that a map may have, over all texels: 2^28, 3.2 GB.
@@ -63,10 +65,10 @@ impl Reflection {
     /// Shape [texels, rows] RGB. A local map of a material without azimuth ([`Reflection::is_azimuth_free`])
     /// keeps zonal terms only; a global map keeps all. Every texel agrees with [`Reflection::coefficients`]
     /// at its own central direction within rounding to f32 (tests: 1e-6 of the largest, F to 60, P to 8,
-    /// poles and edges included).
+    /// poles and edges included). `stop` is asked every few milliseconds, on every thread.
     ///
     /// # Errors
-    /// If the grid has no texel, or the map would pass [`MOST_VALUES`].
+    /// If the grid has no texel, the map would pass [`MOST_VALUES`], or it was stopped.
     ///
     /// # Example: a white surface under a constant sky
     /// ```
@@ -75,28 +77,15 @@ impl Reflection {
     /// use shrm::{MapGrid, Reflection, View};
     /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[3.5449077018110318; 3]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
-    /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
+    /// let degrees = Choice::Degree { f: Degree::ZERO, p: Degree::ZERO };
+    /// let brdf = project(&white, degrees, sh::Stop::NEVER)?.coefficients;
     /// let grid = MapGrid::Cube(sphere::Cube { edge: 4 });
-    /// let map = Reflection::convolve(&sky, &brdf).synthesise(grid, View::Local)?;
+    /// let map = Reflection::convolve(&sky, &brdf).synthesise(grid, View::Local, sh::Stop::NEVER)?;
     /// let up = sphere::Direction::Z;
     /// assert!((map.radiance(up, up)[0] - 1.0).abs() < 1e-6);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn synthesise(&self, grid: MapGrid, view: View) -> Result<Shrm, SynthesisError> {
-        self.synthesise_unless(grid, view, &|| false)
-    }
-
-    /// [`Reflection::synthesise`], which ends early once `stop` says so. It is asked every few milliseconds,
-    /// on every thread.
-    ///
-    /// # Errors
-    /// The errors of [`Reflection::synthesise`], and [`SynthesisError::Stopped`] if it was stopped.
-    pub fn synthesise_unless(
-        &self,
-        grid: MapGrid,
-        view: View,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Shrm, SynthesisError> {
+    pub fn synthesise(&self, grid: MapGrid, view: View, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
         let terms = if self.is_azimuth_free() { Terms::Zonal } else { Terms::All };
         let p = self.brdf().p();
         let rows = if terms == Terms::Zonal && view == View::Local { p.get() + 1 } else { p.rows() };
@@ -109,12 +98,9 @@ impl Reflection {
         }
         let plan = SynthesisPlan::new(self, terms, stop);
         let values = match grid {
-            MapGrid::LatLong(grid) => lat_long::synthesise(&plan, grid),
-            MapGrid::Cube(cube) => cube::synthesise(&plan, cube),
+            MapGrid::LatLong(grid) => lat_long::synthesise(&plan, grid)?,
+            MapGrid::Cube(cube) => cube::synthesise(&plan, cube)?,
         };
-        if stop() {
-            return Err(SynthesisError::Stopped);
-        }
         let local = Shrm { grid, view: View::Local, centre: self.brdf().centre(), p, terms, values };
         Ok(if view == View::Global { local.to_global() } else { local })
     }

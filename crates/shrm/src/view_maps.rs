@@ -17,10 +17,10 @@ use brdf::Centre;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
-use sh::{Basis, Degree};
+use sh::{Basis, Degree, Stop, Stopped};
 use sphere::{Direction, LatLong};
 
-use crate::blocks::for_each_unless;
+use crate::blocks::for_each;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_views, frame, into_frame};
 
 /// Reflection maps for the T x T views of a lat-long grid.
@@ -35,16 +35,13 @@ pub struct ViewMaps {
 
 impl ViewMaps {
     /// The maps of a spherical harmonic reflection map for `side` x `side` views, over the directions that
-    /// its coefficients are over; `None` if `side` is 0.
-    pub fn from_shrm(map: &Shrm, side: usize) -> Option<Self> {
-        Self::from_shrm_unless(map, side, &|| false)
-    }
-
-    /// [`ViewMaps::from_shrm`], which ends early without a result once `stop` says so. It is asked every few
-    /// milliseconds.
-    pub fn from_shrm_unless(map: &Shrm, side: usize, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    /// its coefficients are over; `None` if `side` is 0. `stop` is asked every few milliseconds.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn from_shrm(map: &Shrm, side: usize, stop: Stop<'_>) -> Result<Option<Self>, Stopped> {
         if side == 0 {
-            return None;
+            return Ok(None);
         }
         let (grid, terms) = (map.grid(), Views::new(map, side));
         let mut maps = vec![[0.0; 3]; side * side * grid.len()];
@@ -57,35 +54,29 @@ impl ViewMaps {
         let level = SimdLevel::detect();
         let values = map.values().par_chunks(BLOCK * map.rows());
         runs.into_par_iter().zip(values).try_for_each(|(runs, values)| {
-            if stop() {
-                return None;
-            }
+            stop.check()?;
             level.run(Block { views: &terms, values, runs });
-            Some(())
+            Ok(())
         })?;
-        Some(Self { grid, view: map.view(), centre: map.centre(), side, maps })
+        Ok(Some(Self { grid, view: map.view(), centre: map.centre(), side, maps }))
     }
 
-    /// Adds lamps that the map did not hold: exact at the T x T views.
-    #[must_use]
-    pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
-        self.add(lamps, &|| false);
-        self
-    }
-
-    /// [`ViewMaps::with_lamps`], which ends early without a result once `stop` says so. It is asked once for
-    /// each of the [`blocks`](crate::blocks) of each map.
-    pub fn with_lamps_unless(mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    /// Adds lamps that the map did not hold: exact at the T x T views. `stop` is asked once for each of the
+    /// [`blocks`](crate::blocks) of each map.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn with_lamps(mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<Self, Stopped> {
         self.add(lamps, stop)?;
-        Some(self)
+        Ok(self)
     }
 
-    fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
+    fn add(&mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<(), Stopped> {
         let (grid, kind, views) = (self.grid, self.view, self.views());
         let lamps = lamps.for_views();
         let mut maps = self.maps.chunks_exact_mut(grid.len()).zip(views);
         maps.try_for_each(|(map, view)| {
-            for_each_unless(map, stop, |texel, value| {
+            for_each(map, stop, |texel, value| {
                 let central = grid.direction(texel);
                 let view = match kind {
                     View::Global => view,

@@ -1,5 +1,5 @@
-//! What kinds of several folders use: the values that they exchange, the words of their parameters, and
-//! numbers in their messages.
+//! What kinds of several folders use: the values that they exchange, the words of their parameters, numbers
+//! in their messages, and how kernels are told to stop.
 
 pub mod artifacts;
 mod blended_frames;
@@ -13,6 +13,7 @@ pub(crate) mod parts;
 pub mod quantity;
 mod share;
 pub(crate) mod toml_text;
+mod until_stopped;
 mod vector;
 mod window;
 
@@ -29,5 +30,6 @@ pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, r
 pub(crate) use parts::PartsName;
 pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};
 pub(crate) use toml_text::{TomlText, is_integer, table_of};
+pub(crate) use until_stopped::UntilStopped;
 pub(crate) use vector::{Place, Vector};
 pub(crate) use window::Window;

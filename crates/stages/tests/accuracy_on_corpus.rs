@@ -7,7 +7,7 @@ use brdf::{Choice, Material, Microfacet, Phong, Projection, project};
 use containers::ReadOptions;
 use envmap::{Environment, Layout};
 use rayon::prelude::*;
-use sh::{Degree, Tolerance, Transform, image_energy};
+use sh::{Degree, Stop, Tolerance, Transform, image_energy};
 use shrm::accuracy::Accuracy;
 use shrm::reference::{Cull, Reference};
 use shrm::{Distribution, MapGrid, MethodChoice, PrefilterKernel, Reflection, View, frame, prefilter};
@@ -34,7 +34,7 @@ fn microfacet(sigma: f64) -> Material {
 }
 
 fn projection(material: &Material, f: usize, p: usize) -> Projection {
-    project(material, Choice::Degree { f: degree(f), p: degree(p) }).unwrap()
+    project(material, Choice::Degree { f: degree(f), p: degree(p) }, Stop::NEVER).unwrap()
 }
 
 /// The field of an environment and a material, and its energies, known up to (f, p).
@@ -78,13 +78,15 @@ fn shrms_of_real_environments_stay_within_the_bound() {
         let Some(light) = environment(test, file, Layout::LatLong, 64) else { return };
         for (name, material) in [("phong 32", phong(32.0)), ("microfacet 0.2", microfacet(0.2))] {
             let tolerance = Tolerance::new(0.03).unwrap();
-            let chosen = project(&material, Choice::Tolerance(tolerance)).unwrap().coefficients;
+            let chosen = project(&material, Choice::Tolerance(tolerance), Stop::NEVER).unwrap().coefficients;
             let (f, p) = (chosen.f().get(), chosen.p().get());
             let (high, accuracy) = field(&light, &material, 30, if p == 0 { 0 } else { 8 });
             let estimate = accuracy.at(f, p);
 
             let grid = MapGrid::LatLong(LatLong::with_rows(16));
-            let shrm = Reflection::convolve(high.lighting(), &chosen).synthesise(grid, View::Local).unwrap();
+            let shrm = Reflection::convolve(high.lighting(), &chosen)
+                .synthesise(grid, View::Local, Stop::NEVER)
+                .unwrap();
             let mut lookup = shrm.lookup();
             let brute_force = Reference::new(&light, &material, Cull::None);
             let views = LatLong { width: 6, height: 6 };
@@ -151,7 +153,15 @@ fn prefiltered_photographs_are_the_sums_over_their_pixels() {
         for roughness in [0.15, 0.25, 0.4, 0.55, 0.8, 1.0] {
             let kernel = PrefilterKernel::new(Distribution::Ggx, roughness).unwrap();
             let cube = Cube { edge: 32 };
-            let found = prefilter(&light, None, Distribution::Ggx, &[roughness], 32, MethodChoice::Series);
+            let found = prefilter(
+                &light,
+                None,
+                Distribution::Ggx,
+                &[roughness],
+                32,
+                MethodChoice::Series,
+                Stop::NEVER,
+            );
             let level = &found.unwrap().levels[0];
             let pixels = level.map.pixels();
             let brightness = |index: &usize| pixels[*index].iter().sum::<f32>();

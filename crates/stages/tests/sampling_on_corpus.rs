@@ -14,7 +14,7 @@ use sampling::{
     Irradiance, LightMasses, Method, Options, ProductOptions, ProductSampler, ProductTables, SUM, Sampler,
     Tables, TexelLight, UniformShare, rig, weigh,
 };
-use sh::{Degree, Light};
+use sh::{Degree, Light, Stop};
 use shrm::reference::{Cull, Estimate, Reference, Sampled};
 use sphere::{DMat3, DVec3, Direction, LatLong};
 
@@ -63,7 +63,7 @@ fn material(corpus: &Path, name: &str) -> (Material, BrdfCoefficients) {
     let file = format!("{name}.brdf");
     let bytes = std::fs::read(corpus.join("brdf/measured").join(&file)).unwrap();
     let material = containers::measured::read(&file, &bytes, None).unwrap();
-    let coefficients = project(&material, Choice::Full).unwrap().coefficients;
+    let coefficients = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
     (material, coefficients.cut_to(degree(19), degree(16)))
 }
 
@@ -258,7 +258,7 @@ fn the_sampled_reference_is_right_to_its_standard_error() {
     for name in ["studio", "night"] {
         let environment = environment(&corpus, name);
         for (material_name, material) in &materials {
-            let coefficients = project(material, Choice::Full).unwrap().coefficients;
+            let coefficients = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
             let none =
                 BrdfCoefficients::new(material.centre(), degree(0), degree(0), vec![[0.0; 3]]).unwrap();
             let central = |pixel: &Pixel| material.centre().central(pixel.normal, pixel.tangent, pixel.view);

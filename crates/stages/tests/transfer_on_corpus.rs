@@ -9,7 +9,7 @@ use brdf::{AshikhminShirley, Material, tabulate};
 use containers::ReadOptions;
 use envmap::{Environment, Layout};
 use mesh::Mesh;
-use sh::{Basis, Degree, Expansion, Transform};
+use sh::{Basis, Degree, Expansion, Stop, Transform};
 use sphere::{DMat3, DVec3, Direction, LatLong};
 use transfer::{Directions, Frames, Occluders, Viewer, precompute, shade_with_transfer};
 
@@ -116,7 +116,8 @@ fn transfer_has_the_radiance_that_is_traced() {
     let grid = LatLong::with_rows(ROWS);
     let transform = Transform::new(grid, degree(LIGHT)).unwrap();
     let basis = Basis::new(degree(LIGHT));
-    let tables = [4, 8].map(|output| (output, tabulate(&metal(), degree(output), 32).unwrap().0));
+    let tables =
+        [4, 8].map(|output| (output, tabulate(&metal(), degree(output), 32, Stop::NEVER).unwrap().0));
     let mut all = Vec::new();
     println!("mesh          light      O = 4, cut  whole   O = 8, cut  whole   (RMS in percent)");
     for (name, mesh) in &meshes {
@@ -129,7 +130,7 @@ fn transfer_has_the_radiance_that_is_traced() {
         let bakes = tables.each_ref().map(|(output, table)| {
             let directions = Directions::new(1024, degree(output + LIGHT)).unwrap();
             let degrees = (degree(*output), degree(LIGHT));
-            (table, precompute(&frames, &occluders, &directions, degrees).unwrap().0)
+            (table, precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap().0)
         });
         for (of, environment) in &environments {
             let light = transform.analyse(environment.pixels());

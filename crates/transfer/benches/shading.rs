@@ -9,7 +9,7 @@ use brdf::{AshikhminShirley, Material, tabulate};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mesh::Mesh;
 use rayon::prelude::*;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::Direction;
 use transfer::{
     Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, Viewer, Visibility,
@@ -36,7 +36,7 @@ fn knot(count: usize) -> Mesh {
 fn shading(criterion: &mut Criterion) {
     let degree = Degree::new(4).unwrap();
     let metal = AshikhminShirley::new([24.0, 8.0], [0.0; 3], [0.9; 3]).unwrap();
-    let (table, _) = tabulate(&Material::AshikhminShirley(metal), degree, 128).unwrap();
+    let (table, _) = tabulate(&Material::AshikhminShirley(metal), degree, 128, Stop::NEVER).unwrap();
     let rows = (0..25).map(|row| [1.0 / (1.0 + f64::from(row)), 0.5, 0.25]).collect();
     let light = Expansion::from_coefficients(degree, rows).unwrap();
     let frames = Frames::of(&knot(VERTICES)).unwrap();
@@ -97,7 +97,7 @@ fn baking(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("bake");
     group.sample_size(10);
     group.bench_function("knot", |bencher| {
-        bencher.iter(|| precompute(&frames, &occluders, &directions, (degree, degree)).unwrap());
+        bencher.iter(|| precompute(&frames, &occluders, &directions, (degree, degree), Stop::NEVER).unwrap());
     });
     group.finish();
 }

@@ -8,7 +8,7 @@
 use brdf::BrdfTable;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 
 use crate::directions::Directions;
 use crate::frames::{Frames, Viewer};
@@ -34,13 +34,13 @@ impl HalfTransfer {
     /// nothing.
     ///
     /// # Errors
-    /// The errors of [`crate::precompute_unless`].
+    /// The errors of [`crate::precompute`].
     pub fn precompute(
         frames: &Frames,
         occluders: &Occluders,
         directions: &Directions,
         (output, input): (Degree, Degree),
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
         let length = output.rows() * input.rows();
         let scene = (frames, occluders, directions);

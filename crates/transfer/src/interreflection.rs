@@ -14,8 +14,8 @@ use brdf::BrdfTable;
 use glam::Vec3;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use sh::Degree;
 use sh::f64x4::SimdLevel;
+use sh::{Degree, Stop, Stopped};
 use sphere::Direction;
 
 use crate::directions::Directions;
@@ -56,7 +56,7 @@ pub fn interreflect(
     shadows: &Transfer,
     table: &BrdfTable,
     bounces: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Vec<Transfer>, TransferError> {
     let (output, input) = (shadows.output(), shadows.input());
     let (columns, channels) = (input.rows(), table.channels());
@@ -72,7 +72,7 @@ pub fn interreflect(
         let (white, _) = MatteTransfer::precompute(frames, occluders, directions, input, stop)?;
         let before = scene.matte_bounces(&white, &albedos, bounces - 1)?;
         let exit = Exit::Matte(scene.leaving(&before, &albedos));
-        return scene.matrices(&exit, shadows);
+        return Ok(scene.matrices(&exit, shadows)?);
     }
     let mut before = vec![shadows.clone()];
     for _ in 0..bounces {
@@ -97,7 +97,7 @@ pub fn interreflect_matte(
     input: Degree,
     table: &BrdfTable,
     bounces: usize,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Option<(Vec<MatteTransfer>, usize)>, TransferError> {
     let channels = table.channels();
     let Some(albedos) = albedos(frames, table) else { return Ok(None) };
@@ -119,12 +119,12 @@ struct Scene<'a> {
     table: &'a BrdfTable,
     input: Degree,
     channels: usize,
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: Stop<'a>,
 }
 
 impl Scene<'_> {
     /// The matrices of shadows and of light that left the vertices, for each channel.
-    fn matrices(&self, exit: &Exit<'_>, shadows: &Transfer) -> Result<Vec<Transfer>, TransferError> {
+    fn matrices(&self, exit: &Exit<'_>, shadows: &Transfer) -> Result<Vec<Transfer>, Stopped> {
         let output = shadows.output();
         let (rows, length) = (output.rows(), output.rows() * self.input.rows());
         let rotation = FrameRotation::new(output);
@@ -159,7 +159,7 @@ impl Scene<'_> {
         white: &MatteTransfer,
         albedos: &[[f32; 3]],
         bounces: usize,
-    ) -> Result<Vec<f32>, TransferError> {
+    ) -> Result<Vec<f32>, Stopped> {
         let (columns, length) = (self.input.rows(), self.channels * self.input.rows());
         let direct: Vec<f32> =
             white.values().chunks_exact(columns).flat_map(|t| t.repeat(self.channels)).collect();
@@ -196,10 +196,8 @@ impl Scene<'_> {
         first: usize,
         count: usize,
         receiver: Receiver,
-    ) -> Result<Vec<Vec<Vec<f32>>>, TransferError> {
-        if (self.stop)() {
-            return Err(TransferError::Stopped);
-        }
+    ) -> Result<Vec<Vec<Vec<f32>>>, Stopped> {
+        self.stop.check()?;
         let rows = if let Receiver::Harmonics(rows) = receiver { rows } else { 1 };
         let mut sums = vec![vec![vec![0.0; rows * self.input.rows()]; count]; self.channels];
         SimdLevel::detect().run(Gather { scene: self, exit, first, receiver, sums: &mut sums });

@@ -12,8 +12,8 @@
 use brdf::{BelowHorizon, Material};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use sh::Light;
 use sh::f64x4::SimdLevel;
+use sh::{Light, Stop, Stopped};
 use sphere::{DMat3, DVec3, Direction};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
@@ -35,8 +35,10 @@ struct Sample {
 ///
 /// With `occluders` a ray in each direction says whether the mesh is in the way. A view from below the
 /// horizon is taken where the material's table has it ([`BelowHorizon`]). Uses all threads; the result does
-/// not depend on their number. It is `None` if `stop` says so, which is asked for every eight vertices, on
-/// every thread.
+/// not depend on their number. `stop` is asked for every eight vertices, on every thread.
+///
+/// # Errors
+/// If it was stopped.
 ///
 /// # Example: a small lamp at the zenith gives a matte floor its irradiance
 /// ```
@@ -45,7 +47,7 @@ struct Sample {
 /// let lamp = sh::Light { direction: Direction::Z, radius: 0.01, irradiance: [std::f64::consts::PI; 3] };
 /// let plane = transfer::Frames::of(&mesh::shape("plane").unwrap())?;
 /// let viewer = transfer::Viewer::Distant(Direction::X);
-/// let seen = transfer::shade_lights(&plane, None, &chalk, viewer, &[lamp], 16, &|| false).unwrap();
+/// let seen = transfer::shade_lights(&plane, None, &chalk, viewer, &[lamp], 16, sh::Stop::NEVER)?;
 /// assert!(seen.iter().flatten().all(|value| (value - 0.5).abs() < 1e-4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -56,8 +58,8 @@ pub fn shade_lights(
     viewer: Viewer,
     lights: &[Light],
     count: usize,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Vec<[f32; 3]>> {
+    stop: Stop<'_>,
+) -> Result<Vec<[f32; 3]>, Stopped> {
     let of_light = |light: &Light| {
         let flux = light.flux().map(|flux| flux / count as f64);
         let sample = move |direction| Sample { direction, towards: Towards::new(direction), flux };
@@ -68,16 +70,14 @@ pub fn shade_lights(
     let mut radiance = vec![[0.0; 3]; frames.len()];
     let blocks = radiance.par_chunks_mut(LANES).zip(frames.blocks()).enumerate();
     let done = blocks.map(|(index, (radiance, block))| {
-        if stop() {
-            return None;
-        }
+        stop.check()?;
         let first = index * LANES;
         let lit = Lit { frames, occluders, material, below, viewer, samples, block, first, radiance };
         SimdLevel::detect().run(lit);
-        Some(())
+        Ok(())
     });
-    done.collect::<Option<()>>()?;
-    Some(radiance)
+    done.collect::<Result<(), Stopped>>()?;
+    Ok(radiance)
 }
 
 /// Eight vertices under the samples.

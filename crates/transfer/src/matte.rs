@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use brdf::{BrdfTable, Lambert, Material, Views};
 use rayon::prelude::*;
-use sh::{Basis, Degree, Expansion};
+use sh::{Basis, Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
 
 use crate::directions::Directions;
@@ -48,13 +48,13 @@ impl MatteTransfer {
     /// not cut at a degree: next to a sphere, 16,384 directions are within 1e-3 (`tests/forms.rs`).
     ///
     /// # Errors
-    /// The errors of [`crate::precompute_unless`] for O = 0.
+    /// The errors of [`crate::precompute`] for O = 0.
     pub fn precompute(
         frames: &Frames,
         occluders: &Occluders,
         directions: &Directions,
         input: Degree,
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
         let columns = input.rows();
         let bytes = frames.len().saturating_mul(columns * size_of::<f32>());
@@ -69,9 +69,7 @@ impl MatteTransfer {
         let rays = rays(directions);
         let mut values = vec![0.0; frames.len() * columns];
         let blocks = values.par_chunks_mut(LANES * columns).enumerate().map(|(block, values)| {
-            if stop() {
-                return Err(TransferError::Stopped);
-            }
+            stop.check()?;
             let (first, count) = (block * LANES, values.len() / columns);
             let normals: Vec<DVec3> = (first..first + count)
                 .map(|vertex| DVec3::from_array(frames.normal(vertex).map(f64::from)))

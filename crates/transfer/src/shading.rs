@@ -38,7 +38,7 @@ const CHUNK: usize = LANES * BLOCKS;
 /// use sh::{Degree, Expansion};
 /// use transfer::{Frames, Viewer, shade};
 /// let chalk = brdf::Material::Lambert(brdf::Lambert::new([0.5; 3])?);
-/// let (table, _) = brdf::tabulate(&chalk, Degree::new(4)?, 16)?;
+/// let (table, _) = brdf::tabulate(&chalk, Degree::new(4)?, 16, sh::Stop::NEVER)?;
 /// let mut sky = Expansion::zero(Degree::new(4)?);
 /// sky.coefficients_mut()[0] = [(4.0 * std::f64::consts::PI).sqrt(); 3];
 /// let sphere = Frames::of(&mesh::shape("sphere").unwrap())?;

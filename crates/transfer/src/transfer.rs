@@ -14,7 +14,7 @@
 //! than 625 (O = F = 4).
 
 use rayon::prelude::*;
-use sh::Degree;
+use sh::{Degree, Stop, Stopped};
 
 use crate::directions::Directions;
 use crate::frames::{Angles, Frames, LANES};
@@ -57,8 +57,8 @@ pub enum TransferError {
         expected: usize,
     },
     /// The bake was stopped before its end.
-    #[error("the transfer was stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// The most bytes of a transfer, and of what is in memory while light is reflected: 4 GB.
@@ -106,29 +106,17 @@ impl Transfer {
 ///
 /// The accuracy is that of the rays: next to a sphere, entries are within 5e-3 with 4,096 directions and
 /// 1.5e-3 with 16,384 (`tests/transfer.rs`). Uses all threads; the result does not depend on their number.
+/// `stop` is asked for every eight vertices, on every thread.
 ///
 /// # Errors
-/// If the matrices are larger than [`MOST_BYTES`], or the directions are not exact to degree O + F.
+/// If the matrices are larger than [`MOST_BYTES`], the directions are not exact to degree O + F, or it was
+/// stopped.
 pub fn precompute(
     frames: &Frames,
     occluders: &Occluders,
     directions: &Directions,
     (output, input): (Degree, Degree),
-) -> Result<(Transfer, usize), TransferError> {
-    precompute_unless(frames, occluders, directions, (output, input), &|| false)
-}
-
-/// [`precompute`], which ends early once `stop` says so. It is asked for every eight vertices, on every
-/// thread.
-///
-/// # Errors
-/// The errors of [`precompute`], and [`TransferError::Stopped`] if it was stopped.
-pub fn precompute_unless(
-    frames: &Frames,
-    occluders: &Occluders,
-    directions: &Directions,
-    (output, input): (Degree, Degree),
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<(Transfer, usize), TransferError> {
     let length = output.rows() * input.rows();
     let copy = |matrix: &[f32], values: &mut [f32]| values.copy_from_slice(matrix);
@@ -142,7 +130,7 @@ pub(crate) fn bake<T: Copy + Send>(
     (frames, occluders, directions): (&Frames, &Occluders, &Directions),
     (output, input): (Degree, Degree),
     (length, zero): (usize, T),
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
     write: &(dyn Fn(&[f32], &mut [T]) + Sync),
 ) -> Result<(Vec<T>, usize), TransferError> {
     let (rows, columns) = (output.rows(), input.rows());
@@ -160,9 +148,7 @@ pub(crate) fn bake<T: Copy + Send>(
     let mut values = vec![zero; frames.len() * length];
     let blocks = values.par_chunks_mut(LANES * length).enumerate();
     let blind = blocks.map(|(block, values)| {
-        if stop() {
-            return Err(TransferError::Stopped);
-        }
+        stop.check()?;
         let (hidden, blind) = shadows.block(block);
         let world = |hidden: &Vec<f64>| {
             let mut world = vec![0.0; rows * columns];

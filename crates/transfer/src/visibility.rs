@@ -9,7 +9,7 @@ use brdf::BrdfTable;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 
 use crate::directions::Directions;
 use crate::frames::{Block, Frames, LANES, Viewer};
@@ -45,17 +45,17 @@ impl Visibility {
         fits.then_some(Self { output, input, sum, values })
     }
 
-    /// Casts the rays of [`crate::precompute_unless`], and keeps what they found; also the number of vertices
+    /// Casts the rays of [`crate::precompute`], and keeps what they found; also the number of vertices
     /// that see nothing.
     ///
     /// # Errors
-    /// The errors of [`crate::precompute_unless`]; also if O or F is above 8.
+    /// The errors of [`crate::precompute`]; also if O or F is above 8.
     pub fn precompute(
         frames: &Frames,
         occluders: &Occluders,
         directions: &Directions,
         (output, input): (Degree, Degree),
-        stop: &(dyn Fn() -> bool + Sync),
+        stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
         let (found, expected) = (directions.degree().get(), output.get() + input.get());
         if found < expected || output.get() > 8 || input.get() > 8 {
@@ -69,9 +69,7 @@ impl Visibility {
         let shadows = Shadows::new(frames, occluders, directions, expected);
         let mut values = vec![0.0; frames.len() * columns];
         let blocks = values.par_chunks_mut(LANES * columns).enumerate().map(|(block, values)| {
-            if stop() {
-                return Err(TransferError::Stopped);
-            }
+            stop.check()?;
             let (hidden, blind) = shadows.block(block);
             for (values, hidden) in values.chunks_exact_mut(columns).zip(&hidden) {
                 values.iter_mut().zip(hidden).for_each(|(value, hidden)| *value = -*hidden as f32);

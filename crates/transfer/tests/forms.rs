@@ -4,7 +4,7 @@
 
 use brdf::{AshikhminShirley, Lambert, Material, tabulate};
 use mesh::Mesh;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use transfer::{
     Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer, Viewer,
     Visibility, precompute, shade_with_transfer,
@@ -49,7 +49,7 @@ const VIEWER: Viewer = Viewer::At([3.0, 1.0, 0.5]);
 
 fn metal(specular: [f64; 3]) -> brdf::BrdfTable {
     let metal = AshikhminShirley::new([24.0, 8.0], [0.0; 3], specular).unwrap();
-    tabulate(&Material::AshikhminShirley(metal), degree(4), 32).unwrap().0
+    tabulate(&Material::AshikhminShirley(metal), degree(4), 32, Stop::NEVER).unwrap().0
 }
 
 /// The whole of the shadows is in (O + F + 1)^2 numbers, also where O and F differ; half floats round.
@@ -59,9 +59,9 @@ fn visibility_and_halves_hold_the_matrices() {
     for (output, input) in [(4, 4), (4, 2), (2, 4)] {
         let degrees = (degree(output), degree(input));
         let directions = Directions::new(256, degree(output + input)).unwrap();
-        let (matrices, blind) = precompute(&frames, &occluders, &directions, degrees).unwrap();
+        let (matrices, blind) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         let (visibility, same) =
-            Visibility::precompute(&frames, &occluders, &directions, degrees, &|| false).unwrap();
+            Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         assert_eq!(blind, same);
         assert_eq!(visibility.values().len(), frames.len() * (output + input + 1).pow(2));
         let expanded = visibility.matrices(&frames).unwrap();
@@ -69,7 +69,7 @@ fn visibility_and_halves_hold_the_matrices() {
         let worst = worst.fold(0.0f32, |worst, (a, b)| worst.max((a - b).abs()));
         assert!(worst < 2e-6, "{worst}");
         let (half, _) =
-            HalfTransfer::precompute(&frames, &occluders, &directions, degrees, &|| false).unwrap();
+            HalfTransfer::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         assert!(half == HalfTransfer::of(&matrices));
         for specular in [[0.9; 3], [0.9, 0.5, 0.2]] {
             let table = metal(specular);
@@ -90,12 +90,12 @@ fn a_matte_vector_is_what_a_matte_table_makes_of_the_matrix() {
     let (frames, occluders) = knot();
     let directions = Directions::new(1024, degree(12)).unwrap();
     let degrees = (degree(8), degree(4));
-    let (matrices, _) = precompute(&frames, &occluders, &directions, degrees).unwrap();
+    let (matrices, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.1]).unwrap());
-    let (table, _) = tabulate(&chalk, degree(8), 16).unwrap();
+    let (table, _) = tabulate(&chalk, degree(8), 16, Stop::NEVER).unwrap();
     let expected = shade_with_transfer(&frames, &table, VIEWER, &matrices, &light());
     let (matte, _) =
-        MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), &|| false).unwrap();
+        MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
     let error = rms(matte.shade(&frames, &table, &light()).unwrap().as_flattened(), expected.as_flattened());
     assert!(error < 0.02, "{error}");
     assert!(matte.shade(&frames, &metal([0.5; 3]), &light()).is_err());
@@ -129,10 +129,10 @@ fn visibility_and_matte_vectors_are_the_integrals() {
         let (frames, occluders) = (Frames::of(&vertex).unwrap(), Occluders::of(&ball));
         let directions = Directions::new(16384, degree(12)).unwrap();
         let (visibility, _) =
-            Visibility::precompute(&frames, &occluders, &directions, (degree(4), degree(4)), &|| false)
+            Visibility::precompute(&frames, &occluders, &directions, (degree(4), degree(4)), Stop::NEVER)
                 .unwrap();
         let (matte, _) =
-            MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), &|| false).unwrap();
+            MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
         for (found, name) in [(visibility.values(), "visibility"), (matte.values(), "diffuse")] {
             let Some(expected) = case.get(name) else { continue };
             let expected: Vec<f32> = list(expected).into_iter().map(|value| value as f32).collect();
@@ -158,8 +158,14 @@ fn bad_forms_are_refused() {
     let plane = mesh::shape("plane").unwrap();
     let (frames, occluders) = (Frames::of(&plane).unwrap(), Occluders::of(&plane));
     let directions = Directions::new(512, degree(8)).unwrap();
-    let stopped = Visibility::precompute(&frames, &occluders, &directions, (degree(4), degree(4)), &|| true);
-    assert_eq!(stopped.unwrap_err(), transfer::TransferError::Stopped);
-    let few = Visibility::precompute(&frames, &occluders, &directions, (degree(6), degree(4)), &|| false);
+    let stopped = Visibility::precompute(
+        &frames,
+        &occluders,
+        &directions,
+        (degree(4), degree(4)),
+        Stop::when(&|| true),
+    );
+    assert_eq!(stopped.unwrap_err(), sh::Stopped.into());
+    let few = Visibility::precompute(&frames, &occluders, &directions, (degree(6), degree(4)), Stop::NEVER);
     assert!(few.is_err());
 }

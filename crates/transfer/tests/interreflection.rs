@@ -6,7 +6,7 @@
 use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
 use serde_json::Value;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
 use transfer::{
     Directions, Frames, MatteTransfer, Occluders, Transfer, Viewer, interreflect, interreflect_matte,
@@ -31,8 +31,10 @@ fn lambert(albedo: f64) -> Material {
 
 /// The tables of several materials as one.
 fn tables(materials: &[Material], output: usize) -> BrdfTable {
-    let tables: Vec<BrdfTable> =
-        materials.iter().map(|material| tabulate(material, degree(output), 64).unwrap().0).collect();
+    let tables: Vec<BrdfTable> = materials
+        .iter()
+        .map(|material| tabulate(material, degree(output), 64, Stop::NEVER).unwrap().0)
+        .collect();
     let values = tables.iter().flat_map(|table| table.values()).copied().collect();
     BrdfTable::new(degree(output), 64, tables[0].channels(), tables[0].below(), values).unwrap()
 }
@@ -82,21 +84,22 @@ impl Scene {
         let frames = Frames::of(&mesh).unwrap().with_blend(&places);
         let occluders = Occluders::of(&mesh);
         let directions = Directions::new(count, degree(output + 4)).unwrap();
-        let (shadows, _) = precompute(&frames, &occluders, &directions, (degree(output), degree(4))).unwrap();
+        let (shadows, _) =
+            precompute(&frames, &occluders, &directions, (degree(output), degree(4)), Stop::NEVER).unwrap();
         let table = tables(materials, output);
         Self { frames, occluders, table, directions, shadows }
     }
 
     fn bounced(&self, bounces: usize) -> Transfer {
         let Self { frames, occluders, table, directions, shadows } = self;
-        let found = interreflect(frames, occluders, directions, shadows, table, bounces, &|| false);
+        let found = interreflect(frames, occluders, directions, shadows, table, bounces, Stop::NEVER);
         found.unwrap().remove(0)
     }
 
     /// What a white matte surface in the place of each vertex would send out under each Y_j.
     fn matte(&self, bounces: usize) -> MatteTransfer {
         let Self { frames, occluders, table, directions, .. } = self;
-        let found = interreflect_matte(frames, occluders, directions, degree(4), table, bounces, &|| false);
+        let found = interreflect_matte(frames, occluders, directions, degree(4), table, bounces, Stop::NEVER);
         found.unwrap().unwrap().0.remove(0)
     }
 }
@@ -260,7 +263,7 @@ fn a_glossy_corner_lights_itself() {
     for (output, limit) in [(4, 0.07), (6, 0.02), (8, 0.01)] {
         let scene = Scene::new(&parts, &[ward("floor"), ward("wall")], output, 2048);
         let transfer = scene.bounced(1);
-        let floor = tabulate(&ward("floor"), degree(output), 128).unwrap().0;
+        let floor = tabulate(&ward("floor"), degree(output), 128, Stop::NEVER).unwrap().0;
         let (mut found, mut expected) = (Vec::new(), Vec::new());
         for row in case["rows"].as_array().unwrap() {
             let viewer = Viewer::Distant(Direction::normalised(numbers(&row["view"]).into()));
@@ -282,11 +285,12 @@ fn each_channel_is_reflected_by_its_own_albedo() {
     let mesh = Mesh::joined(&parts).unwrap();
     let (frames, occluders) = (Frames::of(&mesh).unwrap(), Occluders::of(&mesh));
     let directions = Directions::new(256, degree(4)).unwrap();
-    let (shadows, _) = precompute(&frames, &occluders, &directions, (degree(2), degree(2))).unwrap();
+    let (shadows, _) =
+        precompute(&frames, &occluders, &directions, (degree(2), degree(2)), Stop::NEVER).unwrap();
     let bounced = |albedo: [f64; 3], bounces: usize| {
         let material = Material::Lambert(Lambert::new(albedo).unwrap());
-        let table = tabulate(&material, degree(2), 8).unwrap().0;
-        interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, &|| false).unwrap()
+        let table = tabulate(&material, degree(2), 8, Stop::NEVER).unwrap().0;
+        interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, Stop::NEVER).unwrap()
     };
     assert!(bounced([0.5; 3], 0) == [shadows.clone()]);
     let colours = [0.8, 0.4, 0.0];

@@ -4,7 +4,7 @@
 
 use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::{DMat3, DQuat, DVec3, Direction, Rotation};
 use transfer::{
     Directions, Form, Frames, HalfTransfer, LightField, LightFieldError, MatteTransfer, Occluders,
@@ -32,7 +32,7 @@ fn field() -> LightField {
 }
 
 fn ward(specular: [f64; 3]) -> BrdfTable {
-    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(4), 32).unwrap().0
+    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(4), 32, Stop::NEVER).unwrap().0
 }
 
 /// Every 31st vertex of the knot, in the shadow of all of it.
@@ -118,9 +118,9 @@ fn shadows_fall_in_near_light_in_every_form() {
     let frames = Frames::of(&mesh).unwrap();
     let directions = Directions::new(256, degree(8)).unwrap();
     let degrees = (degree(4), degree(4));
-    let (matrices, _) = precompute(&frames, &occluders, &directions, degrees).unwrap();
+    let (matrices, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let (visibility, _) =
-        Visibility::precompute(&frames, &occluders, &directions, degrees, &|| false).unwrap();
+        Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let forms = [Form::Matrices(HalfTransfer::of(&matrices)), Form::Visibility(visibility)];
     let table = ward([1.0, 0.5, 0.2]);
     for form in forms {
@@ -142,9 +142,9 @@ fn shadows_fall_in_near_light_in_every_form() {
     }
     // A matte one has the albedo times t L.
     let (matte, _) =
-        MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), &|| false).unwrap();
+        MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
     let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.1]).unwrap());
-    let (chalk, _) = tabulate(&chalk, degree(4), 16).unwrap();
+    let (chalk, _) = tabulate(&chalk, degree(4), 16, Stop::NEVER).unwrap();
     let expected = |vertex: usize| {
         let (t, light) = (&matte.values()[vertex * 25..][..25], blend(mesh.positions()[vertex]));
         [(0, 0.8), (1, 0.4), (2, 0.1)].map(|(channel, albedo)| {

@@ -4,7 +4,7 @@
 
 use brdf::{KajiyaKay, Lambert, Material, Phong, Ward};
 use mesh::Mesh;
-use sh::Light;
+use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction};
 use transfer::{Frames, Occluders, Viewer, shade_lights};
 
@@ -77,7 +77,7 @@ fn integral(place: [f32; 3], light: &Light, material: &Material, shadow: bool) -
 fn shaded(occluders: Option<&Occluders>, material: &Material, light: Light, count: usize) -> Vec<[f32; 3]> {
     let viewer = Viewer::Distant(Direction::normalised(DVec3::from_array(VIEW)));
     let frames = Frames::of(&floor()).unwrap();
-    shade_lights(&frames, occluders, material, viewer, &[light], count, &|| false).unwrap()
+    shade_lights(&frames, occluders, material, viewer, &[light], count, Stop::NEVER).unwrap()
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn results_are_the_same_with_any_number_of_threads() {
             let knot = mesh::shape("torus-knot").unwrap();
             let (frames, occluders) = (Frames::of(&knot).unwrap(), Occluders::of(&knot));
             let (viewer, lights) = (Viewer::At([3.0, 0.0, 1.0]), [lamp(0.2), lamp(0.0)]);
-            shade_lights(&frames, Some(&occluders), &ward(), viewer, &lights, 4, &|| false).unwrap()
+            shade_lights(&frames, Some(&occluders), &ward(), viewer, &lights, 4, Stop::NEVER).unwrap()
         })
     };
     let found = with(1);
@@ -170,9 +170,12 @@ fn results_are_the_same_with_any_number_of_threads() {
 #[test]
 fn nothing_is_shaded_once_it_is_stopped() {
     let (frames, viewer) = (Frames::of(&floor()).unwrap(), Viewer::Distant(Direction::Z));
-    assert_eq!(shade_lights(&frames, None, &ward(), viewer, &[lamp(0.1)], 4, &|| true), None);
-    let dark = shade_lights(&frames, None, &ward(), viewer, &[], 4, &|| false).unwrap();
+    assert_eq!(
+        shade_lights(&frames, None, &ward(), viewer, &[lamp(0.1)], 4, Stop::when(&|| true)),
+        Err(Stopped)
+    );
+    let dark = shade_lights(&frames, None, &ward(), viewer, &[], 4, Stop::NEVER).unwrap();
     assert_eq!(dark, vec![[0.0; 3]; 21]);
     let none = Frames::of(&Mesh::joined(&[]).unwrap()).unwrap();
-    assert_eq!(shade_lights(&none, None, &ward(), viewer, &[lamp(0.1)], 4, &|| false), Some(Vec::new()));
+    assert_eq!(shade_lights(&none, None, &ward(), viewer, &[lamp(0.1)], 4, Stop::NEVER), Ok(Vec::new()));
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic")]
 
 use brdf::{BrdfTable, Material, Ward, tabulate};
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::Direction;
 use transfer::{
     Directions, FixedLight, FixedView, Frames, Occluders, Transfer, Viewer, precompute, shade,
@@ -25,7 +25,7 @@ fn light(degree: Degree) -> Expansion {
 }
 
 fn table(specular: [f64; 3], l: usize) -> BrdfTable {
-    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(l), 32).unwrap().0
+    tabulate(&Material::Ward(Ward::new([0.3, 0.6], specular).unwrap()), degree(l), 32, Stop::NEVER).unwrap().0
 }
 
 fn knot() -> Frames {
@@ -90,7 +90,8 @@ fn without_an_occluder_transfer_changes_nothing() {
     for (output, input) in [(4, 4), (6, 4), (4, 2)] {
         let directions = Directions::new(512, degree(output + input)).unwrap();
         let (transfer, blind) =
-            precompute(&frames, &occluders, &directions, (degree(output), degree(input))).unwrap();
+            precompute(&frames, &occluders, &directions, (degree(output), degree(input)), Stop::NEVER)
+                .unwrap();
         assert_eq!((transfer.len(), blind), (4, 0));
         let found = shade_with_transfer(&frames, &table, viewer, &transfer, &light);
         check_same(&shade(&frames, &table, viewer, &light.to_degree(degree(input))), &found, "open");
@@ -104,7 +105,7 @@ fn all_three_ways_agree_with_transfer() {
     let frames = Frames::of(&knot).unwrap();
     let directions = Directions::new(128, degree(5)).unwrap();
     let (transfer, _) =
-        precompute(&frames, &Occluders::of(&knot), &directions, (degree(3), degree(2))).unwrap();
+        precompute(&frames, &Occluders::of(&knot), &directions, (degree(3), degree(2)), Stop::NEVER).unwrap();
     let viewer = Viewer::At([2.0, -1.0, 0.5]);
     for (specular, of_table, of_light) in [([1.0; 3], 3, 2), ([1.0, 0.5, 0.2], 2, 4), ([1.0; 3], 5, 1)] {
         let (table, light) = (table(specular, of_table), light(degree(of_light)));
@@ -131,11 +132,14 @@ fn a_vertex_that_sees_nothing_is_counted() {
     let frames = Frames::of(&inside.unwrap()).unwrap();
     let directions = Directions::new(512, degree(8)).unwrap();
     let (transfer, blind) =
-        precompute(&frames, &Occluders::of(&shell), &directions, (degree(4), degree(4))).unwrap();
+        precompute(&frames, &Occluders::of(&shell), &directions, (degree(4), degree(4)), Stop::NEVER)
+            .unwrap();
     assert_eq!(blind, 1);
     let dark = shade_with_transfer(
         &frames,
-        &tabulate(&Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap()), degree(4), 16).unwrap().0,
+        &tabulate(&Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap()), degree(4), 16, Stop::NEVER)
+            .unwrap()
+            .0,
         Viewer::Distant(Direction::Z),
         &transfer,
         &Expansion::from_coefficients(degree(0), vec![[3.545; 3]]).unwrap(),
@@ -153,7 +157,8 @@ fn results_are_the_same_with_any_number_of_threads() {
             let frames = Frames::of(&knot).unwrap();
             let directions = Directions::new(128, degree(2)).unwrap();
             let degrees = (degree(1), degree(1));
-            let (transfer, _) = precompute(&frames, &Occluders::of(&knot), &directions, degrees).unwrap();
+            let (transfer, _) =
+                precompute(&frames, &Occluders::of(&knot), &directions, degrees, Stop::NEVER).unwrap();
             let viewer = Viewer::Distant(Direction::X);
             let lit = shade_with_transfer(&frames, &table([1.0; 3], 1), viewer, &transfer, &light(degree(1)));
             (transfer, lit, shade(&frames, &table([1.0; 3], 1), viewer, &light(degree(1))))
@@ -174,10 +179,10 @@ fn bad_input_is_an_error() {
     let plane = mesh::shape("plane").unwrap();
     let (frames, occluders) = (Frames::of(&plane).unwrap(), Occluders::of(&plane));
     let directions = Directions::new(512, degree(8)).unwrap();
-    let few = precompute(&frames, &occluders, &directions, (degree(6), degree(4))).unwrap_err();
+    let few = precompute(&frames, &occluders, &directions, (degree(6), degree(4)), Stop::NEVER).unwrap_err();
     assert_eq!(few.to_string(), "directions that are exact to degree 8 are too few; expected degree 10");
     assert_eq!(Transfer::new(degree(1), degree(1), vec![0.0; 17]), None);
     let stopped =
-        transfer::precompute_unless(&frames, &occluders, &directions, (degree(4), degree(4)), &|| true);
-    assert_eq!(stopped.unwrap_err(), transfer::TransferError::Stopped);
+        transfer::precompute(&frames, &occluders, &directions, (degree(4), degree(4)), Stop::when(&|| true));
+    assert_eq!(stopped.unwrap_err(), sh::Stopped.into());
 }

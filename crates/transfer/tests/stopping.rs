@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
-use sh::Degree;
+use sh::{Degree, Stop};
 use transfer::{
     Directions, Frames, HalfTransfer, MatteTransfer, Occluders, TransferError, Visibility, interreflect,
-    interreflect_matte, precompute, precompute_unless,
+    interreflect_matte, precompute,
 };
 
 fn degree(l: usize) -> Degree {
@@ -17,10 +17,10 @@ fn degree(l: usize) -> Degree {
 }
 
 /// How often `work` asks whether to stop, and that it stops whenever the answer is yes.
-fn asked<T: std::fmt::Debug>(what: &str, work: &dyn Fn(&(dyn Fn() -> bool + Sync)) -> Option<T>) -> usize {
+fn asked<T: std::fmt::Debug>(what: &str, work: &dyn Fn(Stop<'_>) -> Option<T>) -> usize {
     let run = |last: usize| {
         let count = AtomicUsize::new(0);
-        let done = work(&|| count.fetch_add(1, Ordering::Relaxed) >= last).is_some();
+        let done = work(Stop::when(&|| count.fetch_add(1, Ordering::Relaxed) >= last)).is_some();
         (done, count.into_inner())
     };
     let (done, all) = run(usize::MAX);
@@ -38,13 +38,13 @@ fn asked<T: std::fmt::Debug>(what: &str, work: &dyn Fn(&(dyn Fn() -> bool + Sync
 fn unless<T>(found: Result<T, TransferError>) -> Option<T> {
     match found {
         Ok(found) => Some(found),
-        Err(TransferError::Stopped) => None,
+        Err(TransferError::Stopped(_)) => None,
         Err(other) => panic!("{other}"),
     }
 }
 
 fn table(material: Material) -> BrdfTable {
-    tabulate(&material, degree(1), 8).unwrap().0
+    tabulate(&material, degree(1), 8, Stop::NEVER).unwrap().0
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn every_form_and_bounce_asks_whether_to_stop() {
     let degrees = (one, one);
     let blocks = frames.len().div_ceil(8);
     let matrices =
-        asked("matrices", &|stop| unless(precompute_unless(&frames, &occluders, &directions, degrees, stop)));
+        asked("matrices", &|stop| unless(precompute(&frames, &occluders, &directions, degrees, stop)));
     let half = asked("half", &|stop| {
         unless(HalfTransfer::precompute(&frames, &occluders, &directions, degrees, stop))
     });
@@ -66,7 +66,7 @@ fn every_form_and_bounce_asks_whether_to_stop() {
         unless(MatteTransfer::precompute(&frames, &occluders, &directions, one, stop))
     });
     assert_eq!([matrices, half, visibility, matte], [blocks; 4]);
-    let (shadows, _) = precompute(&frames, &occluders, &directions, degrees).unwrap();
+    let (shadows, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let metal = table(Material::Ward(Ward::new([0.3, 0.6], [1.0; 3]).unwrap()));
     let chalk = table(Material::Lambert(Lambert::new([0.5; 3]).unwrap()));
     for (name, table, expected) in [("metal", &metal, 2 * blocks), ("chalk", &chalk, 3 * blocks)] {

@@ -6,7 +6,7 @@
 use brdf::{AshikhminShirley, Material, Ward, tabulate};
 use mesh::Mesh;
 use serde_json::Value;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
 use transfer::{Directions, Frames, Occluders, Transfer, Viewer, precompute, shade, shade_with_transfer};
 
@@ -59,7 +59,8 @@ fn matrix(case: &Value) -> Vec<f64> {
 fn bake(case: &Value, sphere: &Value, count: usize, output: usize) -> Transfer {
     let directions = Directions::new(count, degree(output + 4)).unwrap();
     let (transfer, _) =
-        precompute(&vertex(case), &ball(sphere), &directions, (degree(output), degree(4))).unwrap();
+        precompute(&vertex(case), &ball(sphere), &directions, (degree(output), degree(4)), Stop::NEVER)
+            .unwrap();
     transfer
 }
 
@@ -121,7 +122,10 @@ fn shadowed_vertices_have_the_radiance_that_they_should() {
     let materials = reference["materials"].as_array().unwrap();
     for (output, limit) in [(4, 0.013), (6, 0.008), (8, 0.004)] {
         let tables = materials.iter().map(|case| {
-            (case["model"].as_str().unwrap(), tabulate(&material(case), degree(output), 128).unwrap().0)
+            (
+                case["model"].as_str().unwrap(),
+                tabulate(&material(case), degree(output), 128, Stop::NEVER).unwrap().0,
+            )
         });
         let tables: Vec<_> = tables.collect();
         let (mut by_matrix, mut open, mut shadowed) = (Vec::new(), Vec::new(), Vec::new());

@@ -20,7 +20,7 @@ use envmap::{Environment, Layout, ToneMap};
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
 use preview::{Background, Camera, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene, Shot, Show};
-use sh::{Degree, Tolerance, Transform};
+use sh::{Degree, Stop, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::Rotation;
 use transfer::{Directions, Frames, Occluders, Transfer, precompute};
@@ -189,7 +189,7 @@ fn transfer(mesh: &Mesh) -> Result<Arc<Vec<Transfer>>, String> {
     let [degree, exact] = degrees;
     let (degree, directions) = (degree?, Directions::new(256, exact?).ok_or("too few directions")?);
     let frames = Frames::of(mesh).map_err(|error| error.to_string())?;
-    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree));
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree), Stop::NEVER);
     Ok(Arc::new(vec![made.map_err(|error| error.to_string())?.0]))
 }
 
@@ -199,10 +199,11 @@ fn look(light: &Arc<Light>, sigma: f64, specular: [f64; 3]) -> Result<Arc<Look>,
     let material = Microfacet::new(sigma, specular).map_err(|error| error.to_string())?;
     let material = Material::Microfacet(material);
     let tolerance = Tolerance::new(0.03).map_err(|error| error.to_string())?;
-    let projection = project(&material, Choice::Tolerance(tolerance)).map_err(|error| error.to_string())?;
+    let projection =
+        project(&material, Choice::Tolerance(tolerance), Stop::NEVER).map_err(|error| error.to_string())?;
     let reflection = Reflection::convolve(light.lighting(), &projection.coefficients);
     let degree = Degree::new(4).map_err(|error| error.to_string())?;
-    let (table, _) = tabulate(&material, degree, 64).map_err(|error| error.to_string())?;
+    let (table, _) = tabulate(&material, degree, 64, Stop::NEVER).map_err(|error| error.to_string())?;
     let look = Look::new(Arc::clone(light), reflection, Some(material), MapSizes::default());
     Ok(Arc::new(look.with_table(Some(Arc::new(table)))))
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
+use sh::Stop;
 use sphere::Direction;
 
 use super::*;
@@ -385,7 +386,7 @@ fn every_model_is_projected() {
     let black = Material::Microfacet(Microfacet::new(0.3, [0.0; 3]).unwrap());
     for material in every_model().into_iter().chain([black]) {
         let choice = crate::Choice::Degree { f: degree(3), p: degree(4) };
-        let found = crate::project(&material, choice).unwrap();
+        let found = crate::project(&material, choice, Stop::NEVER).unwrap();
         assert!(
             found.coefficients.rho().as_flattened().iter().all(|rho| rho.is_finite()),
             "{}",

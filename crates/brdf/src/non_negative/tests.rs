@@ -9,11 +9,11 @@ fn degree(l: usize) -> Degree {
 
 fn microfacet(sigma: f64, f: usize, p: usize) -> BrdfCoefficients {
     let material = Material::Microfacet(Microfacet::new(sigma, [1.0, 0.5, 0.0]).unwrap());
-    project(&material, Choice::Degree { f: degree(f), p: degree(p) }).unwrap().coefficients
+    project(&material, Choice::Degree { f: degree(f), p: degree(p) }, Stop::NEVER).unwrap().coefficients
 }
 
 fn nearest(coefficients: &BrdfCoefficients) -> Result<NearestBrdf, NearestBrdfError> {
-    nearest_non_negative_unless(coefficients, Mean::Free, &|| false)
+    nearest_non_negative(coefficients, Mean::Free, Stop::NEVER)
 }
 
 /// rho_hat by its definition, as the sum over both signs of q.
@@ -58,7 +58,7 @@ fn without_a_view_it_is_the_nearest_function_on_the_sphere() {
         let found = nearest(&given.unwrap()).unwrap();
         let mut expansion = Expansion::zero(degree(f));
         (0..=f).for_each(|l| expansion.coefficients_mut()[l * l + l] = u(l));
-        let expected = sh::nearest_non_negative(&expansion, Mean::Free).unwrap();
+        let expected = sh::nearest_non_negative(&expansion, Mean::Free, Stop::NEVER).unwrap();
         assert!((found.change - expected.change).abs() < 1e-5, "{} {}", found.change, expected.change);
         for l in 0..=f {
             let (ours, theirs) = (found.coefficients.get(l, 0, 0), expected.expansion.get(l, 0));
@@ -105,7 +105,7 @@ fn a_lobe_that_rings_is_nowhere_negative_and_close() {
 fn the_mean_can_be_kept() {
     let given = microfacet(0.3, 9, 3);
     let [free, kept] =
-        [Mean::Free, Mean::Kept].map(|mean| nearest_non_negative_unless(&given, mean, &|| false).unwrap());
+        [Mean::Free, Mean::Kept].map(|mean| nearest_non_negative(&given, mean, Stop::NEVER).unwrap());
     let mean = |found: &BrdfCoefficients| found.get(0, 0, 0);
     assert_eq!(mean(&kept.coefficients), mean(&given));
     assert!(mean(&free.coefficients)[0] > mean(&given)[0], "a free mean rises");
@@ -124,7 +124,7 @@ fn the_mean_can_be_kept() {
     assert!(least > -1e-7, "{least}");
     let negative = vec![[-0.1; 3], [1.0; 3]];
     let negative = BrdfCoefficients::new(Centre::Normal, degree(1), degree(0), negative).unwrap();
-    let error = nearest_non_negative_unless(&negative, Mean::Kept, &|| false).unwrap_err();
+    let error = nearest_non_negative(&negative, Mean::Kept, Stop::NEVER).unwrap_err();
     assert!(matches!(error, NearestBrdfError::NoPositiveMean { channel: 0, .. }), "{error}");
 }
 
@@ -139,8 +139,8 @@ fn functions_without_a_useful_neighbour_are_errors() {
     let many =
         BrdfCoefficients::new(Centre::Normal, degree(40), degree(9), vec![[0.0; 3]; 41 * 100]).unwrap();
     assert!(matches!(nearest(&many), Err(NearestBrdfError::TooMany { f: 40, p: 9, .. })));
-    let stopped = nearest_non_negative_unless(&microfacet(0.3, 3, 1), Mean::Free, &|| true);
-    assert_eq!(stopped, Err(NearestBrdfError::Stopped));
+    let stopped = nearest_non_negative(&microfacet(0.3, 3, 1), Mean::Free, Stop::when(&|| true));
+    assert_eq!(stopped, Err(Stopped.into()));
 }
 
 #[test]

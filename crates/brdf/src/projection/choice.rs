@@ -100,7 +100,7 @@ fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize,
         let slices: Vec<Slice> = PROBES
             .into_par_iter()
             .map(|theta_o| {
-                source.check()?;
+                source.stop.check()?;
                 Ok(slice(source, theta_o, &legendre, (f, orders), fineness)?)
             })
             .collect::<Result<_, ProjectionError>>()?;

@@ -1,5 +1,7 @@
 //! The errors of a projection.
 
+use sh::Stopped;
+
 /// The most entries (F+1)(P+1)^2 that a projection may have: 4 million, 100 MB.
 pub const MOST_COEFFICIENTS: usize = 1 << 22;
 
@@ -31,8 +33,8 @@ pub enum ProjectionError {
         p: usize,
     },
     /// The projection was stopped before its end.
-    #[error("the projection was stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// The material has a value that is NaN or infinite. Angles are in degrees about the central direction.
     #[error(
         "the material has no finite value at theta_i {theta_i:.2}, theta_o {theta_o:.2}, phi {phi:.2} degrees from \

@@ -48,7 +48,7 @@ pub(super) fn full(source: Source<'_>) -> Result<(Table, usize, usize), Projecti
     let incident = incident_nodes();
     let views = Views::new(source.centre);
     let slice = |(theta, _): &(f64, f64)| {
-        source.check()?;
+        source.stop.check()?;
         Ok(views.slice(source, *theta)?)
     };
     let slices: Vec<Slice> = incident.par_iter().map(slice).collect::<Result<_, ProjectionError>>()?;

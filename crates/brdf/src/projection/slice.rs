@@ -10,6 +10,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use sh::Stop;
 use sphere::Direction;
 
 use super::error::ProjectionError;
@@ -27,14 +28,7 @@ pub(super) struct Source<'a> {
     /// Whether the function reflects light from below the horizon.
     pub(super) below: bool,
     /// Whether nobody wants the result any more.
-    pub(super) stop: &'a (dyn Fn() -> bool + Sync),
-}
-
-impl Source<'_> {
-    /// Returns an error if nobody wants the result any more.
-    pub(super) fn check(&self) -> Result<(), ProjectionError> {
-        if (self.stop)() { Err(ProjectionError::Stopped) } else { Ok(()) }
-    }
+    pub(super) stop: Stop<'a>,
 }
 
 /// The place of a value that is NaN, or whose square overflows.

@@ -118,7 +118,7 @@ fn pass(
         let slices: Vec<Slice> = (0..panels.len() * NODES)
             .into_par_iter()
             .map(|index| {
-                source.check()?;
+                source.stop.check()?;
                 let panel = panels[index / NODES];
                 let theta_o = panel.at(RULE[index % NODES]);
                 let share = scale / (TAU * math::sin(theta_o) * 2.0 * panel.radius());

@@ -26,7 +26,8 @@ fn lambert() -> Material {
 #[test]
 fn phong_needs_the_degrees_of_the_paper() {
     let exponents = [8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
-    let degrees = exponents.map(|s| project(&phong(s), tolerance(0.01)).unwrap().coefficients.f().get());
+    let degrees =
+        exponents.map(|s| project(&phong(s), tolerance(0.01), Stop::NEVER).unwrap().coefficients.f().get());
     assert_eq!(degrees, [6, 8, 12, 17, 24, 34, 48]);
 }
 
@@ -34,11 +35,11 @@ fn phong_needs_the_degrees_of_the_paper() {
 fn the_degree_chosen_is_the_least_that_captures_enough() {
     for material in [lambert(), phong(3.7), phong(100.0)] {
         for share in [0.3, 0.03, 0.001] {
-            let chosen = project(&material, tolerance(share)).unwrap();
+            let chosen = project(&material, tolerance(share), Stop::NEVER).unwrap();
             assert!(chosen.captured >= 1.0 - share && chosen.captured <= 1.0);
             let f = chosen.coefficients.f().get();
             if f > 0 {
-                assert!(project(&material, degree(f - 1, 0)).unwrap().captured < 1.0 - share);
+                assert!(project(&material, degree(f - 1, 0), Stop::NEVER).unwrap().captured < 1.0 - share);
             }
         }
     }
@@ -49,7 +50,7 @@ fn the_degree_chosen_is_the_least_that_captures_enough() {
 #[test]
 fn lambert_scales_the_first_degrees_by_1_two_thirds_and_a_quarter() {
     let material = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
-    let projection = project(&material, degree(4, 0)).unwrap();
+    let projection = project(&material, degree(4, 0), Stop::NEVER).unwrap();
     assert_eq!(projection.coefficients.centre(), Centre::Normal);
     for (l, expected) in [1.0, 2.0 / 3.0, 0.25, 0.0, -1.0 / 24.0].into_iter().enumerate() {
         let factor = sh::lambda(l) * projection.coefficients.get(l, 0, 0)[0] / (4.0 * PI).sqrt();
@@ -62,7 +63,7 @@ fn lambert_scales_the_first_degrees_by_1_two_thirds_and_a_quarter() {
 #[test]
 fn coefficients_rebuild_rho_hat() {
     for (material, allowed) in [(lambert(), 1e-4), (phong(5.0), 1e-10), (phong(40.5), 1e-10)] {
-        let projection = project(&material, degree(1500, 0)).unwrap();
+        let projection = project(&material, degree(1500, 0), Stop::NEVER).unwrap();
         let mut y_l0 = vec![0.0; 1501];
         for i in 0..50 {
             let incident = Direction::from_angles(f64::from(i) * PI / 50.0 + 0.01, 0.4);
@@ -83,8 +84,8 @@ fn coefficients_rebuild_rho_hat() {
 
 #[test]
 fn a_degree_in_the_view_adds_zeros_only() {
-    let plain = project(&phong(9.0), degree(5, 0)).unwrap();
-    let wide = project(&phong(9.0), degree(5, 2)).unwrap();
+    let plain = project(&phong(9.0), degree(5, 0), Stop::NEVER).unwrap();
+    let wide = project(&phong(9.0), degree(5, 2), Stop::NEVER).unwrap();
     assert_eq!(wide.coefficients.rho().len(), 6 * 9);
     assert_eq!((wide.captured, &wide.energy), (plain.captured, &plain.energy));
     for l in 0..=5 {
@@ -96,20 +97,23 @@ fn a_degree_in_the_view_adds_zeros_only() {
 #[test]
 fn a_black_material_is_degree_0() {
     let black = Material::Lambert(Lambert::new([0.0; 3]).unwrap());
-    let projection = project(&black, tolerance(0.01)).unwrap();
+    let projection = project(&black, tolerance(0.01), Stop::NEVER).unwrap();
     assert_eq!((projection.coefficients.f().get(), projection.captured), (0, 1.0));
 }
 
 #[test]
 fn a_mirror_has_no_degree_by_tolerance() {
-    let error = project(&phong(1e7), tolerance(0.01)).unwrap_err();
+    let error = project(&phong(1e7), tolerance(0.01), Stop::NEVER).unwrap_err();
     assert!(matches!(error, ProjectionError::TooSharp { captured, .. } if captured > 0.2 && captured < 0.99));
-    assert!(project(&phong(1e7), degree(2048, 0)).is_ok());
+    assert!(project(&phong(1e7), degree(2048, 0), Stop::NEVER).is_ok());
 }
 
 #[test]
 fn too_many_coefficients_are_an_error() {
-    assert_eq!(project(&lambert(), degree(2048, 2048)), Err(ProjectionError::TooMany { f: 2048, p: 2048 }));
+    assert_eq!(
+        project(&lambert(), degree(2048, 2048), Stop::NEVER),
+        Err(ProjectionError::TooMany { f: 2048, p: 2048 })
+    );
 }
 
 #[test]
@@ -135,7 +139,7 @@ fn general_table(
     f: usize,
     p: usize,
 ) -> Projection {
-    general(centre, rho_hat, degree(f, p), &|| false).unwrap()
+    general(centre, rho_hat, degree(f, p), Stop::NEVER).unwrap()
 }
 
 /// The largest difference of two tensors, relative to their norm.
@@ -321,7 +325,7 @@ fn coefficients_agree_with_brute_force() {
 fn the_microfacet_model_needs_the_degrees_of_the_paper() {
     for (sigma, expected) in [(0.1, (23, 2)), (0.2, (11, 2)), (0.3, (7, 2)), (0.4, (5, 2)), (0.5, (4, 2))] {
         let model = microfacet(sigma);
-        let found = general(Centre::Reflection, &model, tolerance(0.03), &|| false).unwrap();
+        let found = general(Centre::Reflection, &model, tolerance(0.03), Stop::NEVER).unwrap();
         let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
         assert_eq!((f, p), expected, "sigma {sigma}");
         assert!(found.captured >= 0.97);
@@ -334,7 +338,7 @@ fn the_microfacet_model_needs_the_degrees_of_the_paper() {
 #[test]
 fn the_hair_model_needs_degree_8_and_no_azimuth() {
     let hair = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
-    let found = project(&hair, tolerance(0.03)).unwrap();
+    let found = project(&hair, tolerance(0.03), Stop::NEVER).unwrap();
     println!("{} {} {}", found.coefficients.f().get(), found.coefficients.p().get(), found.captured);
     assert_eq!(found.coefficients.p().get(), 8);
     assert!(found.coefficients.is_azimuth_free());
@@ -397,7 +401,7 @@ fn the_number_of_threads_changes_no_bit() {
     let model = microfacet(0.15);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| general(Centre::Reflection, &model, tolerance(0.03), &|| false).unwrap())
+        pool.install(|| general(Centre::Reflection, &model, tolerance(0.03), Stop::NEVER).unwrap())
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -409,7 +413,7 @@ fn the_number_of_threads_changes_no_bit() {
 #[test]
 fn radially_symmetric_layers_have_no_view_dependence() {
     let layers = Material::layers(vec![phong(3.0), phong(40.0)]).unwrap();
-    let found = project(&layers, degree(12, 3)).unwrap();
+    let found = project(&layers, degree(12, 3), Stop::NEVER).unwrap();
     assert_eq!(found.coefficients.highest(), (0, 0));
     let parts = [3.0, 40.0].map(|s| phong(s).radial().unwrap().coefficients(12));
     let error = difference(&found, |l, p, _| match p {
@@ -434,7 +438,7 @@ fn a_view_degree_past_the_incident_degree_is_defined() {
 #[test]
 fn a_black_rho_hat_is_degree_0() {
     let black = |_: Direction, _: Direction| [0.0; 3];
-    let found = general(Centre::Reflection, &black, tolerance(0.01), &|| false).unwrap();
+    let found = general(Centre::Reflection, &black, tolerance(0.01), Stop::NEVER).unwrap();
     assert_eq!((found.coefficients.f().get(), found.coefficients.p().get(), found.captured), (0, 0, 1.0));
     assert_eq!(found.energy_per_p(), [1.0]);
     assert_eq!(general_table(Centre::Reflection, &black, 3, 2).captured, 1.0);
@@ -443,12 +447,12 @@ fn a_black_rho_hat_is_degree_0() {
 #[test]
 fn a_value_that_is_not_finite_is_an_error_with_its_place() {
     let broken = |light: Direction, _: Direction| [if light.vector().z > 0.99 { f64::NAN } else { 1.0 }; 3];
-    let error = general(Centre::Normal, &broken, tolerance(0.01), &|| false).unwrap_err();
+    let error = general(Centre::Normal, &broken, tolerance(0.01), Stop::NEVER).unwrap_err();
     assert!(matches!(error, ProjectionError::NotFinite { theta_i, .. } if theta_i < 8.2), "{error}");
     assert!(error.to_string().starts_with("the material has no finite value at theta_i "));
     let infinite = |_: Direction, _: Direction| [1e200; 3];
     assert!(matches!(
-        general(Centre::Normal, &infinite, degree(2, 1), &|| false),
+        general(Centre::Normal, &infinite, degree(2, 1), Stop::NEVER),
         Err(ProjectionError::NotFinite { .. })
     ));
 }
@@ -456,7 +460,7 @@ fn a_value_that_is_not_finite_is_an_error_with_its_place() {
 #[test]
 fn a_needle_is_too_sharp() {
     let needle = microfacet(1e-4);
-    let error = general(Centre::Reflection, &needle, tolerance(0.01), &|| false).unwrap_err();
+    let error = general(Centre::Reflection, &needle, tolerance(0.01), Stop::NEVER).unwrap_err();
     assert!(matches!(error, ProjectionError::TooSharp { captured, .. } if captured < 0.9), "{error}");
 }
 
@@ -466,7 +470,7 @@ fn a_needle_is_too_sharp() {
 fn what_misses_the_tolerance_is_kept_if_it_holds_half() {
     let facets = Fresnel::Dielectric(1.5);
     let shiny = Material::Ggx(Ggx::new(0.3, facets, [1.0; 3]).unwrap());
-    let found = project(&shiny, tolerance(0.03)).unwrap();
+    let found = project(&shiny, tolerance(0.03), Stop::NEVER).unwrap();
     let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
     assert!(found.captured > 0.5 && found.captured < 0.97, "[{f}, {p}] {}", found.captured);
     assert!(p <= 32 && (f + 1) * (p + 1) * (p + 1) <= 1 << 17, "[{f}, {p}]");
@@ -476,7 +480,7 @@ fn what_misses_the_tolerance_is_kept_if_it_holds_half() {
 #[test]
 fn small_tolerances_are_met() {
     let model = microfacet(0.3);
-    let found = general(Centre::Reflection, &model, tolerance(1e-3), &|| false).unwrap();
+    let found = general(Centre::Reflection, &model, tolerance(1e-3), Stop::NEVER).unwrap();
     let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
     let fine = general_table(Centre::Reflection, &model, 2 * f, 2 * p);
     let held: f64 = (0..=f).flat_map(|l| &fine.energy_lp[l * (2 * p + 1)..][..=p]).sum();
@@ -503,8 +507,8 @@ fn full_coefficients_are_the_exact_ones() {
         Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap()),
     ];
     for material in materials {
-        let full = project(&material, Choice::Full).unwrap();
-        let exact = project(&material, degree(20, 8)).unwrap().coefficients;
+        let full = project(&material, Choice::Full, Stop::NEVER).unwrap();
+        let exact = project(&material, degree(20, 8), Stop::NEVER).unwrap().coefficients;
         let (mut apart, mut norm) = (0.0, 0.0);
         for l in 0..=20 {
             for p in 0..=8 {
@@ -526,7 +530,7 @@ fn full_coefficients_are_the_exact_ones() {
 /// Phong about R in closed form needs no view, and its F is the least that keeps all but 1e-7.
 #[test]
 fn full_coefficients_of_a_radial_material_have_no_view() {
-    let full = project(&phong(150.0), Choice::Full).unwrap();
+    let full = project(&phong(150.0), Choice::Full, Stop::NEVER).unwrap();
     assert_eq!(full.coefficients.p(), Degree::ZERO);
     assert!((30..120).contains(&full.coefficients.f().get()), "{}", full.coefficients.f().get());
 }

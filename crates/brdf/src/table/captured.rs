@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
-use sh::Degree;
+use sh::{Degree, Stop};
 use sphere::Direction;
 
 use super::{TableError, Views};
@@ -27,19 +27,15 @@ const AZIMUTHS: usize = 8;
 /// # Example: three quarters of a matte surface are in degrees 0 and 1
 /// ```
 /// let chalk = brdf::Material::Lambert(brdf::Lambert::new([1.0; 3])?);
-/// let shares = brdf::captured_unless(&chalk, sh::Degree::new(2)?, &|| false)?;
+/// let shares = brdf::captured(&chalk, sh::Degree::new(2)?, sh::Stop::NEVER)?;
 /// // 1/4 and 1/3 of pi, over the integral of cos^2 over the hemisphere, 2 pi / 3.
 /// assert!((shares[0] - 3.0 / 8.0).abs() < 1e-6 && (shares[1] - 7.0 / 8.0).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// The errors of [`super::tabulate_unless`].
-pub fn captured_unless(
-    material: &Material,
-    degree: Degree,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Vec<f64>, TableError> {
+/// The errors of [`super::tabulate`].
+pub fn captured(material: &Material, degree: Degree, stop: Stop<'_>) -> Result<Vec<f64>, TableError> {
     // In a quarter of the views, if the other three are mirror images of it.
     let azimuths = match (material.is_isotropic(), material.is_orthotropic()) {
         (true, _) => 1,
@@ -57,9 +53,7 @@ pub fn captured_unless(
         .collect();
     let at = Views::new(material, degree);
     let of_view = |(view, weight): &(Direction, f64)| {
-        if stop() {
-            return Err(TableError::Stopped);
-        }
+        stop.check()?;
         let c = at.coefficients(*view)?.c;
         let square = |rgb: &[f64; 3]| rgb.iter().map(|value| value * value).sum::<f64>();
         let held: Vec<f64> = (0..=degree.get())

@@ -16,7 +16,7 @@ impl BrdfTable {
     /// use brdf::{BrdfTable, Lambert, Material, tabulate};
     /// let table = |albedo: f64| -> Result<BrdfTable, Box<dyn std::error::Error>> {
     ///     let chalk = Material::Lambert(Lambert::new([albedo; 3])?);
-    ///     Ok(tabulate(&chalk, sh::Degree::ZERO, 2)?.0)
+    ///     Ok(tabulate(&chalk, sh::Degree::ZERO, 2, sh::Stop::NEVER)?.0)
     /// };
     /// let both = BrdfTable::joined(&[table(0.0)?, table(1.0)?]).unwrap();
     /// let mut c = [0.0];
@@ -48,14 +48,14 @@ impl BrdfTable {
 
 #[cfg(test)]
 mod tests {
-    use sh::Degree;
+    use sh::{Degree, Stop};
     use sphere::Direction;
 
     use super::*;
     use crate::{KajiyaKay, Lambert, Material, Phong, tabulate};
 
     fn table(material: Material, size: usize) -> BrdfTable {
-        tabulate(&material, Degree::new(1).unwrap(), size).unwrap().0
+        tabulate(&material, Degree::new(1).unwrap(), size, Stop::NEVER).unwrap().0
     }
 
     fn lambert(albedo: [f64; 3]) -> Material {

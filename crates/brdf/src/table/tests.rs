@@ -91,7 +91,7 @@ fn coefficients_of_a_measured_surface_are_the_integrals() {
         assert!(error < 2e-3 && found.error < 5e-3 * size, "{theta} {phi}: {error:e} {:e}", found.error);
     }
     // Texels of all quarters have the coefficients toward their own views.
-    let (table, _) = tabulate(&material, degree(2), 5).unwrap();
+    let (table, _) = tabulate(&material, degree(2), 5, Stop::NEVER).unwrap();
     let views = Views::new(&material, degree(2));
     for (texel, values) in table.values().chunks_exact(9).enumerate() {
         let view = BrdfTable::view(5, texel / 5, texel % 5);
@@ -146,7 +146,7 @@ fn texels_have_the_coefficients_toward_their_views() {
     let hair = Material::KajiyaKay(crate::KajiyaKay::new(5.0, [0.5; 3]).unwrap());
     for (material, channels) in [(brushed(), 3), (isotropic, 3), (hair, 1), (lambert([0.5; 3]), 1)] {
         let size = 7;
-        let (table, _) = tabulate(&material, degree(4), size).unwrap();
+        let (table, _) = tabulate(&material, degree(4), size, Stop::NEVER).unwrap();
         let views = Views::new(&material, degree(4));
         assert_eq!((table.channels(), table.count(), table.texel()), (channels, 1, 25 * channels));
         for (texel, values) in table.values().chunks_exact(25 * channels).enumerate() {
@@ -169,7 +169,7 @@ fn a_view_from_below_is_clamped_to_the_rim_or_mirrored() {
         table.lookup_into(0, Direction::normalised(view), &mut c);
         c
     };
-    let (table, _) = tabulate(&brushed(), degree, 32).unwrap();
+    let (table, _) = tabulate(&brushed(), degree, 32, Stop::NEVER).unwrap();
     assert_eq!(table.below(), BelowHorizon::Clamped);
     let rim = look(&table, DVec3::new(0.6, -0.8, 0.0));
     for z in [-0.7, 1e-9] {
@@ -178,7 +178,7 @@ fn a_view_from_below_is_clamped_to_the_rim_or_mirrored() {
     }
     assert!(look(&table, DVec3::NEG_Z).iter().all(|value| value.is_finite()));
     let hair = Material::KajiyaKay(crate::KajiyaKay::new(5.0, [0.5; 3]).unwrap());
-    let (table, _) = tabulate(&hair, degree, 32).unwrap();
+    let (table, _) = tabulate(&hair, degree, 32, Stop::NEVER).unwrap();
     assert_eq!(table.below(), BelowHorizon::Mirrored);
     let [up, down] = [0.7, -0.7].map(|z| look(&table, DVec3::new(0.6, -0.8, z)));
     assert_eq!(up, down);
@@ -207,17 +207,17 @@ fn layers_add_and_closed_forms_agree_with_integrals() {
 fn a_table_is_the_same_with_any_number_of_threads() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| tabulate(&brushed(), degree(3), 12).unwrap())
+        pool.install(|| tabulate(&brushed(), degree(3), 12, Stop::NEVER).unwrap())
     };
     assert_eq!(with(1), with(3));
 }
 
 #[test]
 fn a_table_can_be_stopped_and_must_be_finite() {
-    assert_eq!(tabulate_unless(&brushed(), degree(4), 8, &|| true), Err(TableError::Stopped));
+    assert_eq!(tabulate(&brushed(), degree(4), 8, Stop::when(&|| true)), Err(Stopped.into()));
     // f32::MAX times a scale of 1e6 is finite in f64: so far nothing that a file holds is not.
     let huge = Measured::new([1, 1, 1], vec![[f32::MAX; 3]]).unwrap().scaled([1e6; 3]).unwrap();
-    assert!(tabulate(&Material::Measured(huge), degree(0), 2).is_ok());
+    assert!(tabulate(&Material::Measured(huge), degree(0), 2, Stop::NEVER).is_ok());
     let error = TableError::NotFinite { incident: Direction::X, view: Direction::Z };
     assert_eq!(
         error.to_string(),

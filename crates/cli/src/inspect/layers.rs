@@ -141,7 +141,7 @@ mod tests {
     fn file(texts: &[(&str, &str)], layers: &[&str]) -> Vec<u8> {
         let layer = |name: &&str| ((*name).to_owned(), vec![[0.5, 1.0, -2.0]; 24]);
         let layers: Vec<_> = layers.iter().map(layer).collect();
-        write_exr_layers(2, 12, &layers, Precision::Float, Some("{}"), texts).unwrap().bytes
+        write_exr_layers(2, 12, &layers, Precision::Float, Some("{}"), texts, sh::Stop::NEVER).unwrap().bytes
     }
 
     const ALL: [&str; 4] = ["", "p1qm1", "p1q0", "p1q1"];

@@ -15,6 +15,7 @@ use ::preview::{
     SubjectDetails, SubjectRequest,
 };
 use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
+use sh::Stop;
 use stages::{PreviewCatalog, SceneCache};
 
 use super::dropped::{self, DroppedProject, Shown};
@@ -505,8 +506,8 @@ impl<'a> PreviewController<'a> {
     fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
         let file = self.files.still();
         let shot = view.shot(scene, still::SIZE).of(scene);
-        let stop = || self.cancel.is_cancelled();
-        let drawn = match still::draw(scene, &shot, Backend::Cpu, &stop) {
+        let is_cancelled = || self.cancel.is_cancelled();
+        let drawn = match still::draw(scene, &shot, Backend::Cpu, Stop::when(&is_cancelled)) {
             Ok(drawn) => drawn,
             Err(RenderError::Cancelled) => return,
             Err(error) => {

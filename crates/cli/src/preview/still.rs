@@ -7,6 +7,7 @@ use ::preview::{
     Cpu, InitialView, Mode, Picture, RenderError, Renderer, Scene, Shot, Subject, graphics_device,
 };
 use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
+use sh::Stop;
 use stages::{PreviewCatalog, SceneCache};
 
 use super::subject::SubjectError;
@@ -51,14 +52,15 @@ pub(crate) fn run(
     let mut shot = view.shot(&scene, arguments.size).of(&scene);
     shot.exposure += arguments.exposure;
     let backend = arguments.backend.unwrap_or(Backend::Cpu);
-    let drawn = draw(&scene, &shot, backend, &|| cancel.is_cancelled()).map_err(|error| match error {
-        RenderError::Cancelled => Exit::Interrupted,
-        error => {
-            let message = format!("{} cannot be drawn", subject::describe(&subject));
-            print::error(&[message, error.to_string()], None);
-            Exit::Failed
-        }
-    })?;
+    let drawn =
+        draw(&scene, &shot, backend, Stop::when(&|| cancel.is_cancelled())).map_err(|error| match error {
+            RenderError::Cancelled => Exit::Interrupted,
+            error => {
+                let message = format!("{} cannot be drawn", subject::describe(&subject));
+                print::error(&[message, error.to_string()], None);
+                Exit::Failed
+            }
+        })?;
     files::write_picture(file, &drawn.picture).map_err(|error| {
         print::error(&[format!("cannot write {}", file.display()), error.to_string()], None);
         Exit::System
@@ -122,7 +124,7 @@ pub(crate) fn draw(
     scene: &Scene,
     shot: &Shot,
     backend: Backend,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Drawn, RenderError> {
     let start = Instant::now();
     if backend == Backend::Gpu {

@@ -8,4 +8,4 @@ mod write;
 
 pub use read::{ExrLayers, read_exr_layers};
 pub(crate) use read::{header, read, read_recipe};
-pub use write::{write_exr, write_exr_layers, write_exr_layers_unless};
+pub use write::{write_exr, write_exr_layers};

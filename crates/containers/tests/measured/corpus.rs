@@ -1,5 +1,7 @@
 //! The measured paints of the corpus.
 
+use sh::Stop;
+
 use super::*;
 
 const CORPUS: [&str; 2] = ["krylon_blue.brdf", "garnet_red.brdf"];
@@ -200,7 +202,8 @@ fn the_corpus_can_be_projected() {
         for tolerance in [0.1, 0.05] {
             let start = std::time::Instant::now();
             let choice = brdf::Choice::Tolerance(sh::Tolerance::new(tolerance).unwrap());
-            let projection = brdf::project(&brdf::Material::Measured(paint.clone()), choice).unwrap();
+            let projection =
+                brdf::project(&brdf::Material::Measured(paint.clone()), choice, Stop::NEVER).unwrap();
             let (f, p) = (projection.coefficients.f().get(), projection.coefficients.p().get());
             eprintln!(
                 "{file} {tolerance}: F {f}, P {p}, {:.4}, {:.2} s",

@@ -43,7 +43,7 @@ impl RendererAdapter for FakeRenderer {
         &mut self,
         _order: &RenderRequest,
         shot: &Shot,
-        _stop: &(dyn Fn() -> bool + Sync),
+        _stop: sh::Stop<'_>,
     ) -> Result<PartialFrame, RenderError> {
         self.record(shot)?;
         let left = self.improvements.load(Ordering::SeqCst);
@@ -56,11 +56,7 @@ impl RendererAdapter for FakeRenderer {
         })
     }
 
-    fn picture(
-        &mut self,
-        request: &RenderRequest,
-        _stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
+    fn picture(&mut self, request: &RenderRequest, _stop: sh::Stop<'_>) -> Result<Picture, RenderError> {
         self.record(&request.shot)?;
         Ok(picture(request.shot.size))
     }
@@ -110,20 +106,16 @@ impl RendererAdapter for Endless {
         &mut self,
         _order: &RenderRequest,
         shot: &Shot,
-        _stop: &(dyn Fn() -> bool + Sync),
+        _stop: sh::Stop<'_>,
     ) -> Result<PartialFrame, RenderError> {
         assert!(!self.panics, "out of paint");
         let image = FrameImage::Codes(Arc::new(picture(shot.size)));
         Ok(PartialFrame { image, light_samples: 0, unfinished: false, relative_rms: None })
     }
 
-    fn picture(
-        &mut self,
-        _order: &RenderRequest,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Picture, RenderError> {
+    fn picture(&mut self, _order: &RenderRequest, stop: sh::Stop<'_>) -> Result<Picture, RenderError> {
         self.started.store(true, Ordering::SeqCst);
-        while !stop() {
+        while !stop.requested() {
             std::thread::sleep(Duration::from_millis(1));
         }
         Err(RenderError::Cancelled)

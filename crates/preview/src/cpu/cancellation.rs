@@ -2,16 +2,18 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use sh::Stop;
+
 use crate::RenderError;
 
 /// Asks the caller whether to stop, from any thread. Once the answer was yes, it stays yes.
 pub(super) struct Cancellation<'a> {
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: Stop<'a>,
     is_cancelled: AtomicBool,
 }
 
 impl<'a> Cancellation<'a> {
-    pub(super) fn new(stop: &'a (dyn Fn() -> bool + Sync)) -> Self {
+    pub(super) fn new(stop: Stop<'a>) -> Self {
         Self { stop, is_cancelled: AtomicBool::new(false) }
     }
 
@@ -20,7 +22,7 @@ impl<'a> Cancellation<'a> {
     /// # Errors
     /// [`RenderError::Cancelled`] if the picture is cancelled.
     pub(super) fn check(&self) -> Result<(), RenderError> {
-        if self.is_cancelled.load(Ordering::Relaxed) || (self.stop)() {
+        if self.is_cancelled.load(Ordering::Relaxed) || self.stop.requested() {
             self.is_cancelled.store(true, Ordering::Relaxed);
             return Err(RenderError::Cancelled);
         }

@@ -13,7 +13,7 @@ use brdf::{Choice, Material, project};
 use envmap::{Environment, ToneMap};
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
-use sh::Degree;
+use sh::{Degree, Stop};
 use shrm::Reflection;
 use sphere::{LatLong, Rotation};
 
@@ -40,7 +40,8 @@ fn uneven(w: DVec3) -> [f64; 3] {
 /// The look of a material under a light to degrees (F, P), on faces of 32.
 fn look(light: &Arc<Light>, material: &Material, [f, p]: [usize; 2]) -> Arc<Look> {
     let degree = |l| Degree::new(l).unwrap();
-    let brdf = project(material, Choice::Degree { f: degree(f), p: degree(p) }).unwrap().coefficients;
+    let brdf =
+        project(material, Choice::Degree { f: degree(f), p: degree(p) }, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(light.lighting(), &brdf);
     let sizes = MapSizes { edge: 32, slices: 16 };
     Arc::new(Look::new(Arc::clone(light), reflection, Some(material.clone()), sizes))
@@ -93,7 +94,7 @@ fn shot(size: [u32; 2], show: Show) -> Shot {
 }
 
 fn render(scene: &Scene, shot: &Shot) -> Picture {
-    super::Cpu::new().render(scene, shot, &|| false).unwrap()
+    super::Cpu::new().render(scene, shot, Stop::NEVER).unwrap()
 }
 
 /// The surface that every sample of a shot hits, row by row.

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 use brdf::{Choice, Lambert, Material, Microfacet, project};
 use envmap::Environment;
 use glam::DVec3;
-use sh::Degree;
+use sh::{Degree, Stop};
 use shrm::Reflection;
 use sphere::{Direction, LatLong};
 
@@ -61,7 +61,7 @@ fn scene(look: &Arc<Look>) -> Scene {
 }
 
 fn picture(look: &Arc<Look>, shot: &Shot) -> Vec<[u8; 3]> {
-    Cpu::new().render(&scene(look), shot, &|| false).unwrap().codes
+    Cpu::new().render(&scene(look), shot, Stop::NEVER).unwrap().codes
 }
 
 /// The radiance of the texel that holds a direction, the sum of its channels.
@@ -161,7 +161,7 @@ fn what_is_kept_between_pictures_does_not_change_them() {
     let white = look(environment(uneven), Material::Lambert(Lambert::new([0.8; 3]).unwrap()));
     let mut cpu = Cpu::new();
     for (look, yaw) in [(&first, 0.0), (&first, 0.6), (&second, 0.6), (&white, 0.6), (&first, 0.6)] {
-        let kept = cpu.render(&scene(look), &shot(0.0, yaw), &|| false).unwrap().codes;
+        let kept = cpu.render(&scene(look), &shot(0.0, yaw), Stop::NEVER).unwrap().codes;
         assert_eq!(kept, picture(look, &shot(0.0, yaw)));
         assert!(kept.iter().any(is_point));
     }
@@ -172,12 +172,13 @@ fn the_coefficients_of_a_reflection_are_shown_as_they_are() {
     let bare = look(environment(uneven), metal());
     let degree = |l| Degree::new(l).unwrap();
     let choice = Choice::Degree { f: degree(6), p: degree(4) };
-    let brdf = project(&metal(), choice).unwrap().coefficients;
+    let brdf = project(&metal(), choice, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(bare.light().lighting(), &brdf);
     let made = Look::new(Arc::clone(bare.light()), reflection, None, MapSizes::default());
     assert_eq!(Lobe::of(&made).unwrap().degree(), degree(6));
     assert_eq!(Lobe::of(&bare).unwrap().degree(), degree(19));
-    let full = project(&metal(), Choice::Degree { f: degree(24), p: degree(20) }).unwrap().coefficients;
+    let full =
+        project(&metal(), Choice::Degree { f: degree(24), p: degree(20) }, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection::convolve(bare.light().lighting(), &full);
     let made = Look::new(Arc::clone(bare.light()), reflection, None, MapSizes::default());
     // The series over views stops at degree 20.
@@ -219,7 +220,7 @@ fn what_cannot_be_sampled_has_a_caption() {
     let behind = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(std::f64::consts::PI, 0.0)));
     assert!(behind.light.is_ok() && behind.lobe.is_ok());
     let empty = Scene { objects: Vec::new(), ..scene(&look) };
-    let codes = Cpu::new().render(&empty, &shot(0.0, 0.0), &|| false).unwrap().codes;
+    let codes = Cpu::new().render(&empty, &shot(0.0, 0.0), Stop::NEVER).unwrap().codes;
     assert!(codes.iter().any(|code| code[0] > 100) && !codes.iter().any(is_point));
 }
 

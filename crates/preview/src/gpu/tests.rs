@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use brdf::{Choice, Lambert, Material, project};
 use envmap::{Environment, ToneMap};
-use sh::{Degree, Transform};
+use sh::{Degree, Stop, Transform};
 use shrm::Reflection;
 use sphere::{LatLong, Rotation};
 
@@ -29,7 +29,8 @@ fn light() -> Arc<Light> {
 fn look(light: &Arc<Light>, sizes: MapSizes) -> Arc<Look> {
     let grey = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
     let degree = Degree::new(3).unwrap();
-    let coefficients = project(&grey, Choice::Degree { f: degree, p: Degree::ZERO }).unwrap().coefficients;
+    let coefficients =
+        project(&grey, Choice::Degree { f: degree, p: Degree::ZERO }, Stop::NEVER).unwrap().coefficients;
     let transform = Transform::new(light.environment().grid(), degree).unwrap();
     let reflection = Reflection::convolve(&transform.analyse(light.environment().pixels()), &coefficients);
     Arc::new(Look::new(Arc::clone(light), reflection, Some(grey), sizes))
@@ -68,13 +69,13 @@ fn a_destroyed_device_is_an_error_of_every_call() {
     let scene = scene();
     let shot = shot(&scene, Mode::LocalShrm);
     let target = target(&gpu, shot.size);
-    assert!(gpu.render(&scene, &shot, &|| false).is_ok());
+    assert!(gpu.render(&scene, &shot, Stop::NEVER).is_ok());
     assert!(gpu.draw(&scene, &shot, &target).is_ok());
     gpu.resources.device.device.destroy();
     for _ in 0..2 {
         let of_the_device =
             |error: RenderError| matches!(error, RenderError::Device(message) if message.contains("lost"));
-        assert!(of_the_device(gpu.render(&scene, &shot, &|| false).unwrap_err()));
+        assert!(of_the_device(gpu.render(&scene, &shot, Stop::NEVER).unwrap_err()));
         assert!(of_the_device(gpu.draw(&scene, &shot, &target).unwrap_err()));
     }
 }
@@ -87,14 +88,14 @@ fn exceeded_limits_are_errors_before_anything_is_allocated() {
     let wide = limits.max_texture_dimension_2d + 1;
     let shot = Shot { size: [wide, 1], ..shot(&scene, Mode::Mirror) };
     let limit = u64::from(limits.max_texture_dimension_2d);
-    match gpu.render(&scene, &shot, &|| false).unwrap_err() {
+    match gpu.render(&scene, &shot, Stop::NEVER).unwrap_err() {
         RenderError::Limit { what, asked, limit: allowed } => {
             assert_eq!((asked, allowed), (limit + 1, limit), "{what}");
         }
         other => panic!("{other}"),
     }
     // The device still works.
-    assert!(gpu.render(&scene, &Shot { size: [8, 8], ..shot }, &|| false).is_ok());
+    assert!(gpu.render(&scene, &Shot { size: [8, 8], ..shot }, Stop::NEVER).is_ok());
 }
 
 /// A device with exactly the required limits is sufficient, and one with lower limits is not.
@@ -183,7 +184,7 @@ fn a_map_of_too_many_rows_exceeds_the_limits() {
     let light = light();
     let look = Arc::new(Look::from_map(Arc::clone(&light), map, None, MapSizes { edge: 2, slices: 2 }));
     let scene = Scene::of(Arc::new(::mesh::shape("plane").unwrap()), look);
-    let error = gpu.render(&scene, &shot(&scene, Mode::LocalShrm), &|| false).unwrap_err();
+    let error = gpu.render(&scene, &shot(&scene, Mode::LocalShrm), Stop::NEVER).unwrap_err();
     assert!(
         matches!(&error, RenderError::Limit { asked, limit, .. } if (*asked, *limit) == (layers, most)),
         "{error}"
@@ -204,13 +205,13 @@ fn empty_scenes_and_pictures_are_drawn() {
     {
         for mode in [Mode::LocalShrm, Mode::GlobalShrm, Mode::BruteForce] {
             let shot = shot(&scene, mode);
-            let picture = gpu.render(&scene, &shot, &|| false).unwrap();
+            let picture = gpu.render(&scene, &shot, Stop::NEVER).unwrap();
             assert!(picture.radiance.iter().all(|pixel| pixel[3] == 0.0 && pixel[0] > 0.0));
         }
     }
     for size in [[0, 0], [0, 7], [7, 0]] {
         let shot = Shot { size, ..shot(&full, Mode::Mirror) };
-        let picture = gpu.render(&full, &shot, &|| false).unwrap();
+        let picture = gpu.render(&full, &shot, Stop::NEVER).unwrap();
         assert!(picture.size == size && picture.codes.is_empty() && picture.radiance.is_empty());
         assert_eq!(gpu.draw(&full, &shot, &target(&gpu, [1, 1])).unwrap(), DrawProgress::default());
     }
@@ -227,7 +228,7 @@ fn unused_resources_are_dropped() {
     let mut both = first.clone();
     both.objects.extend(scene().objects);
     let render =
-        |gpu: &mut Gpu, scene: &Scene| gpu.render(scene, &shot(scene, Mode::LocalShrm), &|| false).unwrap();
+        |gpu: &mut Gpu, scene: &Scene| gpu.render(scene, &shot(scene, Mode::LocalShrm), Stop::NEVER).unwrap();
     render(&mut gpu, &both);
     assert_eq!(counts(&gpu), [2, 2, 2]);
     let again = render(&mut gpu, &first);
@@ -246,7 +247,7 @@ fn a_picture_is_cancelled() {
     let calls = std::sync::atomic::AtomicU32::new(0);
     let stop = || calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 2;
     let shot = Shot { light_samples: u32::MAX, ..shot(&scene, Mode::BruteForce) };
-    assert_eq!(gpu.render(&scene, &shot, &stop), Err(RenderError::Cancelled));
+    assert_eq!(gpu.render(&scene, &shot, Stop::when(&stop)), Err(RenderError::Cancelled));
 }
 
 /// A picture refined over several calls equals one drawn at once.
@@ -271,7 +272,7 @@ fn brute_force_accumulates_while_the_view_stays() {
         assert!(start.elapsed().as_secs() < 300, "it never ends: {drawn:?}");
     }
     assert_eq!(last.light_samples, shot.light_samples);
-    let whole = gpu.render(&scene, &shot, &|| false).unwrap();
+    let whole = gpu.render(&scene, &shot, Stop::NEVER).unwrap();
     let (found, expected) = (last.relative_rms.unwrap(), whole.relative_rms.unwrap());
     // Partial sums of other lengths: rounding of f32.
     assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
@@ -307,7 +308,7 @@ fn a_diagram_is_presented_as_the_cpu_draws_it() {
         let readback = Readback::start(&device, &gpu.canvas.as_ref().unwrap().codes).unwrap();
         device.wait().unwrap();
         let found = readback.take::<[u8; 4]>(&device).unwrap();
-        let expected = crate::Cpu::new().render(&scene, &shot, &|| false).unwrap().codes;
+        let expected = crate::Cpu::new().render(&scene, &shot, Stop::NEVER).unwrap().codes;
         for (place, ([red, green, blue, alpha], expected)) in found.into_iter().zip(expected).enumerate() {
             if columns.contains(&(place % 60)) {
                 assert_eq!(([red, green, blue], alpha), (expected, 255), "{show:?} {place}");
@@ -389,14 +390,14 @@ fn every_shader_has_its_twin() {
 fn only_what_moved_is_shaded_again() {
     let Some(mut gpu) = gpu("only_what_moved_is_shaded_again") else { return };
     let grey = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
-    let (table, _) = brdf::tabulate(&grey, Degree::new(3).unwrap(), 16).unwrap();
+    let (table, _) = brdf::tabulate(&grey, Degree::new(3).unwrap(), 16, Stop::NEVER).unwrap();
     let look = Look::without_maps(light(), grey, MapSizes { edge: 8, slices: 4 });
     let mesh = Arc::new(::mesh::shape("torus-knot").unwrap());
     let scene = Scene::of(mesh, Arc::new(look.with_table(Some(Arc::new(table)))));
     let mut shot = shot(&scene, Mode::Table);
     let mut expect = |shot: &Shot, both_new, light_kept, view_kept| {
-        let found = gpu.render(&scene, shot, &|| false).unwrap();
-        let expected = crate::Cpu::new().render(&scene, shot, &|| false).unwrap();
+        let found = gpu.render(&scene, shot, Stop::NEVER).unwrap();
+        let expected = crate::Cpu::new().render(&scene, shot, Stop::NEVER).unwrap();
         let error = found.difference(&expected, 1.0, shot).relative_rms.unwrap();
         assert!(error < crate::SAME_PICTURE.relative_rms, "{error}");
         assert_eq!(gpu.vertex_passes(), VertexPasses { both_new, light_kept, view_kept });

@@ -50,13 +50,14 @@ mod tests {
     use super::*;
     use crate::shading::testkit::{apart, reflection, surfaces};
     use brdf::{Choice, Lambert, Material, project};
-    use sh::Degree;
+    use sh::{Degree, Stop};
     use shrm::Reflection;
 
     #[test]
     fn it_matches_a_lambert_reflection_of_degree_2() {
         let white = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
-        let brdf = project(&white, Choice::Degree { f: Degree::new(2).unwrap(), p: Degree::ZERO });
+        let brdf =
+            project(&white, Choice::Degree { f: Degree::new(2).unwrap(), p: Degree::ZERO }, Stop::NEVER);
         let lighting = reflection(brdf::Centre::Normal, 6, 0).lighting().clone();
         let field = Reflection::convolve(&lighting, &brdf.unwrap().coefficients).radial().unwrap();
         let light = Irradiance::new(&lighting);

@@ -1,6 +1,7 @@
 //! Directions, surfaces and maps for the tests of shading, including the difficult cases.
 
 use glam::Vec3;
+use sh::Stop;
 use sphere::{DVec3, Direction};
 
 use super::surface::Surface;
@@ -97,5 +98,5 @@ pub(crate) fn lights() -> Vec<sh::Light> {
 /// A map of [`reflection`] on a cube.
 pub(crate) fn map(centre: brdf::Centre, edge: usize, p: usize, view: shrm::View) -> shrm::Shrm {
     let grid = shrm::MapGrid::Cube(sphere::Cube { edge });
-    reflection(centre, 8, p).synthesise(grid, view).unwrap()
+    reflection(centre, 8, p).synthesise(grid, view, Stop::NEVER).unwrap()
 }

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Scene, Shot, Tolerance};
+use sh::Stop;
 
 /// Both renderers, and the results so far.
 pub(crate) struct Compared {
@@ -40,7 +41,7 @@ impl Compared {
 
     /// The picture of each renderer.
     pub(crate) fn both(&mut self, scene: &Scene, shot: &Shot) -> [Result<Picture, RenderError>; 2] {
-        [self.cpu.render(scene, shot, &|| false), self.gpu.render(scene, shot, &|| false)]
+        [self.cpu.render(scene, shot, Stop::NEVER), self.gpu.render(scene, shot, Stop::NEVER)]
     }
 
     /// Compares the pictures of a scene. [`Compared::finish`] reports the largest differences of each kind.

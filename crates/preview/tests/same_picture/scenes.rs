@@ -9,7 +9,7 @@ use brdf::{
 use envmap::Environment;
 use mesh::Mesh;
 use preview::{Light, Look, MapSizes};
-use sh::{Degree, Expansion, Lighting, Transform};
+use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
 use transfer::{Directions, Frames, Occluders, Transfer, precompute};
@@ -32,7 +32,7 @@ pub(crate) fn looks() -> &'static [Named] {
         let materials = materials();
         let degrees = Choice::Degree { f: degree(F), p: degree(P) };
         let pairs = materials.into_iter().map(|(name, material)| {
-            let coefficients = project(&material, degrees).unwrap().coefficients;
+            let coefficients = project(&material, degrees, Stop::NEVER).unwrap().coefficients;
             (name, material, coefficients)
         });
         let pairs: Vec<_> = pairs.collect();
@@ -59,7 +59,7 @@ pub(crate) fn tabulated() -> &'static [Named] {
         let brushed = Material::Ward(Ward::new([0.2, 0.5], [0.9, 0.7, 0.4]).unwrap());
         let hair = Material::KajiyaKay(KajiyaKay::new(24.0, [0.9, 0.6, 0.3]).unwrap());
         let materials = [("brushed", brushed), ("hair", hair)].map(|(name, material)| {
-            let (table, _) = tabulate(&material, degree(4), 32).unwrap();
+            let (table, _) = tabulate(&material, degree(4), 32, Stop::NEVER).unwrap();
             (name, material, Arc::new(table))
         });
         let mut looks = Vec::new();
@@ -87,7 +87,7 @@ pub(crate) fn tabulated() -> &'static [Named] {
 pub(crate) fn transfer(mesh: &Mesh) -> Arc<Vec<Transfer>> {
     let directions = Directions::new(128, degree(6)).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)));
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)), Stop::NEVER);
     Arc::new(vec![made.unwrap().0])
 }
 
@@ -101,12 +101,12 @@ pub(crate) fn without_material() -> Arc<Look> {
 /// The looks of materials in the room, with its lamps beside the lighting.
 fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
     let [_, (_, room), _] = environments();
-    let separated = room.separate_lamps();
+    let separated = room.separate_lamps(Stop::NEVER).unwrap();
     let lighting = Lighting { series: analysed(&separated.soft), lights: separated.lights };
     assert!(lighting.lights.len() > 1, "{:?}", lighting.lights);
     let light = Arc::new(Light::new(room, Some(lighting.whole())));
     let look = |(name, material, coefficients): &(&str, Material, BrdfCoefficients)| {
-        let (reflection, _) = Reflection::for_light(&lighting, coefficients, material);
+        let (reflection, _) = Reflection::for_light(&lighting, coefficients, material, Stop::NEVER).unwrap();
         let look = Look::new(Arc::clone(&light), reflection, Some(material.clone()), SIZES);
         (format!("lamps {name}"), Arc::new(look))
     };
@@ -116,7 +116,7 @@ fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
 /// The look of a material under an environment, both read from files.
 pub(crate) fn look(environment: Environment, material: Material, f: usize, p: usize) -> Arc<Look> {
     let choice = Choice::Degree { f: degree(f), p: degree(p) };
-    let coefficients = project(&material, choice).unwrap().coefficients;
+    let coefficients = project(&material, choice, Stop::NEVER).unwrap().coefficients;
     let transform = Transform::new(environment.grid(), degree(f)).unwrap();
     let lighting = transform.analyse(environment.pixels());
     let reflection = Reflection::convolve(&lighting, &coefficients);

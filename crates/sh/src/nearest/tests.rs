@@ -4,6 +4,10 @@ use crate::testkit::Noise;
 use crate::{Degree, minimum, non_negative, zonal_into};
 use sphere::{Direction, LatLong};
 
+fn nearest_to(f: &Expansion, mean: Mean) -> Result<Nearest, NearestError> {
+    nearest_non_negative(f, mean, Stop::NEVER)
+}
+
 /// max(axis . w, 0)^exponent cut at a degree, about an axis that no grid favours.
 fn phong(exponent: i32, degree: usize) -> Expansion {
     let (theta, weights) = gauss_legendre(400);
@@ -52,7 +56,7 @@ fn lobes_change_far_less_than_by_an_offset_or_a_window() {
         [(10, 7, 0.0303, 0.11, 0.84), (20, 12, 0.0107, 0.018, 0.91), (64, 12, 0.211, 0.66, 0.97)]
     {
         let f = phong(exponent, degree);
-        let found = nearest_non_negative(&f, Mean::Free).unwrap();
+        let found = nearest_to(&f, Mean::Free).unwrap();
         let name = format!("Phong {exponent}, degree {degree}");
         assert!((found.change / nearest - 1.0).abs() < 0.01, "{name}: {}", found.change);
         let [below, size] = [-found.before.value / y_00(), norm(&f, found.before.channel)];
@@ -73,14 +77,14 @@ fn no_other_non_negative_function_is_nearer() {
         let zero = Expansion::zero(Degree::new(degree).unwrap());
         for seed in 0..4 {
             let f = noise(degree, seed);
-            let found = nearest_non_negative(&f, Mean::Free).unwrap();
+            let found = nearest_to(&f, Mean::Free).unwrap();
             let g = &found.expansion;
             let size = product(&f, &zero, &f, &zero);
             assert!(found.lifted <= 1e-6 && found.after.value >= 0.0, "{found:?}");
             let along = product(&f, g, g, &zero);
             assert!(along.abs() < 1e-5 * size, "{degree} {seed}: {along:e}");
             for other in 10..20 {
-                let h = nearest_non_negative(&noise(degree, other), Mean::Free).unwrap().expansion;
+                let h = nearest_to(&noise(degree, other), Mean::Free).unwrap().expansion;
                 let toward = product(&f, g, &h, g);
                 assert!(toward < 1e-5 * size, "{degree} {seed}, toward {other}: {toward:e}");
             }
@@ -103,7 +107,7 @@ fn another_method_on_many_directions_is_hardly_nearer() {
         })
         .collect();
     let f = noise(4, 7);
-    let found = nearest_non_negative(&f, Mean::Free).unwrap();
+    let found = nearest_to(&f, Mean::Free).unwrap();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut reached = f.clone();
     for channel in 0..3 {
@@ -129,7 +133,7 @@ fn another_method_on_many_directions_is_hardly_nearer() {
 fn the_mean_can_be_kept() {
     for (exponent, degree) in [(10, 7), (20, 12)] {
         let f = phong(exponent, degree);
-        let [free, kept] = [Mean::Free, Mean::Kept].map(|mean| nearest_non_negative(&f, mean).unwrap());
+        let [free, kept] = [Mean::Free, Mean::Kept].map(|mean| nearest_to(&f, mean).unwrap());
         assert_eq!(kept.expansion.get(0, 0), f.get(0, 0));
         assert!(free.expansion.get(0, 0)[0] > f.get(0, 0)[0], "a free mean rises");
         assert!(kept.after.value >= 0.0 && kept.lifted <= 1e-6, "{kept:?}");
@@ -137,7 +141,7 @@ fn the_mean_can_be_kept() {
         let windowed = distance(&non_negative(&f).unwrap().expansion, &f);
         assert!(free.change < kept.change && distance(&kept.expansion, &f) < 0.1 * windowed);
     }
-    let found = nearest_non_negative(&noise_with_mean(6), Mean::Kept).unwrap();
+    let found = nearest_to(&noise_with_mean(6), Mean::Kept).unwrap();
     assert!(found.after.value >= 0.0, "{found:?}");
 }
 
@@ -150,10 +154,10 @@ fn noise_with_mean(degree: usize) -> Expansion {
 #[test]
 fn a_function_that_is_not_negative_is_left_alone() {
     let mut f = Expansion::zero(Degree::new(3).unwrap());
-    assert_eq!(nearest_non_negative(&f, Mean::Kept).unwrap().expansion, f, "black");
+    assert_eq!(nearest_to(&f, Mean::Kept).unwrap().expansion, f, "black");
     f.coefficients_mut()[0] = [1.0; 3];
     f.coefficients_mut()[5] = [0.2; 3];
-    let found = nearest_non_negative(&f, Mean::Free).unwrap();
+    let found = nearest_to(&f, Mean::Free).unwrap();
     assert_eq!((found.change, &found.expansion), (0.0, &f));
 }
 
@@ -162,7 +166,7 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
     let f = noise(6, 1);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| nearest_non_negative(&f, Mean::Free).unwrap())
+        pool.install(|| nearest_to(&f, Mean::Free).unwrap())
     };
     assert_eq!(with(1), with(3));
 }
@@ -171,7 +175,7 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
 fn functions_without_a_useful_neighbour_are_errors() {
     let mut f = noise(2, 1);
     f.coefficients_mut()[5][1] = f64::NAN;
-    let error = nearest_non_negative(&f, Mean::Free).unwrap_err();
+    let error = nearest_to(&f, Mean::Free).unwrap_err();
     assert!(matches!(error, NearestError::NotFinite { l: 2, m: -1, channel: 1 }), "{error}");
     // Nothing is positive; and what is positive is too little for any function of this degree.
     for bump in [0.0, 0.85] {
@@ -181,12 +185,12 @@ fn functions_without_a_useful_neighbour_are_errors() {
         f.coefficients_mut()[0] = [-1.0 / (2.0 * y_00()); 3];
         let largest = f.evaluate(Direction::X)[0];
         assert_eq!(largest > 0.0, bump > 0.0, "{largest}");
-        assert_eq!(nearest_non_negative(&f, Mean::Free), Err(NearestError::NoMass { channel: 0 }));
+        assert_eq!(nearest_to(&f, Mean::Free), Err(NearestError::NoMass { channel: 0 }));
     }
     let mut f = phong(10, 7);
     f.coefficients_mut()[0] = [-0.1, 0.1, 0.0];
-    assert!(nearest_non_negative(&f, Mean::Free).is_ok(), "its positive part has mass");
-    let error = nearest_non_negative(&f, Mean::Kept).unwrap_err();
+    assert!(nearest_to(&f, Mean::Free).is_ok(), "its positive part has mass");
+    let error = nearest_to(&f, Mean::Kept).unwrap_err();
     assert!(matches!(error, NearestError::NoPositiveMean { channel: 0, .. }), "{error}");
-    assert_eq!(nearest_non_negative_unless(&f, Mean::Free, &|| true), Err(NearestError::Stopped));
+    assert_eq!(nearest_non_negative(&f, Mean::Free, Stop::when(&|| true)), Err(Stopped.into()));
 }

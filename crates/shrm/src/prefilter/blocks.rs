@@ -16,6 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 use envmap::Environment;
 use rayon::prelude::*;
+use sh::{Stop, Stopped};
 use sphere::{Cube, DVec3, Direction, Face, LatLong};
 
 use super::{Distribution, PrefilterKernel};
@@ -260,23 +261,28 @@ impl<'a> LightBlocks<'a> {
         sum / (parts * parts) as f64
     }
 
-    /// The prefilter at the centres of a cube's texels: six faces in file order, rows from the top. Ends
-    /// early once `stop` says so, and then leaves rows black.
-    pub fn prefilter_unless(
+    /// The prefilter at the centres of a cube's texels: six faces in file order, rows from the top. `stop` is
+    /// asked for each row.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn prefilter(
         &self,
         kernel: &PrefilterKernel,
         cube: Cube,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Vec<[f32; 3]> {
+        stop: Stop<'_>,
+    ) -> Result<Vec<[f32; 3]>, Stopped> {
         let edge = cube.edge;
         let mut out = vec![[0.0; 3]; cube.len()];
-        out.par_chunks_mut(edge.max(1)).enumerate().filter(|_| !stop()).for_each(|(row, texels)| {
+        out.par_chunks_mut(edge.max(1)).enumerate().try_for_each(|(row, texels)| {
+            stop.check()?;
             for (column, texel) in texels.iter_mut().enumerate() {
                 let direction = cube.direction(Face::ALL[row / edge], row % edge, column);
                 *texel = self.prefilter_at(kernel, direction, Self::SHARE).map(|value| value as f32);
             }
-        });
-        out
+            Ok(())
+        })?;
+        Ok(out)
     }
 }
 
@@ -360,8 +366,8 @@ mod tests {
     fn a_constant_sky_stays_constant() {
         let environment = sky(33, |_| [0.25, 1.0, 7.0]);
         let kernel = PrefilterKernel::new(Distribution::Ggx, 0.05).unwrap();
-        let texels = LightBlocks::new(&environment).prefilter_unless(&kernel, Cube { edge: 8 }, &|| false);
-        for texel in texels {
+        let texels = LightBlocks::new(&environment).prefilter(&kernel, Cube { edge: 8 }, Stop::NEVER);
+        for texel in texels.unwrap() {
             let expected: [f32; 3] = [0.25, 1.0, 7.0];
             (0..3).for_each(|c| assert!((texel[c] / expected[c] - 1.0).abs() < 1e-5, "{texel:?}"));
         }

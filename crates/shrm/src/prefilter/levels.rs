@@ -2,7 +2,7 @@
 
 use envmap::{CubeMap, Environment};
 use rayon::prelude::*;
-use sh::{Degree, Expansion, Lighting, Transform, TransformError, energy_per_degree};
+use sh::{Degree, Expansion, Lighting, Stop, Stopped, Transform, TransformError, energy_per_degree};
 use sphere::{Cube, LatLong, spiral};
 
 use super::{
@@ -98,8 +98,8 @@ pub enum PrefilterError {
     #[error(transparent)]
     Transform(#[from] TransformError),
     /// The levels were stopped, because the caller did not want them any more.
-    #[error("the prefilter was stopped")]
-    Stopped,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// A prefiltered cube for each roughness, and the light's series.
@@ -107,7 +107,7 @@ pub enum PrefilterError {
 /// `levels[l]` has max(1, resolution >> l) texels along the edge of a face. A roughness of 0 is the
 /// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps
 /// included, otherwise of the environment. It has the degree that the levels need and at least 74, the
-/// cosine's, if the light holds that.
+/// cosine's, if the light holds that. `stop` is asked for each level, and more often by quadrature.
 ///
 /// # Errors
 /// [`PrefilterError`]
@@ -118,22 +118,7 @@ pub fn prefilter(
     roughness: &[f64],
     resolution: usize,
     choice: MethodChoice,
-) -> Result<Prefiltered, PrefilterError> {
-    prefilter_unless(environment, lighting, distribution, roughness, resolution, choice, &|| false)
-}
-
-/// [`prefilter`], which ends early once `stop` says so.
-///
-/// # Errors
-/// The errors of [`prefilter`], and [`PrefilterError::Stopped`] if it was stopped.
-pub fn prefilter_unless(
-    environment: &Environment,
-    lighting: Option<&Lighting>,
-    distribution: Distribution,
-    roughness: &[f64],
-    resolution: usize,
-    choice: MethodChoice,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Prefiltered, PrefilterError> {
     let kernels = roughness
         .iter()
@@ -176,9 +161,7 @@ pub fn prefilter_unless(
         Light { environment, energy: energy_per_degree(&series), series, blocks: None, chain: None, stop };
     let mut levels: Vec<PrefilteredLevel> = Vec::with_capacity(roughness.len());
     for (l, method) in methods.into_iter().enumerate() {
-        if stop() {
-            return Err(PrefilterError::Stopped);
-        }
+        stop.check()?;
         let cube = Cube { edge: (resolution >> l.min(31)).max(1) };
         if let (LevelMethod::Fast { .. }, None, Some(edge)) = (method, &light.chain, chain_edge) {
             let is_mirror = |level: &&PrefilteredLevel| {
@@ -191,9 +174,6 @@ pub fn prefilter_unless(
             });
         }
         levels.push(light.level(roughness[l], kernels[l].as_ref(), method, cube)?);
-    }
-    if stop() {
-        return Err(PrefilterError::Stopped);
     }
     Ok(Prefiltered { distribution, levels, series: light.series })
 }
@@ -231,7 +211,7 @@ struct Light<'a> {
     blocks: Option<LightBlocks<'a>>,
     /// The chain of levels that are made by one: built before the first of them.
     chain: Option<FastChain>,
-    stop: &'a (dyn Fn() -> bool + Sync),
+    stop: Stop<'a>,
 }
 
 impl Light<'_> {
@@ -260,7 +240,7 @@ impl Light<'_> {
             }
             _ => {
                 let blocks = self.blocks.get_or_insert_with(blocks);
-                let texels = blocks.prefilter_unless(kernel, cube, self.stop);
+                let texels = blocks.prefilter(kernel, cube, self.stop)?;
                 (texels, quadrature_error(blocks, kernel), LevelMethod::Quadrature)
             }
         };

@@ -90,7 +90,7 @@ impl<'a> Sampled<'a> {
     /// let grid = LatLong::with_rows(8);
     /// let sky = envmap::Environment::new(grid, vec![[0.25, 0.5, 1.0]; grid.len()]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
-    /// let coefficients = project(&white, Choice::Full)?.coefficients;
+    /// let coefficients = project(&white, Choice::Full, sh::Stop::NEVER)?.coefficients;
     /// let sampled = Sampled::new(&sky, &white, &coefficients, 256, 0);
     /// let estimate = sampled.radiance(0, Direction::Z, Direction::Z);
     /// assert!((estimate.radiance[1] - 0.5).abs() < 4.0 * estimate.standard_error[1]);
@@ -319,6 +319,7 @@ fn mixed(state: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Phong, Ward, project};
+    use sh::Stop;
     use sphere::{Cube, LatLong, spiral};
 
     use super::*;
@@ -360,7 +361,7 @@ mod tests {
     }
 
     fn coefficients(material: &Material) -> BrdfCoefficients {
-        project(material, Choice::Full).unwrap().coefficients
+        project(material, Choice::Full, Stop::NEVER).unwrap().coefficients
     }
 
     /// Picks a texel's central direction and a view of it.

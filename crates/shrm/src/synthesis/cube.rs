@@ -20,7 +20,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sh::f64x4::LANES;
-use sh::{Expansion, rotate};
+use sh::{Expansion, Stopped, rotate};
 use sphere::{Cube, DVec3, Face, Rotation};
 
 use super::parity_split_fourier::mirror;
@@ -30,7 +30,7 @@ use super::spin::Rows;
 use crate::Terms;
 
 /// The values of all texels, [texels, rows].
-pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Vec<[f32; 3]> {
+pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Result<Vec<[f32; 3]>, Stopped> {
     let edge = cube.edge;
     let half = edge.div_ceil(2);
     let block = half.div_ceil(16).max(4);
@@ -50,14 +50,14 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Vec<[f32; 3]> 
     }
     // One pair after the other: its series take more memory than its faces.
     for faces in &PAIRS {
-        if (plan.stop)() {
-            break;
-        }
-        let pair = Pair::new(plan, faces, cube);
-        let tasks = blocks.par_iter_mut().with_max_len(1);
-        tasks.filter(|_| !(plan.stop)()).for_each(|block| plan.level.run(Columns { block, pair: &pair }));
+        let pair = Pair::new(plan, faces, cube)?;
+        blocks.par_iter_mut().with_max_len(1).try_for_each(|block| {
+            plan.stop.check()?;
+            plan.level.run(Columns { block, pair: &pair });
+            Ok(())
+        })?;
     }
-    values
+    Ok(values)
 }
 
 /// Two opposite faces, and how the lighting is rotated so that they lie at beta = 0 and pi.
@@ -94,7 +94,8 @@ struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn new(plan: &SynthesisPlan<'_>, faces: &'a Faces, cube: Cube) -> Self {
+    fn new(plan: &SynthesisPlan<'_>, faces: &'a Faces, cube: Cube) -> Result<Self, Stopped> {
+        plan.stop.check()?;
         let lighting: Expansion = rotate(plan.reflection.lighting(), (faces.turn)());
         let count = plan.f + 1;
         let half = count.div_ceil(2);
@@ -103,12 +104,14 @@ impl<'a> Pair<'a> {
         let mut south = vec![0.0; half * plan.series()];
         let chunk = LANES * plan.series();
         let chunks = north.par_chunks_mut(chunk).zip(south.par_chunks_mut(chunk));
-        chunks.enumerate().filter(|_| !(plan.stop)()).for_each(|(task, (north, south))| {
+        chunks.enumerate().try_for_each(|(task, (north, south))| {
+            plan.stop.check()?;
             let rows = north.len() / plan.series();
             let alphas: Vec<f64> =
                 (0..rows).map(|row| PI * ((task * LANES + row) as f64 + 0.5) / count as f64).collect();
             plan.level.run(Rows { plan, lighting: &lighting, alphas: &alphas, north, south });
-        });
+            Ok(())
+        })?;
         // t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
         // sin(k alpha).
         let width = count * plan.padded;
@@ -120,10 +123,12 @@ impl<'a> Pair<'a> {
             odd_orders[plan.fourier.sine(m)] = true;
         }
         let orders = terms.par_chunks_mut(width).zip(odd_orders).enumerate();
-        orders.filter(|_| !(plan.stop)()).for_each(|(place, (terms, odd))| {
+        orders.try_for_each(|(place, (terms, odd))| {
+            plan.stop.check()?;
             let rows = [&*north, &*south];
             plan.level.run(Colatitude { plan, waves: &waves, rows, place, odd, terms });
-        });
+            Ok(())
+        })?;
         let columns = cube.edge.div_ceil(2);
         let mut betas = vec![0.0; columns * plan.fourier.len()];
         for (column, beta) in betas.chunks_exact_mut(plan.fourier.len()).enumerate() {
@@ -132,11 +137,13 @@ impl<'a> Pair<'a> {
         }
         let mut across = vec![0.0; count * columns * 4 * plan.padded];
         let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
-        of_k.filter(|_| !(plan.stop)()).for_each(|(k, across)| {
+        of_k.try_for_each(|(k, across)| {
+            plan.stop.check()?;
             let terms = &terms[k * plan.padded..];
             plan.level.run(Across { plan, betas: &betas, terms, width, across });
-        });
-        Self { faces, across }
+            Ok(())
+        })?;
+        Ok(Self { faces, across })
     }
 }
 

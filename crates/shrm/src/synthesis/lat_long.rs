@@ -4,6 +4,7 @@
 
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::Stopped;
 use sh::f64x4::LANES;
 use sphere::LatLong;
 
@@ -12,7 +13,7 @@ use super::plan::SynthesisPlan;
 use super::spin::Rows;
 
 /// The values of all texels, [texels, rows].
-pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3]> {
+pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Result<Vec<[f32; 3]>, Stopped> {
     let count = if grid.width.is_multiple_of(2) { grid.width.div_ceil(4) } else { grid.width.div_ceil(2) };
     let mut angles = vec![0.0; count * plan.fourier.len()];
     for (column, angle) in angles.chunks_exact_mut(plan.fourier.len()).enumerate() {
@@ -25,10 +26,8 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3
     let norths: Vec<_> = north.chunks_mut(LANES * line).collect();
     let mut souths: Vec<_> = south.rchunks_mut(LANES * line).collect();
     souths.resize_with(norths.len(), Default::default);
-    norths.into_par_iter().zip(souths).enumerate().for_each(|(task, (north, south))| {
-        if (plan.stop)() {
-            return;
-        }
+    norths.into_par_iter().zip(souths).enumerate().try_for_each(|(task, (north, south))| {
+        plan.stop.check()?;
         let alphas: Vec<f64> = (0..north.len() / line).map(|row| grid.theta(task * LANES + row)).collect();
         let mut series = vec![0.0; 2 * alphas.len() * plan.series()];
         let (above, below) = series.split_at_mut(alphas.len() * plan.series());
@@ -45,8 +44,9 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3
         for (values, series) in south.rchunks_exact_mut(line).zip(below.chunks_exact(plan.series())) {
             plan.level.run(Line { plan, grid, angles: &angles, series, values });
         }
-    });
-    values
+        Ok(())
+    })?;
+    Ok(values)
 }
 
 /// One row of a map from its series.

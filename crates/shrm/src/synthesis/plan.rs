@@ -1,5 +1,6 @@
 //! What all tasks of one synthesis share.
 
+use sh::Stop;
 use sh::f64x4::{LANES, SimdLevel};
 use sh::wigner::Recurrence;
 
@@ -22,12 +23,12 @@ pub(super) struct SynthesisPlan<'a> {
     pub(super) odd: Vec<bool>,
     /// rho_lpq by q, p, channel, the parity of l, and l / 2.
     rho: Vec<f64>,
-    /// Whether nobody wants the map any more: then tasks do nothing.
-    pub(super) stop: &'a (dyn Fn() -> bool + Sync),
+    /// Asked by every task.
+    pub(super) stop: Stop<'a>,
 }
 
 impl<'a> SynthesisPlan<'a> {
-    pub(super) fn new(reflection: &'a Reflection, terms: Terms, stop: &'a (dyn Fn() -> bool + Sync)) -> Self {
+    pub(super) fn new(reflection: &'a Reflection, terms: Terms, stop: Stop<'a>) -> Self {
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
         let mut odd = Vec::new();
         for p in 0..=p {

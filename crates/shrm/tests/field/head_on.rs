@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use brdf::{Choice, Material, Standard, StandardParameters, project};
-use sh::{Degree, Expansion, Lighting};
+use sh::{Degree, Expansion, Lighting, Stop};
 use shrm::{Plain, Reflection};
 use sphere::Direction;
 
@@ -25,13 +25,14 @@ fn the_maps_of_both_parts_head_on_add_up_to_the_whole() {
     for roughness in [0.1, 0.3, 0.6] {
         let plastic = Standard::new(StandardParameters { roughness, ..Default::default() });
         let plastic = Material::Standard(plastic.unwrap());
-        let projected = |material: &Material| project(material, Choice::Full).unwrap().coefficients;
+        let projected =
+            |material: &Material| project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let parts = plastic.split().unwrap();
         let brdfs = parts.each_ref().map(projected);
         let [diffuse, specular] = [0, 1].map(|k| (&brdfs[k], &parts[k]));
-        let found = Reflection::parts_for_light_unless(&sky(), [diffuse, specular], &|| false);
+        let found = Reflection::parts_for_light(&sky(), [diffuse, specular], Stop::NEVER);
         let (fields, cut) = found.unwrap();
-        let (whole, _) = Reflection::for_light(&sky(), &projected(&plastic), &plastic);
+        let (whole, _) = Reflection::for_light(&sky(), &projected(&plastic), &plastic, Stop::NEVER).unwrap();
         let sum: f64 = fields.iter().map(|field| constant(&field.plain(Plain::HeadOn))).sum();
         let whole = constant(&whole.plain(Plain::HeadOn));
         assert!((sum - whole).abs() < 2e-3 && (whole - 1.0).abs() < 5e-3, "{roughness}: {sum} {whole}");

@@ -1,5 +1,6 @@
 //! Maps against the coefficients at each texel's own central direction.
 
+use sh::Stop;
 use shrm::{MapGrid, Reflection, Shrm, SynthesisError, Terms, View, frame, into_frame};
 use sphere::{Cube, Direction, LatLong};
 
@@ -47,7 +48,7 @@ fn every_texel_has_the_coefficients_of_its_own_direction() {
     {
         let reflection = reflection(f, p, true);
         for grid in GRIDS {
-            let map = reflection.synthesise(grid, View::Local).unwrap();
+            let map = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
             let error = error(&reflection, &map);
             assert!(error < 1e-7, "F {f}, P {p}, {grid:?}: {error:e}");
         }
@@ -59,11 +60,11 @@ fn a_material_without_azimuth_keeps_zonal_terms() {
     for (f, p) in [(0, 2), (5, 3), (12, 8)] {
         let reflection = reflection(f, p, false);
         for grid in GRIDS {
-            let map = reflection.synthesise(grid, View::Local).unwrap();
+            let map = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
             assert_eq!((map.terms(), map.rows()), (Terms::Zonal, p + 1));
             let error = error(&reflection, &map);
             assert!(error < 1e-7, "F {f}, P {p}, {grid:?}: {error:e}");
-            let global = reflection.synthesise(grid, View::Global).unwrap();
+            let global = reflection.synthesise(grid, View::Global, Stop::NEVER).unwrap();
             assert_eq!((global.terms(), global.rows()), (Terms::All, (p + 1) * (p + 1)));
         }
     }
@@ -75,8 +76,8 @@ fn global_coefficients_give_the_same_radiance() {
     for (f, p) in [(3, 0), (6, 1), (9, 4), (12, 8)] {
         let reflection = reflection(f, p, true);
         for grid in [GRIDS[1], GRIDS[6]] {
-            let local = reflection.synthesise(grid, View::Local).unwrap();
-            let global = reflection.synthesise(grid, View::Global).unwrap();
+            let local = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
+            let global = reflection.synthesise(grid, View::Global, Stop::NEVER).unwrap();
             assert_eq!(global, local.to_global());
             assert_eq!(global.to_global(), global);
             let (mut a, mut b) = (local.lookup(), global.lookup());
@@ -100,7 +101,7 @@ fn a_view_map_holds_the_radiance_of_every_texel() {
     let view = Direction::from_angles(1.0, -0.6);
     for grid in [GRIDS[0], GRIDS[7]] {
         for space in [View::Local, View::Global] {
-            let map = reflection.synthesise(grid, space).unwrap().view_map(view);
+            let map = reflection.synthesise(grid, space, Stop::NEVER).unwrap().view_map(view);
             for (texel, value) in map.iter().enumerate() {
                 let expected = reflection.evaluate(grid.direction(texel), view);
                 for channel in 0..3 {
@@ -119,7 +120,7 @@ fn maps_are_the_same_with_any_number_of_threads() {
             let with = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
-                    let map = reflection.synthesise(grid, view).unwrap();
+                    let map = reflection.synthesise(grid, view, Stop::NEVER).unwrap();
                     (map.view_map(Direction::X), map)
                 })
             };
@@ -136,10 +137,11 @@ fn maps_that_cannot_be_are_errors() {
         MapGrid::LatLong(LatLong { width: 4, height: 0 }),
         MapGrid::LatLong(LatLong { width: 0, height: 4 }),
     ] {
-        assert_eq!(reflection.synthesise(grid, View::Local), Err(SynthesisError::Empty(grid)));
+        assert_eq!(reflection.synthesise(grid, View::Local, Stop::NEVER), Err(SynthesisError::Empty(grid)));
     }
     for edge in [1 << 20, usize::MAX] {
-        let error = reflection.synthesise(MapGrid::Cube(Cube { edge }), View::Local).unwrap_err();
+        let error =
+            reflection.synthesise(MapGrid::Cube(Cube { edge }), View::Local, Stop::NEVER).unwrap_err();
         assert!(matches!(error, SynthesisError::TooLarge { rows: 4, .. }), "{error}");
     }
 }
@@ -148,7 +150,7 @@ fn maps_that_cannot_be_are_errors() {
 fn frames_at_the_poles_have_beta_0() {
     assert_eq!(frame(Direction::Z).matrix(), sphere::DMat3::IDENTITY);
     let reflection = reflection(6, 2, true);
-    let map = reflection.synthesise(MapGrid::Cube(Cube { edge: 3 }), View::Local).unwrap();
+    let map = reflection.synthesise(MapGrid::Cube(Cube { edge: 3 }), View::Local, Stop::NEVER).unwrap();
     // The middle texel of the top face looks along +Z.
     let texel = 2 * 9 + 4;
     assert_eq!(map.grid().direction(texel), Direction::Z);

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use sh::Stop;
 use shrm::{MapGrid, MapLayout, Reflection, View};
 use sphere::{Cube, Direction, LatLong};
 
@@ -17,7 +18,7 @@ fn grid(layout: MapLayout, texels: usize) -> MapGrid {
 /// RMS difference of look-ups from evaluation, over RMS radiance, at even random directions and views.
 fn measured(reflection: &Reflection, grid: MapGrid, view: View) -> f64 {
     let mut noise = Noise::new(5);
-    let map = reflection.synthesise(grid, view).unwrap();
+    let map = reflection.synthesise(grid, view, Stop::NEVER).unwrap();
     let mut lookup = map.lookup();
     let mut random = || Direction::from_angles(noise.next().acos(), PI * noise.next());
     let (mut error, mut energy) = (0.0, 0.0);

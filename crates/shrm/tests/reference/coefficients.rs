@@ -3,7 +3,7 @@
 
 use brdf::{Choice, project};
 use serde_json::Value;
-use sh::Expansion;
+use sh::{Expansion, Stop};
 use shrm::Reflection;
 use test_data::reference;
 
@@ -18,7 +18,7 @@ fn errors(file: &Value, light: &Expansion, ps: &[usize]) -> Vec<f64> {
     let rows = file["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 24);
     let error = |&p: &usize| {
-        let brdf = project(&material, Choice::Degree { f: degree(F), p: degree(p) }).unwrap();
+        let brdf = project(&material, Choice::Degree { f: degree(F), p: degree(p) }, Stop::NEVER).unwrap();
         let reflection = Reflection::convolve(light, &brdf.coefficients);
         let (mut difference, mut size) = (0.0, 0.0);
         for row in rows {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre, Choice, Lambert, Material, Phong, project};
 use serde_json::Value;
-use sh::{Basis, Degree, Expansion};
+use sh::{Basis, Degree, Expansion, Stop};
 use shrm::{Reflection, ViewDependent};
 use sphere::Direction;
 use test_data::reference;
@@ -20,7 +20,7 @@ fn phong(exponent: f64, specular: [f64; 3]) -> Material {
 }
 
 fn coefficients(material: &Material, f: usize) -> BrdfCoefficients {
-    project(material, Choice::Degree { f: degree(f), p: Degree::ZERO }).unwrap().coefficients
+    project(material, Choice::Degree { f: degree(f), p: Degree::ZERO }, Stop::NEVER).unwrap().coefficients
 }
 
 #[test]

@@ -78,14 +78,16 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 use envmap::Environment;
 use serde_json::{Value, json};
 use sh::{Degree, Expansion, Transform};
-use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter_unless};
+use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
 use sphere::LatLong;
 
 use super::engine_files;
 use super::engine_files::{EngineFiles, names, report};
 use super::engine_readme::readme;
 use super::irradiance::windowed;
-use crate::values::{EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, artifacts, check_format};
+use crate::values::{
+    EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, UntilStopped, artifacts, check_format,
+};
 
 /// The stem of file names, before their endings.
 const STEM: &str = "environment";
@@ -209,11 +211,10 @@ fn prefiltered(
     context: &Context<'_>,
 ) -> Result<Prefiltered, Failure> {
     let roughness = preset.roughness(edge).map_err(Failure::new)?;
-    let stop = || context.check_cancelled().is_err();
-    let made =
-        prefilter_unless(environment, None, Distribution::Ggx, &roughness, edge, MethodChoice::Auto, &stop);
-    context.check_cancelled()?;
-    made.map_err(|error| Failure::new(error.to_string()))
+    context.until_stopped(|stop| {
+        prefilter(environment, None, Distribution::Ggx, &roughness, edge, MethodChoice::Auto, stop)
+            .map_err(|error| Failure::new(error.to_string()))
+    })
 }
 
 /// Whether a cube has the levels that an engine looks for.

@@ -31,13 +31,13 @@ use envmap::{CubeMap, Environment};
 use preview::drawing::{Align, Canvas, Rect, Style, Weight};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Transform};
-use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter_unless};
+use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter};
 use sphere::{Cube, DVec3, Direction, Face, LatLong, from_file, to_file};
 
 use super::engine_files;
 use super::engine_files::{EngineFiles, names, report};
 use super::engine_readme::readme;
-use crate::values::{EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, check_format};
+use crate::values::{EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, UntilStopped, check_format};
 
 const ORIENT: &str = "pattern-orient";
 const AXES: &str = "pattern-axes";
@@ -154,11 +154,11 @@ fn levels(
         }
         AXES => {
             let environment = axes()?;
-            let stop = || context.check_cancelled().is_err();
             let auto = MethodChoice::Auto;
-            let made = prefilter_unless(&environment, None, Distribution::Ggx, &roughness, edge, auto, &stop);
-            context.check_cancelled()?;
-            let made = made.map_err(|error| Failure::new(error.to_string()))?;
+            let made = context.until_stopped(|stop| {
+                let made = prefilter(&environment, None, Distribution::Ggx, &roughness, edge, auto, stop);
+                made.map_err(|error| Failure::new(error.to_string()))
+            })?;
             (Some(made.levels.into_iter().map(|level| level.map).collect()), made.series)
         }
         _ => {

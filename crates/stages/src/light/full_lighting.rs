@@ -1,16 +1,18 @@
 //! The lighting of an environment with more than enough degrees.
 
-use engine::Failure;
+use engine::{Context, Failure};
 use envmap::Environment;
 use sh::{Degree, Transform};
 use sphere::LatLong;
+
+use crate::values::UntilStopped;
 
 /// The highest degree of a series that `convolve` cuts later: see [`brdf::Choice::Full`].
 pub(crate) const MAX_UNCUT_DEGREE: usize = 255;
 
 /// The lighting as the default parameters make it: lamps beside a series of more than enough degrees.
-pub(crate) fn full(environment: &Environment) -> Result<sh::Lighting, Failure> {
-    let separated = environment.separate_lamps();
+pub(crate) fn full(environment: &Environment, context: &Context<'_>) -> Result<sh::Lighting, Failure> {
+    let separated = context.until_stopped(|stop| environment.separate_lamps(stop))?;
     let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
     let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
     Ok(sh::Lighting { series, lights: separated.lights })

@@ -209,7 +209,7 @@ use super::colour_space_name::ColourSpaceName;
 use super::panorama::{FillName, Shown};
 use super::six_faces;
 use super::six_faces::{FaceFiles, FaceName};
-use crate::values::{EnginePreset, STOPS, artifacts, turned_back};
+use crate::values::{EnginePreset, STOPS, UntilStopped, artifacts, turned_back};
 
 choice! {
     /// How the sphere lies on an image.
@@ -364,8 +364,7 @@ impl Kind for ImportEnvironment {
         };
         context.check_cancelled()?;
         if shown.turn != Rotation::IDENTITY {
-            environment = environment.rotated_unless(shown.turn, &|| context.check_cancelled().is_err());
-            context.check_cancelled()?;
+            environment = context.until_stopped(|stop| environment.rotated(shown.turn, stop))?;
         }
         let environment = environment.exposed(parameters.exposure).ok_or_else(|| {
             Failure::new(format!("exposure {} makes a value infinite", parameters.exposure))

@@ -36,7 +36,7 @@ pub(crate) fn difference(environment: &Environment, reflection: &Reflection) -> 
 #[cfg(test)]
 mod tests {
     use brdf::{BrdfCoefficients, Centre, Lambert, Material};
-    use sh::Expansion;
+    use sh::{Expansion, Stop};
     use shrm::Lamps;
     use sphere::{DVec3, LatLong, Rotation};
 
@@ -65,7 +65,7 @@ mod tests {
         assert_eq!(difference(&lit, &reflection(&sh::Window::Lanczos.apply(&lighting))), None);
         let turned = |degrees: f64| {
             let turn = Rotation::from_yaw_pitch_roll(degrees.to_radians(), 0.0, 0.0);
-            difference(&lit.rotated(turn), &reflection(&lighting))
+            difference(&lit.rotated(turn, Stop::NEVER).unwrap(), &reflection(&lighting))
         };
         assert_eq!(turned(1.0), None);
         assert!(turned(30.0).unwrap().contains("turned as the lighting was"));
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn lamps_beside_the_series_are_part_of_the_light() {
         let lit = environment(|w| if w.x > 0.98 { 300.0 } else { 0.1 });
-        let separated = lit.separate_lamps();
+        let separated = lit.separate_lamps(Stop::NEVER).unwrap();
         let degree = Degree::new(8).unwrap();
         let soft = Transform::new(lit.grid(), degree).unwrap().analyse(separated.soft.pixels());
         let material = Material::Lambert(Lambert::new([1.0; 3]).unwrap());

@@ -86,13 +86,13 @@
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
-    CellGrid, CellTransform, Degree, Expansion, Minimum, NearestError, Penalty, Tolerance, Transform,
-    degree_holding, energy_per_degree, image_energy, minimum, nearest_non_negative_unless, non_negative,
+    CellGrid, CellTransform, Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding,
+    energy_per_degree, image_energy, minimum, nearest_non_negative, non_negative,
 };
 use sphere::LatLong;
 
 use super::full_lighting::{MAX_UNCUT_DEGREE, highest_degree};
-use crate::values::{Lamps, NonNegative, SHARE, Window, artifacts, lamps_text, share};
+use crate::values::{Lamps, NonNegative, SHARE, UntilStopped, Window, artifacts, lamps_text, share};
 
 choice! {
     /// What a pixel is; see What a pixel is.
@@ -209,10 +209,7 @@ impl Kind for ProjectSh {
         let (environment, lights) = match parameters.lamps() {
             Lamps::Series => (&environment.0, Vec::new()),
             Lamps::Separate => {
-                let stop = || context.check_cancelled().is_err();
-                let Some(separated) = environment.0.separate_lamps_unless(&stop) else {
-                    return Err(Failure::cancelled());
-                };
+                let separated = context.until_stopped(|stop| environment.0.separate_lamps(stop))?;
                 soft = separated.soft;
                 (&soft, separated.lights)
             }
@@ -345,11 +342,7 @@ fn nearest(series: &Expansion, mean: sh::Mean, context: &Context<'_>) -> Result<
         ))
         .help(format!("set degree = {NEAREST_UP_TO} or less instead of a tolerance")));
     }
-    let stop = || context.check_cancelled().is_err();
-    let found = nearest_non_negative_unless(series, mean, &stop).map_err(|error| match error {
-        NearestError::Stopped => Failure::cancelled(),
-        error => Failure::from(error),
-    })?;
+    let found = context.until_stopped(|stop| nearest_non_negative(series, mean, stop))?;
     context.note(format!(
         "nearest non-negative function: a change of {:.3} % in L2; minimum {} before, {} after",
         100.0 * found.change,

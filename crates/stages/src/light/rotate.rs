@@ -27,7 +27,7 @@ use engine::{
 use serde_json::json;
 use sphere::Rotation;
 
-use crate::values::artifacts;
+use crate::values::{UntilStopped, artifacts};
 
 /// A rotation as [x, y, z, w].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,9 +140,7 @@ impl Kind for Rotate {
         let rotation = parameters.rotation();
         if context.type_at("lighting") == Some(artifacts::Environment::TYPE) {
             let environment = context.get::<artifacts::Environment>("lighting")?;
-            let stop = || context.check_cancelled().is_err();
-            let turned = environment.0.rotated_unless(rotation, &stop);
-            context.check_cancelled()?;
+            let turned = context.until_stopped(|stop| environment.0.rotated(rotation, stop))?;
             return Output::artifact(artifacts::Environment(turned));
         }
         let lighting = context.get::<artifacts::Lighting>("lighting")?;

@@ -55,14 +55,14 @@
 //! inputs = { lighting = "lighting", brdf = "coefficients" }
 //! ```
 
-use brdf::{BrdfCoefficients, Choice, Material, project_unless};
+use brdf::{BrdfCoefficients, Choice, Material, project};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, parameters};
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, Samples};
 use shrm::{Lamps, Reflection};
 
-use crate::values::{Window, about, artifacts};
+use crate::values::{UntilStopped, Window, about, artifacts};
 
 parameters! {
     /// Parameters of `convolve`.
@@ -123,9 +123,9 @@ impl Kind for Convolve {
             Some(material) if brdf.for_light => {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };
                 let steps = Steps::new(context, searches * shrm::degrees::STEPS);
-                let stop = || steps.stop();
-                let found = Reflection::for_light_unless(lighting, &brdf.coefficients, material, &stop);
-                let (reflection, cut) = found.ok_or_else(Failure::cancelled)?;
+                let (reflection, cut) = steps.until_stopped(|stop| {
+                    Reflection::for_light(lighting, &brdf.coefficients, material, stop)
+                })?;
                 context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
                 let reflection = if given.is_none() && cut.shows() {
                     let whole = whole(lighting, &brdf.coefficients, material);
@@ -144,8 +144,8 @@ impl Kind for Convolve {
                 match material.split().zip(brdf.parts.as_ref()) {
                     Some(([diffuse, specular], parts)) => {
                         let parts = [(&parts[0], &diffuse), (&parts[1], &specular)];
-                        let found = Reflection::parts_for_light_unless(lighting, parts, &stop);
-                        let (parts, cut) = found.ok_or_else(Failure::cancelled)?;
+                        let (parts, cut) =
+                            steps.until_stopped(|stop| Reflection::parts_for_light(lighting, parts, stop))?;
                         let parts = parts.map(|part| windowed(&part));
                         let [diffuse, specular] =
                             parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
@@ -207,8 +207,7 @@ fn least_window(
 
 /// The samples of a reflection, unless the item is stopped.
 fn samples(reflection: &Reflection, context: &Context<'_>) -> Result<Samples, Failure> {
-    let samples = reflection.samples_unless(&|| context.check_cancelled().is_err());
-    samples.ok_or_else(Failure::cancelled)
+    context.until_stopped(|stop| reflection.samples(stop))
 }
 
 /// Warns if a cut at degrees of the manifest shows, with the remedy that helps most.
@@ -226,17 +225,13 @@ fn warn_of_rings(
     }
     let projection = Choice::Full.steps().unwrap_or_default();
     let steps = Steps::new(context, projection + shrm::degrees::STEPS);
-    let stop = || steps.stop();
-    let full = project_unless(material, Choice::Full, &stop);
-    context.check_cancelled()?;
-    let full = full?.coefficients;
+    let full = steps.until_stopped(|stop| project(material, Choice::Full, stop))?.coefficients;
     let right = samples(&whole(lighting, &full, material), context)?;
     let error = found.error(&right, dark);
     if error.negative <= NEGATIVE && error.p95 <= RING {
         return Ok(());
     }
-    let by_light = Reflection::for_light_unless(lighting, &full, material, &stop);
-    let (by_light, _) = by_light.ok_or_else(Failure::cancelled)?;
+    let (by_light, _) = steps.until_stopped(|stop| Reflection::for_light(lighting, &full, material, stop))?;
     let by_light_error = samples(&by_light, context)?.error(&right, dark);
     let mut best = ("leave out `degree` and `tolerance` in project-brdf".to_owned(), by_light_error);
     for (name, window) in WINDOWS {

@@ -72,8 +72,8 @@ use std::sync::Arc;
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use shrm::{
-    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps_unless, icosahedron, sphere_map_axes,
-    sphere_map_rows, sphere_maps_unless,
+    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
+    sphere_map_rows, sphere_maps,
 };
 use sphere::LatLong;
 
@@ -83,8 +83,8 @@ use super::map_pictures::image;
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    Content, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, artifacts, edge_of,
-    parts, report_loss,
+    Content, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, UntilStopped,
+    artifacts, edge_of, parts, report_loss,
 };
 
 choice! {
@@ -186,7 +186,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         let maps = match source.lamps() {
             Some(lamps) => {
                 let steps = work.part(1, vertices.len() * shrm::blocks(maps.grid().len()));
-                maps.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+                steps.until_stopped(|stop| maps.with_lamps(lamps, stop))?
             }
             None => maps,
         };
@@ -198,13 +198,10 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         Layout::Sphere => {
             let (map, edge) = for_spheres(source, parameters.resolution, context)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
-            let stop = || context.check_cancelled().is_err();
-            let mut pixels = sphere_maps_unless(&map.0, &vertices, edge, &stop)?;
-            context.check_cancelled()?;
+            let mut pixels = context.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
             if let Some(lamps) = source.lamps() {
                 let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
-                add_to_sphere_maps_unless(&mut pixels, lamps, &vertices, edge, &|| steps.stop())
-                    .ok_or_else(Failure::cancelled)?;
+                steps.until_stopped(|stop| add_to_sphere_maps(&mut pixels, lamps, &vertices, edge, stop))?;
             }
             (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
         }
@@ -288,8 +285,7 @@ fn for_spheres(
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
             let grid = MapGrid::LatLong(LatLong::with_rows(rows));
-            let stop = || context.check_cancelled().is_err();
-            let map = reflection.synthesise_unless(grid, View::Local, &stop)?;
+            let map = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
             let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }

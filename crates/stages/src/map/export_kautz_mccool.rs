@@ -53,13 +53,14 @@ use std::any::Any;
 
 use containers::Texture;
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
-use shrm::{KautzMcCool, MapLayout, View, azimuthal_share_unless};
+use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
 
 use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, edge_of, parts, report_loss,
+    ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, edge_of, parts,
+    report_loss,
 };
 
 parameters! {
@@ -125,8 +126,7 @@ impl Kind for ExportKautzMcCool {
 fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
     let context = steps.context();
     let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
-    let stop = || context.check_cancelled().is_err();
-    let lost = azimuthal_share_unless(&map.0, source.lamps(), &stop).ok_or_else(Failure::cancelled)?;
+    let lost = context.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
         let what =
@@ -150,7 +150,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let texture = match source.lamps() {
         Some(lamps) => {
             let steps = steps.part(1, parameters.slices * shrm::blocks(texture.grid().len()));
-            texture.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+            steps.until_stopped(|stop| texture.with_lamps(lamps, stop))?
         }
         None => texture,
     };

@@ -74,7 +74,8 @@ use shrm::{Plain, Reflection};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
 use crate::values::{
-    LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, artifacts, parts, report_loss,
+    LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped, artifacts, parts,
+    report_loss,
 };
 
 parameters! {
@@ -136,7 +137,7 @@ impl Kind for ExportReflectionMap {
         let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
         parts::note(parameters.parts, reflection, context);
         if parameters.parts == PartsName::Together && reflection.parts().is_some() {
-            note_lost_together(reflection, parameters.view.0, context);
+            note_lost_together(reflection, parameters.view.0, context)?;
         }
         let split = reflection.parts().cloned();
         parts::export(parameters.parts, reflection, split, context, |field, _, _| {
@@ -179,9 +180,10 @@ fn files(
 const SHOWS: f64 = 0.1;
 
 /// Notes what one map of both parts loses.
-fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) {
+fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) -> Result<(), Failure> {
     let dark = BLACK_SHARE * reflection.light_mean();
-    let lost = reflection.plain_samples(plain).error(&reflection.samples(), dark);
+    let samples = context.until_stopped(|stop| reflection.samples(stop))?;
+    let lost = reflection.plain_samples(plain).error(&samples, dark);
     let found = format!(
         "95 % of the views of a ball are within {:.2} stops of both parts, 99 % within {:.2}",
         lost.p95, lost.p99
@@ -193,6 +195,7 @@ fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'
     } else {
         context.note(found);
     }
+    Ok(())
 }
 
 /// The share of the energy of the reflected field that has p > 0; 0 for a black one.

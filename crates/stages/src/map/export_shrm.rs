@@ -208,10 +208,10 @@ use std::ops::Range;
 
 use brdf::Part;
 use containers::{
-    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers_unless, write_ktx2,
+    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
 };
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use sh::Light;
+use sh::{Light, Stop};
 use shrm::{MapLayout, Reflection, Shrm, Terms};
 
 use super::map_input;
@@ -219,7 +219,7 @@ use super::map_input::MapInput;
 use super::map_source::MapSource;
 use crate::values::{
     Content, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers, PartsName,
-    Resolution, ViewName, edge_of, parts,
+    Resolution, UntilStopped, ViewName, edge_of, parts,
 };
 
 choice! {
@@ -340,7 +340,7 @@ fn file(
         Format::Safetensors => {
             Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
         }
-        Format::Exr => layers(map, beside, precision, recipe, &|| context.check_cancelled().is_err())?,
+        Format::Exr => context.until_stopped(|stop| layers(map, beside, precision, recipe, stop))?,
         Format::Ktx2 => texture(map, beside, precision, recipe)?,
     };
     context.note(format!("{} bytes", file.bytes.len()));
@@ -402,8 +402,8 @@ fn layers(
     beside: &[Light],
     precision: Precision,
     recipe: Option<&str>,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Encoded, Failure> {
+    stop: Stop<'_>,
+) -> Result<Encoded, containers::Error> {
     let [faces, height, width] = map.grid().shape();
     let names = row_names(map.p().get(), Terms::All);
     let kept = row_names(map.p().get(), map.terms());
@@ -420,6 +420,5 @@ fn layers(
         })
         .collect();
     let entries = entries(map, beside, &names);
-    let size = (width, faces * height);
-    Ok(write_exr_layers_unless(size, &layers, precision, recipe, &borrowed(&entries), stop)?)
+    write_exr_layers(width, faces * height, &layers, precision, recipe, &borrowed(&entries), stop)
 }

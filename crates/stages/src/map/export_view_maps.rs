@@ -56,7 +56,7 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName, parts,
+    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, ViewName, parts,
 };
 
 parameters! {
@@ -122,15 +122,12 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let map = source.map(layout, parameters.resolution, view, context)?;
     let side = parameters.views;
     map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
-    context.check_cancelled()?;
-    let stop = || context.check_cancelled().is_err();
-    let table = ViewMaps::from_shrm_unless(&map.0, side, &stop);
-    context.check_cancelled()?;
+    let table = context.until_stopped(|stop| ViewMaps::from_shrm(&map.0, side, stop))?;
     let table = table.ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
     let table = match source.lamps() {
         Some(lamps) => {
             let steps = steps.part(1, side * side * shrm::blocks(map.0.grid().len()));
-            table.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+            steps.until_stopped(|stop| table.with_lamps(lamps, stop))?
         }
         None => table,
     };

@@ -7,7 +7,7 @@ use engine::{Artifact, Context, Failure, Port, Steps};
 use shrm::{BAKED_AT_ONCE, MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
-use crate::values::{LampsName, MAX_RESOLUTION, Resolution, artifacts, percent};
+use crate::values::{LampsName, MAX_RESOLUTION, Resolution, UntilStopped, artifacts, percent};
 
 /// The revisions of the kernels that make maps.
 pub(crate) const KERNELS: &[u32] = &[
@@ -80,18 +80,16 @@ impl MapInput {
         let context = steps.context();
         let (grid, error_note, missed) = self.grid(reflection);
         missed.into_iter().for_each(|missed| context.warn(missed));
-        let stop = || context.check_cancelled().is_err();
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
             LampsName::Baked => {
-                let soft = reflection.synthesise_unless(grid, View::Local, &stop)?;
+                let soft = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
-                let local = reflection.bake_texels(&soft, &texels, &|| steps.stop())?;
-                context.check_cancelled()?;
+                let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, &texels, stop))?;
                 if view == View::Global { local.to_global() } else { local }
             }
-            LampsName::Separate => reflection.synthesise_unless(grid, view, &stop)?,
+            LampsName::Separate => context.until_stopped(|stop| reflection.synthesise(grid, view, stop))?,
         };
         context.check_cancelled()?;
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());

@@ -58,10 +58,11 @@
 //! ```
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter_unless};
+use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter};
 
 use crate::values::{
-    DistributionName, EnginePreset, LOSS, MAX_RESOLUTION, about, artifacts, nearest_power_of_two, percent,
+    DistributionName, EnginePreset, LOSS, MAX_RESOLUTION, UntilStopped, about, artifacts,
+    nearest_power_of_two, percent,
 };
 
 choice! {
@@ -178,17 +179,11 @@ impl Kind for Prefilter {
         let environment = context.get::<artifacts::Environment>("environment")?;
         let lighting = context.optional::<artifacts::Lighting>("lighting")?;
         let lighting = lighting.as_deref().map(|lighting| &lighting.0);
-        let made = prefilter_unless(
-            &environment.0,
-            lighting,
-            parameters.distribution.0,
-            &roughness,
-            parameters.resolution,
-            parameters.method.0,
-            &|| context.check_cancelled().is_err(),
-        );
-        context.check_cancelled()?;
-        let prefiltered = made.map_err(failure)?;
+        let (distribution, method) = (parameters.distribution.0, parameters.method.0);
+        let prefiltered = context.until_stopped(|stop| {
+            let (environment, edge) = (&environment.0, parameters.resolution);
+            prefilter(environment, lighting, distribution, &roughness, edge, method, stop).map_err(failure)
+        })?;
         for (l, level) in prefiltered.levels.iter().enumerate() {
             context.note(level_note(l, level));
             let is_fast = matches!(level.method, LevelMethod::Fast { .. });

@@ -68,7 +68,7 @@
 
 use std::ops::Range;
 
-use brdf::{Centre, Choice, Material, project_unless};
+use brdf::{Centre, Choice, Material, project};
 use engine::{
     Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
     parameters, unexpected,
@@ -80,7 +80,7 @@ use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MAX_RESOLUTION, Numbers, STOPS, artifacts, percent};
+use crate::values::{MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -266,10 +266,8 @@ impl Kind for ReferenceMap {
                 pixels
             }
             Method::Sampled => {
-                let stop = || context.check_cancelled().is_err();
-                let coefficients = project_unless(&material.0, Choice::Full, &stop);
-                context.check_cancelled()?;
-                let coefficients = coefficients?.coefficients;
+                let projection = context.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
+                let coefficients = projection.coefficients;
                 let seed = u32::try_from(parameters.seed.unwrap_or(0))?;
                 let samples = parameters.samples.unwrap_or(SAMPLES);
                 let sampled = Sampled::new(light, &material.0, &coefficients, samples, seed);

@@ -179,5 +179,13 @@ fn layers(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Resu
         }
     }
     let entries = entries(table, &names);
-    Ok(write_exr_layers(table.size(), table.size(), &layers, precision, recipe, &borrowed(&entries))?)
+    Ok(write_exr_layers(
+        table.size(),
+        table.size(),
+        &layers,
+        precision,
+        recipe,
+        &borrowed(&entries),
+        sh::Stop::NEVER,
+    )?)
 }

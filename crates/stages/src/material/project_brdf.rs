@@ -94,14 +94,14 @@
 
 use brdf::{
     BrdfCoefficients, Choice, Lambert, MOST_UNKNOWNS, Material, NearestBrdfError, Part, Projection,
-    ProjectionError, nearest_non_negative_unless, project_unless, unknowns,
+    ProjectionError, nearest_non_negative, project, unknowns,
 };
 use containers::tensors::Brdf;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
-use sh::Tolerance;
+use sh::{Stop, Tolerance};
 
 use super::degree_pair::DegreePair;
-use crate::values::{NonNegative, SHARE, artifacts, share};
+use crate::values::{NonNegative, SHARE, UntilStopped, artifacts, share};
 
 choice! {
     /// Which part of a material is projected.
@@ -231,15 +231,11 @@ impl Kind for ProjectBrdf {
         let split = material.split();
         let work = Steps::new(context, if split.is_some() { 2 } else { 1 });
         let steps = work.part(1, total);
-        let projection = project_unless(&material, choice, &|| steps.stop());
-        context.check_cancelled()?;
-        let projection = projection?;
+        let projection = steps.until_stopped(|stop| project(&material, choice, stop))?;
         let parts = match split {
             Some(split) => {
                 let steps = work.part(1, 2 * total);
-                let parts = parts(&split, &projection, choice, &|| steps.stop());
-                context.check_cancelled()?;
-                Some(parts?)
+                Some(steps.until_stopped(|stop| parts(&split, &projection, choice, stop))?)
             }
             None => None,
         };
@@ -298,13 +294,13 @@ fn nearest(
     mean: sh::Mean,
     context: &Context<'_>,
 ) -> Result<BrdfCoefficients, Failure> {
-    let stop = || context.check_cancelled().is_err();
-    let found = nearest_non_negative_unless(coefficients, mean, &stop).map_err(|error| match error {
-        NearestBrdfError::Stopped => Failure::cancelled(),
-        NearestBrdfError::TooMany { .. } => {
-            Failure::from(error).help("give lower degrees, or a larger tolerance")
-        }
-        NearestBrdfError::NoMass { .. } | NearestBrdfError::NoPositiveMean { .. } => Failure::from(error),
+    let found = context.until_stopped(|stop| {
+        nearest_non_negative(coefficients, mean, stop).map_err(|error| match error {
+            NearestBrdfError::TooMany { .. } => {
+                Failure::from(error).help("give lower degrees, or a larger tolerance")
+            }
+            _ => Failure::from(error),
+        })
     })?;
     context.note(format!(
         "{name}: a change of {:.3} % in L2; minimum {:.4} before, {:.4} after",
@@ -321,13 +317,13 @@ fn parts(
     [diffuse, specular]: &[Material; 2],
     whole: &Projection,
     choice: Choice,
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<[BrdfCoefficients; 2], ProjectionError> {
     let choice = match choice {
         Choice::Full => Choice::Full,
         _ => Choice::Degree { f: whole.coefficients.f(), p: whole.coefficients.p() },
     };
-    let project = |part: &Material| project_unless(part, choice, stop);
+    let project = |part: &Material| project(part, choice, stop);
     let (diffuse, specular) = rayon::join(|| project(diffuse), || project(specular));
     Ok([diffuse?.coefficients, specular?.coefficients])
 }

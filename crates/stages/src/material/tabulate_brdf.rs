@@ -69,12 +69,12 @@
 //! degree = 4
 //! ```
 
-use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate_unless};
+use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, nearest, parameters};
 use sh::Degree;
 
-use crate::values::artifacts;
 use crate::values::quantity::size;
+use crate::values::{UntilStopped, artifacts};
 
 parameters! {
     /// Parameters of `tabulate-brdf`.
@@ -148,12 +148,10 @@ impl Kind for TabulateBrdf {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let materials = materials(parameters, context)?;
         let degree = Degree::new(parameters.degree)?;
-        let stop = || context.check_cancelled().is_err();
         let (mut tables, mut error) = (Vec::new(), 0.0f64);
         for material in &materials {
-            let found = tabulate_unless(material, degree, parameters.resolution, &stop);
-            context.check_cancelled()?;
-            let (table, uncertain) = found?;
+            let (table, uncertain) =
+                context.until_stopped(|stop| tabulate(material, degree, parameters.resolution, stop))?;
             tables.push(table);
             error = error.max(uncertain);
         }

@@ -69,17 +69,17 @@
 //! bounces = 3
 //! ```
 
-use brdf::{BrdfTable, tabulate_unless};
+use brdf::{BrdfTable, tabulate};
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
-use sh::Degree;
+use sh::{Degree, Stop};
 use transfer::{
     Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer,
-    TransferError, Visibility, interreflect, interreflect_matte, precompute_unless, reflection_bytes,
+    TransferError, Visibility, interreflect, interreflect_matte, precompute, reflection_bytes,
 };
 
 use crate::values::quantity::size;
-use crate::values::{artifacts, blended_frames};
+use crate::values::{UntilStopped, artifacts, blended_frames};
 
 choice! {
     /// The form of a transfer.
@@ -189,18 +189,13 @@ impl Kind for PrecomputeTransfer {
         let directions = Directions::new(parameters.directions, exact)
             .ok_or_else(|| Failure::new(format!("{} directions are too few", parameters.directions)))?;
         let occluders = Occluders::of(&mesh.0);
-        let stop = || context.check_cancelled().is_err();
         let scene = Scene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
-        let found = match &reflecting {
-            Some(table) => scene.reflected(parameters, table, &stop),
-            None => scene.shadowed(parameters, &stop),
-        };
-        context.check_cancelled()?;
-        let (channels, blind) = found.map_err(|error| match error {
-            TransferError::TooLarge { .. } => Failure::from(error).help(
-                "choose a smaller `form`, lower `output-degree` or `degree`, or reduce the mesh's vertices",
-            ),
-            _ => Failure::from(error),
+        let (channels, blind) = context.until_stopped(|stop| {
+            let found = match &reflecting {
+                Some(table) => scene.reflected(parameters, table, stop),
+                None => scene.shadowed(parameters, stop),
+            };
+            found.map_err(failure)
         })?;
         let value = StoredTransfer::new(channels)
             .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
@@ -212,6 +207,16 @@ impl Kind for PrecomputeTransfer {
         let bytes = size(value.bytes() as u64);
         context.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
         Output::artifact(artifacts::Transfer(OfMesh { value, mesh: digest }))
+    }
+}
+
+/// The failure of a bake, and what to do about one that is too large.
+fn failure(error: TransferError) -> Failure {
+    match error {
+        TransferError::TooLarge { .. } => Failure::from(error).help(
+            "choose a smaller `form`, lower `output-degree` or `degree`, or reduce the mesh's vertices",
+        ),
+        _ => Failure::from(error),
     }
 }
 
@@ -237,10 +242,8 @@ fn reflecting(
         }
         Some(_) => {
             let material = context.get::<artifacts::Material>("material")?;
-            let stop = || context.check_cancelled().is_err();
-            let found = tabulate_unless(&material.0, output, TABLE, &stop);
-            context.check_cancelled()?;
-            Ok(Some(found?.0))
+            let made = context.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
+            Ok(Some(made.0))
         }
         None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")
             .help("connect `material`, or leave `bounces` at 0 for shadows alone")),
@@ -259,7 +262,7 @@ type Baked = Result<(Vec<Form>, usize), TransferError>;
 
 impl Scene<'_> {
     /// Shadows alone, each form with as little memory as it can.
-    fn shadowed(&self, parameters: &Parameters, stop: &(dyn Fn() -> bool + Sync)) -> Baked {
+    fn shadowed(&self, parameters: &Parameters, stop: Stop<'_>) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
         let (form, blind) = match parameters.form {
             FormName::Matrices => {
@@ -280,12 +283,7 @@ impl Scene<'_> {
         Ok((vec![form], blind))
     }
 
-    fn reflected(
-        &self,
-        parameters: &Parameters,
-        table: &BrdfTable,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Baked {
+    fn reflected(&self, parameters: &Parameters, table: &BrdfTable, stop: Stop<'_>) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
         let bounces = parameters.bounces;
         if parameters.form == FormName::Matte {
@@ -299,7 +297,7 @@ impl Scene<'_> {
         if room > transfer::MOST_BYTES {
             return Err(TransferError::TooLarge { vertices: frames.len(), bytes: room });
         }
-        let (shadows, blind) = precompute_unless(frames, occluders, directions, degrees, stop)?;
+        let (shadows, blind) = precompute(frames, occluders, directions, degrees, stop)?;
         let found = interreflect(frames, occluders, directions, &shadows, table, bounces, stop)?;
         Ok((found.iter().map(|matrices| parameters.form(matrices)).collect(), blind))
     }

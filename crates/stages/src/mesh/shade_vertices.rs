@@ -57,7 +57,7 @@ use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, St
 use sh::{Degree, Expansion, Light, Lighting};
 use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, shade_lights};
 
-use crate::values::{Place, Vector, artifacts, blended_frames, report_loss};
+use crate::values::{Place, UntilStopped, Vector, artifacts, blended_frames, report_loss};
 
 parameters! {
     /// Parameters of `shade-vertices`.
@@ -141,9 +141,9 @@ impl Kind for ShadeVertices {
             let occluders = (parameters.shadow_rays > 0).then(|| Occluders::of(&mesh.0));
             let count = if parameters.shadow_rays > 0 { parameters.shadow_rays } else { UNSHADOWED };
             let steps = Steps::new(context, frames.len().div_ceil(8));
-            let stop = || steps.stop();
-            let lit = shade_lights(&frames, occluders.as_ref(), &material.0, viewer, &lamps, count, &stop);
-            let lit = lit.ok_or_else(Failure::cancelled)?;
+            let lit = steps.until_stopped(|stop| {
+                shade_lights(&frames, occluders.as_ref(), &material.0, viewer, &lamps, count, stop)
+            })?;
             for (sum, lit) in value.iter_mut().zip(lit) {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }

@@ -49,7 +49,7 @@ use sphere::{Cube, LatLong};
 use super::sheet::{
     BALL, Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, described,
 };
-use crate::values::{ToneMapName, artifacts, lamps_text};
+use crate::values::{ToneMapName, UntilStopped, artifacts, lamps_text};
 
 parameters! {
     /// Parameters of `contact-sheet`.
@@ -130,7 +130,7 @@ impl Kind for ContactSheet {
                 facts.push(format!("lighting of degree {}", lighting.0.series.degree().get()));
                 let soft = lighting.0.series.get(0, 0).iter().sum::<f64>() * (4.0 * PI).sqrt();
                 facts.extend(lamps_text(&lighting.0.lights, soft));
-                Some(harmonics(parameters, environment, &lighting.0)?)
+                Some(harmonics(parameters, environment, &lighting.0, context)?)
             }
             None => None,
         };
@@ -146,12 +146,10 @@ impl Kind for ContactSheet {
         let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
 
         let steps = work.part(1, materials.len() * BALL);
-        let stop = || steps.stop();
         let title = if own.is_empty() { "Environment".into() } else { own.to_string() };
         let subtitle = facts.join(" · ");
-        let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone, stop: &stop };
-        let picture = sheet.draw();
-        context.check_cancelled()?;
+        let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone };
+        let picture = steps.until_stopped(|stop| sheet.draw(stop))?;
         let bytes = write_png(picture.width, picture.height, &picture.pixels, Some(context.recipe()))?;
         Ok(Output::files(vec![bytes]))
     }
@@ -163,10 +161,15 @@ fn harmonics(
     parameters: &Parameters,
     environment: &Environment,
     lighting: &sh::Lighting,
+    context: &Context<'_>,
 ) -> Result<Harmonics, Failure> {
     let (beside, lighting) = (!lighting.lights.is_empty(), &lighting.series);
     let energies: Vec<f64> = energy_per_degree(lighting).iter().map(|rgb| rgb.iter().sum()).collect();
-    let image = if beside { energy(&environment.separate_lamps().soft) } else { energy(environment) };
+    let image = if beside {
+        energy(&context.until_stopped(|stop| environment.separate_lamps(stop))?.soft)
+    } else {
+        energy(environment)
+    };
     // A black environment has no shares: nothing is missing.
     let total = if image > 0.0 { image } else { 1.0 };
     let energies: Vec<f64> = energies.iter().map(|energy| energy / total).collect();
@@ -208,9 +211,10 @@ fn material(
     let detail = format!("F {} · P {p} · by the {about}", f.get());
     let most = if p > MAX_P_AT_FULL_EDGE { MANY_EDGE } else { BALL_EDGES[1] };
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
-    let stop = || context.check_cancelled().is_err();
-    let field = reflection.synthesise_unless(grid, View::Local, &stop);
-    let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
+    let field = context.until_stopped(|stop| {
+        let field = reflection.synthesise(grid, View::Local, stop);
+        field.map_err(|error| Failure::from(error).context(name.clone()))
+    })?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {
         map = lit(&map, lamps)?;
@@ -256,7 +260,7 @@ mod tests {
 
     use brdf::{Choice, Lambert, Phong, project};
     use engine::{Artifact, Digest, Handle};
-    use sh::Transform;
+    use sh::{Stop, Transform};
 
     use super::*;
     use crate::testkit::NoFiles;
@@ -294,7 +298,7 @@ mod tests {
             brdf::Material::Phong(Phong::new(16.0 * index as f64, [0.9; 3]).unwrap())
         };
         let choice = Choice::Degree { f: lighting.degree(), p: Degree::ZERO };
-        shrm::Reflection::convolve(lighting, &project(&material, choice).unwrap().coefficients)
+        shrm::Reflection::convolve(lighting, &project(&material, choice, Stop::NEVER).unwrap().coefficients)
     }
 
     /// The sheet of `sky` with materials of these names.
@@ -345,7 +349,8 @@ mod tests {
         let environment = sky();
         let lighting = lighting(&environment, 12);
         let parameters = Parameters { degrees: vec![10, 2, 2, 40], ..DEFAULTS };
-        let shown = harmonics(&parameters, &environment, &lighting.clone().into()).unwrap();
+        let context = Context::new(&NoFiles);
+        let shown = harmonics(&parameters, &environment, &lighting.clone().into(), &context).unwrap();
         let degrees: Vec<_> = shown.reconstructions.iter().map(|shown| shown.degree).collect();
         assert_eq!(degrees, [2, 10, 12]);
         // Parseval: the image's energy is the expansion's and that of what is left.

@@ -13,6 +13,7 @@ pub(crate) mod theme;
 use envmap::{Environment, Exposure, ToneMap, to_srgb8};
 use preview::drawing::{Align, Canvas, Rect};
 use rayon::prelude::*;
+use sh::{Stop, Stopped};
 use shrm::{Lamps, Shrm};
 use sphere::LatLong;
 
@@ -47,8 +48,6 @@ pub(crate) struct Sheet<'a> {
     /// The exposure in stops.
     pub(crate) exposure: f64,
     pub(crate) tone: ToneMap,
-    /// Whether nobody wants the picture any more: then the rest of it stays black.
-    pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// The environment in spherical harmonics.
@@ -91,7 +90,7 @@ pub struct Picture {
 
 impl Sheet<'_> {
     /// Draws the sheet.
-    pub(crate) fn draw(&self) -> Picture {
+    pub(crate) fn draw(&self, stop: Stop<'_>) -> Result<Picture, Stopped> {
         let reconstructions = self.lighting.as_ref().map(|lighting| lighting.reconstructions.len());
         let layout = Layout::new(reconstructions, self.materials.len());
         let mut canvas = Canvas::new(layout.width, layout.height, theme::BACKGROUND);
@@ -122,7 +121,7 @@ impl Sheet<'_> {
                 "Materials",
                 "reflected light by direction, and on a ball seen along +X",
             );
-            let pictures: Vec<_> = self
+            let pictures = self
                 .materials
                 .par_iter()
                 .zip(&layout.materials)
@@ -132,11 +131,11 @@ impl Sheet<'_> {
                         &material.field,
                         material.lamps.as_ref(),
                         panel.ball.width,
-                        self.stop,
-                    );
-                    (self.shown(&material.map, panel.map), to_srgb8(&ball, self.exposure, self.tone))
+                        stop,
+                    )?;
+                    Ok((self.shown(&material.map, panel.map), to_srgb8(&ball, self.exposure, self.tone)))
                 })
-                .collect();
+                .collect::<Result<Vec<_>, Stopped>>()?;
             for ((material, panel), (map, ball)) in
                 self.materials.iter().zip(&layout.materials).zip(&pictures)
             {
@@ -146,7 +145,7 @@ impl Sheet<'_> {
                 caption(&mut canvas, panel.caption, &material.name, &material.detail, &range);
             }
         }
-        Picture { width: canvas.width(), height: canvas.height(), pixels: canvas.pixels().to_vec() }
+        Ok(Picture { width: canvas.width(), height: canvas.height(), pixels: canvas.pixels().to_vec() })
     }
 
     fn shown(&self, map: &Environment, place: Rect) -> Vec<[u8; 3]> {
@@ -252,7 +251,6 @@ mod tests {
                 .collect(),
             exposure: 0.0,
             tone: ToneMap::Filmic,
-            stop: &|| false,
         }
     }
 
@@ -263,12 +261,12 @@ mod tests {
         for count in [0, 1, 3, 30] {
             let names: Vec<_> =
                 (0..count).map(|i| if i % 2 == 0 { "gold" } else { "Žofie_素材_\u{301}🙂" }).collect();
-            let picture = sheet(&environment, &names).draw();
+            let picture = sheet(&environment, &names).draw(Stop::NEVER).unwrap();
             assert_eq!(picture.pixels.len(), picture.width * picture.height);
             assert!(picture.height > last);
             last = picture.height;
         }
-        let bare = Sheet { lighting: None, ..sheet(&environment, &[]) }.draw();
+        let bare = Sheet { lighting: None, ..sheet(&environment, &[]) }.draw(Stop::NEVER).unwrap();
         assert_eq!(bare.width, 1680);
     }
 
@@ -282,7 +280,7 @@ mod tests {
         sheet.materials[0].field = field(&environment);
         (sheet.exposure, sheet.tone) = (1.0, ToneMap::Plain);
         let expected = to_srgb8(&[[0.18, 0.09, 0.36]], 1.0, ToneMap::Plain)[0];
-        let picture = sheet.draw();
+        let picture = sheet.draw(Stop::NEVER).unwrap();
         let layout = Layout::new(Some(4), 1);
         for place in [layout.environment.picture, layout.materials[0].map, layout.materials[0].ball] {
             for (x, y) in [(place.x, place.y), (place.right() - 1, place.bottom() - 1)] {
@@ -294,7 +292,7 @@ mod tests {
     #[test]
     fn a_sheet_is_mostly_surround_and_has_ink_in_every_caption() {
         let environment = sky(64);
-        let picture = sheet(&environment, &["gold", "chalk"]).draw();
+        let picture = sheet(&environment, &["gold", "chalk"]).draw(Stop::NEVER).unwrap();
         let layout = Layout::new(Some(4), 2);
         let lit = |place: Rect| {
             let inside =
@@ -317,7 +315,9 @@ mod tests {
         let environment = sky(64);
         let draw = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| sheet(&environment, &["gold", "chalk", "chrome"]).draw().pixels)
+            pool.install(|| {
+                sheet(&environment, &["gold", "chalk", "chrome"]).draw(Stop::NEVER).unwrap().pixels
+            })
         };
         assert!(draw(1) == draw(2));
     }

@@ -97,7 +97,7 @@ impl<'a> Maps<'a> {
 /// # Example: a table of degree 2 has nine coefficients in three rows
 /// ```
 /// let chalk = brdf::Material::Lambert(brdf::Lambert::new([0.8; 3])?);
-/// let (table, _) = brdf::tabulate(&chalk, sh::Degree::new(2)?, 32)?;
+/// let (table, _) = brdf::tabulate(&chalk, sh::Degree::new(2)?, 32, sh::Stop::NEVER)?;
 /// let picture = stages::table_picture("chalk", &table);
 /// assert_eq!(picture.width, 1680);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -187,12 +187,12 @@ fn described(table: &BrdfTable) -> String {
 #[cfg(test)]
 mod tests {
     use brdf::{Lambert, Material, Ward, tabulate};
-    use sh::Degree;
+    use sh::{Degree, Stop};
 
     use super::*;
 
     fn table(material: &Material) -> BrdfTable {
-        tabulate(material, Degree::new(2).unwrap(), 32).unwrap().0
+        tabulate(material, Degree::new(2).unwrap(), 32, Stop::NEVER).unwrap().0
     }
 
     /// The maps of a matte surface are 1 at l = 0, m = 0; at l = 1 only that of z is not black; degree 2 has
@@ -235,8 +235,12 @@ mod tests {
         let both = BrdfTable::joined(&[metal(0.3), metal(0.6), metal(0.9)]).unwrap();
         let both = table_picture("metal", &both);
         assert!(both.height > one.height + 3 * MAX_EDGE && both.pixels.len() == both.height * WIDTH);
-        let deepest =
-            tabulate(&Material::Lambert(Lambert::new([0.5; 3]).unwrap()), Degree::new(14).unwrap(), 2);
+        let deepest = tabulate(
+            &Material::Lambert(Lambert::new([0.5; 3]).unwrap()),
+            Degree::new(14).unwrap(),
+            2,
+            Stop::NEVER,
+        );
         assert_eq!(table_picture("chalk", &deepest.unwrap().0).width, WIDTH);
     }
 }

@@ -4,7 +4,7 @@ use brdf::{BrdfCoefficients, Centre};
 use containers::{ReadOptions, read_image, read_texture};
 use engine::Artifact;
 use serde_json::Value;
-use sh::Degree;
+use sh::{Degree, Stop};
 use shrm::{KautzMcCool, MapGrid, Terms, View, ViewMaps, icosahedron, sphere_map_axes};
 use sphere::{Cube, Direction, Face, LatLong, MirrorBall};
 use stages::artifacts::{Reflection, Shrm};
@@ -164,7 +164,7 @@ fn every_format_of_cabrals_maps_comes_back() {
             let ran = import("", &exported).run().unwrap();
             let found = ran.artifact::<Shrm>();
             assert_eq!((found.0.p().get(), found.0.view(), found.0.terms()), (p, View::Global, Terms::All));
-            let expected = reflection(p, p).0.synthesise(found.0.grid(), View::Global).unwrap();
+            let expected = reflection(p, p).0.synthesise(found.0.grid(), View::Global, Stop::NEVER).unwrap();
             let error = difference(found.0.values(), expected.values());
             assert!(error < tolerance, "{parameters}: P = {p}: {error:e}");
             assert!(
@@ -203,7 +203,7 @@ fn sphere_maps_come_back_blurred_and_say_so() {
     let found = ran.artifact::<Shrm>();
     let grid = MapGrid::Cube(Cube { edge: 8 });
     assert_eq!((found.0.grid(), found.0.p().get()), (grid, 2));
-    let expected = reflection(2, 2).0.synthesise(grid, View::Global).unwrap();
+    let expected = reflection(2, 2).0.synthesise(grid, View::Global, Stop::NEVER).unwrap();
     let error = difference(found.0.values(), expected.values());
     assert!(error < 0.1, "{error}");
     let ran = import("", &exported).run().unwrap();
@@ -213,7 +213,7 @@ fn sphere_maps_come_back_blurred_and_say_so() {
 #[test]
 fn a_3d_texture_holds_the_slices_and_comes_back() {
     let grid = MapGrid::LatLong(LatLong::with_rows(4));
-    let map = reflection(3, 0).0.synthesise(grid, View::Local).unwrap();
+    let map = reflection(3, 0).0.synthesise(grid, View::Local, Stop::NEVER).unwrap();
     let expected = KautzMcCool::from_shrm(&map, KautzMcCool::even_angles(5)).unwrap();
     for (format, tolerance) in [("dds", F32), ("ktx2", F32), ("exr", F32), ("dds", HALF)] {
         let precision = if tolerance == F32 { "float" } else { "half" };
@@ -274,8 +274,8 @@ fn view_maps_hold_every_view_and_come_back() {
                 _ => MapGrid::LatLong(LatLong::with_rows(3)),
             };
             let view = if view == "global" { View::Global } else { View::Local };
-            let map = reflection(2, 2).0.synthesise(grid, view).unwrap();
-            let expected = ViewMaps::from_shrm(&map, 5).unwrap();
+            let map = reflection(2, 2).0.synthesise(grid, view, Stop::NEVER).unwrap();
+            let expected = ViewMaps::from_shrm(&map, 5, Stop::NEVER).unwrap().unwrap();
             let files = exported.files();
             let found: Vec<[f32; 3]> = match format {
                 "exr" => files[..25].iter().flat_map(|file| pixels(file).2).collect(),
@@ -302,7 +302,7 @@ fn view_maps_hold_every_view_and_come_back() {
 #[test]
 fn maps_are_made_from_a_map_too() {
     let grid = MapGrid::Cube(Cube { edge: 6 });
-    let map = || Shrm(reflection(2, 2).0.synthesise(grid, View::Global).unwrap());
+    let map = || Shrm(reflection(2, 2).0.synthesise(grid, View::Global, Stop::NEVER).unwrap());
     let from_map = |kind, parameters: &str| case(kind, parameters).input("reflection", map());
     let own = from_map("export-cabral", "precision = \"float\"").run().unwrap();
     assert!(own.notes.is_empty(), "{:?}", own.notes);
@@ -313,11 +313,14 @@ fn maps_are_made_from_a_map_too() {
     let other = from_map("export-kautz-mccool", "format = \"exr\"\nprecision = \"float\"");
     let notes = other.run().unwrap().notes;
     assert_eq!(notes[0], "the map was interpolated from a cube of edge 6 to lat-long 24 x 12");
-    let exact = reflection(2, 2).0.synthesise(MapGrid::LatLong(LatLong::with_rows(12)), View::Local).unwrap();
+    let exact = reflection(2, 2)
+        .0
+        .synthesise(MapGrid::LatLong(LatLong::with_rows(12)), View::Local, Stop::NEVER)
+        .unwrap();
     let exact = KautzMcCool::from_shrm(&exact, KautzMcCool::even_angles(16)).unwrap();
     assert!(difference(&pixels(&other.files()[3]).2, exact.slice(3)) < 0.3);
     let local = from_map("export-view-maps", "view = \"local\"\nviews = 5\nprecision = \"float\"");
-    let exact = reflection(2, 2).0.synthesise(grid, View::Local).unwrap();
+    let exact = reflection(2, 2).0.synthesise(grid, View::Local, Stop::NEVER).unwrap();
     let back = import("", &local).artifact::<Shrm>();
     assert!(difference(back.0.values(), exact.values()) < F32);
     let ball = from_map("export-cabral", "layout = \"sphere\"\nprecision = \"float\"").files();

@@ -1,3 +1,4 @@
+use sh::Stop;
 use sphere::{Cube, Face, LatLong};
 use stages::artifacts::{Environment, Reflection};
 
@@ -105,7 +106,7 @@ fn ringing(parameters: &str) -> Case {
     let degree = sh::Degree::new(6).unwrap();
     let lighting = sh::Transform::new(grid, degree).unwrap().analyse(lamp.0.pixels());
     let choice = brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO };
-    let brdf = brdf::project(&phong(500.0), choice).unwrap().coefficients;
+    let brdf = brdf::project(&phong(500.0), choice, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection(shrm::Reflection::convolve(&lighting, &brdf));
     case("export-reflection-map", parameters).input("reflection", reflection)
 }
@@ -132,7 +133,7 @@ fn bright(parameters: &str) -> Case {
     let lighting = case("project-sh", "degree = 2").input("environment", bright);
     let lighting = lighting.artifact::<stages::artifacts::Lighting>();
     let choice = brdf::Choice::Degree { f: sh::Degree::new(2).unwrap(), p: sh::Degree::ZERO };
-    let brdf = brdf::project(&lambert(1.0), choice).unwrap().coefficients;
+    let brdf = brdf::project(&lambert(1.0), choice, Stop::NEVER).unwrap().coefficients;
     let reflection = Reflection(shrm::Reflection::convolve(&lighting.0.series, &brdf));
     case("export-reflection-map", parameters).input("reflection", reflection)
 }
@@ -183,7 +184,7 @@ fn rough() -> Reflection {
     let material = brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [0.8; 3]).unwrap());
     let degree = |l| sh::Degree::new(l).unwrap();
     let choice = brdf::Choice::Degree { f: degree(2), p: degree(2) };
-    let brdf = brdf::project(&material, choice).unwrap().coefficients;
+    let brdf = brdf::project(&material, choice, Stop::NEVER).unwrap().coefficients;
     Reflection(shrm::Reflection::convolve(&crate::fixture::sky_lighting().0.series, &brdf))
 }
 

@@ -2,7 +2,7 @@ use std::f64::consts::{PI, TAU};
 
 use brdf::{BrdfCoefficients, Centre};
 use containers::{Texture, read_exr_layers, read_recipe, read_texture, row_names, tensors};
-use sh::Degree;
+use sh::{Degree, Stop};
 use shrm::{MapGrid, Terms, View};
 use sphere::{Cube, DVec3, Direction, LatLong};
 use stages::artifacts::{Reflection, Shrm};
@@ -235,7 +235,7 @@ fn the_shader_of_the_manual_gives_the_radiance_of_a_look_up() {
 
 /// A map as an artifact.
 fn map(grid: MapGrid, view: View) -> Shrm {
-    Shrm(made_up(true).0.synthesise(grid, view).unwrap())
+    Shrm(made_up(true).0.synthesise(grid, view, Stop::NEVER).unwrap())
 }
 
 #[test]

@@ -9,7 +9,7 @@ use engine::{
     Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Output,
     Product, Read, Table,
 };
-use sh::{Degree, Transform};
+use sh::{Degree, Stop, Transform};
 use sphere::{DVec3, LatLong};
 use stages::artifacts;
 
@@ -327,7 +327,7 @@ pub(crate) fn sky_lighting() -> artifacts::Lighting {
 /// The reflection of [`sky`] by a material.
 pub(crate) fn reflection(material: brdf::Material, degree: usize) -> artifacts::Reflection {
     let f = Degree::new(degree).unwrap();
-    let brdf = brdf::project(&material, brdf::Choice::Degree { f, p: Degree::ZERO }).unwrap();
+    let brdf = brdf::project(&material, brdf::Choice::Degree { f, p: Degree::ZERO }, Stop::NEVER).unwrap();
     artifacts::Reflection(shrm::Reflection::convolve(&sky_lighting().0.series, &brdf.coefficients))
 }
 

@@ -164,11 +164,11 @@ fn the_nearest_non_negative_function_is_found_for_each_part() {
     let ([diffuse, specular], [plain_diffuse, _]) = (brdf.parts.unwrap(), plain.parts.unwrap());
     for (before, after) in [(&plain.coefficients, &brdf.coefficients), (&plain_diffuse, &diffuse)] {
         assert_ne!(before, after);
-        let expected = brdf::nearest_non_negative_unless(before, sh::Mean::Free, &|| false).unwrap();
+        let expected = brdf::nearest_non_negative(before, sh::Mean::Free, sh::Stop::NEVER).unwrap();
         assert_eq!(after, &expected.coefficients);
     }
     for coefficients in [&brdf.coefficients, &diffuse, &specular] {
-        let again = brdf::nearest_non_negative_unless(coefficients, sh::Mean::Free, &|| false).unwrap();
+        let again = brdf::nearest_non_negative(coefficients, sh::Mean::Free, sh::Stop::NEVER).unwrap();
         assert!(again.before >= 0.0 && again.change == 0.0, "{again:?}");
     }
     let told = notes.iter().filter(|note| note.contains(" % in L2; minimum -")).count();

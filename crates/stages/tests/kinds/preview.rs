@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use brdf::Choice;
-use sh::Degree;
+use sh::{Degree, Stop};
 use sphere::{DVec3, Rotation};
 use stages::artifacts::{
     BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexBlend,
@@ -30,7 +30,7 @@ fn rough() -> Reflection {
 
 fn rough_under(lighting: &Lighting) -> Reflection {
     let (f, p) = (Degree::new(2).unwrap(), Degree::new(2).unwrap());
-    let brdf = brdf::project(&microfacet(0.5), Choice::Degree { f, p }).unwrap();
+    let brdf = brdf::project(&microfacet(0.5), Choice::Degree { f, p }, Stop::NEVER).unwrap();
     Reflection(shrm::Reflection::convolve(&lighting.0.series, &brdf.coefficients))
 }
 
@@ -212,7 +212,7 @@ fn light_is_turned_as_rotate_turns_it() {
 fn a_map_or_a_mesh_may_be_connected() {
     let reflection = rough();
     let grid = shrm::MapGrid::Cube(sphere::Cube { edge: 8 });
-    let map = Shrm(reflection.0.synthesise(grid, shrm::View::Local).unwrap());
+    let map = Shrm(reflection.0.synthesise(grid, shrm::View::Local, Stop::NEVER).unwrap());
     let of_map = case("preview", "size = 32\nresolution = 8")
         .input("reflection", map)
         .input("environment", environment(32, sky));
@@ -368,7 +368,7 @@ fn a_helmet_is_drawn_in_a_studio() {
     let studio = envmap::Environment::new(grid, image.into_pixels()).unwrap();
     let (f, p) = (Degree::new(20).unwrap(), Degree::new(2).unwrap());
     let lighting = sh::Transform::new(grid, f).unwrap().analyse(studio.pixels());
-    let brdf = brdf::project(&microfacet(0.3), Choice::Degree { f, p }).unwrap();
+    let brdf = brdf::project(&microfacet(0.3), Choice::Degree { f, p }, Stop::NEVER).unwrap();
     let reflection = Reflection(shrm::Reflection::convolve(&lighting, &brdf.coefficients));
     let helmet = crate::import_mesh::helmet(&corpus).artifact::<Mesh>();
     let case = case("preview", "size = [160, 120]\nsamples = 1\nbackground = [0, 0, 1]\ncurve = \"plain\"")

@@ -1,7 +1,7 @@
 //! How far the kinds say that they are.
 
 use brdf::{Choice, Fresnel, Ggx, Material as Model, project};
-use sh::{Degree, Expansion, Light};
+use sh::{Degree, Expansion, Light, Stop};
 use shrm::Reflection;
 use sphere::Direction;
 use stages::artifacts::{Brdf, Environment, Lighting, Material, Reflection as Reflected};
@@ -23,12 +23,12 @@ fn lighting() -> sh::Lighting {
 
 /// A field with a lamp beside it.
 fn reflected() -> Reflected {
-    let brdf = project(&metal(), Choice::Full).unwrap().coefficients;
-    Reflected(Reflection::for_light(&lighting(), &brdf, &metal()).0)
+    let brdf = project(&metal(), Choice::Full, Stop::NEVER).unwrap().coefficients;
+    Reflected(Reflection::for_light(&lighting(), &brdf, &metal(), Stop::NEVER).unwrap().0)
 }
 
 fn brdf() -> Brdf {
-    let coefficients = project(&metal(), Choice::Full).unwrap().coefficients;
+    let coefficients = project(&metal(), Choice::Full, Stop::NEVER).unwrap().coefficients;
     Brdf(containers::tensors::Brdf { coefficients, material: Some(metal()), for_light: true, parts: None })
 }
 

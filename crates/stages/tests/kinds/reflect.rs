@@ -97,7 +97,11 @@ fn a_cut_that_rings_is_a_warning_with_a_remedy_that_was_tried() {
     assert!(soft.run().unwrap().warnings.is_empty());
     // A window calms the rings.
     let negative = |ran: &crate::fixture::Ran| {
-        ran.artifact::<Reflection>().0.samples().negative(shrm::degrees::BLACK_SHARE * lit.0.mean())
+        ran.artifact::<Reflection>()
+            .0
+            .samples(sh::Stop::NEVER)
+            .unwrap()
+            .negative(shrm::degrees::BLACK_SHARE * lit.0.mean())
     };
     let calm = run("degree = [6, 0]", "window = \"hanning\"");
     assert!(negative(&calm) < 0.5 * negative(&ran), "{} {}", negative(&calm), negative(&ran));

@@ -3,7 +3,7 @@
 use brdf::{Choice, project};
 use envmap::Environment as Map;
 use serde_json::Value;
-use sh::{Degree, Transform};
+use sh::{Degree, Stop, Transform};
 use shrm::Reflection;
 use shrm::reference::{Cull, Reference};
 use sphere::{DVec3, Direction, Rotation};
@@ -243,7 +243,8 @@ fn the_error_on_the_sphere_is_that_of_the_kernels() {
     let degree = |l| Degree::new(l).unwrap();
     let lighting = Transform::new(light.grid(), degree(4)).unwrap().analyse(light.pixels());
     let choice = Choice::Degree { f: degree(4), p: degree(1) };
-    let reflected = Reflection::convolve(&lighting, &project(&material, choice).unwrap().coefficients);
+    let reflected =
+        Reflection::convolve(&lighting, &project(&material, choice, Stop::NEVER).unwrap().coefficients);
     let reference = Reference::new(&light, &material, Cull::None);
     let dark = 0.01 * light.integral().iter().sum::<f64>() / (12.0 * std::f64::consts::PI);
     let view = Direction::normalised(-DVec3::X);
@@ -311,7 +312,9 @@ fn a_black_material_has_no_error() {
 /// A reflection of a turned light, of the pair "gold" under "day".
 fn reflected(f: usize, degrees: f64) -> Reflected {
     let degree = Degree::new(f).unwrap();
-    let brdf = project(&phong(8.0), Choice::Degree { f: degree, p: Degree::ZERO }).unwrap().coefficients;
+    let brdf = project(&phong(8.0), Choice::Degree { f: degree, p: Degree::ZERO }, Stop::NEVER)
+        .unwrap()
+        .coefficients;
     let light = environment(32, window).0;
     let lighting = Transform::new(light.grid(), degree).unwrap().analyse(light.pixels());
     let turn = Rotation::from_yaw_pitch_roll(degrees.to_radians(), 0.0, 0.0);

@@ -1,6 +1,6 @@
 //! `brush-mesh`, `precompute-transfer` and `shade-vertices`.
 
-use sh::Degree;
+use sh::{Degree, Stop};
 use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexBlend, VertexRadiance};
 use transfer::{Directions, Frames, Occluders, Viewer, interreflect, precompute, shade_with_transfer};
 
@@ -324,9 +324,9 @@ fn shaded_exactly(bounces: usize) -> Vec<[f32; 3]> {
     let (frames, occluders) = (Frames::of(&pit).unwrap(), Occluders::of(&pit));
     let [four, eight] = [4, 8].map(|degree| Degree::new(degree).unwrap());
     let directions = Directions::new(1024, eight).unwrap();
-    let (shadows, _) = precompute(&frames, &occluders, &directions, (four, four)).unwrap();
+    let (shadows, _) = precompute(&frames, &occluders, &directions, (four, four), Stop::NEVER).unwrap();
     let BrdfTable(table) = table(lambert(0.8));
-    let found = interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, &|| false);
+    let found = interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, Stop::NEVER);
     let [matrices] = <[_; 1]>::try_from(found.unwrap()).unwrap();
     let viewer = Viewer::At([-3.0, 1.0, 2.0]);
     shade_with_transfer(&frames, &table, viewer, &matrices, &sky_lighting().0.series)

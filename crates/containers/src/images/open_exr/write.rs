@@ -17,6 +17,7 @@ use exr::meta::attribute::{AttributeValue, ChannelDescription, LineOrder, Sample
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, Headers};
 use rayon::prelude::*;
+use sh::{Stop, Stopped};
 
 use super::guard::{guarded, recipe_key, text};
 use crate::error::{Error, ErrorKind};
@@ -35,25 +36,26 @@ use crate::{limits, recipe};
 /// If the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
     let size = (image.width(), image.height());
-    write(size, &[("", image.pixels())], precision, (recipe, &[]), &|| false)
+    write(size, &[("", image.pixels())], precision, (recipe, &[]), Stop::NEVER)
         .map_err(|error| error.within(Format::OpenExr.name()))
 }
 
 /// Writes OpenEXR with a layer for each of `layers`: a name and RGB, row by row. `metadata` and the recipe
 /// become `string` attributes.
 ///
-/// The layer named `""` is the plain R, G and B; it is optional. Numbers as [`write_exr`] has them.
+/// The layer named `""` is the plain R, G and B; it is optional. Numbers as [`write_exr`] has them. `stop` is
+/// asked before each block of rows is compressed.
 ///
 /// # Errors
 /// If there is no layer, or one does not have `width` x `height` pixels; if two have the same name, or a name
 /// or an attribute has control characters; if two attributes have the same name, or one has a name that the
-/// format uses itself.
+/// format uses itself; if it was stopped.
 ///
 /// # Example: a program without layers sees the layer without a name
 /// ```
 /// use containers::{Precision, ReadOptions, read_image, write_exr_layers};
 /// let layers = [(String::new(), vec![[1.0; 3]]), ("p1q0".to_owned(), vec![[0.5; 3]])];
-/// let bytes = write_exr_layers(1, 1, &layers, Precision::Half, None, &[])?.bytes;
+/// let bytes = write_exr_layers(1, 1, &layers, Precision::Half, None, &[], sh::Stop::NEVER)?.bytes;
 /// assert_eq!(read_image(&bytes, &ReadOptions::default())?.image.pixels(), [[1.0; 3]]);
 /// let option = ReadOptions { layer: Some("p1q0".into()), ..ReadOptions::default() };
 /// assert_eq!(read_image(&bytes, &option)?.image.pixels(), [[0.5; 3]]);
@@ -66,22 +68,7 @@ pub fn write_exr_layers(
     precision: Precision,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
-) -> Result<Encoded, Error> {
-    write_exr_layers_unless((width, height), layers, precision, recipe, metadata, &|| false)
-}
-
-/// Writes as [`write_exr_layers`] does, but ends early with an error once `stop` says so. It is asked before
-/// each block of rows is compressed.
-///
-/// # Errors
-/// The errors of [`write_exr_layers`], and an error if it was stopped.
-pub fn write_exr_layers_unless(
-    (width, height): (usize, usize),
-    layers: &[(String, Vec<[f32; 3]>)],
-    precision: Precision,
-    recipe: Option<&str>,
-    metadata: &[(&str, &str)],
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Encoded, Error> {
     let views: Vec<(&str, &[[f32; 3]])> =
         layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
@@ -123,7 +110,7 @@ fn write(
     layers: &[Layer<'_>],
     precision: Precision,
     (recipe, metadata): (Option<&str>, &[(&str, &str)]),
-    stop: &(dyn Fn() -> bool + Sync),
+    stop: Stop<'_>,
 ) -> Result<Encoded, Error> {
     recipe::check(recipe)?;
     let sample_type = match precision {
@@ -167,9 +154,7 @@ fn write(
 
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
     let compress = |(position, index)| -> Result<(usize, Chunk), Error> {
-        if stop() {
-            return Err(Error::new(ErrorKind::Unwritable, "the writing was stopped"));
-        }
+        stop.check().map_err(|Stopped| Error::new(ErrorKind::Unwritable, "the writing was stopped"))?;
         let data = samples(width, &channels, index, precision);
         let chunk = guarded(|| UncompressedBlock { index, data }.compress_to_chunk(&headers))?;
         Ok((position, chunk))

@@ -179,7 +179,7 @@ fn a_ball_without_size_and_a_picture_without_pixels_are_drawn() {
 fn a_picture_that_is_too_large_is_an_error_of_this_renderer() {
     let scene = Scene::of(sphere(), plain());
     for size in [[u32::MAX, u32::MAX], [1 << 15, 1 << 15], [1 << 21, 1]] {
-        let made = super::super::Cpu::new().render(&scene, &shot(size, Show::One(Mode::Mirror)), &|| false);
+        let made = super::super::Cpu::new().render(&scene, &shot(size, Show::One(Mode::Mirror)), Stop::NEVER);
         assert!(made.is_err_and(|error| error.is_of_the_device()), "{size:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! Pictures under a sun that is not in the maps.
 
 use brdf::{Fresnel, Ggx, KajiyaKay, Phong};
-use sh::{Lighting, Transform};
+use sh::{Lighting, Stop, Transform};
 use shrm::{Cabral, KautzMcCool, MapGrid, Plain, View};
 use sphere::Direction;
 
@@ -18,7 +18,7 @@ fn sunny() -> (Arc<Light>, Lighting) {
         [0.3 + 0.2 * up + disk, 0.3 + 0.4 * up + disk, 0.3 + 0.7 * up + 0.8 * disk]
     };
     let light = light(128, sky);
-    let separated = light.environment().separate_lamps();
+    let separated = light.environment().separate_lamps(Stop::NEVER).unwrap();
     let transform = Transform::new(light.environment().grid(), Degree::new(30).unwrap()).unwrap();
     let series = transform.analyse(separated.soft.pixels());
     assert_eq!(separated.lights.len(), 1);
@@ -41,8 +41,8 @@ fn materials() -> [Material; 4] {
 
 /// The look of a material with the degrees that are chosen for the light.
 fn sunny_look(light: &Arc<Light>, lighting: &Lighting, material: &Material) -> Arc<Look> {
-    let brdf = project(material, Choice::Full).unwrap().coefficients;
-    let (reflection, _) = Reflection::for_light(lighting, &brdf, material);
+    let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+    let (reflection, _) = Reflection::for_light(lighting, &brdf, material, Stop::NEVER).unwrap();
     Arc::new(Look::new(Arc::clone(light), reflection, Some(material.clone()), SIZES))
 }
 
@@ -127,9 +127,9 @@ fn the_other_maps_hold_the_lamps_as_their_exports_do() {
         let reflection = look.reflection().unwrap();
         let grid = MapGrid::Cube(look.cube());
         let (soft, lamps) = (look.local().unwrap(), reflection.lamps().unwrap());
-        assert_eq!(look.cabral().unwrap(), &Cabral::from_shrm(soft).with_lamps(lamps));
+        assert_eq!(look.cabral().unwrap(), &Cabral::from_shrm(soft).with_lamps(lamps, Stop::NEVER).unwrap());
         let slices = KautzMcCool::from_shrm(soft, KautzMcCool::even_angles(SIZES.slices)).unwrap();
-        assert_eq!(look.kautz_mccool().unwrap(), &slices.with_lamps(lamps));
+        assert_eq!(look.kautz_mccool().unwrap(), &slices.with_lamps(lamps, Stop::NEVER).unwrap());
         let soft: Vec<[f32; 3]> = sh::synthesise_cube(&reflection.plain(Plain::Mean), look.cube()).unwrap();
         let lit = reflection.lamps().unwrap().plain(Plain::Mean, grid);
         for (texel, found) in look.prefiltered().unwrap().iter().enumerate() {
@@ -158,7 +158,7 @@ fn with_lamps_in_maps_a_picture_is_that_of_the_baked_map() {
     let look = small(&sunny_look(&light, &lighting, &gold()));
     let reflection = look.reflection().unwrap().clone();
     let sizes = look.sizes();
-    let map = reflection.bake(MapGrid::Cube(look.cube()), View::Local, &|| false).unwrap();
+    let map = reflection.bake(MapGrid::Cube(look.cube()), View::Local, Stop::NEVER).unwrap();
     let file = Look::from_map(Arc::clone(&light), map, None, sizes);
     let baked = Look::new(Arc::clone(&light), reflection, None, sizes).with_lamps_in_maps(true);
     let of = |look: Look| {

@@ -18,7 +18,7 @@ fn every_mode_reflects_a_constant_light_unchanged() {
     let constant = light(16, |_| [0.5, 1.0, 2.0]);
     let phong = Material::Phong(brdf::Phong::new(8.0, [1.0; 3]).unwrap());
     for (material, f) in [(lambert(1.0), 6), (phong, 12)] {
-        let (table, _) = brdf::tabulate(&material, Degree::new(f).unwrap(), 16).unwrap();
+        let (table, _) = brdf::tabulate(&material, Degree::new(f).unwrap(), 16, Stop::NEVER).unwrap();
         let look = Arc::into_inner(look(&constant, &material, [f, 0])).unwrap();
         let scene = Scene::of(sphere(), Arc::new(look.with_table(Some(Arc::new(table)))));
         for background in [Background::Environment, Background::Harmonics] {
@@ -108,7 +108,7 @@ fn a_rotation_of_the_light_equals_a_rotated_light() {
 fn a_rotated_environment_shows_in_mirrors_and_in_the_background() {
     let still = light(32, uneven);
     let turn = Rotation::from_yaw_pitch_roll(5.0 / 64.0 * std::f64::consts::TAU, 0.0, 0.0);
-    let turned = Arc::new(Light::new(still.environment().rotated(turn), None));
+    let turned = Arc::new(Light::new(still.environment().rotated(turn, Stop::NEVER).unwrap(), None));
     let scene = |light: &Arc<Light>| Scene::of(sphere(), look(light, &lambert(1.0), [0, 0]));
     let shot = shot([40, 40], Show::One(Mode::Mirror));
     let by_turn = render(&scene(&still), &Shot { turn, ..shot.clone() });
@@ -189,7 +189,7 @@ fn each_object_has_its_own_look() {
     let mut cpu = super::super::Cpu::new();
     for mode in shading_modes() {
         let shot = shot([60, 40], Show::One(mode));
-        let mut of = |objects| cpu.render(&scene(objects), &shot, &|| false).unwrap();
+        let mut of = |objects| cpu.render(&scene(objects), &shot, Stop::NEVER).unwrap();
         let both = of(vec![object(0), object(1)]);
         let alone = [of(vec![object(0)]), of(vec![object(1)])];
         let mut seen = [0, 0];
@@ -283,11 +283,11 @@ fn a_picture_is_cancelled_within_a_million_light_samples() {
     let shot = Shot { light_samples: 3_000_000, ..shot([2, 2], Show::One(Mode::BruteForce)) };
     let calls = AtomicU32::new(0);
     let stop = || calls.fetch_add(1, Ordering::Relaxed) >= 20;
-    let stopped = super::super::Cpu::new().render(&scene, &shot, &stop);
+    let stopped = super::super::Cpu::new().render(&scene, &shot, Stop::when(&stop));
     assert_eq!(stopped, Err(RenderError::Cancelled));
     // Twelve million light samples would be 183 calls; the preparation makes few.
     assert!(calls.into_inner() < 40);
-    let at_once = super::super::Cpu::new().render(&scene, &shot, &|| true);
+    let at_once = super::super::Cpu::new().render(&scene, &shot, Stop::when(&|| true));
     assert_eq!(at_once, Err(RenderError::Cancelled));
 }
 
@@ -298,7 +298,8 @@ fn brute_force_needs_a_material() {
     let reflection = known.reflection().unwrap().clone();
     let unknown = Look::new(light, reflection, None, MapSizes { edge: 8, slices: 4 });
     let scene = Scene::of(sphere(), Arc::new(unknown));
-    let made = super::super::Cpu::new().render(&scene, &shot([4, 4], Show::One(Mode::BruteForce)), &|| false);
+    let made =
+        super::super::Cpu::new().render(&scene, &shot([4, 4], Show::One(Mode::BruteForce)), Stop::NEVER);
     assert!(matches!(made, Err(RenderError::Missing { .. })), "{made:?}");
 }
 

@@ -15,7 +15,7 @@ fn brushed() -> Material {
 
 /// The look of a material without maps, with its table.
 fn tabulated(light: &Arc<Light>, material: Material, l: usize) -> Arc<Look> {
-    let (table, _) = tabulate(&material, Degree::new(l).unwrap(), 64).unwrap();
+    let (table, _) = tabulate(&material, Degree::new(l).unwrap(), 64, Stop::NEVER).unwrap();
     let sizes = MapSizes { edge: 8, slices: 4 };
     Arc::new(Look::without_maps(Arc::clone(light), material, sizes).with_table(Some(Arc::new(table))))
 }
@@ -24,7 +24,9 @@ fn transfer_of(mesh: &Mesh, l: usize) -> Arc<Vec<Transfer>> {
     let degree = Degree::new(l).unwrap();
     let directions = Directions::new(256, Degree::new(2 * l).unwrap()).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    Arc::new(vec![precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree)).unwrap().0])
+    Arc::new(vec![
+        precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree), Stop::NEVER).unwrap().0,
+    ])
 }
 
 fn knot() -> Arc<Mesh> {
@@ -67,7 +69,8 @@ fn a_blend_says_which_material_of_a_table_is_seen() {
     let mesh = knot();
     let (dark, bright) = (lambert(0.1), brushed());
     let sky = light(16, uneven);
-    let tables = [&dark, &bright].map(|material| tabulate(material, Degree::new(2).unwrap(), 16).unwrap().0);
+    let tables = [&dark, &bright]
+        .map(|material| tabulate(material, Degree::new(2).unwrap(), 16, Stop::NEVER).unwrap().0);
     let look = |table: BrdfTable| {
         let bare = Look::without_maps(Arc::clone(&sky), dark.clone(), MapSizes { edge: 8, slices: 4 });
         Scene::of(Arc::clone(&mesh), Arc::new(bare.with_table(Some(Arc::new(table)))))
@@ -104,7 +107,7 @@ fn only_what_moved_is_computed_again() {
         let mut cpu = super::super::Cpu::new();
         let mut shot = shot([30, 30], Show::One(mode));
         let mut expect = |shot: &Shot, both_new, light_kept, view_kept| {
-            let picture = cpu.render(&scene, shot, &|| false).unwrap();
+            let picture = cpu.render(&scene, shot, Stop::NEVER).unwrap();
             let fresh = render(&scene, shot);
             let pairs = picture.radiance.as_flattened().iter().zip(fresh.radiance.as_flattened());
             let apart = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);

@@ -1,5 +1,5 @@
 use brdf::{Material, tabulate};
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Stop};
 use transfer::{FixedLight, Frames, Viewer};
 
 use super::*;
@@ -13,7 +13,7 @@ fn degree(l: usize) -> Degree {
 fn cases() -> [(BrdfTable, usize); 4] {
     let ward = |specular| Material::Ward(brdf::Ward::new([0.3, 0.6], specular).unwrap());
     let hair = Material::KajiyaKay(brdf::KajiyaKay::new(8.0, [0.9, 0.6, 0.3]).unwrap());
-    let table = |material: &Material, l: usize| tabulate(material, degree(l), 16).unwrap().0;
+    let table = |material: &Material, l: usize| tabulate(material, degree(l), 16, Stop::NEVER).unwrap().0;
     let three = [ward([0.2; 3]), hair.clone(), ward([1.0; 3])].map(|material| table(&material, 3));
     [
         (table(&ward([1.0; 3]), 4), 5),

@@ -8,6 +8,7 @@ use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
 use preview::{Export, SubjectDetails};
 use preview::{Light, Look, MapSizes, Scene};
+use sh::unstopped;
 use transfer::{Frames, Transfer};
 
 use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
@@ -221,8 +222,11 @@ impl SceneCache {
             }
             let environment = environment.get::<artifacts::Environment>()?;
             let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
-            let environment =
-                if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
+            let environment = if is_turned {
+                unstopped(|stop| environment.0.rotated(entry.turn, stop))
+            } else {
+                environment.0.clone()
+            };
             let mut environment = environment;
             for (added, turn) in &added {
                 let added = added.get::<artifacts::Lighting>()?.0.rotated(*turn);

@@ -4,6 +4,7 @@ use engine::{Failure, Steps};
 use preview::{Cpu, Picture, RenderError, Renderer, Scene, Shot, cpu_steps, graphics_device};
 
 use super::values::Backend;
+use crate::values::UntilStopped;
 
 /// The end of a message about the device, which is not part of the key, so that another one does not make a
 /// result out of date.
@@ -44,17 +45,18 @@ impl<'a> FallbackRenderer<'a> {
     /// The picture of a scene. If the device cannot draw it, the CPU draws this picture and all after it.
     pub(super) fn draw(&mut self, scene: &Scene, shot: &Shot) -> Result<Picture, Failure> {
         let steps = self.pictures.part(1, cpu_steps(shot));
-        let stop = || steps.stop();
-        if let Some(device) = &mut self.device {
-            match device.render(scene, shot, &stop) {
-                Err(error) if error.is_of_the_device() => {
-                    self.warn(&error);
-                    self.device = None;
+        steps.until_stopped(|stop| {
+            if let Some(device) = &mut self.device {
+                match device.render(scene, shot, stop) {
+                    Err(error) if error.is_of_the_device() => {
+                        self.warn(&error);
+                        self.device = None;
+                    }
+                    done => return done.map_err(failure),
                 }
-                done => return done.map_err(failure),
             }
-        }
-        self.cpu.render(scene, shot, &stop).map_err(failure)
+            self.cpu.render(scene, shot, stop).map_err(failure)
+        })
     }
 }
 
@@ -73,7 +75,7 @@ mod tests {
     use brdf::{Choice, Lambert, Material, project};
     use engine::Context;
     use preview::{Background, Camera, Light, Look, MapSizes, Mode, Show};
-    use sh::{Degree, Expansion};
+    use sh::{Degree, Expansion, Stop};
     use sphere::{LatLong, Rotation};
 
     use super::*;
@@ -87,12 +89,7 @@ mod tests {
             "a fake device".into()
         }
 
-        fn render(
-            &mut self,
-            _: &Scene,
-            _: &Shot,
-            _: &(dyn Fn() -> bool + Sync),
-        ) -> Result<Picture, RenderError> {
+        fn render(&mut self, _: &Scene, _: &Shot, _: Stop<'_>) -> Result<Picture, RenderError> {
             self.0 = self.0.checked_sub(1).ok_or_else(|| self.1.clone())?;
             Ok(Picture { size: [1; 2], codes: vec![[0; 3]], radiance: vec![[0.0; 4]], relative_rms: None })
         }
@@ -102,7 +99,7 @@ mod tests {
         let grid = LatLong::with_rows(4);
         let environment = envmap::Environment::new(grid, vec![[1.0; 3]; grid.len()]).unwrap();
         let white = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
-        let flat = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO }).unwrap();
+        let flat = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO }, Stop::NEVER).unwrap();
         let reflection = shrm::Reflection::convolve(&Expansion::zero(Degree::ZERO), &flat.coefficients);
         let light = Arc::new(Light::new(environment, None));
         let look = Look::new(light, reflection, None, MapSizes { edge: 4, slices: 2 });

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
 
-use brdf::{BrdfCoefficients, Choice, Material, project_unless};
+use brdf::{BrdfCoefficients, Choice, Material, project};
 use engine::{Failure, Steps};
 use envmap::Environment;
 use rayon::prelude::*;
@@ -24,6 +24,7 @@ use sphere::{DMat3, DVec3, Direction, LatLong};
 
 use crate::picture::report::figures::{EqualTime, Follows, Noise, NoisePair, PointSet, SAMPLES, TIMED};
 use crate::picture::report::study::Lit;
+use crate::values::UntilStopped;
 
 /// The most samples that fit into the time of [`TIMED`] others.
 const MAX_SAMPLES: usize = 4096;
@@ -78,10 +79,8 @@ pub(crate) fn study(
     let mut pairs = Vec::new();
     for (name, material) in materials {
         let degrees = Choice::Degree { f: Degree::new(F)?, p: Degree::new(P)? };
-        let stop = || steps.context().check_cancelled().is_err();
-        let projection = project_unless(material, degrees, &stop);
-        steps.context().check_cancelled()?;
-        let series = projection?.coefficients;
+        let projection = steps.context().until_stopped(|stop| project(material, degrees, stop))?;
+        let series = projection.coefficients;
         for lit in lit {
             let steps = steps.part(1, SURFACES as usize + Follows::ALL.len());
             if let Some(scene) = Scene::new(lit, material, (&series, &tables), &steps)? {

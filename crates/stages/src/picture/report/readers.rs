@@ -121,12 +121,15 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
-    use sh::{Degree, Lighting};
+    use engine::Context;
+    use sh::{Degree, Lighting, Stop};
     use shrm::{Plain, Reflection, View};
     use sphere::LatLong;
 
     use super::*;
     use crate::map::texels;
+    use crate::picture::report::study::zonal;
+    use crate::testkit::NoFiles;
 
     fn lighting() -> Lighting {
         let degree = Degree::new(6).unwrap();
@@ -147,8 +150,8 @@ mod tests {
         ];
         let mut all = Vec::new();
         for material in materials {
-            let brdf = project(&material, Choice::Full).unwrap().coefficients;
-            all.push(Reflection::for_light(&lighting(), &brdf, &material).0);
+            let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+            all.push(Reflection::for_light(&lighting(), &brdf, &material, Stop::NEVER).unwrap().0);
             all.push(all[all.len() - 1].clone().without_lamps());
         }
         all
@@ -167,17 +170,22 @@ mod tests {
                 pixels.iter().map(|pixel| pixel.map(|value| value.max(0.0))).collect()
             };
 
-            let soft = reflection.synthesise(grid, View::Local).unwrap();
+            let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
             let maps = Cabral::from_shrm(&soft);
-            let maps = if let Some(lamps) = lamps { maps.with_lamps(lamps) } else { maps };
+            let maps =
+                if let Some(lamps) = lamps { maps.with_lamps(lamps, Stop::NEVER).unwrap() } else { maps };
             let maps = Cabral::new(grid, maps.centre(), black(maps.maps())).unwrap();
             let expected: Vec<_> = central.iter().map(|central| maps.radiance(*central, view)).collect();
             assert_eq!(reader.cabral(&soft, lamps), expected);
 
             let slices = MapGrid::LatLong(LatLong::with_rows(14));
-            let zonal = crate::picture::report::study::zonal(&reflection, LatLong::with_rows(14)).unwrap();
+            let zonal = zonal(&reflection, LatLong::with_rows(14), &Context::new(&NoFiles)).unwrap();
             let texture = KautzMcCool::from_shrm(&zonal, angles.clone()).unwrap();
-            let texture = if let Some(lamps) = lamps { texture.with_lamps(lamps) } else { texture };
+            let texture = if let Some(lamps) = lamps {
+                texture.with_lamps(lamps, Stop::NEVER).unwrap()
+            } else {
+                texture
+            };
             let texture =
                 KautzMcCool::new(slices, texture.centre(), angles.clone(), black(texture.slices())).unwrap();
             let expected: Vec<_> = central.iter().map(|central| texture.radiance(*central, view)).collect();

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use brdf::{BrdfCoefficients, Choice, Part, project_unless};
+use brdf::{BrdfCoefficients, Choice, Part, project};
 use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
@@ -22,6 +22,7 @@ use crate::picture::report::figures::{Change, Export, Method, PairFigures, Setti
 use crate::picture::report::page::Pictures;
 use crate::picture::report::readers::Reader;
 use crate::picture::report::sphere::{Lattice, Sphere};
+use crate::values::UntilStopped;
 
 /// The number of angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
 const SLICES: usize = 16;
@@ -63,11 +64,11 @@ impl<'a> Lit<'a> {
     }
 
     /// The lighting that `project-sh` makes by default.
-    fn full(&self) -> Result<&Lighting, Failure> {
+    fn full(&self, context: &Context<'_>) -> Result<&Lighting, Failure> {
         if let Some(full) = self.full.get() {
             return Ok(full);
         }
-        let made = full(self.environment)?;
+        let made = full(self.environment, context)?;
         Ok(self.full.get_or_init(|| made))
     }
 }
@@ -145,9 +146,7 @@ fn projected<'a>(
     if let Some(made) = cell.get() {
         return Ok(made);
     }
-    let made = project_unless(material, choice, &|| context.check_cancelled().is_err());
-    context.check_cancelled()?;
-    let made = made?.coefficients;
+    let made = context.until_stopped(|stop| project(material, choice, stop))?.coefficients;
     Ok(cell.get_or_init(|| made))
 }
 
@@ -160,14 +159,14 @@ pub(crate) fn reflection(
 ) -> Result<Reflection, Failure> {
     Ok(match choice {
         None => {
-            let stop = || context.check_cancelled().is_err();
-            let full = (lit.full()?, material.full(context)?);
-            let found = Reflection::for_light_unless(full.0, full.1, &material.material, &stop);
-            found.ok_or_else(Failure::cancelled)?.0
+            let (lighting, brdf) = (lit.full(context)?, material.full(context)?);
+            let found =
+                context.until_stopped(|stop| Reflection::for_light(lighting, brdf, &material.material, stop));
+            found?.0
         }
         Some(choice) => {
             let brdf = projected(&material.given, &material.material, choice, context)?;
-            Reflection::convolve(&lit.full()?.whole(), brdf)
+            Reflection::convolve(&lit.full(context)?.whole(), brdf)
         }
     })
 }
@@ -235,8 +234,8 @@ type Seen = (Lattice, Vec<[f32; 3]>);
 
 /// The map without lamps.
 fn soft(reflection: &Reflection, edge: usize, context: &Context<'_>) -> Result<Shrm, Failure> {
-    let stop = || context.check_cancelled().is_err();
-    Ok(reflection.synthesise_unless(MapGrid::Cube(Cube { edge }), View::Local, &stop)?)
+    let grid = MapGrid::Cube(Cube { edge });
+    context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))
 }
 
 /// A sphere under one light, with its ground truth.
@@ -332,7 +331,7 @@ impl<'a> Scene<'a> {
             own = reflection.lamps().map(|lamps| &lamps.lights[..]).unwrap_or_default();
             (reflection.lighting(), own)
         } else {
-            full = lit.full()?;
+            full = lit.full(self.context)?;
             (&full.series, &full.lights[..])
         };
         for part in parts {
@@ -404,7 +403,7 @@ impl<'a> Scene<'a> {
                 let rows = LatLong::with_rows(2 * edge);
                 let lights = lamps.map(|lamps| (lit_by.rings(), &lamps.lights[..]));
                 let angles = KautzMcCool::even_angles(SLICES);
-                let values = reader.kautz_mccool(&zonal(reflection, rows)?, &angles, lights);
+                let values = reader.kautz_mccool(&zonal(reflection, rows, self.context)?, &angles, lights);
                 let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
                 (values, (8 * SLICES * rows.len(), size))
             }
@@ -459,9 +458,7 @@ impl<'a> Scene<'a> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let cancelled = || self.context.check_cancelled().is_err();
-        let map = reflection.bake_texels(soft, &seen, &cancelled)?;
-        self.context.check_cancelled()?;
+        let map = self.context.until_stopped(|stop| reflection.bake_texels(soft, &seen, stop))?;
         Ok((map, lattice))
     }
 
@@ -509,11 +506,11 @@ impl<'a> Scene<'a> {
             tried.push(Trial { change, export });
         }
         if !tried.iter().any(|trial| is_good(&trial.export)) && reflection.lamps().is_none() {
-            let (lighting, brdf) = (&lit.full()?.series, material.full(self.context)?);
+            let (lighting, brdf) = (&lit.full(self.context)?.series, material.full(self.context)?);
             let p = Degree::new(MOST_P)?;
             let highest = Reflection::convolve(lighting, &brdf.cut_to(Degree::MAX, p));
             let degree = [highest.brdf().f().get(), highest.brdf().p().get()];
-            if lit.full()?.lights.is_empty()
+            if lit.full(self.context)?.lights.is_empty()
                 && (degree[0] > reflection.brdf().f().get() || degree[1] > reflection.brdf().p().get())
             {
                 let edge = change.resolution.unwrap_or(settings.resolution);
@@ -533,14 +530,15 @@ fn shrms(reflection: &Reflection) -> &'static [Method] {
 }
 
 /// The map of a reflection's terms without azimuth, which are all that a 3D texture holds.
-pub(crate) fn zonal(reflection: &Reflection, grid: LatLong) -> Result<Shrm, Failure> {
+pub(crate) fn zonal(reflection: &Reflection, grid: LatLong, context: &Context<'_>) -> Result<Shrm, Failure> {
     let brdf = reflection.brdf();
     let side = brdf.p().get() + 1;
     let without_azimuth = |(index, rho): (usize, &[f64; 3])| if index % side == 0 { *rho } else { [0.0; 3] };
     let rho = brdf.rho().iter().enumerate().map(without_azimuth).collect();
     let zonal = BrdfCoefficients::new(brdf.centre(), brdf.f(), brdf.p(), rho).unwrap_or_else(|| brdf.clone());
-    let map = Reflection::convolve(reflection.lighting(), &zonal)
-        .synthesise(MapGrid::LatLong(grid), View::Local)?;
+    let zonal = Reflection::convolve(reflection.lighting(), &zonal);
+    let grid = MapGrid::LatLong(grid);
+    let map = context.until_stopped(|stop| zonal.synthesise(grid, View::Local, stop))?;
     debug_assert_eq!(map.terms(), Terms::Zonal);
     Ok(map)
 }

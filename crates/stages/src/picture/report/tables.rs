@@ -4,7 +4,7 @@
 //! The coefficients c_i(v) come from a table of degree 14 that is made here; [KSS02, eq. 1] is evaluated at
 //! every pixel. The sphere is brushed along +Z, projected into the surface.
 
-use brdf::{BrdfTable, Material, captured_unless, tabulate_unless};
+use brdf::{BrdfTable, Material, captured, tabulate};
 use engine::{Context, Failure, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use sh::{Degree, Expansion, Transform, Window};
@@ -14,6 +14,7 @@ use crate::picture::report::cuts::{MAX_CUT, PICTURE, SHOWN, TablePictures};
 use crate::picture::report::figures::{Cut, Settings, TableFigures, TablePair};
 use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::study::{Lit, brute_force};
+use crate::values::UntilStopped;
 
 /// The number of views along an edge of the table.
 const VIEWS: usize = 48;
@@ -54,12 +55,10 @@ struct Tabulated {
 
 impl Tabulated {
     fn new(material: &Material, context: &Context<'_>) -> Result<Self, Failure> {
-        let (degree, stop) = (Degree::new(MAX_CUT)?, || context.check_cancelled().is_err());
-        let table = tabulate_unless(material, degree, VIEWS, &stop);
-        context.check_cancelled()?;
-        let captured = captured_unless(material, degree, &stop);
-        context.check_cancelled()?;
-        Ok(Self { table: table?.0, captured: captured? })
+        let degree = Degree::new(MAX_CUT)?;
+        let (table, _) = context.until_stopped(|stop| tabulate(material, degree, VIEWS, stop))?;
+        let captured = context.until_stopped(|stop| captured(material, degree, stop))?;
+        Ok(Self { table, captured })
     }
 }
 

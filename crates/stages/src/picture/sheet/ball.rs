@@ -6,6 +6,7 @@
 
 use envmap::Environment;
 use rayon::prelude::*;
+use sh::{Stop, Stopped};
 use shrm::{Lamps, Lookup, Shrm};
 use sphere::{DVec3, Direction};
 
@@ -23,8 +24,8 @@ pub(crate) fn ball(
     field: &Shrm,
     lamps: Option<&Lamps>,
     edge: usize,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Vec<[f32; 3]> {
+    stop: Stop<'_>,
+) -> Result<Vec<[f32; 3]>, Stopped> {
     let lamps = lamps.map(Lamps::for_views);
     // A unit ball at a distance with tan(asin(1 / distance)) = outline.
     let outline = OUTLINE * HALF_WIDTH;
@@ -45,10 +46,8 @@ pub(crate) fn ball(
         }
     };
     let mut picture = vec![[0.0; 3]; edge * edge];
-    picture.par_chunks_mut(edge.max(1)).enumerate().for_each(|(row, line)| {
-        if stop() {
-            return;
-        }
+    picture.par_chunks_mut(edge.max(1)).enumerate().try_for_each(|(row, line)| {
+        stop.check()?;
         let mut lookup = field.lookup();
         for (column, pixel) in line.iter_mut().enumerate() {
             let at = |index: usize, offset: f64| 2.0 * (index as f64 + offset) / edge as f64 - 1.0;
@@ -63,8 +62,9 @@ pub(crate) fn ball(
             }
             *pixel = sum.map(|sum| (sum / (side * side) as f64) as f32);
         }
-    });
-    picture
+        Ok(())
+    })?;
+    Ok(picture)
 }
 
 /// The normal where a ray from the origin meets the unit ball around (distance, 0, 0).
@@ -92,7 +92,7 @@ mod tests {
 
     /// Draws the ball without lamps, to its end.
     fn whole(environment: &Environment, field: &Shrm, edge: usize) -> Vec<[f32; 3]> {
-        ball(environment, field, None, edge, &|| false)
+        ball(environment, field, None, edge, Stop::NEVER).unwrap()
     }
 
     /// A map that shows the same toward every view: B_00 Y_00.
