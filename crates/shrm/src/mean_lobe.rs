@@ -133,7 +133,11 @@ impl Zonal {
         while k + 2 < self.sines.len() && self.sines[k + 1] <= sine {
             k += 1;
         }
-        k = k.min(self.sines.len() - 2);
+        self.between(k.min(self.sines.len() - 2), sine)
+    }
+
+    /// The value between a node and the next one.
+    fn between(&self, k: usize, sine: f64) -> [f64; 3] {
         let share = ((sine - self.sines[k]) / (self.sines[k + 1] - self.sines[k])).clamp(0.0, 1.0);
         let [a, b] = [self.values[k], self.values[k + 1]];
         std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
@@ -162,38 +166,46 @@ impl Zonal {
             return self.at(math::sin(away / 2.0));
         }
         let (lowest, highest) = ((away - radius).max(0.0), (away + radius).min(PI));
-        // Within these circles the disk is whole, or begins or ends.
+        // Within this circle the disk is whole, or it begins there.
         let edge = (away - radius).abs();
-        let first = self.angles.partition_point(|angle| *angle <= lowest);
-        let nodes = self.angles[first..].iter().copied().take_while(|angle| *angle < highest);
-        let mut ends: Vec<f64> = [lowest].into_iter().chain(nodes).chain([edge, highest]).collect();
-        ends.sort_by(f64::total_cmp);
         let circles = Circles::new(radius, away);
         let (mut sum, mut whole) = ([0.0; 3], 0.0);
-        for ends in ends.windows(2) {
-            let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
-            if half <= 0.0 || ends[1] > highest {
-                continue;
+        let first = self.angles.partition_point(|angle| *angle <= lowest).max(1) - 1;
+        for k in first..self.angles.len() - 1 {
+            let (from, to) = (self.angles[k].max(lowest), self.angles[k + 1].min(highest));
+            if to <= from {
+                break;
             }
-            for (cosine, weight) in GAUSS {
-                let (sine, arc) = circles.arc(middle + half * cosine);
-                let weight = weight * half * arc;
-                let value = self.at(sine);
-                (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
-                whole += weight;
+            let middle = edge.clamp(from, to);
+            for (from, to) in [(from, middle), (middle, to)] {
+                let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
+                if half <= 0.0 {
+                    continue;
+                }
+                let is_smooth = [lowest, edge, highest].iter().all(|end| (end - centre).abs() > 3.0 * half);
+                for &(place, weight) in if is_smooth { &GAUSS[..] } else { &GAUSS_AT_ENDS[..] } {
+                    let (sine, arc) = circles.arc(centre + half * place);
+                    let weight = weight * half * arc;
+                    let value = self.between(k, sine);
+                    (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
+                    whole += weight;
+                }
             }
         }
         if whole > 0.0 { sum.map(|sum| sum / whole) } else { self.at(math::sin(away / 2.0)) }
     }
 }
 
-/// Gauss's four points in an angle u from 0 to pi, in which arcs that begin as a square root of cos u are
-/// smooth: cos u, and the weight of the point times sin u, up to a factor of all.
-const GAUSS: [(f64, f64); 4] = [
-    (-0.976_304_574_079_488_9, 0.075_276_124_954_146_57),
-    (-0.509_015_785_495_715_6, 0.561_338_627_175_606_6),
-    (0.509_015_785_495_715_6, 0.561_338_627_175_606_6),
-    (0.976_304_574_079_488_9, 0.075_276_124_954_146_57),
+/// Gauss's two points on [-1, 1] and their weights.
+const GAUSS: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
+
+/// Gauss's four points in an angle u from 0 to pi, in which arcs that begin as a square root are smooth:
+/// cos u, and the weight of the point times pi / 2 sin u.
+const GAUSS_AT_ENDS: [(f64, f64); 4] = [
+    (-0.976_304_574_079_488_9, 0.118_243_460_573_327_3),
+    (-0.509_015_785_495_715_6, 0.881_748_653_655_532_7),
+    (0.509_015_785_495_715_6, 0.881_748_653_655_532_7),
+    (0.976_304_574_079_488_9, 0.118_243_460_573_327_3),
 ];
 
 /// The circles about the axis, of which a disk holds arcs.
