@@ -26,8 +26,8 @@
 //! `safetensors` holds one sample of each light, for renderers that sample an environment by importance and
 //! read it from mip levels. With n lights, W the solid angle of one, `pdf` is 1 / (n W), `radiance` its mean
 //! over W, and `mip` the level of a lat-long map of `resolution` rows whose texels are as large as W
-//! (Krivanek and Colbert 2008). So 1/n times the sum of f(direction) radiance / pdf is the integral of f times
-//! the light.
+//! (Krivanek and Colbert 2008). So 1/n times the sum of f(direction) radiance / pdf is the integral of f
+//! times the light.
 //!
 //! ```python
 //! rig = safetensors.numpy.load_file("rig.safetensors")

@@ -67,10 +67,6 @@
 //! the relative RMS error of 8 estimates at each surface, of 4 to 256 samples, compared with the sum over all
 //! texels.
 //!
-//! Directions of a product cost more. `equal-time = true` adds the error of each density in the time that 64
-//! samples of the product take on this machine, what is made for each view included. The files then hold
-//! times, and are different ones on every run.
-//!
 //! ## Light rigs
 //!
 //! `sections = ["rigs"]` adds what is lost if the lights of `sample-light` shine in place of an environment:
@@ -171,9 +167,6 @@ parameters! {
         amplify: f64 = 8.0,
         /// What the report is about.
         sections: Vec<Section> = vec![Section::Maps],
-        /// Whether the section on sampling measures times too; then the files are different ones on every
-        /// run.
-        equal_time: bool = false,
         /// The relative RMS error of a sphere up to which the degree of a BRDF table is good.
         #[range(ACCEPT)]
         table_error: f64 = 0.02,
@@ -309,7 +302,7 @@ impl Kind for ReportKind {
             (tables, pictures.tables) = tables::study(&lit, &named, &settings, &steps)?;
         }
         if has(Section::Sampling) {
-            noise = noise::study(&lit, &named, parameters.equal_time, &steps)?;
+            noise = noise::study(&lit, &named, &steps)?;
         }
         if has(Section::Rigs) {
             (rigs, pictures.rigs) = rigs::study(&lit, &named, &settings, &steps)?;

@@ -63,7 +63,6 @@ pub(crate) struct Case {
     source: Option<PathBuf>,
     scratch: Option<PathBuf>,
     cancel: Cancel,
-    measures_time: bool,
 }
 
 /// The output and the messages of a run.
@@ -86,7 +85,6 @@ pub(crate) fn case(kind: &'static str, parameters: &str) -> Case {
         source: None,
         scratch: None,
         cancel: Cancel::default(),
-        measures_time: false,
     }
 }
 
@@ -128,12 +126,6 @@ impl Case {
     /// Lets it be cancelled.
     pub(crate) fn cancelled_by(mut self, cancel: &Cancel) -> Self {
         self.cancel = cancel.clone();
-        self
-    }
-
-    /// Lets two runs differ, because what they make holds times.
-    pub(crate) fn measuring_time(mut self) -> Self {
-        self.measures_time = true;
         self
     }
 
@@ -213,7 +205,7 @@ impl Case {
         self.compare_check(output.as_ref().err());
         let output = output?;
         let again = configured.run(&context)?;
-        assert!(self.measures_time || output.digests() == again.digests(), "{} is not repeatable", self.kind);
+        assert!(output.digests() == again.digests(), "{} is not repeatable", self.kind);
         match (self.product(), &output) {
             (Product::Artifact(_), Output::Artifact { .. }) => {}
             (Product::Files(endings), Output::Files(files)) => assert_eq!(endings.len(), files.len()),

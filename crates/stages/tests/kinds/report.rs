@@ -500,30 +500,10 @@ fn the_product_of_light_and_material_has_the_least_noise() {
         }
         // Stratified points of a smooth weight are better than that.
         assert!(noise(pair, "product", "stratified")[3] < 0.7 * product[3], "{pair}");
-        assert!(pair["noise"][0].get("equal_time").is_none());
     }
     let ran = case.run().unwrap();
     let said = "at 64 samples, the product of light and material has the least noise in 2 of 2 pairs";
     assert_eq!(ran.notes, [said]);
-}
-
-#[test]
-fn the_noise_in_equal_time_has_as_many_samples_as_fit() {
-    let parameters = "sections = [\"sampling\"]\nequal-time = true";
-    let case = with_environment(case("report", parameters), "window", window);
-    let case = with_material(case, "satin", microfacet(0.3)).measuring_time();
-    let (json, page) = report(&case);
-    check_page(&page);
-    assert!(page.contains("Equal time"));
-    for noise in json["sampling"][0]["noise"].as_array().unwrap() {
-        let equal = &noise["equal_time"];
-        let samples = equal["samples"].as_u64().unwrap();
-        assert!(equal["seconds"].as_f64().unwrap() > 0.0 && (2..=4096).contains(&samples), "{equal}");
-        // More samples than 64 are those of a cheaper density, and have less noise.
-        let at_64 = noise["rms"][2].as_f64().unwrap();
-        let rms = equal["rms"].as_f64().unwrap();
-        assert!(samples < 256 || rms < at_64, "{noise}");
-    }
 }
 
 #[test]

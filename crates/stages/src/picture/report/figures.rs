@@ -156,9 +156,6 @@ pub(crate) struct Cut {
 /// The numbers of samples of an estimate.
 pub(crate) const SAMPLES: [usize; 4] = [4, 16, 64, 256];
 
-/// The number of samples of the product whose time others are given.
-pub(crate) const TIMED: usize = 64;
-
 /// The noise of a material's samples under an environment.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct NoisePair {
@@ -185,19 +182,6 @@ pub(crate) struct Noise {
     pub(crate) points: PointSet,
     /// The relative RMS error of 4, 16, 64 and 256 samples.
     pub(crate) rms: Vec<f64>,
-    /// The noise in the time that 64 samples of the product take, with `equal-time`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) equal_time: Option<EqualTime>,
-}
-
-/// The noise in the time of others.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct EqualTime {
-    /// The time of an estimate of 64 samples, on one thread.
-    pub(crate) seconds: f64,
-    /// The number of samples that fit into the time.
-    pub(crate) samples: usize,
-    pub(crate) rms: f64,
 }
 
 /// The function that the density of directions follows.

@@ -9,7 +9,6 @@
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use std::time::Instant;
 
 use brdf::{BrdfCoefficients, Choice, Material, project};
 use engine::{Failure, Steps};
@@ -22,12 +21,9 @@ use sampling::{
 use sh::Degree;
 use sphere::{DMat3, DVec3, Direction, LatLong};
 
-use crate::picture::report::figures::{EqualTime, Follows, Noise, NoisePair, PointSet, SAMPLES, TIMED};
+use crate::picture::report::figures::{Follows, Noise, NoisePair, PointSet, SAMPLES};
 use crate::picture::report::study::Lit;
 use crate::values::UntilStopped;
-
-/// The most samples that fit into the time of [`TIMED`] others.
-const MAX_SAMPLES: usize = 4096;
 
 /// The number of surfaces, each with [`ROUNDS`] estimates.
 const SURFACES: u32 = 16;
@@ -67,12 +63,9 @@ struct Scene<'a> {
 }
 
 /// The noise of each material under each environment: none under a black one. It takes a step for each pair.
-///
-/// With `equal_time`, times are measured, so that the result is another each time.
 pub(crate) fn study(
     lit: &[&Lit<'_>],
     materials: &[(String, &Material)],
-    equal_time: bool,
     steps: &Steps<'_>,
 ) -> Result<Vec<NoisePair>, Failure> {
     let tables = Tables::new(Degree::new(F)?);
@@ -84,7 +77,7 @@ pub(crate) fn study(
         for lit in lit {
             let steps = steps.part(1, SURFACES as usize + Follows::ALL.len());
             if let Some(scene) = Scene::new(lit, material, (&series, &tables), &steps)? {
-                let noise = scene.noise(equal_time, &steps)?;
+                let noise = scene.noise(&steps)?;
                 pairs.push(NoisePair { material: name.clone(), environment: lit.name.clone(), noise });
             }
         }
@@ -165,40 +158,16 @@ impl<'a> Scene<'a> {
     }
 
     /// The noise of every density, by every set of points.
-    fn noise(&self, equal_time: bool, steps: &Steps<'_>) -> Result<Vec<Noise>, Failure> {
-        let seconds_of_product = if equal_time { self.seconds(Follows::Product) } else { 0.0 };
+    fn noise(&self, steps: &Steps<'_>) -> Result<Vec<Noise>, Failure> {
         let mut noise = Vec::new();
         for follows in Follows::ALL {
             steps.step()?;
-            let seconds = equal_time.then(|| self.seconds(follows));
             for points in PointSet::ALL {
                 let rms = SAMPLES.map(|samples| self.rms(follows, points, samples));
-                let equal_time = seconds.map(|seconds| {
-                    let samples = (TIMED as f64 * seconds_of_product / seconds).round();
-                    let samples = (samples as usize).clamp(2, MAX_SAMPLES);
-                    EqualTime { seconds, samples, rms: self.rms(follows, points, samples) }
-                });
-                noise.push(Noise { follows, points, rms: rms.into(), equal_time });
+                noise.push(Noise { follows, points, rms: rms.into() });
             }
         }
         Ok(noise)
-    }
-
-    /// The seconds of an estimate of [`TIMED`] samples on one thread, as at a pixel: with the sampler that
-    /// its view needs.
-    fn seconds(&self, follows: Follows) -> f64 {
-        let seconds = (0..3).map(|_| {
-            let begin = Instant::now();
-            let mut sum = 0.0;
-            for surface in &self.surfaces {
-                let estimate = Estimator::new(self, surface, follows);
-                sum += estimate.of(Points::Sobol { seed: Some(1) }, TIMED);
-            }
-            std::hint::black_box(sum);
-            begin.elapsed().as_secs_f64() / self.surfaces.len() as f64
-        });
-        // The least is that with the fewest interruptions.
-        seconds.fold(f64::INFINITY, f64::min)
     }
 
     /// The root of the mean square of the relative error, over surfaces and estimates.

@@ -2,26 +2,18 @@
 
 use containers::escape_html as escape;
 
-use crate::picture::report::figures::{Follows, Noise, NoisePair, PointSet, Report, SAMPLES, TIMED};
+use crate::picture::report::figures::{Follows, Noise, NoisePair, PointSet, Report, SAMPLES};
 use crate::picture::report::markup::Markup;
 use crate::picture::sheet::percent;
 
 /// The section: for each pair, a chart of the error against samples and a table.
 pub(crate) fn section(page: &mut Markup, report: &Report) {
     page.line("<h2 id=\"sampling\">Sampling: how noisy a few rays are</h2>");
-    page.put(format_args!(
+    page.line(
         "<p>The relative RMS error of a pixel whose light is the mean of a few directions, over surfaces that face all \
          ways. Directions follow the light, the material (lobe), both with half of the samples each, or the product of \
-         both. Lines are of stratified points, dashes of random ones.{}</p>\n",
-        if report.sampling.iter().flat_map(|pair| &pair.noise).any(|noise| noise.equal_time.is_some()) {
-            format!(
-                " The last column has the error in the time that {TIMED} samples of the product take on the machine \
-                 that made this report."
-            )
-        } else {
-            String::new()
-        }
-    ));
+         both. Lines are of stratified points, dashes of random ones.</p>",
+    );
     for pair in &report.sampling {
         page.put(format_args!(
             "<section class=\"pair\"><h3>{} under {}</h3>\n",
@@ -35,13 +27,9 @@ pub(crate) fn section(page: &mut Markup, report: &Report) {
 }
 
 fn table(page: &mut Markup, pair: &NoisePair) {
-    let is_timed = pair.noise.iter().any(|noise| noise.equal_time.is_some());
     page.line("<div class=\"scroll\"><table><thead><tr><th>Directions follow</th><th>Points</th>");
     for samples in SAMPLES {
         page.put(format_args!("<th class=\"number\">{samples} samples</th>"));
-    }
-    if is_timed {
-        page.line("<th class=\"number\">Equal time</th>");
     }
     page.line("</tr></thead><tbody>");
     for noise in &pair.noise {
@@ -52,14 +40,6 @@ fn table(page: &mut Markup, pair: &NoisePair) {
         page.put(format_args!("<tr><th scope=\"row\">{}</th><td>{points}</td>", noise.follows.title()));
         for rms in &noise.rms {
             page.put(format_args!("<td class=\"number\">{}</td>", percent(*rms)));
-        }
-        if let Some(equal) = noise.equal_time {
-            page.put(format_args!(
-                "<td class=\"number\">{}<span class=\"size\">{} samples; {TIMED} take {:.0} µs</span></td>",
-                percent(equal.rms),
-                equal.samples,
-                1e6 * equal.seconds
-            ));
         }
         page.line("</tr>");
     }
