@@ -125,7 +125,7 @@ use super::sheet::percent;
 use crate::light::light_mismatch;
 use crate::material::DegreePair;
 use crate::values::{SHARE, artifacts};
-use figures::{Follows, Limits, MaterialFigures, NoisePair, PairFigures, Report, Settings, TIMED};
+use figures::{Follows, Limits, MaterialFigures, NOTED, NoisePair, PairFigures, Report, Settings};
 use page::PagePictures;
 use study::{Lit, Studied};
 
@@ -332,9 +332,9 @@ fn note(report: &Report, context: &Context<'_>) {
         });
     }
     if !report.sampling.is_empty() {
-        let least = |pair: &&NoisePair| pair.least(TIMED) == Some(Follows::Product);
+        let least = |pair: &&NoisePair| pair.least(NOTED) == Some(Follows::Product);
         context.note(format!(
-            "at {TIMED} samples, the product of light and material has the least noise in {} of {} pairs",
+            "at {NOTED} samples, the product of light and material has the least noise in {} of {} pairs",
             report.sampling.iter().filter(least).count(),
             report.sampling.len()
         ));

@@ -156,6 +156,9 @@ pub(crate) struct Cut {
 /// The numbers of samples of an estimate.
 pub(crate) const SAMPLES: [usize; 4] = [4, 16, 64, 256];
 
+/// The number of samples of which the note says what has the least noise.
+pub(crate) const NOTED: usize = 64;
+
 /// The noise of a material's samples under an environment.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct NoisePair {
