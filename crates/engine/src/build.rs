@@ -14,6 +14,7 @@ mod retention;
 mod run;
 mod run_elsewhere;
 mod run_item;
+mod runner;
 mod running;
 mod scheduler;
 mod session;
@@ -34,6 +35,7 @@ use publish::sweep;
 use removal_cause::RemovalCauses;
 use reporter::Reporter;
 use run::RunContext;
+use runner::{Elsewhere, Runner, WatchedFirst};
 use running::{ChangedPaths, RunningBuild};
 use scheduler::{Scheduler, event_of};
 use session::LastBuild;
@@ -248,9 +250,10 @@ impl BuildSession {
             keep_scratch: options.keep_scratch,
         };
         let jobs = self.pool.current_num_threads();
+        let runners = runners(&context, jobs);
         let mut scheduler = self
             .pool
-            .install(|| Scheduler::new(&context, selected, options.keep_going, jobs, reporter, heard));
+            .install(|| Scheduler::new(&context, selected, options.keep_going, runners, reporter, heard));
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
         let causes = RemovalCauses::new(&check);
@@ -274,7 +277,7 @@ impl BuildSession {
         let before = check.known().or(before.as_ref());
         let complete = scheduler.complete_items(before.map(|known| &known.complete[..]));
         let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
-        let summary = reporter.end(scheduler.summary);
+        let summary = reporter.end(scheduler.into_summary());
         // The rest is written for the next build after the end is reported, so that nobody waits for it.
         let mut saved = self.saved.lock();
         saved.stored += state.store.stored();
@@ -290,6 +293,18 @@ impl BuildSession {
         }
         Ok(Built { summary, failed_on })
     }
+}
+
+/// The places where a build with so many threads runs its items, the preferred one first.
+fn runners<'a>(context: &'a RunContext<'a>, jobs: usize) -> Vec<Box<dyn Runner<'a> + 'a>> {
+    let here = WatchedFirst::new(context, jobs);
+    let first_worker = here.workers();
+    let elsewhere = context.shared.and_then(|shared| {
+        let options = shared.executor.as_ref()?;
+        let elsewhere = Elsewhere::new(context, options, shared.is_required, first_worker);
+        Some(Box::new(elsewhere) as Box<dyn Runner<'a> + 'a>)
+    });
+    elsewhere.into_iter().chain([Box::new(here) as Box<dyn Runner<'a> + 'a>]).collect()
 }
 
 /// Reports what is wrong with a shared cache, if something is.

@@ -4,10 +4,11 @@ use std::any::Any;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use super::{Message, Phase, Scheduler, Task, distinct};
+use super::{Phase, Scheduler, Task, distinct};
 use crate::build::outcome::Outcome;
 use crate::build::publish::{PublishError, PublishEvent};
 use crate::build::run::failure_of;
+use crate::build::runner::Message;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Event, ItemName};
 use crate::kinds::Failure;
@@ -88,13 +89,8 @@ impl Scheduler<'_, '_> {
                 self.complete(item);
                 self.release_fetchers(item);
             }
-            Outcome::RunsHere { because } => {
-                self.items[item].why_here = Some(because);
-                self.run_when_ready(item);
-            }
-            Outcome::NoMachine { because } => {
-                self.report_unable(&because);
-                self.items[item].why_here = Some(because);
+            Outcome::Refused(refusal) => {
+                self.refused(item, refusal);
                 self.run_when_ready(item);
             }
         }

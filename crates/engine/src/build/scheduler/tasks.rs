@@ -17,17 +17,6 @@ pub(super) enum Task {
     Find(ItemIndex),
 }
 
-/// The place where a task is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lane {
-    /// The task is done on the threads for items that nobody waits for.
-    Others,
-    /// The task is done on the threads for items that somebody looks at.
-    Wanted,
-    /// The task is done on another machine; a thread here waits for it.
-    Elsewhere,
-}
-
 /// What is wanted goes first, and what takes long goes last.
 ///
 /// Of the rest, exports go before artifacts, and artifacts of later stages before those of earlier ones, so

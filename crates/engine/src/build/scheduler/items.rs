@@ -1,0 +1,77 @@
+//! The items of a build as the scheduler sees them.
+
+use std::sync::Arc;
+
+use crate::event::ItemName;
+use crate::kinds::Handle;
+use crate::plan::ItemIndex;
+use crate::storage::{Blob, Cause};
+
+/// The progress of an item.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Phase {
+    /// The item waits for its inputs, or for its turn.
+    Waiting,
+    /// The item is being run or published, or its inputs are being fetched.
+    Busy,
+    /// The item's result is complete.
+    Done,
+    /// The item failed, or was skipped because of the named item.
+    Failed(ItemName),
+    /// The item was stopped.
+    Stopped,
+}
+
+/// An item as the scheduler sees it.
+pub(super) struct Progress {
+    pub(super) phase: Phase,
+    /// The number of inputs that are not finished.
+    pub(super) waiting: usize,
+    /// The number of consumers that may still need the artifact.
+    pub(super) users: usize,
+    /// The number of inputs that have to be fetched before it can run.
+    pub(super) missing: usize,
+    /// The item's outputs, new or found; `None`: those of its latest record.
+    pub(super) outputs: Option<Vec<Blob>>,
+    pub(super) handle: Option<Arc<Handle>>,
+    /// The consumers that cannot run before the artifact is fetched or made again.
+    pub(super) fetchers: Vec<ItemIndex>,
+    /// Whether its consumers know that it is finished.
+    pub(super) announced: bool,
+    /// Whether its stored result turned out to be lost.
+    pub(super) lost: bool,
+    /// Whether a shared cache was asked for its result, and had it or not.
+    pub(super) is_found: bool,
+    pub(super) is_missed: bool,
+    /// The causes of the change of its artifact in this build.
+    pub(super) causes: Vec<Cause>,
+    /// Whether it ran in this build.
+    pub(super) ran: bool,
+    /// The place where it runs, unless that refuses it.
+    pub(super) place: usize,
+    /// Why it does not run in the place before.
+    pub(super) why_here: Option<String>,
+}
+
+impl Progress {
+    /// An item of which nothing is known yet, but that it waits for so many inputs or is complete.
+    pub(super) fn new(waiting: usize, is_complete: bool) -> Self {
+        Self {
+            phase: Phase::Waiting,
+            waiting,
+            users: 0,
+            missing: 0,
+            outputs: None,
+            handle: None,
+            fetchers: Vec::new(),
+            announced: is_complete,
+            lost: false,
+            is_found: false,
+            is_missed: false,
+            causes: Vec::new(),
+            ran: false,
+            place: 0,
+            why_here: None,
+        }
+    }
+}
