@@ -116,7 +116,7 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
             Freshness::Run
         };
         forecasts.push(Some(match freshness {
-            Freshness::Current { outputs, restored } => {
+            Freshness::Current { outputs, restored, .. } => {
                 Forecast::Current { outputs, restored: restored.is_some() }
             }
             Freshness::Run => Forecast::Runs(check.reasons(index, digest)),

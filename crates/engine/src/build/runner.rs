@@ -79,7 +79,7 @@ pub(crate) enum Request {
     Run(RunRequest),
     /// Read the stored artifact of the item for those that need it.
     Fetch(ItemIndex, Digest),
-    /// Ask for the result with this key where that takes long.
+    /// Ask other machines for the result with this key.
     Find(ItemIndex, Digest),
     /// Publish these outputs.
     Publish(ItemIndex, Vec<Blob>),

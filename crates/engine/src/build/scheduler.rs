@@ -28,9 +28,7 @@ use crate::error::Error;
 use crate::event::{Event, Summary, Work};
 use crate::parallel;
 use crate::plan::{ItemIndex, Selection};
-use crate::shared::Shared;
-use crate::storage::{Blob, FromCache, Line, Record, Tag, short, worth_keeping};
-use crate::timestamp::Timestamp;
+use crate::storage::{Blob, Record};
 
 mod items;
 mod outcomes;
@@ -260,7 +258,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 self.context.running.set_dependencies(item, Dependencies::None);
                 let is_missed = |item: ItemIndex| self.items[item].is_missed;
                 let in_vain = self.check.is_missed(item, is_missed);
-                if self.context.shared.is_some() && !in_vain && self.check.may_be_shared(item) {
+                if !in_vain && self.check.may_be_shared(item) {
                     self.items[item].phase = Phase::Busy;
                     self.push(item, Task::Find(item));
                 } else {
@@ -268,18 +266,27 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                     self.run_when_ready(item);
                 }
             }
-            Freshness::Current { outputs, restored } => self.take_result(item, outputs, restored),
+            Freshness::Current { outputs, restored, host } => {
+                self.take_result(item, outputs, restored, host);
+            }
         }
     }
 
-    /// Gives an item the outputs of an earlier run, or of another item or machine.
-    fn take_result(&mut self, item: ItemIndex, outputs: Vec<Blob>, restored: Option<Box<Record>>) {
-        if let Some(record) = restored {
-            let record = self.restore(item, *record);
+    /// Gives an item the outputs of an earlier run, or of another item or machine, whose server is `host`.
+    fn take_result(
+        &mut self,
+        item: ItemIndex,
+        outputs: Vec<Blob>,
+        restored: Option<Box<Record>>,
+        host: Option<String>,
+    ) {
+        if let Some(found) = restored {
+            let record = self.restore(item, &found);
             self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
         }
         let is_published = self.context.is_published(item, &outputs);
         self.items[item].outputs = Some(outputs);
+        self.items[item].found_at = host;
         if is_published {
             self.up_to_date(item, Vec::new());
         } else {
@@ -288,37 +295,13 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Makes an earlier result, or one of another item, the item's latest record; the next run is compared
-    /// with it.
-    fn restore(&mut self, item: ItemIndex, found: Record) -> Record {
+    /// Makes a result that was found the item's latest record.
+    fn restore(&mut self, item: ItemIndex, found: &Record) -> Record {
         let reasons = self.check.reasons(item, |input| Some(self.digest(input)));
         let causes = self.check.causes(item, &reasons, |input| self.causes(input));
-        let (maker, made_by) = found.maker();
-        let since = Timestamp::now();
-        let record = Record {
-            manifest: self.check.plan.manifest_name(),
-            item: self.check.name(item),
-            gone: false,
-            inputs: self.check.inputs(item, |input| self.digest(input)),
-            source: self.check.source(item),
-            mount: self.check.mount(item),
-            reasons,
-            causes: worth_keeping(&causes),
-            from_cache: Some(FromCache {
-                since,
-                item: maker.clone(),
-                manifest: made_by.into(),
-                shared: found.shared.as_ref().map(Shared::origin),
-            }),
-            ..found.clone()
-        };
+        let record = self.check.restored(item, found, reasons, &causes, |input| self.digest(input));
         self.items[item].causes = causes;
-        // Written again, so that it counts as the most recently used result. If it is this item's own, the
-        // text stays the same, so that it replaces the line before.
-        let result = if self.check.is_of(item, &found) { &found } else { &record };
-        let again = Line::new(Tag::Result, short(record.key), Some(result));
-        let line = Line::new(Tag::Item, self.check.subject(item), Some(&record));
-        if let Err(error) = self.check.state.journal.append(&[again, line]) {
+        if let Err(error) = self.check.record_restored(item, found, &record) {
             self.fatal = Some(error);
         }
         record

@@ -40,8 +40,9 @@ pub(super) struct Progress {
     pub(super) announced: bool,
     /// Whether its stored result turned out to be lost.
     pub(super) lost: bool,
-    /// Whether a shared cache was asked for its result, and had it or not.
-    pub(super) is_found: bool,
+    /// The server where its result was found in this build, if another machine made that.
+    pub(super) found_at: Option<String>,
+    /// Whether other machines were asked in vain for its result, or for that of an item before it.
     pub(super) is_missed: bool,
     /// The causes of the change of its artifact in this build.
     pub(super) causes: Vec<Cause>,
@@ -66,7 +67,7 @@ impl Progress {
             fetchers: Vec::new(),
             announced: is_complete,
             lost: false,
-            is_found: false,
+            found_at: None,
             is_missed: false,
             causes: Vec::new(),
             ran: false,

@@ -35,8 +35,8 @@ impl Scheduler<'_, '_> {
                 self.run_when_ready(item);
             }
             Message::Found(item, Some(record)) => {
-                self.items[item].is_found = true;
-                self.take_result(item, record.outputs.clone(), Some(record));
+                let host = record.shared.as_ref().map(|shared| shared.host.clone());
+                self.take_result(item, record.outputs.clone(), Some(record), host);
             }
             Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
             Message::Ran(_, Err(error)) => self.fatal = Some(error),
@@ -121,14 +121,10 @@ impl Scheduler<'_, '_> {
 
     pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
-        self.summary.shared += usize::from(self.is_from_shared(item));
+        self.summary.shared += usize::from(self.items[item].found_at.is_some());
         self.report_up_to_date(item);
         self.report_all(item, events);
         self.complete(item);
-    }
-
-    fn is_from_shared(&self, item: ItemIndex) -> bool {
-        self.items[item].is_found || self.check.is_from_shared(item)
     }
 
     /// The artifact of an item that was up to date is no longer in the store.
@@ -145,7 +141,7 @@ impl Scheduler<'_, '_> {
             self.summary.ran_elsewhere -= usize::from(self.has_run_elsewhere(item));
         } else {
             self.summary.up_to_date -= 1;
-            self.summary.shared -= usize::from(self.is_from_shared(item));
+            self.summary.shared -= usize::from(self.items[item].found_at.is_some());
         }
         for input in distinct(&self.check.plan.items[item].inputs) {
             self.items[input].users += 1;

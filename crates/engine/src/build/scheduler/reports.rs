@@ -38,8 +38,7 @@ impl Scheduler<'_, '_> {
     /// Reports that an item is up to date, and what its run warned of.
     pub(super) fn report_up_to_date(&mut self, item: ItemIndex) {
         let name = self.check.name(item);
-        let found = self.items[item].is_found.then_some(self.context.shared).flatten();
-        let host = self.check.shared_host(item).or(found.map(|options| options.cache.host()));
+        let host = self.items[item].found_at.clone();
         self.report(Event::UpToDate { item: name.clone(), host });
         if self.context.repeat_warnings && self.check.latest(item).is_some_and(|latest| latest.has_warned()) {
             for message in self.check.record(item).into_iter().flat_map(|record| record.warnings) {

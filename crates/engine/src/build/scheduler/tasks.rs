@@ -13,7 +13,7 @@ pub(super) enum Task {
     Run(ItemIndex),
     Publish(ItemIndex),
     Fetch(ItemIndex),
-    /// Look for the result in a shared cache.
+    /// Ask other machines for the result.
     Find(ItemIndex),
 }
 
