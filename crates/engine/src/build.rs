@@ -43,7 +43,7 @@ use shared_results::SharedBlobs;
 use up_to_date::KnownItems;
 
 pub(crate) use forecast::{Forecast, forecast, forecast_causes};
-pub(crate) use heard::HeardChanges;
+pub(crate) use heard::{HeardChanges, WatchedBuild};
 pub(crate) use ledger::{Fate, Others, Published};
 pub(crate) use publish::{Publisher, is_temporary};
 pub(crate) use retention::Manifests;
@@ -120,8 +120,8 @@ impl BuildSession {
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
-        let heard = HeardChanges::default();
-        self.build_while_watched(plan, options, cancel, events, heard).map(|built| built.summary)
+        let watcher = WatchedBuild { heard: HeardChanges::default(), removed: &mut HashSet::new() };
+        self.build_while_watched(plan, options, cancel, events, watcher).map(|built| built.summary)
     }
 
     /// The same for a watcher, which goes on to send what it hears of. The failure of an item on a file that
@@ -135,7 +135,7 @@ impl BuildSession {
         options: &BuildOptions,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
-        heard: HeardChanges,
+        watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
         let reporter = Reporter::new(events);
         let mut selected = Selection::of(plan, &options.stages)?;
@@ -153,7 +153,7 @@ impl BuildSession {
             let summary = self.dry_run(plan, &selected, options.stages.is_empty(), events)?;
             return Ok(Built { summary: reporter.end(summary), failed_on: HashSet::new() });
         }
-        self.run_items(plan, options, &selected, cancel, reporter, heard)
+        self.run_items(plan, options, &selected, cancel, reporter, watcher)
     }
 
     /// Reports the warnings of a plan that were not reported for the last one.
@@ -175,7 +175,7 @@ impl BuildSession {
         selected: &Selection,
         cancel: &Cancel,
         reporter: Reporter<'_>,
-        heard: HeardChanges,
+        watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
         let events = reporter.events;
         let waiting = |holder| {
@@ -251,9 +251,9 @@ impl BuildSession {
         };
         let jobs = self.pool.current_num_threads();
         let runners = runners(&context, jobs);
-        let mut scheduler = self
-            .pool
-            .install(|| Scheduler::new(&context, selected, options.keep_going, runners, reporter, heard));
+        let mut scheduler = self.pool.install(|| {
+            Scheduler::new(&context, selected, options.keep_going, runners, reporter, watcher.heard)
+        });
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
         let causes = RemovalCauses::new(&check);
@@ -264,7 +264,7 @@ impl BuildSession {
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         let failed_on = running.read_by(&scheduler.failed);
         self.end_reads();
-        *self.removed_outputs.lock() = publisher.finish()?;
+        *watcher.removed = publisher.finish()?;
         outcome?;
         if !is_known {
             publisher.leftovers()?.into_iter().for_each(|event| scheduler.report(event));

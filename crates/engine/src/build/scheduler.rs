@@ -38,7 +38,7 @@ mod reports;
 mod requests;
 mod tasks;
 
-use items::{Phase, Progress};
+use items::{Phase, Progress, distinct, items_of};
 use places::{Next, Places};
 use progress::RunningItems;
 use tasks::Task;
@@ -62,8 +62,6 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// What a watcher has heard of: failures on it are not reported.
     heard: HeardChanges,
     items: Vec<Progress>,
-    /// The items that need each item's artifact.
-    consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
     /// Whether nothing has to be done for an item.
     was_complete: Vec<bool>,
@@ -93,25 +91,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 || check.is_current(item)
                     && context.is_published(item, check.latest(item).map_or(&[], |latest| latest.outputs()))
         });
-        let mut consumers = vec![Vec::new(); plan.items.len()];
-        let mut items = Vec::with_capacity(plan.items.len());
-        let mut chosen = Vec::new();
-        for (index, item) in plan.items.iter().enumerate() {
-            let mut waiting = 0;
-            if selected.has(index) {
-                chosen.push(index);
-                if !is_complete[index] {
-                    for input in distinct(&item.inputs) {
-                        consumers[input].push(index);
-                        waiting += usize::from(!is_complete[input]);
-                    }
-                }
-            }
-            items.push(Progress::new(waiting, is_complete[index]));
-        }
-        for (progress, consumers) in items.iter_mut().zip(&consumers) {
-            progress.users = consumers.len();
-        }
+        let items = items_of(plan, selected, &is_complete);
+        let chosen = (0..plan.items.len()).filter(|item| selected.has(*item)).collect::<Vec<_>>();
         let is_first = |item: &ItemIndex| !is_complete[*item] && items[*item].waiting == 0;
         let to_check = chosen.iter().copied().filter(is_first).map(Reverse).collect();
         Self {
@@ -124,7 +105,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             events: reporter.events,
             heard,
             items,
-            consumers,
             selected: chosen,
             was_complete: is_complete,
             to_check,
@@ -365,12 +345,4 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     fn push(&mut self, item: ItemIndex, task: Task) {
         self.places.push(self.places.last(), item, task, self.check, &self.is_wanted);
     }
-}
-
-/// The items at all ports, each once.
-fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
-    let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
-    all.sort_unstable();
-    all.dedup();
-    all
 }

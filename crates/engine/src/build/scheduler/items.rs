@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::event::ItemName;
 use crate::kinds::Handle;
-use crate::plan::ItemIndex;
+use crate::plan::{ItemIndex, Plan, Selection};
 use crate::storage::{Blob, Cause};
 
 /// The progress of an item.
@@ -27,6 +27,8 @@ pub(super) struct Progress {
     pub(super) phase: Phase,
     /// The number of inputs that are not finished.
     pub(super) waiting: usize,
+    /// The items that need its artifact.
+    pub(super) consumers: Vec<ItemIndex>,
     /// The number of consumers that may still need the artifact.
     pub(super) users: usize,
     /// The number of inputs that have to be fetched before it can run.
@@ -56,10 +58,11 @@ pub(super) struct Progress {
 
 impl Progress {
     /// An item of which nothing is known yet, but that it waits for so many inputs or is complete.
-    pub(super) fn new(waiting: usize, is_complete: bool) -> Self {
+    fn new(waiting: usize, is_complete: bool) -> Self {
         Self {
             phase: Phase::Waiting,
             waiting,
+            consumers: Vec::new(),
             users: 0,
             missing: 0,
             outputs: None,
@@ -75,4 +78,30 @@ impl Progress {
             why_here: None,
         }
     }
+}
+
+/// The items of a plan at the begin of a build, given for each whether nothing has to be done for it.
+pub(super) fn items_of(plan: &Plan, selected: &Selection, is_complete: &[bool]) -> Vec<Progress> {
+    let mut items = Vec::<Progress>::with_capacity(plan.items.len());
+    for (index, item) in plan.items.iter().enumerate() {
+        let mut waiting = 0;
+        if selected.has(index) && !is_complete[index] {
+            // Items come after those that they need.
+            for input in distinct(&item.inputs) {
+                items[input].consumers.push(index);
+                items[input].users += 1;
+                waiting += usize::from(!is_complete[input]);
+            }
+        }
+        items.push(Progress::new(waiting, is_complete[index]));
+    }
+    items
+}
+
+/// The items at all ports, each once.
+pub(super) fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
+    let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
+    all.sort_unstable();
+    all.dedup();
+    all
 }

@@ -4,7 +4,9 @@ use std::any::Any;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use super::{Phase, Scheduler, Task, distinct};
+use super::Scheduler;
+use super::items::{Phase, distinct};
+use super::tasks::Task;
 use crate::build::outcome::Outcome;
 use crate::build::publish::{PublishError, PublishEvent};
 use crate::build::run::failure_of;
@@ -207,8 +209,8 @@ impl Scheduler<'_, '_> {
         if std::mem::replace(&mut self.items[item].announced, true) {
             return;
         }
-        for index in 0..self.consumers[item].len() {
-            let consumer = self.consumers[item][index];
+        for index in 0..self.items[item].consumers.len() {
+            let consumer = self.items[item].consumers[index];
             self.items[consumer].waiting -= 1;
             if self.items[consumer].waiting == 0 {
                 self.to_check.push(Reverse(consumer));
