@@ -457,6 +457,29 @@ fn rooms_are_few_and_use_each_other_in_one_direction() {
 }
 
 #[test]
+fn the_scheduler_knows_no_place_and_no_cache_by_name() {
+    let arrows = arrows(&root().join("crates/engine/src"));
+    let is_in = |module: &Module, path: &[&str]| {
+        module.len() >= path.len() && module.iter().zip(path).all(|(one, other)| one == other)
+    };
+    let used: Vec<&Module> = arrows
+        .iter()
+        .filter(|(user, _)| is_in(user, &["build", "scheduler"]))
+        .map(|(_, used)| used)
+        .collect();
+    assert!(used.iter().any(|used| used.join("/") == "build/runner"), "{used:?}");
+    let files = fs::read_dir(root().join("crates/engine/src/build/runner")).unwrap().count();
+    assert!(files >= 3, "each place is a file");
+    let is_known = |used: &&&Module| {
+        let is_place = used.len() > 2 && is_in(used, &["build", "runner"]);
+        let others = [&["shared"][..], &["build", "shared_results"], &["build", "run_elsewhere"]];
+        is_place || others.iter().any(|path| is_in(used, path))
+    };
+    let known: Vec<String> = used.iter().filter(is_known).map(|used| used.join("::")).collect();
+    assert!(known.is_empty(), "the scheduler uses {known:?}");
+}
+
+#[test]
 fn no_kind_uses_another_kinds_file() {
     let source = root().join("crates/stages/src");
     let is_kind = |module: &Module| {

@@ -1,6 +1,7 @@
 //! The build: runs the items that are out of date and publishes their files.
 
 mod cause;
+mod forecast;
 mod heard;
 mod item_request;
 mod ledger;
@@ -13,6 +14,7 @@ mod retention;
 mod run;
 mod run_elsewhere;
 mod run_item;
+mod runner;
 mod running;
 mod scheduler;
 mod session;
@@ -25,22 +27,23 @@ use std::sync::Arc;
 
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
-use crate::event::{Event, Reason, Summary};
-use crate::kinds::is_left_out;
-use crate::plan::{ItemIndex, Plan, Selection, Wanted};
+use crate::event::{Event, Summary};
+use crate::plan::{Plan, Selection, Wanted};
 use crate::shared::{SharedCacheOptions, Trouble};
-use crate::storage::{Blob, Cause, Disk, LockPurpose, LockRequest, LockTimeout, State};
+use crate::storage::{Disk, LockPurpose, LockRequest, LockTimeout, State};
 use publish::sweep;
-use removal_cause::{RemovalCauses, files_changed};
+use removal_cause::RemovalCauses;
 use reporter::Reporter;
 use run::RunContext;
-use running::{ChangedPaths, Dependent, RunningBuild};
+use runner::{Elsewhere, Runner, WatchedFirst};
+use running::{ChangedPaths, RunningBuild};
 use scheduler::{Scheduler, event_of};
 use session::LastBuild;
 use shared_results::SharedBlobs;
-use up_to_date::{Freshness, KnownItems};
+use up_to_date::KnownItems;
 
-pub(crate) use heard::HeardChanges;
+pub(crate) use forecast::{Forecast, forecast, forecast_causes};
+pub(crate) use heard::{HeardChanges, WatchedBuild};
 pub(crate) use ledger::{Fate, Others, Published};
 pub(crate) use publish::{Publisher, is_temporary};
 pub(crate) use retention::Manifests;
@@ -117,8 +120,8 @@ impl BuildSession {
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
-        let heard = HeardChanges::default();
-        self.build_while_watched(plan, options, cancel, events, heard).map(|built| built.summary)
+        let watcher = WatchedBuild { heard: HeardChanges::default(), removed: &mut HashSet::new() };
+        self.build_while_watched(plan, options, cancel, events, watcher).map(|built| built.summary)
     }
 
     /// The same for a watcher, which goes on to send what it hears of. The failure of an item on a file that
@@ -132,7 +135,7 @@ impl BuildSession {
         options: &BuildOptions,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
-        heard: HeardChanges,
+        watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
         let reporter = Reporter::new(events);
         let mut selected = Selection::of(plan, &options.stages)?;
@@ -147,10 +150,10 @@ impl BuildSession {
         });
         self.report_warnings(plan, events);
         if options.dry_run {
-            let summary = self.dry_run(plan, options, &selected, events)?;
+            let summary = self.dry_run(plan, &selected, options.stages.is_empty(), events)?;
             return Ok(Built { summary: reporter.end(summary), failed_on: HashSet::new() });
         }
-        self.run_items(plan, options, &selected, cancel, reporter, heard)
+        self.run_items(plan, options, &selected, cancel, reporter, watcher)
     }
 
     /// Reports the warnings of a plan that were not reported for the last one.
@@ -172,7 +175,7 @@ impl BuildSession {
         selected: &Selection,
         cancel: &Cancel,
         reporter: Reporter<'_>,
-        heard: HeardChanges,
+        watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
         let events = reporter.events;
         let waiting = |holder| {
@@ -247,9 +250,10 @@ impl BuildSession {
             keep_scratch: options.keep_scratch,
         };
         let jobs = self.pool.current_num_threads();
-        let mut scheduler = self
-            .pool
-            .install(|| Scheduler::new(&context, selected, options.keep_going, jobs, reporter, heard));
+        let runners = runners(&context, jobs);
+        let mut scheduler = self.pool.install(|| {
+            Scheduler::new(&context, selected, options.keep_going, runners, reporter, watcher.heard)
+        });
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
         let causes = RemovalCauses::new(&check);
@@ -260,7 +264,7 @@ impl BuildSession {
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         let failed_on = running.read_by(&scheduler.failed);
         self.end_reads();
-        *self.removed_outputs.lock() = publisher.finish()?;
+        *watcher.removed = publisher.finish()?;
         outcome?;
         if !is_known {
             publisher.leftovers()?.into_iter().for_each(|event| scheduler.report(event));
@@ -273,7 +277,7 @@ impl BuildSession {
         let before = check.known().or(before.as_ref());
         let complete = scheduler.complete_items(before.map(|known| &known.complete[..]));
         let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
-        let summary = reporter.end(scheduler.summary);
+        let summary = reporter.end(scheduler.into_summary());
         // The rest is written for the next build after the end is reported, so that nobody waits for it.
         let mut saved = self.saved.lock();
         saved.stored += state.store.stored();
@@ -289,60 +293,18 @@ impl BuildSession {
         }
         Ok(Built { summary, failed_on })
     }
+}
 
-    /// Reports what a build would do; writes nothing.
-    fn dry_run(
-        &self,
-        plan: &Plan,
-        options: &BuildOptions,
-        selected: &Selection,
-        events: &(dyn Fn(Event) + Sync),
-    ) -> Result<Summary, Error> {
-        let state = self.pool.install(|| State::read(&plan.state))?;
-        let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-        let (check, publisher) = self.pool.install(|| {
-            rayon::join(|| UpToDateCheck::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
-        });
-        check.check_seen()?;
-        let mut summary = Summary::default();
-        let causes = RemovalCauses::new(&check);
-        for (item, file) in publisher.would_remove(plan, selected, options.stages.is_empty())? {
-            summary.removed += 1;
-            let because = causes.of(&item);
-            events(Event::Removed { item, file, because });
-        }
-        publisher.leftovers()?.into_iter().for_each(events);
-        for (index, forecast) in forecast(&check, selected).into_iter().enumerate() {
-            let item = check.name(index);
-            match forecast {
-                None => {}
-                Some(Forecast::Runs(reasons)) => {
-                    summary.ran += 1;
-                    events(Event::Started { item, reasons, host: None });
-                }
-                Some(Forecast::Current { outputs, .. }) => {
-                    summary.up_to_date += 1;
-                    events(Event::UpToDate { item: item.clone(), host: None });
-                    for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
-                        if publisher.is_in_place(file, blob.digest) {
-                            continue;
-                        }
-                        if is_left_out(blob.digest) {
-                            summary.removed += 1;
-                            let (item, file) = (item.clone(), file.clone());
-                            events(Event::Removed { item, file, because: files_changed(plan, index) });
-                        } else {
-                            summary.published += 1;
-                            let restored = publisher.is_restored(file, blob.digest);
-                            let (item, file) = (item.clone(), file.clone());
-                            events(Event::Published { item, file, bytes: blob.bytes, restored });
-                        }
-                    }
-                }
-            }
-        }
-        Ok(summary)
-    }
+/// The places where a build with so many threads runs its items, the preferred one first.
+fn runners<'a>(context: &'a RunContext<'a>, jobs: usize) -> Vec<Box<dyn Runner<'a> + 'a>> {
+    let here = WatchedFirst::new(context, jobs);
+    let first_worker = here.workers();
+    let elsewhere = context.shared.and_then(|shared| {
+        let options = shared.executor.as_ref()?;
+        let elsewhere = Elsewhere::new(context, options, shared.is_required, first_worker);
+        Some(Box::new(elsewhere) as Box<dyn Runner<'a> + 'a>)
+    });
+    elsewhere.into_iter().chain([Box::new(here) as Box<dyn Runner<'a> + 'a>]).collect()
 }
 
 /// Reports what is wrong with a shared cache, if something is.
@@ -363,75 +325,4 @@ pub(crate) struct Built {
     /// The files and folders that the items read which failed, except for those that failed because of the
     /// system.
     pub(crate) failed_on: HashSet<PathBuf>,
-}
-
-/// The forecast of what a build would do with an item.
-pub(crate) enum Forecast {
-    /// The item's result is in the cache.
-    Current {
-        outputs: Vec<Blob>,
-        /// Whether the result is that of an earlier run than the last.
-        restored: bool,
-    },
-    /// The item would run, for these reasons.
-    Runs(Vec<Reason>),
-}
-
-/// The forecast for each selected item. The output of an item that would run is not known, so all items that
-/// need it would run too, unless its output turns out to be the same as before.
-pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<Option<Forecast>> {
-    let mut forecasts = Vec::<Option<Forecast>>::with_capacity(check.plan.items.len());
-    for (index, item) in check.plan.items.iter().enumerate() {
-        if !selected.has(index) {
-            forecasts.push(None);
-            continue;
-        }
-        if check.is_current(index) {
-            let outputs = check.latest(index).map_or_else(Vec::new, |latest| latest.outputs().to_vec());
-            forecasts.push(Some(Forecast::Current { outputs, restored: false }));
-            continue;
-        }
-        let digest = |input: usize| match &forecasts[input] {
-            Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
-            _ => None,
-        };
-        let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
-        let freshness = if known {
-            let key = check.key(index, |input| digest(input).unwrap_or(crate::key::Digest([0; 32])));
-            check.freshness(&Dependent::without_build(index), key)
-        } else {
-            Freshness::Run
-        };
-        forecasts.push(Some(match freshness {
-            Freshness::Current { outputs, restored } => {
-                Forecast::Current { outputs, restored: restored.is_some() }
-            }
-            Freshness::Run => Forecast::Runs(check.reasons(index, digest)),
-        }));
-    }
-    forecasts
-}
-
-/// For each stale item, the changes that made it stale.
-pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
-    let digest = |input: ItemIndex| match &forecasts[input] {
-        Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
-        _ => None,
-    };
-    let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
-    for (item, forecast) in forecasts.iter().enumerate() {
-        let of_input = |input: ItemIndex| match &causes[input][..] {
-            [] => check.last_causes(input),
-            causes => causes.to_vec(),
-        };
-        let begun = match forecast {
-            Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
-            Some(Forecast::Current { restored: true, .. }) => {
-                check.causes(item, &check.reasons(item, digest), of_input)
-            }
-            _ => Vec::new(),
-        };
-        causes.push(begun);
-    }
-    causes
 }

@@ -20,7 +20,7 @@
 //! drive that is mounted ([`mounts`]). If the system refuses an operation, it is tried again after a pause
 //! ([`backoff`]). A pass that no change triggered is reported only if it has news ([`event_buffer`]).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,7 +29,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-use crate::build::{BuildOptions, BuildSession, Built};
+use crate::build::{BuildOptions, BuildSession, Built, WatchedBuild};
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Change, Changed, Event};
@@ -137,6 +137,8 @@ pub(crate) struct Watcher<'a> {
     is_all: bool,
     /// The time after a build that checked only the changes until a pass checks everything.
     pub(crate) check_after: Duration,
+    /// The exported files, relative to `out`, that the last build removed.
+    removed_by_build: HashSet<String>,
     /// Whether there was a build that did not fail as a whole.
     has_built: bool,
     /// Whether a change was reported and no build has ended since.
@@ -193,6 +195,7 @@ impl<'a> Watcher<'a> {
             changed: BTreeSet::new(),
             is_all: false,
             check_after: CHECK_AFTER,
+            removed_by_build: HashSet::new(),
             has_built: false,
             has_unanswered_change: false,
             plan: None,
@@ -340,7 +343,7 @@ impl<'a> Watcher<'a> {
             above.take_while(|above| fs::symlink_metadata(above).is_err()).last()
         });
         let topmost = topmost.collect::<BTreeSet<_>>();
-        let by_builds = self.session.removed_outputs.lock();
+        let by_builds = &self.removed_by_build;
         let files = plan.items.iter().flat_map(|item| &item.files);
         let files = files.filter(|file| !by_builds.contains(*file)).map(|file| plan.out.join(file));
         let lost = files.flat_map(|file| {
@@ -429,6 +432,7 @@ impl<'a> Watcher<'a> {
     ) -> (Result<Built, Error>, bool) {
         let Self { manifest, collector, loader, session, cancel, events, build, outstanding, .. } = self;
         let (session, cancel, rejected) = (&*session, *cancel, &mut self.rejected);
+        let removed = &mut self.removed_by_build;
         let (sender, heard) = (collector.sender(), collector.heard_changes());
         let has_ended = AtomicBool::new(false);
         let buffer = EventBuffer::new(*events, is_triggered, outstanding);
@@ -470,7 +474,8 @@ impl<'a> Watcher<'a> {
                 trace.lock().record(&event, plan);
                 buffer.push(event);
             };
-            let built = session.build_while_watched(plan, build, cancel, &report, heard);
+            let watcher = WatchedBuild { heard, removed };
+            let built = session.build_while_watched(plan, build, cancel, &report, watcher);
             has_ended.store(true, Ordering::Release);
             // The collecting thread waits for messages.
             let _ = sender.send(Message::Wake);

@@ -1,8 +1,16 @@
-//! What a watcher has heard of while a build runs.
+//! What a watcher tells a build that runs, and what it learns of it.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::mpsc::Receiver;
+
+/// A watcher's part in a build.
+pub(crate) struct WatchedBuild<'w> {
+    /// What the watcher has heard of.
+    pub(crate) heard: HeardChanges,
+    /// Becomes the exported files, relative to `out`, that the build removed, even if it fails afterwards.
+    pub(crate) removed: &'w mut HashSet<String>,
+}
 
 /// The changed files and folders that a watcher has heard of and that the running build was not told of: it
 /// will build again because of them. Without a watcher there are none.

@@ -83,9 +83,26 @@ pub(crate) enum Outcome {
         /// Why its files could not be published.
         unpublished: Option<PublishError>,
     },
-    /// The item was sent to another machine, and has to run here because of a property of the item.
-    RunsHere { because: String },
-    /// The item was sent to another machine, and has to run here because something is wrong with the server
-    /// or its machines.
-    NoMachine { because: String },
+    /// The item did not run in its place, and goes to the next one.
+    Refused(Refusal),
+}
+
+/// Why an item does not run in a place.
+pub(crate) struct Refusal {
+    /// What the item's record says of it.
+    pub(crate) because: String,
+    /// What is wrong with the place, if it is not the item, and has not been said before.
+    pub(crate) trouble: Option<String>,
+}
+
+impl Refusal {
+    /// A refusal because of a property of the item.
+    pub(crate) fn of_item(because: impl Into<String>) -> Self {
+        Self { because: because.into(), trouble: None }
+    }
+
+    /// A refusal because something is wrong with the place.
+    pub(crate) fn by_fault(because: String) -> Self {
+        Self { trouble: Some(because.clone()), because }
+    }
 }

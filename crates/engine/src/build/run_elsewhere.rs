@@ -14,7 +14,7 @@ use super::item_request::{
     FORMAT, ITEM, InputArtifact, ItemEnd, ItemReport, ItemRequest, KnownFile, KnownFolder, PortInputs,
     REPORT, artifact_place, file_place, output_place,
 };
-use super::outcome::{Outcome, Ran};
+use super::outcome::{Outcome, Ran, Refusal};
 use super::publish::PublishError;
 use super::run::{RunContext, RunRequest};
 use super::running::Dependencies;
@@ -70,8 +70,8 @@ impl RunContext<'_> {
         request: RunRequest,
         options: &ExecutorOptions,
     ) -> Result<Outcome, Error> {
-        let here = |because: &str| Ok(Outcome::RunsHere { because: because.into() });
-        let unable = |because: String| Ok(Outcome::NoMachine { because });
+        let here = |because: &str| Ok(Outcome::Refused(Refusal::of_item(because)));
+        let unable = |because: String| Ok(Outcome::Refused(Refusal::by_fault(because)));
         let Some(blobs) = self.shared_blobs else { return here("there is no cache") };
         let (item, started) = (request.item, Timestamp::now());
         let host = options.executor.host();
@@ -157,7 +157,7 @@ impl RunContext<'_> {
         let outputs_expected = self.check.plan.items[request.item].files.len().max(1);
         let named = end.outputs[1..].iter().copied().collect::<Option<Vec<_>>>();
         let machine = if end.worker.is_empty() { "a worker".to_owned() } else { end.worker };
-        let unable = |because: String| Ok(Outcome::NoMachine { because });
+        let unable = |because: String| Ok(Outcome::Refused(Refusal::by_fault(because)));
         let (outputs, shared) = match report.end {
             ItemEnd::Needs(_) => return Ok(Outcome::Stopped),
             ItemEnd::Failed { .. } if self.has_changed(&report.reads) => return Ok(Outcome::Stopped),

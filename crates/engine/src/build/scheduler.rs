@@ -4,7 +4,7 @@
 //! decides whether a failure counts, and records it, because it is told what a watcher hears. An item is
 //! checked when all its inputs are finished; if its result is not in the cache, it becomes a task. Before the
 //! task runs, the stored artifacts that it needs are fetched, each once; one that turns out to be lost is
-//! made again first. `lanes.rs` says where an item runs, `tasks.rs` which of the ready tasks is next, and
+//! made again first. `runner.rs` says where tasks are done, `tasks.rs` which of the ready ones is next, and
 //! `wanted.rs` what becomes of those that somebody waits for. An artifact is kept in memory only while an
 //! item may need it, except for those that the session keeps.
 //!
@@ -13,102 +13,37 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use rayon::{Scope, ThreadPool};
+use rayon::ThreadPool;
 
 use super::heard::HeardChanges;
-use super::outcome::Outcome;
-use super::publish::{PublishError, PublishEvent};
+use super::outcome::Refusal;
 use super::reporter::Reporter;
-use super::run::{RunContext, RunRequest};
+use super::run::RunContext;
+use super::runner::{Act, Candidate, Runner, Threads};
 use super::running::Dependencies;
 use super::up_to_date::{Freshness, UpToDateCheck};
 use crate::error::Error;
-use crate::event::{Event, ItemName, Summary, Work};
-use crate::key::Digest;
-use crate::kinds::Handle;
+use crate::event::{Event, Summary, Work};
 use crate::parallel;
 use crate::plan::{ItemIndex, Selection};
-use crate::shared::Shared;
-use crate::storage::{Blob, Cause, FromCache, Line, Record, Tag, short, worth_keeping};
-use crate::timestamp::Timestamp;
+use crate::storage::{Blob, Record};
 
-mod lanes;
+mod items;
 mod outcomes;
+mod places;
 mod progress;
 mod reports;
+mod requests;
 mod tasks;
 
+use items::{Phase, Progress, distinct, items_of};
+use places::{Next, Places};
 use progress::RunningItems;
-use tasks::{Lane, Task, Tasks};
+use tasks::Task;
 
 pub(crate) use reports::event_of;
-
-/// The progress of an item.
-#[derive(Clone, Debug, PartialEq)]
-enum Phase {
-    /// The item waits for its inputs, or for its turn.
-    Waiting,
-    /// The item is being run or published, or its inputs are being fetched.
-    Busy,
-    /// The item's result is complete.
-    Done,
-    /// The item failed, or was skipped because of the named item.
-    Failed(ItemName),
-    /// The item was stopped.
-    Stopped,
-}
-
-/// An item as the scheduler sees it.
-struct Progress {
-    phase: Phase,
-    /// The number of inputs that are not finished.
-    waiting: usize,
-    /// The number of consumers that may still need the artifact.
-    users: usize,
-    /// The number of inputs that have to be fetched before it can run.
-    missing: usize,
-    /// The item's outputs, new or found; `None`: those of its latest record.
-    outputs: Option<Vec<Blob>>,
-    handle: Option<Arc<Handle>>,
-    /// The consumers that cannot run before the artifact is fetched or made again.
-    fetchers: Vec<ItemIndex>,
-    /// Whether its consumers know that it is finished.
-    announced: bool,
-    /// Whether its stored result turned out to be lost.
-    lost: bool,
-    /// Whether a shared cache was asked for its result, and had it or not.
-    is_found: bool,
-    is_missed: bool,
-    /// The causes of the change of its artifact in this build.
-    causes: Vec<Cause>,
-    /// Whether it ran in this build.
-    ran: bool,
-    /// Why it runs here, if other items run elsewhere.
-    why_here: Option<String>,
-}
-
-enum Message {
-    Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
-    Found(ItemIndex, Option<Box<Record>>),
-    Ran(ItemIndex, Result<Outcome, Error>),
-    Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
-    /// The engine itself panicked in a task, with this message.
-    Panicked(ItemIndex, String),
-}
-
-/// The time that a worker spent on a task.
-struct WorkSpan {
-    item: ItemIndex,
-    work: Work,
-    lane: Lane,
-    worker: usize,
-    begun: Instant,
-    took: Duration,
-}
 
 /// How often a build that works looks at what is wanted.
 const WANTED_INTERVAL: Duration = Duration::from_millis(20);
@@ -121,28 +56,17 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// The version of what is wanted that this is: whether each item is.
     wanted_version: Option<u64>,
     is_wanted: Vec<bool>,
-    jobs: usize,
     /// Started at the begin of the build.
     clock: Instant,
     events: &'e (dyn Fn(Event) + Sync),
     /// What a watcher has heard of: failures on it are not reported.
     heard: HeardChanges,
     items: Vec<Progress>,
-    /// The items that need each item's artifact.
-    consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
     /// Whether nothing has to be done for an item.
     was_complete: Vec<bool>,
     to_check: BinaryHeap<Reverse<ItemIndex>>,
-    tasks: Tasks,
-    /// The tasks for other machines.
-    elsewhere: Tasks,
-    /// Whether it was said that items cannot run on other machines.
-    has_told: bool,
-    /// The threads that wait for other machines: whether each does now.
-    waiting: Vec<bool>,
-    /// The tasks in work, by lane.
-    busy: [usize; 3],
+    places: Places<'a>,
     running: RunningItems,
     pub(crate) summary: Summary,
     /// The items that failed, except for those that failed because of the system.
@@ -155,7 +79,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         context: &'a RunContext<'a>,
         selected: &Selection,
         keep_going: bool,
-        jobs: usize,
+        runners: Vec<Box<dyn Runner<'a> + 'a>>,
         reporter: Reporter<'e>,
         heard: HeardChanges,
     ) -> Self {
@@ -167,40 +91,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 || check.is_current(item)
                     && context.is_published(item, check.latest(item).map_or(&[], |latest| latest.outputs()))
         });
-        let mut consumers = vec![Vec::new(); plan.items.len()];
-        let mut items = Vec::with_capacity(plan.items.len());
-        let mut chosen = Vec::new();
-        for (index, item) in plan.items.iter().enumerate() {
-            let mut waiting = 0;
-            if selected.has(index) {
-                chosen.push(index);
-                if !is_complete[index] {
-                    for input in distinct(&item.inputs) {
-                        consumers[input].push(index);
-                        waiting += usize::from(!is_complete[input]);
-                    }
-                }
-            }
-            items.push(Progress {
-                phase: Phase::Waiting,
-                waiting,
-                users: 0,
-                missing: 0,
-                outputs: None,
-                handle: None,
-                fetchers: Vec::new(),
-                announced: is_complete[index],
-                lost: false,
-                is_found: false,
-                is_missed: false,
-                causes: Vec::new(),
-                ran: false,
-                why_here: None,
-            });
-        }
-        for (progress, consumers) in items.iter_mut().zip(&consumers) {
-            progress.users = consumers.len();
-        }
+        let items = items_of(plan, selected, &is_complete);
+        let chosen = (0..plan.items.len()).filter(|item| selected.has(*item)).collect::<Vec<_>>();
         let is_first = |item: &ItemIndex| !is_complete[*item] && items[*item].waiting == 0;
         let to_check = chosen.iter().copied().filter(is_first).map(Reverse).collect();
         Self {
@@ -209,20 +101,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             keep_going,
             wanted_version: None,
             is_wanted: vec![false; plan.items.len()],
-            jobs,
             clock: reporter.clock,
             events: reporter.events,
             heard,
             items,
-            consumers,
             selected: chosen,
             was_complete: is_complete,
             to_check,
-            tasks: Tasks::default(),
-            elsewhere: Tasks::default(),
-            has_told: false,
-            waiting: Vec::new(),
-            busy: [0; 3],
+            places: Places::new(runners),
             running: RunningItems::default(),
             summary: Summary::default(),
             failed: Vec::new(),
@@ -230,7 +116,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Finishes every item: those that are wanted on threads of their own.
+    /// Finishes every item, on the threads of these pools; `wanted` is for those that somebody looks at.
     ///
     /// # Errors
     /// If the journal cannot be written.
@@ -249,10 +135,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 self.report_up_to_date(item);
             }
         }
-        let (sender, receiver) = channel();
-        std::thread::scope(|waiting| {
-            pool.in_place_scope(|scope| {
-                wanted.in_place_scope(|wanted| self.run_tasks([scope, wanted], waiting, &sender, &receiver));
+        std::thread::scope(|scope| {
+            let waiting = |name, act: Act<'a>| {
+                std::thread::Builder::new().name(name).spawn_scoped(scope, act).map(drop)
+            };
+            pool.in_place_scope(|others| {
+                wanted.in_place_scope(|wanted| {
+                    self.run_tasks(&Threads { others, wanted, waiting: &waiting });
+                });
             });
         });
         if let Some(error) = self.fatal.take() {
@@ -262,41 +152,27 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Runs all tasks: each in the scope for items that are not wanted, or in that for those that are, or
-    /// on a thread that waits for another machine.
-    fn run_tasks<'s, 't>(
-        &mut self,
-        scopes: [&Scope<'s>; 2],
-        waiting: &'t std::thread::Scope<'t, '_>,
-        sender: &Sender<(WorkSpan, Message)>,
-        receiver: &Receiver<(WorkSpan, Message)>,
-    ) where
-        'a: 's + 't,
-    {
+    /// Runs all tasks, each in its place.
+    fn run_tasks(&mut self, threads: &Threads<'_, 'a>) {
         loop {
             self.look();
             self.report_progress();
             while let Some(item) = self.next_to_check() {
                 self.check_item(item);
             }
-            while let Some((task, lane)) = self.next_task() {
-                self.start(task, lane, scopes, waiting, sender);
+            while let Some(next) = self.next_task() {
+                self.start(next, threads);
             }
-            if self.busy == [0; 3] {
+            if self.places.are_idle() {
                 break;
             }
             // Meanwhile something else may be wanted.
-            if let Ok((span, message)) = receiver.recv_timeout(WANTED_INTERVAL) {
-                self.busy[span.lane as usize] -= 1;
-                if span.lane == Lane::Elsewhere {
-                    let thread = span.worker - self.first_worker(span.lane);
-                    self.waiting[thread] = false;
+            if let Some(ended) = self.places.wait(WANTED_INTERVAL) {
+                if ended.work == Work::Run {
+                    self.running.ended(ended.item);
                 }
-                if span.work == Work::Run {
-                    self.running.ended(span.item);
-                }
-                self.report_span(&span);
-                self.handle(message);
+                self.report_time(&ended);
+                self.handle(ended.message);
             }
         }
     }
@@ -312,6 +188,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             _ => false,
         });
         is_complete.collect()
+    }
+
+    /// What the build did.
+    pub(crate) fn into_summary(self) -> Summary {
+        self.summary
     }
 
     /// The items of selected stages for which something had to be done.
@@ -334,13 +215,17 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if self.wanted_version != Some(version) {
             self.wanted_version = Some(version);
             self.is_wanted = self.context.wanted.among(self.check.plan);
-            self.tasks.want(&self.is_wanted);
-            self.elsewhere.want(&self.is_wanted);
+            self.places.want(&self.is_wanted);
         }
     }
 
     fn next_to_check(&mut self) -> Option<ItemIndex> {
         if self.is_stopping() { None } else { self.to_check.pop().map(|Reverse(item)| item) }
+    }
+
+    /// The most urgent task that can start now.
+    fn next_task(&mut self) -> Option<Next> {
+        if self.is_stopping() { None } else { self.places.next() }
     }
 
     fn check_item(&mut self, item: ItemIndex) {
@@ -353,7 +238,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 self.context.running.set_dependencies(item, Dependencies::None);
                 let is_missed = |item: ItemIndex| self.items[item].is_missed;
                 let in_vain = self.check.is_missed(item, is_missed);
-                if self.context.shared.is_some() && !in_vain && self.check.may_be_shared(item) {
+                if !in_vain && self.check.may_be_shared(item) {
                     self.items[item].phase = Phase::Busy;
                     self.push(item, Task::Find(item));
                 } else {
@@ -361,18 +246,27 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                     self.run_when_ready(item);
                 }
             }
-            Freshness::Current { outputs, restored } => self.take_result(item, outputs, restored),
+            Freshness::Current { outputs, restored, host } => {
+                self.take_result(item, outputs, restored, host);
+            }
         }
     }
 
-    /// Gives an item the outputs of an earlier run, or of another item or machine.
-    fn take_result(&mut self, item: ItemIndex, outputs: Vec<Blob>, restored: Option<Box<Record>>) {
-        if let Some(record) = restored {
-            let record = self.restore(item, *record);
+    /// Gives an item the outputs of an earlier run, or of another item or machine, whose server is `host`.
+    fn take_result(
+        &mut self,
+        item: ItemIndex,
+        outputs: Vec<Blob>,
+        restored: Option<Box<Record>>,
+        host: Option<String>,
+    ) {
+        if let Some(found) = restored {
+            let record = self.restore(item, &found);
             self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
         }
         let is_published = self.context.is_published(item, &outputs);
         self.items[item].outputs = Some(outputs);
+        self.items[item].found_at = host;
         if is_published {
             self.up_to_date(item, Vec::new());
         } else {
@@ -381,37 +275,13 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Makes an earlier result, or one of another item, the item's latest record; the next run is compared
-    /// with it.
-    fn restore(&mut self, item: ItemIndex, found: Record) -> Record {
+    /// Makes a result that was found the item's latest record.
+    fn restore(&mut self, item: ItemIndex, found: &Record) -> Record {
         let reasons = self.check.reasons(item, |input| Some(self.digest(input)));
         let causes = self.check.causes(item, &reasons, |input| self.causes(input));
-        let (maker, made_by) = found.maker();
-        let since = Timestamp::now();
-        let record = Record {
-            manifest: self.check.plan.manifest_name(),
-            item: self.check.name(item),
-            gone: false,
-            inputs: self.check.inputs(item, |input| self.digest(input)),
-            source: self.check.source(item),
-            mount: self.check.mount(item),
-            reasons,
-            causes: worth_keeping(&causes),
-            from_cache: Some(FromCache {
-                since,
-                item: maker.clone(),
-                manifest: made_by.into(),
-                shared: found.shared.as_ref().map(Shared::origin),
-            }),
-            ..found.clone()
-        };
+        let record = self.check.restored(item, found, reasons, &causes, |input| self.digest(input));
         self.items[item].causes = causes;
-        // Written again, so that it counts as the most recently used result. If it is this item's own, the
-        // text stays the same, so that it replaces the line before.
-        let result = if self.check.is_of(item, &found) { &found } else { &record };
-        let again = Line::new(Tag::Result, short(record.key), Some(result));
-        let line = Line::new(Tag::Item, self.check.subject(item), Some(&record));
-        if let Err(error) = self.check.state.journal.append(&[again, line]) {
+        if let Err(error) = self.check.record_restored(item, found, &record) {
             self.fatal = Some(error);
         }
         record
@@ -420,8 +290,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     /// Runs an item as soon as the artifacts that it needs are in memory, or on another machine.
     fn run_when_ready(&mut self, item: ItemIndex) {
         self.items[item].phase = Phase::Busy;
-        if self.runs_elsewhere(item) {
-            return self.elsewhere.push(item, Task::Run(item), self.check, &self.is_wanted);
+        let place = self.place(item);
+        if self.places.host(place).is_some() {
+            return self.places.push(place, item, Task::Run(item), self.check, &self.is_wanted);
         }
         for input in distinct(&self.check.plan.items[item].inputs) {
             if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
@@ -441,67 +312,37 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
+    /// The place where an item runs: the first that does not refuse it.
+    fn place(&mut self, item: ItemIndex) -> usize {
+        loop {
+            let Progress { place, lost, fetchers, .. } = &self.items[item];
+            let (place, is_lost) = (*place, *lost || !fetchers.is_empty());
+            let candidate = Candidate { item, is_wanted: self.is_wanted[item], is_lost };
+            match self.places.refuses(place, candidate) {
+                Some(refusal) => self.refused(item, refusal),
+                None => return place,
+            }
+        }
+    }
+
+    /// Sends an item to the next place.
+    fn refused(&mut self, item: ItemIndex, Refusal { because, trouble }: Refusal) {
+        let place = self.items[item].place;
+        match trouble.map_or(Ok(None), |trouble| self.places.unable(place, &trouble)) {
+            Ok(event) => event.into_iter().for_each(|event| self.report(event)),
+            Err(error) => self.fatal = Some(error),
+        }
+        self.items[item].why_here = Some(because);
+        self.items[item].place = place + 1;
+    }
+
+    /// Whether an item runs, or ran, on another machine.
+    fn has_run_elsewhere(&self, item: ItemIndex) -> bool {
+        self.places.host(self.items[item].place).is_some()
+    }
+
+    /// Adds a task that is done on this machine.
     fn push(&mut self, item: ItemIndex, task: Task) {
-        self.tasks.push(item, task, self.check, &self.is_wanted);
+        self.places.push(self.places.last(), item, task, self.check, &self.is_wanted);
     }
-
-    fn request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {
-        let plan = self.check.plan;
-        let this = &plan.items[item];
-        let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
-        let handles = ports.map(|((port, _), inputs)| {
-            let handles = inputs.iter().filter_map(|input| {
-                Some((plan.items[*input].key.clone(), Arc::clone(self.items[*input].handle.as_ref()?)))
-            });
-            (port.clone(), handles.collect())
-        });
-        let reasons = if self.items[item].lost {
-            vec![crate::Reason::ResultLost]
-        } else {
-            self.check.reasons(item, |input| Some(self.digest(input)))
-        };
-        let causes = self.check.causes(item, &reasons, |input| self.causes(input));
-        RunRequest {
-            item,
-            key: self.key(item),
-            inputs: self.check.inputs(item, |input| self.digest(input)),
-            handles: handles.collect(),
-            reasons,
-            causes,
-            is_wanted,
-            why_here: self.items[item].why_here.clone(),
-            share: Arc::default(),
-        }
-    }
-
-    /// The causes of an item's present artifact: those of this build, or of the build that ran it last.
-    fn causes(&self, item: ItemIndex) -> Vec<Cause> {
-        match &self.items[item].causes[..] {
-            [] => self.check.last_causes(item),
-            causes => causes.to_vec(),
-        }
-    }
-
-    fn key(&self, item: ItemIndex) -> Digest {
-        self.check.key(item, |input| self.digest(input))
-    }
-
-    fn outputs(&self, item: ItemIndex) -> &[Blob] {
-        match &self.items[item].outputs {
-            Some(outputs) => outputs,
-            None => self.check.latest(item).map_or(&[], |latest| latest.outputs()),
-        }
-    }
-
-    fn digest(&self, item: ItemIndex) -> Digest {
-        self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
-    }
-}
-
-/// The items at all ports, each once.
-fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
-    let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
-    all.sort_unstable();
-    all.dedup();
-    all
 }

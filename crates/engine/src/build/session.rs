@@ -38,8 +38,6 @@ pub struct BuildSession {
     running: Mutex<Weak<RunningBuild>>,
     /// The warnings of the last plan.
     pub(crate) reported_warnings: Mutex<Vec<String>>,
-    /// The exported files, relative to `out`, that the last build removed.
-    pub(crate) removed_outputs: Mutex<HashSet<String>>,
 }
 
 /// So many threads.
@@ -193,7 +191,6 @@ impl BuildSession {
             watched: None,
             running: Mutex::default(),
             reported_warnings: Mutex::default(),
-            removed_outputs: Mutex::default(),
         })
     }
 

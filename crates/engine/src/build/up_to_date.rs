@@ -21,6 +21,7 @@ use crate::storage::{
 use crate::{parallel, platform};
 
 mod gone;
+mod restored;
 mod shared;
 
 /// Facts about a stage that are computed once.
@@ -55,6 +56,8 @@ pub(crate) struct UpToDateCheck<'a> {
     known: Option<KnownItems>,
     /// Results that a shared cache has of items whose own are out of date.
     shared: HashMap<ItemIndex, Record>,
+    /// Whether there is a shared cache.
+    has_shared: bool,
     /// The items for which the shared cache was asked in vain.
     missed: HashSet<ItemIndex>,
     /// Whether outputs that are perhaps only in a shared cache do not count.
@@ -77,6 +80,8 @@ pub(crate) enum Freshness {
         outputs: Vec<Blob>,
         /// The record of the run that made them, if that is not the latest record.
         restored: Option<Box<Record>>,
+        /// The server where the result was found in this build, if it was one of another machine.
+        host: Option<String>,
     },
     /// The item has to run.
     Run,
@@ -115,6 +120,7 @@ impl<'a> UpToDateCheck<'a> {
             current,
             known,
             shared,
+            has_shared: false,
             missed,
             all_local: false,
         };
@@ -343,7 +349,8 @@ impl<'a> UpToDateCheck<'a> {
         if let Some(latest) =
             latest.filter(|latest| self.is_elsewhere(latest.is_shared()) || is_stored(latest.outputs()))
         {
-            return Freshness::Current { outputs: latest.outputs().to_vec(), restored: None };
+            let outputs = latest.outputs().to_vec();
+            return Freshness::Current { outputs, restored: None, host: self.shared_host(item) };
         }
         let results = self.state.journal.results::<Record>(short(key));
         let mut results = results.filter(|record| record.key == key).collect::<Vec<_>>();
@@ -356,7 +363,8 @@ impl<'a> UpToDateCheck<'a> {
         let shared = || self.shared.get(&item).filter(|record| record.key == key).cloned();
         match results.into_iter().find(is_good).or_else(shared) {
             Some(record) => {
-                Freshness::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
+                let (outputs, host) = (record.outputs.clone(), self.shared_host(item));
+                Freshness::Current { outputs, restored: Some(Box::new(record)), host }
             }
             None => Freshness::Run,
         }

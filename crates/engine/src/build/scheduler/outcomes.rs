@@ -4,10 +4,13 @@ use std::any::Any;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use super::{Message, Phase, Scheduler, Task, distinct};
+use super::Scheduler;
+use super::items::{Phase, distinct};
+use super::tasks::Task;
 use crate::build::outcome::Outcome;
 use crate::build::publish::{PublishError, PublishEvent};
 use crate::build::run::failure_of;
+use crate::build::runner::Message;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Event, ItemName};
 use crate::kinds::Failure;
@@ -34,8 +37,8 @@ impl Scheduler<'_, '_> {
                 self.run_when_ready(item);
             }
             Message::Found(item, Some(record)) => {
-                self.items[item].is_found = true;
-                self.take_result(item, record.outputs.clone(), Some(record));
+                let host = record.shared.as_ref().map(|shared| shared.host.clone());
+                self.take_result(item, record.outputs.clone(), Some(record), host);
             }
             Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
             Message::Ran(_, Err(error)) => self.fatal = Some(error),
@@ -88,13 +91,8 @@ impl Scheduler<'_, '_> {
                 self.complete(item);
                 self.release_fetchers(item);
             }
-            Outcome::RunsHere { because } => {
-                self.items[item].why_here = Some(because);
-                self.run_when_ready(item);
-            }
-            Outcome::NoMachine { because } => {
-                self.report_unable(&because);
-                self.items[item].why_here = Some(because);
+            Outcome::Refused(refusal) => {
+                self.refused(item, refusal);
                 self.run_when_ready(item);
             }
         }
@@ -125,14 +123,10 @@ impl Scheduler<'_, '_> {
 
     pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
-        self.summary.shared += usize::from(self.is_from_shared(item));
+        self.summary.shared += usize::from(self.items[item].found_at.is_some());
         self.report_up_to_date(item);
         self.report_all(item, events);
         self.complete(item);
-    }
-
-    fn is_from_shared(&self, item: ItemIndex) -> bool {
-        self.items[item].is_found || self.check.is_from_shared(item)
     }
 
     /// The artifact of an item that was up to date is no longer in the store.
@@ -149,7 +143,7 @@ impl Scheduler<'_, '_> {
             self.summary.ran_elsewhere -= usize::from(self.has_run_elsewhere(item));
         } else {
             self.summary.up_to_date -= 1;
-            self.summary.shared -= usize::from(self.is_from_shared(item));
+            self.summary.shared -= usize::from(self.items[item].found_at.is_some());
         }
         for input in distinct(&self.check.plan.items[item].inputs) {
             self.items[input].users += 1;
@@ -215,8 +209,8 @@ impl Scheduler<'_, '_> {
         if std::mem::replace(&mut self.items[item].announced, true) {
             return;
         }
-        for index in 0..self.consumers[item].len() {
-            let consumer = self.consumers[item][index];
+        for index in 0..self.items[item].consumers.len() {
+            let consumer = self.items[item].consumers[index];
             self.items[consumer].waiting -= 1;
             if self.items[consumer].waiting == 0 {
                 self.to_check.push(Reverse(consumer));

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use super::{Scheduler, WorkSpan};
+use super::Scheduler;
 use crate::build::publish::PublishEvent;
 use crate::build::removal_cause::files_changed;
+use crate::build::runner::Ended;
 use crate::event::{Event, ItemName, RemovalCause};
 use crate::plan::ItemIndex;
 
@@ -15,14 +16,14 @@ impl Scheduler<'_, '_> {
         }
     }
 
-    pub(super) fn report_span(&mut self, span: &WorkSpan) {
+    pub(super) fn report_time(&mut self, ended: &Ended) {
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
         self.report(Event::TaskTimed {
-            item: self.check.name(span.item),
-            work: span.work,
-            worker: span.worker,
-            start_milliseconds: milliseconds(span.begun.saturating_duration_since(self.clock)),
-            milliseconds: milliseconds(span.took),
+            item: self.check.name(ended.item),
+            work: ended.work,
+            worker: ended.worker,
+            start_milliseconds: milliseconds(ended.begun.saturating_duration_since(self.clock)),
+            milliseconds: milliseconds(ended.took),
         });
     }
 
@@ -37,8 +38,7 @@ impl Scheduler<'_, '_> {
     /// Reports that an item is up to date, and what its run warned of.
     pub(super) fn report_up_to_date(&mut self, item: ItemIndex) {
         let name = self.check.name(item);
-        let found = self.items[item].is_found.then_some(self.context.shared).flatten();
-        let host = self.check.shared_host(item).or(found.map(|options| options.cache.host()));
+        let host = self.items[item].found_at.clone();
         self.report(Event::UpToDate { item: name.clone(), host });
         if self.context.repeat_warnings && self.check.latest(item).is_some_and(|latest| latest.has_warned()) {
             for message in self.check.record(item).into_iter().flat_map(|record| record.warnings) {

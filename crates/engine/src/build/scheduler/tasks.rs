@@ -13,19 +13,8 @@ pub(super) enum Task {
     Run(ItemIndex),
     Publish(ItemIndex),
     Fetch(ItemIndex),
-    /// Look for the result in a shared cache.
+    /// Ask other machines for the result.
     Find(ItemIndex),
-}
-
-/// The place where a task is done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lane {
-    /// The task is done on the threads for items that nobody waits for.
-    Others,
-    /// The task is done on the threads for items that somebody looks at.
-    Wanted,
-    /// The task is done on another machine; a thread here waits for it.
-    Elsewhere,
 }
 
 /// What is wanted goes first, and what takes long goes last.

@@ -14,13 +14,8 @@ use crate::storage::{ReadKind, Record};
 use crate::timestamp::Timestamp;
 
 impl UpToDateCheck<'_> {
-    /// Whether the result of an item was found in a shared cache in this build.
-    pub(crate) fn is_from_shared(&self, item: ItemIndex) -> bool {
-        self.shared.contains_key(&item)
-    }
-
     /// The shared cache in which the result of an item was found in this build.
-    pub(crate) fn shared_host(&self, item: ItemIndex) -> Option<String> {
+    pub(super) fn shared_host(&self, item: ItemIndex) -> Option<String> {
         Some(self.shared.get(&item)?.shared.as_ref()?.host.clone())
     }
 
@@ -33,6 +28,7 @@ impl UpToDateCheck<'_> {
         blobs: &SharedBlobs,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Vec<Digest> {
+        self.has_shared = true;
         let mut digests = Vec::<Option<Digest>>::with_capacity(self.plan.items.len());
         let mut needed = HashSet::new();
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
@@ -95,11 +91,11 @@ impl UpToDateCheck<'_> {
     }
 
     /// Whether a shared cache may have the result of an item that it was not asked for when the build began,
-    /// because some of its inputs had to be made first.
+    /// because some of its inputs had to be made first: then it is asked before the item runs.
     pub(crate) fn may_be_shared(&self, item: ItemIndex) -> bool {
         let this = &self.plan.items[item];
         let is_shared = self.plan.stages[this.stage].configured.is_shared();
-        is_shared && !this.inputs.is_empty() && !self.is_forced(item)
+        self.has_shared && is_shared && !this.inputs.is_empty() && !self.is_forced(item)
     }
 
     /// The result of one item with its key that a shared cache has.

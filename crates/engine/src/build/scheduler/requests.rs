@@ -1,0 +1,85 @@
+//! What a task needs: the artifacts and outputs of items as they are known when it starts.
+
+use std::sync::Arc;
+
+use super::Scheduler;
+use super::places::Next;
+use super::tasks::Task;
+use crate::build::run::RunRequest;
+use crate::build::runner::{Request, Threads};
+use crate::event::{Event, Reason};
+use crate::key::Digest;
+use crate::plan::ItemIndex;
+use crate::storage::{Blob, Cause};
+
+impl<'a> Scheduler<'a, '_> {
+    /// Starts a task in its place.
+    pub(super) fn start(&mut self, next: Next, threads: &Threads<'_, 'a>) {
+        let request = match next.task {
+            Task::Fetch(item) => Request::Fetch(item, self.digest(item)),
+            Task::Find(item) => Request::Find(item, self.key(item)),
+            Task::Publish(item) => Request::Publish(item, self.outputs(item).to_vec()),
+            Task::Run(item) => {
+                let request = self.run_request(item, next.is_wanted);
+                self.items[item].causes.clone_from(&request.causes);
+                self.running.started(item, Arc::clone(&request.share), self.clock.elapsed());
+                let (name, reasons) = (self.check.name(item), request.reasons.clone());
+                self.report(Event::Started { item: name, reasons, host: self.places.host(next.place) });
+                Request::Run(request)
+            }
+        };
+        self.places.start(next, request, threads);
+    }
+
+    fn run_request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {
+        let plan = self.check.plan;
+        let this = &plan.items[item];
+        let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
+        let handles = ports.map(|((port, _), inputs)| {
+            let handles = inputs.iter().filter_map(|input| {
+                Some((plan.items[*input].key.clone(), Arc::clone(self.items[*input].handle.as_ref()?)))
+            });
+            (port.clone(), handles.collect())
+        });
+        let reasons = if self.items[item].lost {
+            vec![Reason::ResultLost]
+        } else {
+            self.check.reasons(item, |input| Some(self.digest(input)))
+        };
+        let causes = self.check.causes(item, &reasons, |input| self.causes(input));
+        RunRequest {
+            item,
+            key: self.key(item),
+            inputs: self.check.inputs(item, |input| self.digest(input)),
+            handles: handles.collect(),
+            reasons,
+            causes,
+            is_wanted,
+            why_here: self.items[item].why_here.clone(),
+            share: Arc::default(),
+        }
+    }
+
+    /// The causes of an item's present artifact: those of this build, or of the build that ran it last.
+    pub(super) fn causes(&self, item: ItemIndex) -> Vec<Cause> {
+        match &self.items[item].causes[..] {
+            [] => self.check.last_causes(item),
+            causes => causes.to_vec(),
+        }
+    }
+
+    pub(super) fn key(&self, item: ItemIndex) -> Digest {
+        self.check.key(item, |input| self.digest(input))
+    }
+
+    fn outputs(&self, item: ItemIndex) -> &[Blob] {
+        match &self.items[item].outputs {
+            Some(outputs) => outputs,
+            None => self.check.latest(item).map_or(&[], |latest| latest.outputs()),
+        }
+    }
+
+    pub(super) fn digest(&self, item: ItemIndex) -> Digest {
+        self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
+    }
+}
