@@ -2,7 +2,7 @@
 //!
 //! | bytes | value | module |
 //! | --- | --- | --- |
-//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP, PFM | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
+//! | a picture of any [`Format`] | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |

@@ -1,17 +1,13 @@
 //! Finding the recipe in a file of any format.
 
 use crate::format::Format;
-use crate::images::{open_exr, png, radiance};
 use crate::textures::{babylon_env, ktx1, ktx2};
 use crate::values::{gltf, light_rig, lighting_json, tensors, web_page};
 
 /// The recipe in a file of any format that is written here; `None` if there is none.
 pub fn read_recipe(bytes: &[u8]) -> Option<String> {
     match Format::sniff(bytes) {
-        Some(Format::OpenExr) => open_exr::read_recipe(bytes),
-        Some(Format::Radiance) => radiance::read_recipe(bytes),
-        Some(Format::Png) => png::read_recipe(bytes),
-        Some(Format::Jpeg | Format::Tiff | Format::Tga | Format::WebP | Format::Pfm) => None,
+        Some(format) => (format.codec().recipe)(bytes),
         None if bytes.first() == Some(&b'{') => {
             lighting_json::read_recipe(bytes).or_else(|| gltf::read_recipe(bytes))
         }
