@@ -1,5 +1,5 @@
-//! What files say about their pixels beside them: which way up they lie, and XMP. Where it is, each format's
-//! module knows.
+//! What a picture's file says about its pixels beside them: which way up they lie, and XMP. The module of
+//! each format knows where that is.
 
 use std::io::{Read, Seek};
 

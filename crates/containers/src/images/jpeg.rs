@@ -123,7 +123,7 @@ fn metadata(file: &mut (impl Read + Seek)) -> Metadata {
     found
 }
 
-/// Visits the segments that stand before its pixels, each with its marker's second byte.
+/// Visits the segments that stand before the pixels, each with its marker's second byte.
 fn segments(file: &mut (impl Read + Seek), mut visit: impl FnMut(u8, &[u8])) -> Option<()> {
     file.seek(SeekFrom::Start(2)).ok()?;
     loop {

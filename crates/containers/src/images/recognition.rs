@@ -21,8 +21,8 @@ impl Format {
         self.codec().high_dynamic_range
     }
 
-    /// The format whose signature the bytes begin with. Without any, TGA if they are a header of TGA that makes
-    /// sense: that format has no signature.
+    /// The format whose signature the bytes begin with; TGA has none, and is known by a header that makes
+    /// sense.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
         let with = |known: fn(&KnownBy, &[u8]) -> bool| {
             Self::ALL.iter().copied().find(|format| known(&format.codec().known_by, bytes))
