@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
-use containers::Format;
+use containers::{Format, is_texture_ending};
 
 /// Files by what they are, each list sorted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,9 +40,6 @@ impl Recognised {
         self.environments.iter().map(|group| group.sources.len()).sum()
     }
 }
-
-/// Endings of textures that may hold light. In a folder only cubes count.
-const TEXTURES: [&str; 4] = ["ktx2", "ktx", "dds", "env"];
 
 /// Folders that a search does not enter.
 const NOT_SEARCHED: [&str; 3] = ["out", "target", "node_modules"];
@@ -152,10 +149,11 @@ impl Assets {
     fn add(&mut self, file: &Path, is_named: bool) -> bool {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        // Whoever names an image means it; others are light if they hold more of it than a screen shows.
+        // Whoever names a file means it. Others are light if they hold more of it than a screen shows, and
+        // textures if they are cubes.
         let is_image = Format::of_ending(&ending)
             .is_some_and(|format| is_named || format.is_high_dynamic_range() || is_bright(file))
-            || TEXTURES.contains(&&*ending) && (is_named || is_cube(file));
+            || is_texture_ending(&ending) && (is_named || is_cube(file));
         let list = if is_image {
             &mut self.environments
         } else if stages::is_gltf_file(&name) {

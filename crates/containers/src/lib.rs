@@ -56,8 +56,9 @@ pub use read_recipe::read_recipe;
 pub use recipe::texture_sidecar;
 pub use textures::{
     BabylonEnv, ByteFormat, Polynomial, TexelFormat, Texture, TextureFile, declares_cube, is_babylon_env,
-    is_texture, read_babylon_env, read_babylon_polynomial, read_dds, read_ktx2, read_texture,
-    write_babylon_env, write_dds, write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
+    is_texture, is_texture_ending, read_babylon_env, read_babylon_polynomial, read_dds, read_ktx2,
+    read_texture, texture_containers, write_babylon_env, write_dds, write_ktx1, write_ktx2, write_ktx2_rgba,
+    write_ktx2_zstd,
 };
 pub use values::{
     Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,
