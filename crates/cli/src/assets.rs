@@ -5,6 +5,8 @@ use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
+use containers::{Format, is_texture_ending};
+
 /// Files by what they are, each list sorted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Assets {
@@ -38,15 +40,6 @@ impl Recognised {
         self.environments.iter().map(|group| group.sources.len()).sum()
     }
 }
-
-/// Endings of images that hold more light than a screen shows.
-const HDR: [&str; 5] = ["exr", "hdr", "pic", "rgbe", "pfm"];
-
-/// Endings of textures that may hold light. In a folder only cubes count.
-const TEXTURES: [&str; 4] = ["ktx2", "ktx", "dds", "env"];
-
-/// Endings of other images: whoever names one means it.
-const IMAGES: [&str; 8] = ["tif", "tiff", "png", "jpg", "jpeg", "tga", "webp", "bmp"];
 
 /// Folders that a search does not enter.
 const NOT_SEARCHED: [&str; 3] = ["out", "target", "node_modules"];
@@ -156,9 +149,11 @@ impl Assets {
     fn add(&mut self, file: &Path, is_named: bool) -> bool {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let is_image = HDR.contains(&&*ending)
-            || IMAGES.contains(&&*ending) && (is_named || is_bright(file))
-            || TEXTURES.contains(&&*ending) && (is_named || is_cube(file));
+        // Whoever names a file means it. Others are light if they hold more of it than a screen shows, and
+        // textures if they are cubes.
+        let is_image = Format::of_ending(&ending)
+            .is_some_and(|format| is_named || format.is_high_dynamic_range() || is_bright(file))
+            || is_texture_ending(&ending) && (is_named || is_cube(file));
         let list = if is_image {
             &mut self.environments
         } else if stages::is_gltf_file(&name) {
@@ -189,7 +184,7 @@ fn is_cube(file: &Path) -> bool {
     read.is_ok() && containers::declares_cube(&header)
 }
 
-/// Whether the header of a PNG or JPEG declares high dynamic range.
+/// Whether an image's header declares high dynamic range.
 fn is_bright(file: &Path) -> bool {
     fs::File::open(file)
         .is_ok_and(|file| containers::declares_high_dynamic_range(&mut io::BufReader::new(file)))
@@ -372,6 +367,8 @@ mod tests {
         assert_eq!((found.materials, found.meshes), (vec![gold.clone(), paint], vec![knot]));
         assert_eq!(Assets::named(std::slice::from_ref(&texture)).unwrap().environments, [texture]);
         assert!(is_manifest(&manifest) && !is_manifest(&gold));
+        // What has the ending of no format that is read is nothing.
+        assert!(Assets::named(&[write("sky.bmp", "")]).unwrap_err().contains("is neither an image"));
         assert!(Assets::named(&[manifest]).unwrap_err().contains("is neither an image"));
         assert!(Assets::named(&[folder.path().join("none.hdr")]).unwrap_err().contains("cannot read"));
     }

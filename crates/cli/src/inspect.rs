@@ -12,7 +12,7 @@ use std::path::Path;
 use brdf::BrdfCoefficients;
 use containers::{
     Format, OpenExrEnvmap, Panorama, ReadOptions, Shows, is_babylon_env, is_texture, is_web_page,
-    lighting_json, read_image, read_recipe, tensors,
+    lighting_json, read_image, read_recipe, tensors, texture_containers,
 };
 use sampling::LightMasses;
 use serde_json::{Value, json};
@@ -40,10 +40,13 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
     };
     let by_name = by_name.transpose().map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
     let mut facts = by_name.map_or_else(|| describe(&bytes), Ok).map_err(|error| {
-        let help = "inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, PFM, KTX2, KTX, DDS, .env, \
-                    safetensors, \
-                    glTF, JSON lighting, material files and measured BRDFs";
-        failed(&[format!("{}: {error}", file.display())], Some(help))
+        let pictures = Format::ALL.iter().map(|format| format.name());
+        let pictures = pictures.chain(texture_containers()).collect::<Vec<_>>().join(", ");
+        let help = format!(
+            "inspect reads {pictures}, .env, safetensors, glTF, JSON lighting, material files and \
+             measured BRDFs"
+        );
+        failed(&[format!("{}: {error}", file.display())], Some(&help))
     })?;
     if let Some(place) = picture {
         let material = material.map(|found| found.material).or_else(|| material::of_artifact(&bytes));

@@ -2,7 +2,7 @@
 //!
 //! | bytes | value | module |
 //! | --- | --- | --- |
-//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP, PFM | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
+//! | a picture of any [`Format`] | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
@@ -56,8 +56,9 @@ pub use read_recipe::read_recipe;
 pub use recipe::texture_sidecar;
 pub use textures::{
     BabylonEnv, ByteFormat, Polynomial, TexelFormat, Texture, TextureFile, declares_cube, is_babylon_env,
-    is_texture, read_babylon_env, read_babylon_polynomial, read_dds, read_ktx2, read_texture,
-    write_babylon_env, write_dds, write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
+    is_texture, is_texture_ending, read_babylon_env, read_babylon_polynomial, read_dds, read_ktx2,
+    read_texture, texture_containers, write_babylon_env, write_dds, write_ktx1, write_ktx2, write_ktx2_rgba,
+    write_ktx2_zstd,
 };
 pub use values::{
     Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,

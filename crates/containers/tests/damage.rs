@@ -7,15 +7,16 @@
 #![allow(clippy::unwrap_used)] // as in any test
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::collections::HashSet;
 use std::io::Cursor;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use containers::lighting_json::{self, Preset};
 use containers::{
-    BabylonEnv, ImageBasedLight, MAX_PIXELS, Precision, ReadOptions, TexelFormat, Texture, read_babylon_env,
-    read_exr_layers, read_gltf_image_based_light, read_image, read_recipe, read_texture, tensors,
-    write_babylon_env, write_dds, write_exr, write_exr_layers, write_gltf_image_based_light, write_ktx1,
-    write_ktx2, write_ktx2_zstd, write_png, write_rgbe,
+    BabylonEnv, Format, ImageBasedLight, MAX_PIXELS, Precision, ReadOptions, TexelFormat, Texture,
+    read_babylon_env, read_exr_layers, read_gltf_image_based_light, read_image, read_recipe, read_texture,
+    tensors, texture_containers, write_babylon_env, write_dds, write_exr, write_exr_layers,
+    write_gltf_image_based_light, write_ktx1, write_ktx2, write_ktx2_zstd, write_png, write_rgbe,
 };
 use envmap::{Environment, Image};
 use exr::prelude::*;
@@ -173,7 +174,23 @@ fn image_based_lights() -> Vec<(String, Vec<u8>)> {
     ]
 }
 
-/// One small file of each format and, for OpenEXR, of each compression.
+/// The smallest picture of each format in `tests/data`, so that no format can be forgotten.
+fn smallest() -> Vec<(String, Vec<u8>)> {
+    let folder = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).unwrap();
+    let mut files: Vec<Vec<u8>> = folder.map(|entry| std::fs::read(entry.unwrap().path()).unwrap()).collect();
+    files.sort_by_key(Vec::len);
+    let of = |format: Format| {
+        let is_read = |bytes: &&Vec<u8>| {
+            read_image(bytes, &ReadOptions::default()).is_ok_and(|read| read.format == format)
+        };
+        let found = files.iter().find(is_read);
+        found.unwrap_or_else(|| panic!("crates/containers/tests/data lacks a file of {}", format.name()))
+    };
+    let named = |format: &Format| (format!("{} smallest", format.name().to_lowercase()), of(*format).clone());
+    Format::ALL.iter().map(named).collect()
+}
+
+/// Small files of each format and, for OpenEXR, of each compression.
 fn pictures() -> Vec<(String, Vec<u8>)> {
     let codes: Vec<[u8; 3]> = (0..60_u8).map(|i| [i, 3 * i, 255 - i]).collect();
     let mut files = vec![
@@ -228,6 +245,7 @@ fn pictures() -> Vec<(String, Vec<u8>)> {
         files.push((format!("exr {compression}"), exr_of(compression, Blocks::ScanLines)));
     }
     files.push(("exr tiles".into(), exr_of(Compression::ZIP16, Blocks::Tiles(Vec2(8, 4)))));
+    files.extend(smallest());
     files
 }
 
@@ -297,8 +315,9 @@ fn every_truncated_length_is_an_error() {
             });
         }
     }
+    let mut read = HashSet::new();
     for (name, bytes) in textures() {
-        assert!(read_texture(&bytes).is_ok(), "{name}");
+        read.insert(read_texture(&bytes).unwrap_or_else(|error| panic!("{name}: {error}")).container);
         for length in 0..bytes.len() {
             within_limits(&format!("{name}, {length} bytes"), || {
                 assert!(read_texture(&bytes[..length]).is_err(), "{name}: {length} bytes were read");
@@ -306,6 +325,7 @@ fn every_truncated_length_is_an_error() {
             });
         }
     }
+    assert_eq!(read, texture_containers().into());
     for (name, bytes) in image_based_lights() {
         assert!(read_babylon_env(&bytes).is_ok() || read_gltf_image_based_light(&bytes).is_ok(), "{name}");
         assert_eq!(read_recipe(&bytes).as_deref(), Some("{}"), "{name}");

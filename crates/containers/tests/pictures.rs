@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // as in any test
 
+use std::collections::HashSet;
+
 use containers::{
     ColourSpace, Decoded, ErrorKind, Format, ReadOptions, read_image, read_recipe, write_png, write_rgbe,
 };
@@ -444,18 +446,19 @@ fn a_layer_is_of_no_use_without_layers() {
 
 #[test]
 fn a_header_has_the_size_of_its_picture_and_refuses_only_what_is_refused() {
-    let mut pictures = 0;
+    let (mut pictures, mut formats) = (0, HashSet::new());
     for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).unwrap() {
         let path = entry.unwrap().path();
         let whole = std::fs::read(&path).unwrap();
         let header = |bytes: &[u8]| {
             containers::read_image_header(&mut std::io::Cursor::new(bytes), &ReadOptions::default())
         };
-        let compare = |bytes: &[u8]| match (header(bytes), read_image(bytes, &ReadOptions::default())) {
+        let mut compare = |bytes: &[u8]| match (header(bytes), read_image(bytes, &ReadOptions::default())) {
             (Ok(header), Ok(read)) => {
                 let (width, height) = (read.image.width(), read.image.height());
                 assert_eq!((header.width, header.height, header.format), (width, height, read.format));
                 assert_eq!(header.openexr_envmap, read.openexr_envmap);
+                formats.insert(read.format);
                 true
             }
             (Ok(_), Err(_)) => false,
@@ -471,4 +474,5 @@ fn a_header_has_the_size_of_its_picture_and_refuses_only_what_is_refused() {
         }
     }
     assert!(pictures >= 20, "{pictures} pictures");
+    assert_eq!(formats, Format::ALL.iter().copied().collect());
 }

@@ -2,9 +2,11 @@
 //!
 //! Numbers are taken as they are stored, 0 to 1 for integers; profiles and gamma do not apply.
 
-use super::{jpeg, raster};
+use super::raster::Raster;
+use super::recognition::identify;
+use super::{jpeg, png, webp};
 use crate::error::Error;
-use crate::format::{Format, identify};
+use crate::format::Format;
 
 /// How coordinates outside of 0 to 1 are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,17 +33,7 @@ impl DataTexture {
     /// # Errors
     /// If it is not PNG, JPEG or WebP, or is damaged.
     pub fn read(bytes: &[u8]) -> Result<Self, Error> {
-        let format = identify(bytes)?;
-        let within = |error: Error| error.within(format.name());
-        let raster = match format {
-            Format::Png | Format::WebP => raster::raster(bytes, format).map_err(within)?,
-            Format::Jpeg => jpeg::raster(bytes).map_err(within)?,
-            _ => {
-                let name = format.name();
-                let message = format!("textures in {name} are not read; expected PNG, JPEG or WebP");
-                return Err(Error::unsupported(message));
-            }
-        };
+        let raster = raster_of_texture(bytes)?;
         let (channels, depth) = (raster.channels, raster.depth);
         let number = |sample: &[u8]| match *sample {
             [code] => f32::from(code) / 255.0,
@@ -120,6 +112,22 @@ impl DataTexture {
         }
         sum
     }
+}
+
+/// The samples of a picture in one of the formats that glTF knows: PNG, JPEG or WebP.
+pub(crate) fn raster_of_texture(bytes: &[u8]) -> Result<Raster, Error> {
+    let format = identify(bytes)?;
+    let raster = match format {
+        Format::Png => png::raster(bytes),
+        Format::WebP => webp::raster(bytes),
+        Format::Jpeg => jpeg::raster(bytes),
+        _ => {
+            let name = format.name();
+            let message = format!("textures in {name} are not read; expected PNG, JPEG or WebP");
+            return Err(Error::unsupported(message));
+        }
+    };
+    raster.map_err(|error| error.within(format.name()))
 }
 
 #[cfg(test)]

@@ -37,8 +37,9 @@ pub struct Decoded {
     pub openexr_envmap: Option<OpenExrEnvmap>,
     /// The part of the sphere that the picture shows, if the file says something of it.
     pub panorama: Option<Panorama>,
-    /// Whether the file can hold values above its white: OpenEXR, Radiance, PFM, TIFF in floats, PNG whose
-    /// cICP says PQ, HLG or linear, and JPEG with a gain map.
+    /// Whether the file can hold values above its white, as every one of some formats can
+    /// ([`Format::is_high_dynamic_range`]), TIFF in floats, PNG whose cICP says PQ, HLG or linear, and JPEG
+    /// with a gain map.
     pub high_dynamic_range: bool,
     /// The gain map of a JPEG, in a few words: its metadata, its size and its stops.
     pub gain_map: Option<String>,
@@ -54,13 +55,14 @@ pub struct Decoded {
 }
 
 impl Decoded {
+    /// A picture of which nothing else is known yet, nor whether its format holds high dynamic range.
     pub(crate) fn new(format: Format, image: Image) -> Self {
         Self {
             image,
             format,
             openexr_envmap: None,
             panorama: None,
-            high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance | Format::Pfm),
+            high_dynamic_range: false,
             gain_map: None,
             profile: None,
             warnings: Vec::new(),

@@ -2,14 +2,15 @@
 
 use std::io::{BufRead, Seek};
 
+use super::codec::HeaderFacts;
 use super::decoded::{OpenExrEnvmap, ReadOptions};
+use super::gpano;
 use super::orientation::upright_size;
 use super::panorama::Panorama;
-use super::{cicp, gain_map_metadata, gpano, jpeg, open_exr, pfm, png, radiance, raster, tiff};
+use super::recognition::identify;
 use crate::error::Error;
 use crate::file_part::{beginning, length, rewind};
-use crate::format::{Format, identify};
-use crate::metadata::Metadata;
+use crate::format::Format;
 
 /// As many bytes as tell one format from another, and a Git LFS pointer from a file.
 const SIGNATURE: u64 = 256;
@@ -46,57 +47,24 @@ pub fn read_image_header(
     let length = length(file)?;
     let format = identify(&beginning(file, SIGNATURE)?)?;
     rewind(file)?;
-    let within = |error: Error| error.within(format.name());
-    let mut metadata = Metadata::default();
-    let (mut openexr_envmap, mut panorama) = (None, None);
-    let stored = match format {
-        Format::OpenExr => {
-            let size;
-            (size, (openexr_envmap, panorama)) =
-                open_exr::header(&mut *file, length, options.layer.as_deref()).map_err(within)?;
-            size
-        }
-        Format::Radiance => {
-            let size;
-            (size, panorama) = radiance::header(file).map_err(within)?;
-            size
-        }
-        Format::Pfm => pfm::header(file, length).map_err(within)?,
-        Format::Tiff => {
-            let (size, found) = tiff::header(file, length).map_err(within)?;
-            metadata = found;
-            size
-        }
-        Format::Jpeg | Format::Png | Format::Tga | Format::WebP => {
-            let size = match format {
-                Format::Jpeg => jpeg::header(&mut *file, length),
-                _ => raster::header(file, length, format),
-            };
-            metadata = Metadata::read(file, format);
-            size.map_err(within)?
-        }
-    };
+    let codec = format.codec();
+    let header = (codec.header)(file, length, options).map_err(|error| error.within(codec.name))?;
+    let HeaderFacts { size: stored, metadata, openexr_envmap, panorama } = header;
     let size @ [width, height] = upright_size(stored, metadata.orientation);
     let panorama = panorama.or_else(|| gpano::of_xmp(metadata.xmp.as_deref()?, size));
     Ok(ImageHeader { format, width, height, openexr_envmap, panorama })
 }
 
-/// Whether the header of a PNG or JPEG says that the picture holds light brighter than its white: by PNG's
-/// cICP, or by a gain map.
+/// Whether the header of a picture says that it holds light brighter than its white, though not every file of
+/// its format does: by PNG's cICP, or by a JPEG's gain map.
 pub fn declares_high_dynamic_range(file: &mut (impl BufRead + Seek)) -> bool {
     let Ok(start) = beginning(file, LONGEST_HEADER) else { return false };
-    match Format::sniff(&start) {
-        Some(Format::Png) => {
-            let encoding = png::code_points(&start).and_then(|points| cicp::encoding(points).ok());
-            encoding.is_some_and(|(_, bright)| bright)
-        }
-        Some(Format::Jpeg) => gain_map_metadata::is_declared_in(&start),
-        _ => false,
-    }
+    Format::sniff(&start).is_some_and(|format| (format.codec().declares_high_dynamic_range)(&start))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::io::Cursor;
 
     use envmap::Image;
@@ -108,7 +76,8 @@ mod tests {
     use crate::images::read_image::read_image;
     use crate::precision::Precision;
 
-    fn files() -> Vec<Vec<u8>> {
+    /// Files of 8 x 4 pixels.
+    fn written() -> Vec<Vec<u8>> {
         let image = Image::new(8, 4, vec![[0.5; 3]; 32]).unwrap();
         vec![
             write_rgbe(&image, None).unwrap().bytes,
@@ -119,16 +88,31 @@ mod tests {
 
     #[test]
     fn a_header_has_the_size_of_its_picture() {
-        for bytes in files() {
+        for bytes in written() {
             let header = read_image_header(&mut Cursor::new(&bytes), &ReadOptions::default()).unwrap();
             assert_eq!((header.width, header.height), (8, 4), "{header:?}");
         }
     }
 
+    /// The smallest file of each format among those of other programs.
+    fn smallest() -> Vec<Vec<u8>> {
+        let folder = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data")).unwrap();
+        let mut files: Vec<Vec<u8>> = folder.map(|entry| fs::read(entry.unwrap().path()).unwrap()).collect();
+        files.sort_by_key(Vec::len);
+        let of = |format: Format| {
+            let is_read = |bytes: &&Vec<u8>| {
+                read_image(bytes, &ReadOptions::default()).is_ok_and(|read| read.format == format)
+            };
+            let found = files.iter().find(is_read);
+            found.unwrap_or_else(|| panic!("crates/containers/tests/data lacks a file of {}", format.name()))
+        };
+        Format::ALL.iter().map(|format| of(*format).clone()).collect()
+    }
+
     /// A check must not refuse what a run accepts, and has the run's message.
     #[test]
     fn a_truncated_or_damaged_file_is_refused_only_as_it_is_when_it_is_read() {
-        for bytes in files() {
+        for bytes in written().into_iter().chain(smallest()) {
             for cut in 0..bytes.len() {
                 let header = read_image_header(&mut Cursor::new(&bytes[..cut]), &ReadOptions::default());
                 if header.is_err() {

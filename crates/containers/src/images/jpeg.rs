@@ -1,9 +1,9 @@
 //! JPEG, read only: 8 bits, and in HDR with a gain map.
 //!
 //! `zune-jpeg` decodes it directly, not through `image`: that has no strict mode, and fills what a damaged
-//! file lacks with grey.
+//! file lacks with grey. Exif is in a segment APP1 `Exif`, XMP in an APP1 of Adobe's namespace.
 
-use std::io::{BufRead, Cursor, Seek};
+use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use zune_core::bytestream::{ZByteReaderTrait, ZCursor};
 use zune_core::colorspace::ColorSpace;
@@ -11,6 +11,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
+use super::codec::{Codec, HeaderFacts, KnownBy};
 use super::colour_space::ColourSpace;
 use super::decoded::Decoded;
 use super::gain_map::GainMap;
@@ -21,12 +22,29 @@ use super::raster::Raster;
 use crate::error::Error;
 use crate::format::Format;
 use crate::limits;
-use crate::metadata::Metadata;
+use crate::metadata::{EXIF, Metadata, array, block};
 
 /// A block of 64 pixels takes at least one bit, so that a byte holds at most 512 pixels of 3 bytes.
 const RATIO: usize = 512 * 3;
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+const XMP: &[u8] = b"http://ns.adobe.com/xap/1.0/\0";
+
+pub(crate) const CODEC: Codec = Codec {
+    name: "JPEG",
+    endings: &["jpg", "jpeg"],
+    known_by: KnownBy::Signature(|bytes| bytes.starts_with(b"\xff\xd8\xff")),
+    high_dynamic_range: false,
+    declares_high_dynamic_range: gain_map_metadata::is_declared_in,
+    has_layers: false,
+    read: |bytes, options| read(bytes, options.colour_space),
+    header: |mut file, length, _| {
+        let (_, size) = open(&mut file, length)?;
+        Ok(HeaderFacts { size, metadata: metadata(&mut file), ..HeaderFacts::default() })
+    },
+    recipe: |_| None,
+};
+
+fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let picture = Segments::of(bytes, 0);
     let mut raster = raster_of(bytes, picture.end)?;
     let within = |error: Error| error.within("gain map");
@@ -44,11 +62,6 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
     let mut decoded = raster.decode(Format::Jpeg, wanted)?;
     decoded.warnings.extend(lost.map(str::to_owned));
     Ok(decoded)
-}
-
-/// The size of a JPEG.
-pub(crate) fn header(file: impl BufRead + Seek, length: usize) -> Result<[usize; 2], Error> {
-    open(file, length).map(|(_, size)| size)
 }
 
 /// A decoder that has read the header, and the size that this declares.
@@ -81,7 +94,7 @@ fn raster_of(bytes: &[u8], end: Option<usize>) -> Result<Raster, Error> {
     }
     let samples = decoder.decode().map_err(describe)?;
     let profile = decoder.icc_profile();
-    let metadata = Metadata::read(&mut Cursor::new(bytes), Format::Jpeg);
+    let metadata = metadata(&mut Cursor::new(bytes));
     Ok(Raster {
         width,
         height,
@@ -94,6 +107,41 @@ fn raster_of(bytes: &[u8], end: Option<usize>) -> Result<Raster, Error> {
         gain_map: None,
         metadata,
     })
+}
+
+/// Reads the metadata; what is damaged says nothing.
+fn metadata(file: &mut (impl Read + Seek)) -> Metadata {
+    let mut found = Metadata::default();
+    // The walk ends with the pixels: what it has found until then counts.
+    let _ = segments(file, |marker, bytes| {
+        if marker == 0xe1 && bytes.starts_with(EXIF) {
+            found.take_exif(bytes);
+        } else if marker == 0xe1 {
+            found.take_xmp(bytes.strip_prefix(XMP));
+        }
+    });
+    found
+}
+
+/// Visits the segments that stand before the pixels, each with its marker's second byte.
+fn segments(file: &mut (impl Read + Seek), mut visit: impl FnMut(u8, &[u8])) -> Option<()> {
+    file.seek(SeekFrom::Start(2)).ok()?;
+    loop {
+        let [mut start, mut marker]: [u8; 2] = array(file)?;
+        // Bytes of 255 may fill the space before a marker.
+        while start == 0xff && marker == 0xff {
+            [start, marker] = [marker, array::<1>(file)?[0]];
+        }
+        if start != 0xff || marker == 0xda {
+            return None;
+        }
+        if marker == 0x01 || (0xd0..=0xd8).contains(&marker) {
+            continue;
+        }
+        let length = usize::from(u16::from_be_bytes(array(file)?)).checked_sub(2)?;
+        let wanted = (0xe0..=0xef).contains(&marker);
+        block(file, length, 0, wanted, |bytes| visit(marker, bytes))?;
+    }
 }
 
 fn describe(error: DecodeErrors) -> Error {

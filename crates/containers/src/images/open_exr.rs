@@ -6,6 +6,24 @@ mod read;
 mod subsampled;
 mod write;
 
-pub use read::{ExrLayers, read_exr_layers};
-pub(crate) use read::{header, read, read_recipe};
+use super::codec::{Codec, HeaderFacts, KnownBy};
+use read::{header, read, read_recipe};
+
+pub use read::ExrLayers;
+pub(crate) use read::read_layers;
 pub use write::{write_exr, write_exr_layers};
+
+pub(crate) const CODEC: Codec = Codec {
+    name: "OpenEXR",
+    endings: &["exr"],
+    known_by: KnownBy::Signature(|bytes| bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])),
+    high_dynamic_range: true,
+    declares_high_dynamic_range: |_| false,
+    has_layers: true,
+    read,
+    header: |file, length, options| {
+        let (size, (openexr_envmap, panorama)) = header(file, length, options.layer.as_deref())?;
+        Ok(HeaderFacts { size, openexr_envmap, panorama, ..HeaderFacts::default() })
+    },
+    recipe: read_recipe,
+};

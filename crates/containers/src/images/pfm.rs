@@ -9,6 +9,7 @@ use std::io::{Read, Seek};
 use envmap::Image;
 
 use super::chromaticity;
+use super::codec::{Codec, HeaderFacts, KnownBy};
 use super::colour_space::ColourSpace;
 use super::decoded::Decoded;
 use crate::error::Error;
@@ -18,6 +19,23 @@ use crate::limits;
 
 /// The longest header that is read.
 const MAX_HEADER: usize = 1 << 12;
+
+pub(crate) const CODEC: Codec = Codec {
+    name: "PFM",
+    endings: &["pfm"],
+    known_by: KnownBy::Signature(
+        |bytes| matches!(bytes, [b'P', b'F' | b'f', next, ..] if next.is_ascii_whitespace()),
+    ),
+    high_dynamic_range: true,
+    declares_high_dynamic_range: |_| false,
+    has_layers: false,
+    read: |bytes, options| read(bytes, options.colour_space),
+    header: |mut file, length, _| {
+        let size = header(&mut file, length)?;
+        Ok(HeaderFacts { size, ..HeaderFacts::default() })
+    },
+    recipe: |_| None,
+};
 
 struct Header {
     width: usize,
@@ -76,7 +94,7 @@ fn next_word<'a>(bytes: &'a [u8], at: &mut usize) -> Result<&'a str, Error> {
     }
 }
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let Header { width, height, channels, scale, length } = Header::parse(bytes)?;
     let row = 4 * channels * width;
     let floats = bytes.get(length..).unwrap_or_default();
@@ -118,7 +136,7 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
 }
 
 /// The size of the picture.
-pub(crate) fn header(file: &mut (impl Read + Seek), length: usize) -> Result<[usize; 2], Error> {
+fn header(file: &mut (impl Read + Seek), length: usize) -> Result<[usize; 2], Error> {
     let header = Header::parse(&beginning(file, MAX_HEADER as u64)?)?;
     limits::plausible(4 * header.channels * header.width * header.height, length, 1)?;
     Ok([header.width, header.height])

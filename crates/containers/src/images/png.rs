@@ -1,16 +1,86 @@
-//! PNG: writing, also of animations, and what a file says beside its pixels. `raster` reads the pixels.
+//! PNG: reading by the `image` crate, and writing, also of animations.
+//!
+//! Exif is in the chunk eXIf, XMP in an iTXt `XML:com.adobe.xmp` or in ImageMagick's raw profile.
 
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 
+use ::image::Limits;
+use ::image::codecs::png::PngDecoder;
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError};
 
+use super::codec::{Codec, HeaderFacts, KnownBy};
+use super::colour_space::ColourSpace;
 use super::decoded::Decoded;
+use super::raster::{DEFLATE_RATIO, Opened, Raster, WORKSPACE};
+use super::{cicp, raster};
 use crate::error::{Error, ErrorKind};
-use crate::recipe;
+use crate::format::Format;
+use crate::metadata::{Metadata, array, block};
 use crate::recipe::KEY;
+use crate::{png_text, recipe};
+
+pub(crate) const CODEC: Codec = Codec {
+    name: "PNG",
+    endings: &["png"],
+    known_by: KnownBy::Signature(|bytes| bytes.starts_with(b"\x89PNG\r\n\x1a\n")),
+    high_dynamic_range: false,
+    declares_high_dynamic_range: |start| {
+        let encoding = code_points(start).and_then(|points| cicp::encoding(points).ok());
+        encoding.is_some_and(|(_, bright)| bright)
+    },
+    has_layers: false,
+    read: |bytes, options| read(bytes, options.colour_space),
+    header: |mut file, length, _| {
+        let (_, size) = open(&mut file, length)?;
+        Ok(HeaderFacts { size, metadata: metadata(&mut file), ..HeaderFacts::default() })
+    },
+    recipe: read_recipe,
+};
+
+fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+    let mut decoded = raster(bytes)?.decode(Format::Png, wanted)?;
+    complete(&mut decoded, bytes);
+    Ok(decoded)
+}
+
+/// The samples of a PNG.
+pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
+    let raster = Raster::decoded_by(open(Cursor::new(bytes), bytes.len())?, bytes.len())?;
+    let metadata = metadata(&mut Cursor::new(bytes));
+    Ok(Raster { metadata, code_points: code_points(bytes), ..raster })
+}
+
+fn open<F: BufRead + Seek>(file: F, length: usize) -> Result<Opened<PngDecoder<F>>, Error> {
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some((length + WORKSPACE) as u64);
+    raster::opened(PngDecoder::with_limits(file, limits), length, DEFLATE_RATIO)
+}
+
+/// Reads the metadata; what is damaged says nothing.
+fn metadata(file: &mut (impl Read + Seek)) -> Metadata {
+    let mut found = Metadata::default();
+    // The walk ends with the file: what it has found until then counts.
+    let _ = chunks(file, |name, bytes| match name {
+        b"eXIf" => found.take_exif(bytes),
+        b"iTXt" | b"zTXt" | b"tEXt" => found.take_xmp(png_text::xmp(name, bytes).as_deref()),
+        _ => {}
+    });
+    found
+}
+
+/// Visits the chunks whose content is not long, to the end of the file.
+fn chunks(file: &mut (impl Read + Seek), mut visit: impl FnMut(&[u8; 4], &[u8])) -> Option<()> {
+    file.seek(SeekFrom::Start(8)).ok()?;
+    loop {
+        let [a, b, c, d, name @ ..]: [u8; 8] = array(file)?;
+        let length = u32::from_be_bytes([a, b, c, d]);
+        let wanted = [b"eXIf", b"iTXt", b"zTXt", b"tEXt"].contains(&&name);
+        block(file, length as usize, 4, wanted, |bytes| visit(&name, bytes))?;
+    }
+}
 
 /// Adds what a PNG says beside its pixels: its recipe, and a gamma that is ignored.
-pub(crate) fn complete(decoded: &mut Decoded, bytes: &[u8]) {
+fn complete(decoded: &mut Decoded, bytes: &[u8]) {
     let Ok(reader) = Decoder::new(Cursor::new(bytes)).read_info() else { return };
     let info = reader.info();
     decoded.recipe = recipe_of(info);
@@ -23,7 +93,7 @@ pub(crate) fn complete(decoded: &mut Decoded, bytes: &[u8]) {
 }
 
 /// Primaries, transfer, matrix and full range of the chunk cICP.
-pub(crate) fn code_points(bytes: &[u8]) -> Option<[u8; 4]> {
+fn code_points(bytes: &[u8]) -> Option<[u8; 4]> {
     let reader = Decoder::new(Cursor::new(bytes)).read_info().ok()?;
     let found = reader.info().coding_independent_code_points?;
     let full = u8::from(found.is_video_full_range_image);
@@ -128,7 +198,7 @@ fn write(
 }
 
 /// The recipe in a PNG's text, which stands before its pixels.
-pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
+fn read_recipe(bytes: &[u8]) -> Option<String> {
     let reader = Decoder::new(Cursor::new(bytes)).read_info().ok()?;
     recipe_of(reader.info())
 }

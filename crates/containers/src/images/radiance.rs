@@ -27,6 +27,7 @@ use std::io::{Read, Seek};
 use envmap::Image;
 
 use super::chromaticity::Chromaticities;
+use super::codec::{Codec, HeaderFacts, KnownBy};
 use super::colour_space::ColourSpace;
 use super::decoded::{Decoded, Encoded};
 use super::panorama::Panorama;
@@ -38,7 +39,22 @@ use crate::{limits, recipe};
 use input::{Input, MAX_HEADER};
 use scanlines::{read_scanline, write_scanline};
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+pub(crate) const CODEC: Codec = Codec {
+    name: "Radiance",
+    endings: &["hdr", "pic", "rgbe"],
+    known_by: KnownBy::Signature(|bytes| bytes.starts_with(b"#?")),
+    high_dynamic_range: true,
+    declares_high_dynamic_range: |_| false,
+    has_layers: false,
+    read: |bytes, options| read(bytes, options.colour_space),
+    header: |mut file, _, _| {
+        let (size, panorama) = header(&mut file)?;
+        Ok(HeaderFacts { size, panorama, ..HeaderFacts::default() })
+    },
+    recipe: read_recipe,
+};
+
+fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let (header, rest) = Header::parse(bytes)?;
     let mut input = Input(rest);
     let scan = Scan::parse(input.line()?)?;
@@ -81,7 +97,7 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded,
 }
 
 /// The size of the picture, and what of the sphere it shows.
-pub(crate) fn header(file: &mut (impl Read + Seek)) -> Result<([usize; 2], Option<Panorama>), Error> {
+fn header(file: &mut (impl Read + Seek)) -> Result<([usize; 2], Option<Panorama>), Error> {
     /// The longest header in bytes, with the line of the resolution.
     const LONGEST_HEADER: u64 = MAX_HEADER as u64 + 4096;
     // Nearly all headers are short.
@@ -101,7 +117,7 @@ fn size_of(bytes: &[u8]) -> Result<([usize; 2], Option<Panorama>), Error> {
 }
 
 /// The recipe in a picture's header.
-pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
+fn read_recipe(bytes: &[u8]) -> Option<String> {
     Header::parse(bytes).ok()?.0.recipe
 }
 
@@ -115,7 +131,7 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
 /// # Errors
 /// If a value is NaN, or the recipe holds control characters.
 pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error> {
-    recipe::check(recipe).map_err(|error| error.within(Format::Radiance.name()))?;
+    recipe::check(recipe).map_err(|error| error.within(CODEC.name))?;
     let (width, height) = (image.width(), image.height());
     let recipe: String =
         recipe_parts(recipe.unwrap_or_default()).map(|part| format!("{PART}{part}\n")).collect();
@@ -132,7 +148,7 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
                     ErrorKind::Unwritable,
                     format!("pixel ({column}, {row}) is NaN, which RGBE cannot hold"),
                 )
-                .within(Format::Radiance.name()));
+                .within(CODEC.name));
             }
             negative += pixel.iter().filter(|value| **value < 0.0).count();
             line.push(encode(*pixel));

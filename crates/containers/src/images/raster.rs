@@ -1,13 +1,10 @@
 //! Pictures of integers or floats in rows: what their decoders give becomes linear Rec. 709.
 //!
-//! PNG, TGA and WebP are decoded by the `image` crate. JPEG has a module of its own: `image` fills what a
-//! damaged file lacks with grey, without an error. So has TIFF, of which `image` reads only a few kinds.
+//! PNG, TGA and WebP are decoded by the `image` crate. JPEG is not: `image` fills what a damaged file lacks
+//! with grey, without an error. Nor is TIFF, of which `image` reads only a few kinds.
 
-use std::io::{BufRead, Cursor, ErrorKind as IoErrorKind, Seek};
+use std::io::ErrorKind as IoErrorKind;
 
-use ::image::codecs::png::PngDecoder;
-use ::image::codecs::tga::TgaDecoder;
-use ::image::codecs::webp::WebPDecoder;
 use ::image::{ImageDecoder, ImageError, ImageResult, Limits};
 use envmap::Image;
 use rayon::prelude::*;
@@ -17,9 +14,8 @@ use super::decoded::Decoded;
 use super::gain_map::GainMap;
 use super::icc::Encoding;
 use super::orientation::{upright, upright_size};
-use super::{cicp, gpano, icc, png};
+use super::{cicp, gpano, icc};
 use crate::error::{Error, ErrorKind};
-use crate::file_part::{bytes_at, rewind};
 use crate::format::Format;
 use crate::limits;
 use crate::metadata::Metadata;
@@ -50,72 +46,20 @@ pub(crate) struct Raster {
     pub(crate) metadata: Metadata,
 }
 
-/// Reads PNG, TGA or WebP.
-pub(crate) fn read(bytes: &[u8], format: Format, wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
-    raster(bytes, format)?.decode(format, wanted)
-}
-
-/// The samples of a PNG, TGA or WebP.
-pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
-    let mut file = Cursor::new(bytes);
-    let (mut decoder, [width, height]) = open(&mut file, bytes.len(), format)?;
-    let total = decoder.total_bytes();
-    let size = usize::try_from(total)
-        .map_err(|_| Error::new(ErrorKind::TooLarge, "the pixels do not fit into memory"))?;
-    let profile = decoder.icc_profile().map_err(describe)?;
-    let mut allowed = Limits::no_limits();
-    allowed.max_alloc = Some(2 * total + (bytes.len() + WORKSPACE) as u64);
-    decoder.set_limits(allowed).map_err(describe)?;
-    let colour = decoder.color_type();
-    let channels = usize::from(colour.channel_count());
-    let depth = usize::from(colour.bytes_per_pixel()) / channels;
-    let mut samples = vec![0; size];
-    decoder.read_image(&mut samples).map_err(describe)?;
-    let metadata = Metadata::read(&mut Cursor::new(bytes), format);
-    let code_points = if format == Format::Png { png::code_points(bytes) } else { None };
-    Ok(Raster {
-        width,
-        height,
-        channels,
-        depth,
-        floats: false,
-        samples,
-        profile,
-        code_points,
-        gain_map: None,
-        metadata,
-    })
-}
-
-/// The size of a PNG, TGA or WebP.
-pub(crate) fn header(
-    file: &mut (impl BufRead + Seek),
-    length: usize,
-    format: Format,
-) -> Result<[usize; 2], Error> {
-    open(file, length, format).map(|(_, size)| size)
-}
+/// Deflate gains at most 1032 to 1, and a bit of the file becomes at most a byte here.
+pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
 
 /// A decoder that has read the header of a file, and the size that this declares.
-fn open<'a>(
-    file: &'a mut (impl BufRead + Seek),
+pub(crate) type Opened<D> = (D, [usize; 2]);
+
+/// Checks what a decoder of the `image` crate has read of the header of a file of `length` bytes, each of
+/// which can hold at most `ratio` bytes of samples.
+pub(crate) fn opened<D: ImageDecoder>(
+    decoder: ImageResult<D>,
     length: usize,
-    format: Format,
-) -> Result<(Box<dyn ImageDecoder + 'a>, [usize; 2]), Error> {
-    let ratio = match format {
-        // A run of 128 pixels of 4 bytes takes 2 bytes if a palette gives the colours.
-        Format::Tga => 256,
-        // A code that is the only one takes no bit: a few bytes hold any lossless picture of one colour. The
-        // decoder writes into its memory only what the codes give.
-        Format::WebP => match is_lossless_webp(file, length) {
-            Some(true) => usize::MAX,
-            Some(false) => DEFLATE_RATIO,
-            None => return Err(Error::truncated("the file ends before its data does")),
-        },
-        _ => DEFLATE_RATIO,
-    };
-    rewind(file)?;
-    let decoder = decoder(file, length, format).map_err(describe)?;
+    ratio: usize,
+) -> Result<Opened<D>, Error> {
+    let decoder = decoder.map_err(describe)?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
     limits::pixels(width, height)?;
@@ -124,40 +68,38 @@ fn open<'a>(
     Ok((decoder, [width, height]))
 }
 
-fn decoder<'a>(
-    file: &'a mut (impl BufRead + Seek),
-    length: usize,
-    format: Format,
-) -> ImageResult<Box<dyn ImageDecoder + 'a>> {
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some((length + WORKSPACE) as u64);
-    Ok(match format {
-        Format::Tga => Box::new(TgaDecoder::new(file)?),
-        Format::WebP => Box::new(WebPDecoder::new(file)?),
-        _ => Box::new(PngDecoder::with_limits(file, limits)?),
-    })
-}
-
-/// Whether a WebP file holds a lossless picture (RFC 9649); `None` if its chunks are not all in it: the
-/// decoder makes room for as much as they declare.
-fn is_lossless_webp(file: &mut (impl BufRead + Seek), length: usize) -> Option<bool> {
-    let (mut at, mut lossless) = (12, false);
-    while let Some([name @ .., a, b, c, d]) = bytes_at(file, at, 8) {
-        let size = u32::from_le_bytes([a, b, c, d]) as usize;
-        if size > length - at - 8 {
-            return None;
-        }
-        lossless |= name == *b"VP8L";
-        // The frames of an animation are chunks within a chunk, behind 16 bytes.
-        at += if name == *b"ANMF" { 24 } else { 8 + size + size % 2 };
-    }
-    Some(lossless)
-}
-
-/// Deflate gains at most 1032 to 1, and a bit of the file becomes at most a byte here.
-pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
-
 impl Raster {
+    /// The samples that a decoder of the `image` crate gives of a file of `length` bytes, without metadata.
+    pub(crate) fn decoded_by<D: ImageDecoder>(
+        (mut decoder, [width, height]): Opened<D>,
+        length: usize,
+    ) -> Result<Self, Error> {
+        let total = decoder.total_bytes();
+        let size = usize::try_from(total)
+            .map_err(|_| Error::new(ErrorKind::TooLarge, "the pixels do not fit into memory"))?;
+        let profile = decoder.icc_profile().map_err(describe)?;
+        let mut allowed = Limits::no_limits();
+        allowed.max_alloc = Some(2 * total + (length + WORKSPACE) as u64);
+        decoder.set_limits(allowed).map_err(describe)?;
+        let colour = decoder.color_type();
+        let channels = usize::from(colour.channel_count());
+        let depth = usize::from(colour.bytes_per_pixel()) / channels;
+        let mut samples = vec![0; size];
+        decoder.read_image(&mut samples).map_err(describe)?;
+        Ok(Self {
+            width,
+            height,
+            channels,
+            depth,
+            floats: false,
+            samples,
+            profile,
+            code_points: None,
+            gain_map: None,
+            metadata: Metadata::default(),
+        })
+    }
+
     /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
     /// sRGB. PNG's cICP goes before its profile, and PQ or HLG in a profile before its curves. The primaries
     /// are the wanted ones, if there are any.

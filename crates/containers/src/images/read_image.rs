@@ -1,11 +1,10 @@
 //! Reading a picture of any format.
 
 use super::decoded::{Decoded, ReadOptions};
-use super::{jpeg, open_exr, pfm, png, radiance, raster, tiff};
+use super::recognition::identify;
 use crate::error::Error;
-use crate::format::{Format, identify};
 
-/// Reads a picture: OpenEXR, Radiance, PNG, JPEG, TIFF, TGA, WebP or PFM, known by its content.
+/// Reads a picture of any [`crate::format::Format`], known by its content.
 ///
 /// Values come out linear and in Rec. 709 primaries; alpha is ignored. PNG, JPEG, TIFF, TGA and WebP are
 /// converted by their ICC profile, or PNG by its cICP; without one, integers are taken for sRGB and floats
@@ -35,19 +34,9 @@ use crate::format::{Format, identify};
 /// # Ok::<(), containers::Error>(())
 /// ```
 pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
-    let format = identify(bytes)?;
-    let decoded = match format {
-        Format::OpenExr => open_exr::read(bytes, options),
-        Format::Radiance => radiance::read(bytes, options.colour_space),
-        Format::Jpeg => jpeg::read(bytes, options.colour_space),
-        Format::Tiff => tiff::read(bytes, options.colour_space),
-        Format::Png | Format::Tga | Format::WebP => raster::read(bytes, format, options.colour_space),
-        Format::Pfm => pfm::read(bytes, options.colour_space),
-    };
-    let mut decoded = decoded.map_err(|error| error.within(format.name()))?;
-    if format == Format::Png {
-        png::complete(&mut decoded, bytes);
-    }
+    let codec = identify(bytes)?.codec();
+    let mut decoded = (codec.read)(bytes, options).map_err(|error| error.within(codec.name))?;
+    decoded.high_dynamic_range |= codec.high_dynamic_range;
     if !decoded.high_dynamic_range {
         let encoding = match &decoded.profile {
             Some(name) if options.colour_space.is_some() => {
@@ -60,11 +49,11 @@ pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error>
         };
         decoded.warnings.push(format!(
             "{} holds no high dynamic range: no light in it is brighter than its white; it was decoded {encoding}",
-            format.name()
+            codec.name
         ));
     }
-    if let Some(layer) = options.layer.as_deref().filter(|_| format != Format::OpenExr) {
-        decoded.warnings.push(format!("{} has no layers; `{layer}` was ignored", format.name()));
+    if let Some(layer) = options.layer.as_deref().filter(|_| !codec.has_layers) {
+        decoded.warnings.push(format!("{} has no layers; `{layer}` was ignored", codec.name));
     }
     Ok(decoded)
 }

@@ -18,6 +18,7 @@ use ::image::metadata::Orientation;
 use ::tiff::TiffError;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 
+use super::codec::{Codec, HeaderFacts, KnownBy};
 use super::colour_space::ColourSpace;
 use super::decoded::Decoded;
 use super::raster;
@@ -32,23 +33,32 @@ use single_page::SinglePage;
 /// The most bytes of a page: RGBA in 32-bit floats of the largest picture.
 const MOST_BYTES: usize = 16 * limits::MAX_PIXELS;
 
-pub(crate) fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+pub(crate) const CODEC: Codec = Codec {
+    name: "TIFF",
+    endings: &["tif", "tiff"],
+    known_by: KnownBy::Signature(|bytes| {
+        matches!(bytes, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
+    }),
+    high_dynamic_range: false,
+    declares_high_dynamic_range: |_| false,
+    has_layers: false,
+    read: |bytes, options| read(bytes, options.colour_space),
+    header: |mut file, length, _| {
+        let page = Page::find(&mut file, length)?;
+        let metadata = metadata(&mut file, &page);
+        Ok(HeaderFacts { size: [page.width, page.height], metadata, ..HeaderFacts::default() })
+    },
+    recipe: |_| None,
+};
+
+fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     let page = Page::find(&mut Cursor::new(bytes), bytes.len())?;
     let mut decoded = raster(bytes, &page)?.decode(Format::Tiff, wanted)?;
     decoded.warnings.extend(page.warnings);
     Ok(decoded)
 }
 
-/// The size of the picture as it is stored, and what the file says beside it.
-pub(crate) fn header(
-    file: &mut (impl BufRead + Seek),
-    length: usize,
-) -> Result<([usize; 2], Metadata), Error> {
-    let page = Page::find(file, length)?;
-    let metadata = metadata(file, &page);
-    Ok(([page.width, page.height], metadata))
-}
-
+/// Reads the orientation and XMP, which have tags of their own.
 fn metadata(file: &mut (impl BufRead + Seek), page: &Page) -> Metadata {
     let orientation = page.directory.number(file, directory::ORIENTATION);
     let orientation = orientation.and_then(|tag| Orientation::from_exif(u8::try_from(tag).ok()?));

@@ -13,6 +13,7 @@
 
 use std::collections::BTreeMap;
 
+use super::container::Container;
 use super::texel::{ByteFormat, TexelFormat, foreign_dxgi};
 use super::texture::{Texture, TextureFile};
 use crate::error::{Error, ErrorKind};
@@ -22,6 +23,15 @@ use crate::images::Encoded;
 
 /// The first bytes of every DDS file.
 const MAGIC: [u8; 4] = *b"DDS ";
+
+pub(crate) const CONTAINER: Container = Container {
+    name: "DDS",
+    ending: "dds",
+    signature: &MAGIC,
+    declares_cube: |first| word(first, 112).is_some_and(|caps| caps & OLD_CUBE != 0),
+    read,
+    recipe: |_| None,
+};
 
 const LENGTH: usize = 148;
 
@@ -121,11 +131,6 @@ pub fn read_dds(bytes: &[u8]) -> Result<Texture, Error> {
     read(bytes).map(|file| file.texture)
 }
 
-/// Whether the bytes begin as a DDS file.
-pub(crate) fn is_dds(bytes: &[u8]) -> bool {
-    bytes.starts_with(&MAGIC)
-}
-
 /// The format of the codes of sRGB with the same bytes: of R8G8B8A8, B8G8R8A8 and B8G8R8X8.
 fn encoded(format: u32) -> u32 {
     match format {
@@ -135,8 +140,8 @@ fn encoded(format: u32) -> u32 {
     }
 }
 
-pub(crate) fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
-    parse(bytes).map_err(|error| error.within("DDS"))
+fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
+    parse(bytes).map_err(|error| error.within(CONTAINER.name))
 }
 
 fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
@@ -223,7 +228,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
         texture.unpack(level, format, &bytes);
         offset += length;
     }
-    Ok(TextureFile { texture, format, container: "DDS", metadata: BTreeMap::new() })
+    Ok(TextureFile { texture, format, container: CONTAINER.name, metadata: BTreeMap::new() })
 }
 
 #[cfg(test)]

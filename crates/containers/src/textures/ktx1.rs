@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use super::container::Container;
 use super::texel::{ByteFormat, TexelFormat};
 use super::texture::{Texture, TextureFile};
 use crate::error::{Error, ErrorKind};
@@ -19,6 +20,15 @@ use crate::recipe::KEY;
 
 /// The first bytes of every KTX 1 file.
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
+
+pub(crate) const CONTAINER: Container = Container {
+    name: "KTX",
+    ending: "ktx",
+    signature: &IDENTIFIER,
+    declares_cube: |first| word(first, 52) == Some(6),
+    read,
+    recipe: read_recipe,
+};
 
 const HEADER: usize = 64;
 
@@ -135,18 +145,13 @@ fn write(
     Ok(Encoded { bytes, negative })
 }
 
-/// Whether the bytes begin as a KTX 1 file.
-pub(crate) fn is_ktx1(bytes: &[u8]) -> bool {
-    bytes.starts_with(&IDENTIFIER)
-}
-
 /// The recipe, whatever the pixels are.
-pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
+fn read_recipe(bytes: &[u8]) -> Option<String> {
     read_key_values(bytes).ok()?.0.remove(KEY)
 }
 
-pub(crate) fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
-    parse(bytes).map_err(|error| error.within("KTX"))
+fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
+    parse(bytes).map_err(|error| error.within(CONTAINER.name))
 }
 
 fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
@@ -211,7 +216,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
             bytes.chunks_exact(padded.max(1)).flat_map(|bytes| &bytes[..row]).copied().collect();
         texture.unpack(level, stored_format, &bytes);
     }
-    Ok(TextureFile { texture, format: stored_format, container: "KTX", metadata })
+    Ok(TextureFile { texture, format: stored_format, container: CONTAINER.name, metadata })
 }
 
 /// The texts of the key/value data, and where the levels begin; entries that are not text are left out.

@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
+use super::container::Container;
 use super::texel::{ByteFormat, Packed, TexelFormat, foreign_vulkan};
 use super::texture::{Texture, TextureFile, pack_rgba};
 use crate::error::{Error, ErrorKind};
@@ -30,6 +31,15 @@ use crate::{limits, recipe, zstandard};
 
 /// The first bytes of every KTX2 file.
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+
+pub(crate) const CONTAINER: Container = Container {
+    name: "KTX2",
+    ending: "ktx2",
+    signature: &IDENTIFIER,
+    declares_cube: |first| word(first, 36) == Some(6),
+    read,
+    recipe: read_recipe,
+};
 
 const HEADER: usize = 80;
 const LEVEL_INDEX: usize = 24;
@@ -114,11 +124,6 @@ pub fn write_ktx2_rgba(
 /// If the file is truncated, damaged, too large, or of another pixel format or compression.
 pub fn read_ktx2(bytes: &[u8]) -> Result<Texture, Error> {
     read(bytes).map(|file| file.texture)
-}
-
-/// Whether the bytes begin as a KTX2 file.
-pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
-    bytes.starts_with(&IDENTIFIER)
 }
 
 fn write_levels(
@@ -288,12 +293,12 @@ fn key_values(orientation: &str, recipe: Option<&str>, metadata: &[(&str, &str)]
 }
 
 /// The recipe, whatever the pixels are.
-pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
+fn read_recipe(bytes: &[u8]) -> Option<String> {
     read_key_values(bytes).ok()?.remove(KEY)
 }
 
-pub(crate) fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
-    parse(bytes).map_err(|error| error.within("KTX2"))
+fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
+    parse(bytes).map_err(|error| error.within(CONTAINER.name))
 }
 
 fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
@@ -361,7 +366,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
             }
         }
     }
-    Ok(TextureFile { texture, format, container: "KTX2", metadata })
+    Ok(TextureFile { texture, format, container: CONTAINER.name, metadata })
 }
 
 /// The place of the stored bytes of a level, and those bytes; decompressed they must be `expected` bytes.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::texel::Packed;
 use crate::error::Error;
 use crate::format::Format;
-use crate::images::{png, raster};
+use crate::images::{png, webp};
 use crate::rounding;
 
 const GAMMA: f32 = 2.2;
@@ -67,11 +67,11 @@ pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Err
 /// If the bytes are no PNG or WebP with 8 bits for each of four channels, or three, whose D is 1 because an
 /// encoder left an opaque alpha out; or if they have another size.
 pub(crate) fn read_face(edge: usize, bytes: &[u8]) -> Result<Vec<[f32; 3]>, Error> {
-    let format = Format::sniff(bytes).filter(|format| matches!(format, Format::Png | Format::WebP));
-    let Some(format) = format else {
-        return Err(Error::unsupported("expected a PNG or a WebP, found other first bytes"));
+    let raster = match Format::sniff(bytes) {
+        Some(Format::Png) => png::raster(bytes)?,
+        Some(Format::WebP) => webp::raster(bytes)?,
+        _ => return Err(Error::unsupported("expected a PNG or a WebP, found other first bytes")),
     };
-    let raster = raster::raster(bytes, format)?;
     if !matches!((raster.channels, raster.depth), (3 | 4, 1)) {
         return Err(Error::unsupported("expected an image of four channels of 8 bits, which RGBD is"));
     }
@@ -107,7 +107,7 @@ mod tests {
     fn a_face_lies_upside_down() {
         let texels = [[0.0; 3], [0.0; 3], [1.0; 3], [1.0; 3]];
         let bytes = write_face(2, &texels).unwrap().bytes;
-        let raster = raster::raster(&bytes, Format::Png).unwrap();
+        let raster = png::raster(&bytes).unwrap();
         assert_eq!(raster.samples[..4], [255, 255, 255, 255]);
         assert_eq!(read_face(2, &bytes).unwrap(), texels);
         assert!(read_face(4, &bytes).unwrap_err().to_string().contains("expected 4 x 4 pixels"));

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use containers::Format;
 use engine::Failure;
 use envmap::Image;
 use sphere::{Cube, DVec3, Direction, Face, from_cube, to_cube};
@@ -62,10 +63,6 @@ const FAMILIES: [Family; 4] = [
     },
 ];
 
-/// The extensions of files that can be a face.
-const EXTENSIONS: [&str; 12] =
-    ["exr", "hdr", "pic", "rgbe", "pfm", "png", "jpg", "jpeg", "tif", "tiff", "tga", "webp"];
-
 /// The parts of a file's name: the prefix before the word, the extension, and the face.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FaceName {
@@ -90,7 +87,7 @@ impl FaceName {
     fn all(name: &str) -> Vec<Self> {
         let Some((stem, extension)) = name.rsplit_once('.') else { return Vec::new() };
         let (lower, extension) = (stem.to_ascii_lowercase(), extension.to_ascii_lowercase());
-        if !EXTENSIONS.contains(&extension.as_str()) {
+        if Format::of_ending(&extension).is_none() {
             return Vec::new();
         }
         let mut found = Vec::new();

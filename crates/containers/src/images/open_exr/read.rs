@@ -2,7 +2,7 @@
 //!
 //! `layer.rs` finds the layers and chooses one; `subsampled.rs` reads chroma of half the resolution.
 //!
-//! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
+//! All layers of a file are read in one pass over its chunks by [`read_layers`].
 //!
 //! The picture is the display window: pixels that the data window does not reach are black, those beyond the
 //! display window are cut off, and a warning reports either. Windows that do not overlap are an error.
@@ -27,7 +27,7 @@ use super::layer::{Colour, Layer, without_colour};
 use super::subsampled;
 use crate::error::Error;
 use crate::file_part::{beginning, rewind};
-use crate::format::{Format, identify};
+use crate::format::Format;
 use crate::images::chromaticity::Chromaticities;
 use crate::images::colour_space::ColourSpace;
 use crate::images::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
@@ -135,24 +135,8 @@ pub struct ExrLayers {
     pub warnings: Vec<String>,
 }
 
-/// Reads every layer with colour of an OpenEXR file; names are as [`crate::images::decoded::ReadOptions`]
-/// takes them.
-///
-/// # Errors
-/// The errors of [`crate::images::read_image::read_image`], and an error if all layers together have more
-/// than [`crate::limits::MAX_PIXELS`].
-pub fn read_exr_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
-    identify(bytes)
-        .and_then(|format| match format {
-            Format::OpenExr => read_layers(bytes),
-            other => {
-                Err(Error::unsupported(format!("{} has no layers; expected an OpenEXR file", other.name())))
-            }
-        })
-        .map_err(|error| error.within(Format::OpenExr.name()))
-}
-
-fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
+/// Reads every layer with colour.
+pub(crate) fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
     let meta = open(Cursor::new(bytes))?;
     let (found, colourless) = Layer::all(&meta.headers);
     let Some((_, first)) = found.first() else { return Err(without_colour(&colourless)) };

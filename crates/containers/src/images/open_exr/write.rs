@@ -19,9 +19,9 @@ use exr::meta::{BlockDescription, Headers};
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
+use super::CODEC;
 use super::guard::{guarded, recipe_key, text};
 use crate::error::{Error, ErrorKind};
-use crate::format::Format;
 use crate::header_word::{size, word};
 use crate::images::decoded::Encoded;
 use crate::precision::{Precision, to_half};
@@ -37,7 +37,7 @@ use crate::{limits, recipe};
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
     let size = (image.width(), image.height());
     write(size, &[("", image.pixels())], precision, (recipe, &[]), Stop::NEVER)
-        .map_err(|error| error.within(Format::OpenExr.name()))
+        .map_err(|error| error.within(CODEC.name))
 }
 
 /// Writes OpenEXR with a layer for each of `layers`: a name and RGB, row by row. `metadata` and the recipe
@@ -74,7 +74,7 @@ pub fn write_exr_layers(
         layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
     check_layers(width, height, &views)
         .and_then(|()| write((width, height), &views, precision, (recipe, metadata), stop))
-        .map_err(|error| error.within(Format::OpenExr.name()))
+        .map_err(|error| error.within(CODEC.name))
 }
 
 /// A name, and the pixels row by row.

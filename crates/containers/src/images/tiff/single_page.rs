@@ -14,8 +14,7 @@ use super::directory;
 use super::directory::{Directory, Numbers};
 use super::page::{Packing, Page};
 use crate::error::{Error, ErrorKind};
-use crate::format::Format;
-use crate::images::raster;
+use crate::images::webp;
 use crate::{limits, zstandard};
 
 /// LZMA's highest preset uses a dictionary of 64 MiB; the rest is the decoder's own.
@@ -209,7 +208,7 @@ fn lzma(packed: &[u8], size: usize) -> Result<Vec<u8>, Error> {
 
 /// Decodes a WebP of RGB or RGBA.
 fn webp(packed: &[u8], [width, height]: [usize; 2], samples: usize) -> Result<Vec<u8>, Error> {
-    let raster = raster::raster(packed, Format::WebP).map_err(|error| error.within("WebP"))?;
+    let raster = webp::raster(packed).map_err(|error| error.within("WebP"))?;
     if [raster.width, raster.height] != [width, height] || !(raster.channels..=4).contains(&samples) {
         return Err(Error::damaged(format!(
             "a WebP of {} x {} pixels of {} channels stands for {width} x {height} of {samples}",

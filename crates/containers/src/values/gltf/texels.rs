@@ -1,8 +1,7 @@
 //! The mean of a texture, for a material that is the same everywhere.
 
 use crate::error::Error;
-use crate::format::{Format, identify};
-use crate::images::{Raster, jpeg, raster, srgb_to_linear};
+use crate::images::{Raster, raster_of_texture, srgb_to_linear};
 
 /// The mean of all texels of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,16 +19,7 @@ impl Mean {
     ///
     /// Colours are decoded before they are averaged; alpha does not weight them.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, Error> {
-        let format = identify(bytes)?;
-        let within = |error: Error| error.within(format.name());
-        match format {
-            Format::Png | Format::WebP => raster::raster(bytes, format).map_err(within)?.mean(),
-            Format::Jpeg => jpeg::raster(bytes).map_err(within)?.mean(),
-            _ => Err(Error::unsupported(format!(
-                "textures in {} are not read; expected PNG, JPEG or WebP",
-                format.name()
-            ))),
-        }
+        raster_of_texture(bytes)?.mean()
     }
 }
 
