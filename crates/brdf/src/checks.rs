@@ -129,7 +129,7 @@ pub fn albedo(material: &Material, view: Direction) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for side in [1.0, -1.0] {
         let integral = Integral { material, view, side, peaks };
-        let whole = Panel { corner: DVec2::ZERO, size: 1.0 };
+        let whole = SquarePanel { corner: DVec2::ZERO, size: 1.0 };
         integral.add(whole, &mut sum);
     }
     sum
@@ -137,7 +137,7 @@ pub fn albedo(material: &Material, view: Direction) -> [f64; 3] {
 
 /// A part of the square.
 #[derive(Clone, Copy)]
-struct Panel {
+struct SquarePanel {
     corner: DVec2,
     size: f64,
 }
@@ -176,7 +176,7 @@ impl Integral<'_> {
     /// No panel is smaller than this.
     const MIN_PANEL: f64 = 1.0 / 1_048_576.0;
 
-    fn add(&self, panel: Panel, sum: &mut [f64; 3]) {
+    fn add(&self, panel: SquarePanel, sum: &mut [f64; 3]) {
         if self.is_at_peak(panel) {
             return self.add_parts(panel, sum);
         }
@@ -195,16 +195,16 @@ impl Integral<'_> {
         }
     }
 
-    fn add_parts(&self, panel: Panel, sum: &mut [f64; 3]) {
+    fn add_parts(&self, panel: SquarePanel, sum: &mut [f64; 3]) {
         let size = 0.5 * panel.size;
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            self.add(Panel { corner: panel.corner + DVec2::new(x, y) * size, size }, sum);
+            self.add(SquarePanel { corner: panel.corner + DVec2::new(x, y) * size, size }, sum);
         }
     }
 
     /// Whether a panel holds a peak or comes near one, and is large enough for it to matter. A highlight
     /// beside a panel may reach over its edge, between the nodes.
-    fn is_at_peak(&self, panel: Panel) -> bool {
+    fn is_at_peak(&self, panel: SquarePanel) -> bool {
         let near = DVec2::splat(0.25 * panel.size);
         let (corner, end) = (panel.corner - near, panel.corner + DVec2::splat(panel.size) + near);
         let solid_angle = TAU * panel.size * panel.size;
@@ -214,7 +214,7 @@ impl Integral<'_> {
             })
     }
 
-    fn rule(&self, panel: Panel, rule: &[(f64, f64)]) -> [f64; 3] {
+    fn rule(&self, panel: SquarePanel, rule: &[(f64, f64)]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (x, weight_x) in rule {
             for (y, weight_y) in rule {

@@ -84,7 +84,7 @@ pub fn sheen_albedo(roughness: f64, view: f64) -> f64 {
 
 /// Where an integrand is sharp.
 #[derive(Clone, Copy)]
-enum Lobe {
+enum Sharpness {
     /// The integrand is sharp about theta = 0, as wide as alpha.
     Ggx { alpha: f64 },
     /// The integrand is sharp at the largest theta, as sin^power.
@@ -92,7 +92,7 @@ enum Lobe {
 }
 
 /// A half vector of the rule.
-struct Half {
+struct RuleHalfVector {
     /// The sine of the half vector's theta.
     sine: f64,
     cosine: f64,
@@ -127,8 +127,8 @@ impl Rule {
     fn environment_brdf(&self, visibility: Visibility, roughness: f64, view: f64) -> ScaleBias {
         let alpha = roughness * roughness;
         let (mut whole, mut bias) = (0.0, 0.0);
-        self.over_half_vectors(view, Lobe::Ggx { alpha }, |half| {
-            let Half { sine, cosine, .. } = half;
+        self.over_half_vectors(view, Sharpness::Ggx { alpha }, |half| {
+            let RuleHalfVector { sine, cosine, .. } = half;
             // GGX' cos^2 (a^2 - 1) + 1, without cancellation.
             let spread = alpha * alpha * cosine * cosine + sine * sine;
             let d = alpha * alpha / (PI * spread * spread);
@@ -143,8 +143,8 @@ impl Rule {
     fn sheen_albedo(&self, roughness: f64, view: f64) -> f64 {
         let power = 1.0 / (roughness * roughness);
         let mut sum = 0.0;
-        self.over_half_vectors(view, Lobe::Charlie { power }, |half| {
-            let Half { sine, .. } = half;
+        self.over_half_vectors(view, Sharpness::Charlie { power }, |half| {
+            let RuleHalfVector { sine, .. } = half;
             let d = (2.0 + power) * math::pow(sine, power) / (2.0 * PI);
             let v = 0.25 / (half.light + view - half.light * view);
             sum += d * v * half.light * 4.0 * half.view * sine * half.weight;
@@ -153,7 +153,7 @@ impl Rule {
     }
 
     /// Visits every half vector whose light is above the horizon.
-    fn over_half_vectors(&self, view: f64, lobe: Lobe, mut visit: impl FnMut(Half)) {
+    fn over_half_vectors(&self, view: f64, sharpness: Sharpness, mut visit: impl FnMut(RuleHalfVector)) {
         let sine_view = (1.0 - view * view).max(0.0).sqrt();
         for side in [-1.0, 1.0] {
             for (from_side, weight_phi) in graded(&self.azimuth, view, FRAC_PI_2) {
@@ -166,7 +166,7 @@ impl Rule {
                     let (sine, cosine) = math::sin_cos(theta);
                     let half_view = along * sine + view * cosine;
                     if light > 0.0 && half_view > 0.0 {
-                        visit(Half {
+                        visit(RuleHalfVector {
                             sine,
                             cosine,
                             light,
@@ -175,15 +175,15 @@ impl Rule {
                         });
                     }
                 };
-                match lobe {
-                    Lobe::Ggx { alpha } => {
+                match sharpness {
+                    Sharpness::Ggx { alpha } => {
                         // At the light's horizon V n.l rises within n.v or alpha, whichever is smaller.
                         let rise = (view.min(alpha) / (2.0 * length)).min(most);
                         let middle = 0.5 * most;
                         graded(&self.polar, alpha, middle).for_each(|(at, w)| point(at, w));
                         graded(&self.polar, rise, middle).for_each(|(below, w)| point(most - below, w));
                     }
-                    Lobe::Charlie { power } => {
+                    Sharpness::Charlie { power } => {
                         // Below the largest theta sin^p falls as e^(-p cot(theta) x) and, near pi / 2, as
                         // e^(-p x^2 / 2), and V n.l rises within n.v.
                         let width = 1.0 / (power.sqrt() + power / math::tan(most) + 2.0 * length / view);

@@ -32,7 +32,7 @@ use sphere::{DVec3, Direction};
 
 use crate::projection::reaches_below;
 use crate::{Centre, Material};
-use hemisphere::{Half, Hemisphere, NotFinite, turn};
+use hemisphere::{Half, Hemisphere, NotFiniteIncident, turn};
 use zonal::{add_zonal, is_zonal};
 
 pub use captured::captured;
@@ -83,7 +83,7 @@ impl<'a> Views<'a> {
     /// # Errors
     /// If rho_hat has a value that is not finite.
     pub fn coefficients(&self, view: Direction) -> Result<ViewCoefficients, TableError> {
-        let not_finite = |NotFinite(incident)| TableError::NotFinite { incident, view };
+        let not_finite = |NotFiniteIncident(incident)| TableError::NotFinite { incident, view };
         let mut sum = ViewCoefficients { c: vec![[0.0; 3]; self.basis.degree().rows()], error: 0.0 };
         if !self.others.is_empty() {
             let rho_hat = |incident| sum_of(&self.others, incident, view);
@@ -107,7 +107,8 @@ impl<'a> Views<'a> {
         let halves = if self.zonal.is_empty() { &[Half::Upper][..] } else { &[Half::Upper, Half::Lower] };
         for half in halves {
             let found = hemisphere.integrate(*half, view, &square);
-            let found = found.map_err(|NotFinite(incident)| TableError::NotFinite { incident, view })?;
+            let found =
+                found.map_err(|NotFiniteIncident(incident)| TableError::NotFinite { incident, view })?;
             (0..3).for_each(|channel| energy[channel] += found.c[0][channel] * (4.0 * PI).sqrt());
         }
         Ok(energy)

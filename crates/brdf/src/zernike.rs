@@ -26,13 +26,13 @@ pub const MOST_ORDER: usize = 12;
 /// A fit of order N to samples of a BRDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    terms: Vec<Term>,
+    terms: Vec<ZernikeTerm>,
     factors: Vec<[f64; 3]>,
     miss: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Term {
+struct ZernikeTerm {
     n: usize,
     other: usize,
     m: usize,
@@ -123,12 +123,12 @@ impl Fit {
     }
 }
 
-fn terms(order: usize) -> Vec<Term> {
+fn terms(order: usize) -> Vec<ZernikeTerm> {
     let mut terms = Vec::new();
     for m in 0..=order {
         for n in (m..=order).step_by(2) {
             for other in (n..=order).step_by(2) {
-                terms.push(Term { n, other, m });
+                terms.push(ZernikeTerm { n, other, m });
             }
         }
     }
@@ -136,11 +136,11 @@ fn terms(order: usize) -> Vec<Term> {
 }
 
 /// The value of each term.
-fn evaluate(terms: &[Term], incident: Direction, outgoing: Direction, row: &mut [f64]) {
+fn evaluate(terms: &[ZernikeTerm], incident: Direction, outgoing: Direction, row: &mut [f64]) {
     let [light, view] = [incident, outgoing].map(|direction| radial(direction.theta().min(FRAC_PI_2)));
     let azimuth = incident.phi() - outgoing.phi();
     for (value, term) in row.iter_mut().zip(terms) {
-        let Term { n, other, m } = *term;
+        let ZernikeTerm { n, other, m } = *term;
         let product = light[n][m] * view[other][m] + light[other][m] * view[n][m];
         *value = product * math::cos(m as f64 * azimuth);
     }

@@ -25,11 +25,11 @@ pub(crate) struct BuildReporter {
     quiet: bool,
     dry_run: bool,
     screen: Screen,
-    state: Mutex<State>,
+    state: Mutex<BuildReporterState>,
 }
 
 #[derive(Default)]
-struct State {
+struct BuildReporterState {
     /// The items that run on other machines, and the server that has them run.
     elsewhere: HashMap<ItemName, String>,
     failures: Vec<(ItemName, Vec<String>, Option<String>)>,
@@ -214,7 +214,7 @@ impl BuildReporter {
         self.screen.line(&format!("{what:>13}  {subject}"));
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, BuildReporterState> {
         self.state.lock()
     }
 }

@@ -40,11 +40,11 @@ pub(crate) struct WatchReporter {
     verbose: bool,
     screen: Screen,
     clock: Box<dyn Fn() -> Moment + Send + Sync>,
-    state: Mutex<State>,
+    state: Mutex<WatchReporterState>,
 }
 
 #[derive(Default)]
-struct State {
+struct WatchReporterState {
     errors: OutstandingErrors,
     /// How the watcher gets changes.
     watching: String,
@@ -257,7 +257,7 @@ impl WatchReporter {
     }
 
     /// Reports what was done since the last report, a line for each stage.
-    fn report(&self, state: &mut State, now: f64) {
+    fn report(&self, state: &mut WatchReporterState, now: f64) {
         state.groups.sort_by(|one, other| one.at.total_cmp(&other.at));
         for group in std::mem::take(&mut state.groups) {
             self.line(&duration(group.at - state.noticed), &group.line(self.screen.width()));
@@ -272,7 +272,7 @@ impl WatchReporter {
     }
 
     /// Shows the end of a build: its counts, and what still fails.
-    fn summarise(&self, state: &mut State, summary: &Summary, since: &str) {
+    fn summarise(&self, state: &mut WatchReporterState, summary: &Summary, since: &str) {
         let Summary { ran, up_to_date, failed, skipped, cancelled, .. } = *summary;
         let mut parts = Vec::new();
         if state.published > 0 {
@@ -304,7 +304,7 @@ impl WatchReporter {
     }
 
     /// Shows a line for an item that does not fail any more.
-    fn show_fixed(&self, state: &mut State, transition: &Transition, item: &ItemName) {
+    fn show_fixed(&self, state: &mut WatchReporterState, transition: &Transition, item: &ItemName) {
         if *transition == Transition::Fixed {
             state.transitions[1] += 1;
             if state.transitions[1] <= self.shown() {
@@ -329,7 +329,7 @@ impl WatchReporter {
     }
 
     /// The outstanding errors and how the watcher gets changes, at the bottom of a terminal.
-    fn pin(&self, state: &State, time: &str) {
+    fn pin(&self, state: &WatchReporterState, time: &str) {
         if !self.screen.can_pin() {
             return;
         }
@@ -351,7 +351,7 @@ impl WatchReporter {
         self.screen.line(format!("{when:>width$}  {text}", width = INDENT - 2).trim_end());
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, WatchReporterState> {
         self.state.lock()
     }
 }
@@ -366,7 +366,7 @@ fn is_news(event: &Event, transition: &Transition) -> bool {
     }
 }
 
-impl State {
+impl WatchReporterState {
     /// The group of a stage in the next report, which is added if there is none.
     fn group(&mut self, stage: &str, now: f64) -> &mut StageReport {
         let index = self.groups.iter().position(|group| group.stage == stage).unwrap_or_else(|| {

@@ -51,7 +51,7 @@ pub(crate) struct Measurements {
     errors: Option<(MeasureRequest, Vec<(Mode, ModeError)>)>,
 }
 
-struct Shared {
+struct SharedMeasurements {
     requests: LatestValue<MeasureRequest>,
     measurements: Mutex<Measurements>,
     wake: Box<dyn Fn() + Send + Sync>,
@@ -59,7 +59,7 @@ struct Shared {
 
 /// The thread and its requests.
 pub(crate) struct ErrorMeter {
-    shared: Arc<Shared>,
+    shared: Arc<SharedMeasurements>,
     thread: Option<JoinHandle<()>>,
     last: Option<MeasureRequest>,
 }
@@ -101,7 +101,7 @@ impl ErrorMeter {
         wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
         let (requests, measurements) = (LatestValue::new(), Mutex::default());
-        let shared = Arc::new(Shared { requests, measurements, wake: Box::new(wake) });
+        let shared = Arc::new(SharedMeasurements { requests, measurements, wake: Box::new(wake) });
         let of_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name("error meter".into());
         let thread = thread.spawn(move || of_thread.run(renderer))?;
@@ -155,7 +155,7 @@ impl Drop for ErrorMeter {
     }
 }
 
-impl Shared {
+impl SharedMeasurements {
     fn measurements(&self) -> std::sync::MutexGuard<'_, Measurements> {
         self.measurements.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -300,9 +300,9 @@ mod tests {
 
     /// Records shots of modes. Brute force is 1; a mode is as many stops brighter as its name has letters,
     /// plus noise below 256 light samples.
-    struct FakeRenderer(Arc<Mutex<Vec<Shot>>>);
+    struct ShotRecorder(Arc<Mutex<Vec<Shot>>>);
 
-    impl Renderer for FakeRenderer {
+    impl Renderer for ShotRecorder {
         fn name(&self) -> String {
             "fake".into()
         }
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn modes_are_measured_at_a_small_size_and_known_until_the_view_changes() {
         let drawn = Arc::new(Mutex::new(Vec::new()));
-        let mut error_meter = ErrorMeter::new(Box::new(FakeRenderer(Arc::clone(&drawn))), || ()).unwrap();
+        let mut error_meter = ErrorMeter::new(Box::new(ShotRecorder(Arc::clone(&drawn))), || ()).unwrap();
         let first = request(1, &[Mode::LocalShrm, Mode::BruteForce, Mode::Cabral]);
         error_meter.request(first.clone(), true);
         let known = error_meter.mode_error(Mode::BruteForce);
@@ -400,7 +400,7 @@ mod tests {
 
     #[test]
     fn a_new_view_is_not_measured_before_its_picture_is_drawn() {
-        let mut error_meter = ErrorMeter::new(Box::new(FakeRenderer(Arc::default())), || ()).unwrap();
+        let mut error_meter = ErrorMeter::new(Box::new(ShotRecorder(Arc::default())), || ()).unwrap();
         let first = request(1, &[Mode::LocalShrm]);
         error_meter.request(first.clone(), false);
         wait(|| error_meter.statistics(1));

@@ -48,7 +48,7 @@ pub(crate) struct RenderResults {
     pub(crate) lost: Option<String>,
 }
 
-struct Shared {
+struct SharedResults {
     requests: LatestValue<RenderRequest>,
     screenshots: Mutex<Screenshots>,
     results: Mutex<RenderResults>,
@@ -64,7 +64,7 @@ struct Screenshots {
 
 /// The thread and its requests.
 pub(crate) struct RenderThread {
-    shared: Arc<Shared>,
+    shared: Arc<SharedResults>,
     thread: Option<JoinHandle<()>>,
     last: Option<RenderRequest>,
 }
@@ -80,7 +80,7 @@ impl RenderThread {
         wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
         let (requests, screenshots, results) = (LatestValue::new(), Mutex::default(), Mutex::default());
-        let shared = Arc::new(Shared { requests, screenshots, results, wake: Box::new(wake) });
+        let shared = Arc::new(SharedResults { requests, screenshots, results, wake: Box::new(wake) });
         let of_thread = Arc::clone(&shared);
         let quality = AdaptiveQuality::default();
         let worker = Worker { renderer, fallback, unsupported: None, last: None, quality };
@@ -150,7 +150,7 @@ impl Drop for RenderThread {
     }
 }
 
-impl Shared {
+impl SharedResults {
     fn screenshots(&self) -> MutexGuard<'_, Screenshots> {
         self.screenshots.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -181,7 +181,7 @@ enum Stop {
 }
 
 impl Worker {
-    fn run(mut self, shared: &Shared) {
+    fn run(mut self, shared: &SharedResults) {
         while let Some((number, request)) = shared.requests.take() {
             let result =
                 self.draw_screenshots(shared).and_then(|()| self.draw_request(shared, number, &request));
@@ -201,7 +201,12 @@ impl Worker {
     }
 
     /// Draws a request until it is stale or finished.
-    fn draw_request(&mut self, shared: &Shared, number: u64, request: &RenderRequest) -> Result<(), Stop> {
+    fn draw_request(
+        &mut self,
+        shared: &SharedResults,
+        number: u64,
+        request: &RenderRequest,
+    ) -> Result<(), Stop> {
         let (show, size) = (request.shot.show, request.shot.size);
         let brute = show.modes().any(Mode::is_brute_force);
         let last = self.last.clone().filter(|(scene_id, ..)| *scene_id == request.scene_id);
@@ -233,7 +238,7 @@ impl Worker {
     /// Draws once and reports the picture; returns whether the same again would improve it.
     fn draw(
         &mut self,
-        shared: &Shared,
+        shared: &SharedResults,
         number: u64,
         request: &RenderRequest,
         quality: Quality,
@@ -272,7 +277,7 @@ impl Worker {
     }
 
     /// Draws the pending screenshots until they are cancelled or the window closes; new requests wait.
-    fn draw_screenshots(&mut self, shared: &Shared) -> Result<(), Stop> {
+    fn draw_screenshots(&mut self, shared: &SharedResults) -> Result<(), Stop> {
         loop {
             let next = shared.screenshots().pending.first().cloned();
             let Some((number, subject, request)) = next else { return Ok(()) };

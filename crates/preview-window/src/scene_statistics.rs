@@ -80,8 +80,9 @@ impl SceneStatistics {
 fn reflected(accuracy: &Accuracy) -> Vec<f64> {
     let mut before = 1.0;
     let curve = accuracy.curve(accuracy.p());
-    let gained =
-        |estimate: shrm::accuracy::Estimate| std::mem::replace(&mut before, estimate.truth) - estimate.truth;
+    let gained = |estimate: shrm::accuracy::TruncationEstimate| {
+        std::mem::replace(&mut before, estimate.truth) - estimate.truth
+    };
     curve.into_iter().map(gained).collect()
 }
 

@@ -37,7 +37,7 @@ use sh::Stop;
 
 use crate::diagram::Diagram;
 use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
-use canvas::Canvas;
+use canvas::DeviceCanvas;
 use device::Device;
 pub use device::DeviceStatus;
 use frame_encoder::{FrameEncoder, draws_map};
@@ -54,7 +54,7 @@ use sample_budget::{Batches, SampleBudget};
 pub struct Gpu {
     resources: Resources,
     /// The buffers that [`Gpu::draw`] reuses.
-    canvas: Option<Canvas>,
+    canvas: Option<DeviceCanvas>,
     accumulation: Option<Accumulation>,
     sample_budget: SampleBudget,
     rms: RmsReadback,
@@ -228,7 +228,7 @@ impl Gpu {
         }
         let mut canvas = match self.canvas.take() {
             Some(canvas) => canvas,
-            None => Canvas::new(&device, &self.resources.layouts, shot.size, samples)?,
+            None => DeviceCanvas::new(&device, &self.resources.layouts, shot.size, samples)?,
         };
         let (columns, beside) = shot.show.beside_diagram(shot.size[0]);
         let mut encoder = device.encoder();
@@ -263,7 +263,7 @@ impl Gpu {
         &mut self,
         scene: &Scene,
         shot: &Shot,
-        canvas: &mut Canvas,
+        canvas: &mut DeviceCanvas,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<Added, RenderError> {
         self.resources.prepare(scene, shot)?;
@@ -323,7 +323,7 @@ impl Gpu {
         self.resources.prepare(scene, shot)?;
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);
-        let mut canvas = Canvas::new(device, layouts, shot.size, samples)?;
+        let mut canvas = DeviceCanvas::new(device, layouts, shot.size, samples)?;
         let modes = shot.show.sides();
         for side in 0..2 {
             canvas.reserve(device, side, usize::from(modes[side].is_some()))?;
@@ -425,7 +425,7 @@ impl RmsReadback {
     fn update(
         &mut self,
         device: &Device,
-        canvas: &Canvas,
+        canvas: &DeviceCanvas,
         show: Show,
         is_new: bool,
     ) -> Result<(), RenderError> {

@@ -62,14 +62,14 @@ pub(crate) trait WithLanes {
 pub(crate) fn run<K: WithLanes>(level: SimdLevel, kernel: K) -> K::Output {
     match level {
         #[cfg(target_arch = "x86_64")]
-        SimdLevel::V3(v3) => Simd::vectorize(v3, At(kernel, v3)),
-        SimdLevel::Portable => Scalar256b.vectorize(At(kernel, Scalar256b)),
+        SimdLevel::V3(v3) => Simd::vectorize(v3, KernelAtLevel(kernel, v3)),
+        SimdLevel::Portable => Scalar256b.vectorize(KernelAtLevel(kernel, Scalar256b)),
     }
 }
 
-struct At<K, L>(K, L);
+struct KernelAtLevel<K, L>(K, L);
 
-impl<K: WithLanes, L: Lanes> WithSimd for At<K, L> {
+impl<K: WithLanes, L: Lanes> WithSimd for KernelAtLevel<K, L> {
     type Output = K::Output;
 
     #[inline(always)]

@@ -17,7 +17,7 @@ pub struct LeafGrid {
 
 /// A place: a leaf, and the fractions of it that lie north and west.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct LeafPlace {
     pub(crate) row: usize,
     pub(crate) column: usize,
     pub(crate) t: f32,
@@ -61,7 +61,7 @@ impl LeafGrid {
     }
 
     /// The place of a unit vector.
-    pub(crate) fn locate(self, direction: [f32; 3]) -> Place {
+    pub(crate) fn locate(self, direction: [f32; 3]) -> LeafPlace {
         let [x, y, z] = direction.map(f64::from);
         let square = x * x + y * y;
         let length = (square + z * z).sqrt();
@@ -74,7 +74,7 @@ impl LeafGrid {
         let turn = math::atan2(y, x) / TAU;
         let along = (turn - turn.floor()) * self.columns() as f64;
         let column = (along as usize).min(self.columns() - 1);
-        Place { row, column, t: t as f32, s: (along - column as f64) as f32 }
+        LeafPlace { row, column, t: t as f32, s: (along - column as f64) as f32 }
     }
 
     /// The unit vector of a place.

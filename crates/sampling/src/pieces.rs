@@ -57,7 +57,7 @@ impl PieceColumn {
 
 /// A place: a piece, and the fractions of it that lie north and west.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct PiecePlace {
     pub(crate) row: usize,
     pub(crate) column: usize,
     pub(crate) t: f32,
@@ -118,7 +118,7 @@ impl Pieces {
     }
 
     /// The place of a unit vector.
-    pub(crate) fn locate(&self, direction: [f32; 3]) -> Place {
+    pub(crate) fn locate(&self, direction: [f32; 3]) -> PiecePlace {
         let [x, y, z] = direction.map(f64::from);
         let square = x * x + y * y;
         let length = (square + z * z).sqrt();
@@ -134,7 +134,7 @@ impl Pieces {
         let column = self.columns[1..].partition_point(|column| column.start <= turn);
         let PieceColumn { start, end, .. } = self.columns[column];
         let s = ((turn - start) / (end - start)).clamp(0.0, 1.0);
-        Place { row, column, t: t as f32, s: s as f32 }
+        PiecePlace { row, column, t: t as f32, s: s as f32 }
     }
 
     /// The place in a piece, moved away from its edges by what the rounding of directions may move.

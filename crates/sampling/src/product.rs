@@ -257,7 +257,7 @@ impl ProductSampler {
     }
 
     fn draw(&self, points: &[[f32; 2]], directions: &mut [[f32; 3]], densities: &mut [f32]) {
-        run(self.level, Draw { sampler: self, points, directions, densities });
+        run(self.level, ProductDraw { sampler: self, points, directions, densities });
     }
 
     /// The density with which a direction is drawn, in 1/sr. The direction is a unit vector.
@@ -330,14 +330,14 @@ impl ProductSampler {
 }
 
 /// Draws points, [`ABREAST`] at a time.
-struct Draw<'a> {
+struct ProductDraw<'a> {
     sampler: &'a ProductSampler,
     points: &'a [[f32; 2]],
     directions: &'a mut [[f32; 3]],
     densities: &'a mut [f32],
 }
 
-impl WithLanes for Draw<'_> {
+impl WithLanes for ProductDraw<'_> {
     type Output = ();
 
     #[inline(always)]

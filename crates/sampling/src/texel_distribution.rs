@@ -16,7 +16,7 @@ use crate::pieces::Pieces;
 pub(crate) struct TexelDistribution {
     leaf_columns: usize,
     /// The first row of pieces of each row of leaves, where its blocks begin, and how long they are.
-    leaf_rows: Vec<Blocks>,
+    leaf_rows: Vec<LeafRow>,
     /// The first column of pieces of each column of leaves.
     first_columns: Vec<u32>,
     /// The running sums over the rows of pieces of each leaf.
@@ -27,7 +27,7 @@ pub(crate) struct TexelDistribution {
 }
 
 #[derive(Clone, Copy)]
-struct Blocks {
+struct LeafRow {
     first: usize,
     start: usize,
     length: usize,
@@ -68,7 +68,7 @@ impl TexelDistribution {
         let (mut leaf_rows, mut rows) = (Vec::new(), Vec::new());
         for pair in row_firsts.windows(2) {
             let (start, length) = (rows.len(), padded(pair));
-            leaf_rows.push(Blocks { first: pair[0], start, length });
+            leaf_rows.push(LeafRow { first: pair[0], start, length });
             rows.resize(start + leaf_columns * length, 0.0);
             for (column, block) in rows[start..].chunks_exact_mut(length).enumerate() {
                 let total = |row: usize| columns[(row * leaf_columns + column + 1) * width - 1];
@@ -82,14 +82,14 @@ impl TexelDistribution {
     /// The mass of a leaf.
     #[inline(always)]
     pub(crate) fn mass(&self, row: usize, column: usize) -> f32 {
-        let Blocks { start, length, .. } = self.leaf_rows[row];
+        let LeafRow { start, length, .. } = self.leaf_rows[row];
         self.rows[start + (column + 1) * length - 1]
     }
 
     /// The piece of two uniforms below 1 in a leaf that has mass.
     #[inline(always)]
     pub(crate) fn draw(&self, row: usize, column: usize, u: [f32; 2]) -> DrawnPiece {
-        let Blocks { first, start, length } = self.leaf_rows[row];
+        let LeafRow { first, start, length } = self.leaf_rows[row];
         let (down, rest_t, share_t) = search(&self.rows[start + column * length..][..length], u[0]);
         let piece_row = first + down;
         let (right, rest_s, share_s) = search(self.block(piece_row, column), u[1]);
@@ -115,7 +115,7 @@ impl TexelDistribution {
     }
 
     fn intervals(&self, leaf: [usize; 2], piece: [usize; 2]) -> [(f32, f32); 2] {
-        let Blocks { first, start, length } = self.leaf_rows[leaf[0]];
+        let LeafRow { first, start, length } = self.leaf_rows[leaf[0]];
         let rows = &self.rows[start + leaf[1] * length..][..length];
         let right = piece[1] - self.first_columns[leaf[1]] as usize;
         [interval(rows, piece[0] - first), interval(self.block(piece[0], leaf[1]), right)]

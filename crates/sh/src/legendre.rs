@@ -125,7 +125,7 @@ impl Step {
 
 /// The coefficients of the recurrence for one m.
 #[derive(Default)]
-pub(crate) struct Recurrence {
+pub(crate) struct LegendreRecurrence {
     m: usize,
     /// eps_(m + i), i = 0 ..= degree - m + 4.
     eps: Vec<f64>,
@@ -133,7 +133,7 @@ pub(crate) struct Recurrence {
     steps: Vec<Step>,
 }
 
-impl Recurrence {
+impl LegendreRecurrence {
     /// Fills the coefficients for l = m ..= degree.
     pub(crate) fn prepare(&mut self, m: usize, degree: usize) {
         debug_assert!(m <= degree);
@@ -209,7 +209,7 @@ pub(crate) struct Entry {
 #[inline(always)]
 pub(crate) fn enter<S: Simd>(
     simd: S,
-    recurrence: &Recurrence,
+    recurrence: &LegendreRecurrence,
     sectoral: &Sectoral,
     group: usize,
     (form, argument): (Form, &F64x4),

@@ -14,7 +14,7 @@
 //! Without the field there are estimates. A share of energy that the BRDF loses, or the lesser one of BRDF
 //! and lighting, tends to be more than the field loses, because light falls off with l too. [Ram02, eq. 5.19]
 //! bounds the loss by putting all residual energy into degree F + 1, with Lambda_(F+1) as printed, where an
-//! energy carries its square, and without what P cuts at l <= F. [`Estimate::bound_with_p`] has both:
+//! energy carries its square, and without what P cuts at l <= F. [`TruncationEstimate::bound_with_p`] has both:
 //!
 //! Lambda_(F+1)^2 L(l > F) rho(l > F) + sum over l <= F of Lambda_l^2 L_l rho_l(p > P).
 //!
@@ -43,7 +43,7 @@ pub struct Accuracy {
 /// Shares of the field's energy that a truncation to degrees (F, P) loses, each 0 to 1, all channels
 /// together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct TruncationEstimate {
     /// The degree in the central direction.
     pub f: usize,
     /// The degree in the view.
@@ -124,7 +124,7 @@ impl Accuracy {
     /// assert_eq!(accuracy.at(0, 0).by_min, 0.0, "the sky has no other degree");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn at(&self, f: usize, p: usize) -> Estimate {
+    pub fn at(&self, f: usize, p: usize) -> TruncationEstimate {
         let (f, p) = (f.min(self.f()), p.min(self.p));
         let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
         let whole = sum(&|channel| self.energy()[channel]);
@@ -139,7 +139,7 @@ impl Accuracy {
                 + most_light * self.brdf_unknown);
         let heaviest = (0..3).map(|channel| self.heaviest(channel, f)).fold(0.0, f64::max);
         let certain = sum(&|channel| self.lost(channel, f, p)) + heaviest * self.brdf_unknown;
-        Estimate {
+        TruncationEstimate {
             f,
             p,
             truth: share((whole - held).max(0.0), whole),
@@ -151,7 +151,7 @@ impl Accuracy {
     }
 
     /// [`Accuracy::at`] for every F up to the high one.
-    pub fn curve(&self, p: usize) -> Vec<Estimate> {
+    pub fn curve(&self, p: usize) -> Vec<TruncationEstimate> {
         (0..=self.f()).map(|f| self.at(f, p)).collect()
     }
 

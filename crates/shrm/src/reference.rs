@@ -23,11 +23,11 @@
 //! [`Sampled`] estimates the same integral from a few directions at each texel, and how far it may be off:
 //! for images of many texels.
 
-mod light_blocks;
 mod lit_texels;
 mod lobes;
 mod sampled;
 mod tree;
+mod tree_blocks;
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -44,7 +44,7 @@ use lit_texels::{LitTexels, Span};
 pub use sampled::{BATCH, Estimate, Sampled};
 pub use tree::LightTree;
 
-use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
+use lobes::{Gaussian, Lobe, LobeSum, Power, Weight, WholePower};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -229,7 +229,7 @@ impl Reference {
         let (sum, scale) = match self.lobe {
             Some((Lobe::WholePower(exponent), scale)) => {
                 let weight = WholePower { axis, exponent };
-                (Sum { texels: &self.texels, spans, column: at.column, weight }.run(level), scale)
+                (LobeSum { texels: &self.texels, spans, column: at.column, weight }.run(level), scale)
             }
             Some((Lobe::Power(exponent), scale)) => {
                 (self.sum(level, at, spans, Power { axis, exponent }), scale)
@@ -261,7 +261,7 @@ impl Reference {
     }
 
     fn sum<W: Weight>(&self, level: SimdLevel, at: &Central, spans: &[Span], weight: W) -> [f64; 3] {
-        level.run(Sum { texels: &self.texels, spans, column: at.column, weight })
+        level.run(LobeSum { texels: &self.texels, spans, column: at.column, weight })
     }
 
     /// The sum with the material's own transfer function. What depends on the view alone, the surface's

@@ -55,7 +55,7 @@ impl ViewMaps {
         let values = map.values().par_chunks(BLOCK * map.rows());
         runs.into_par_iter().zip(values).try_for_each(|(runs, values)| {
             stop.check()?;
-            level.run(Block { views: &terms, values, runs });
+            level.run(TexelBlock { views: &terms, values, runs });
             Ok(())
         })?;
         Ok(Some(Self { grid, view: map.view(), centre: map.centre(), side, maps }))
@@ -211,7 +211,7 @@ impl Views {
 }
 
 /// A block of texels toward all views.
-struct Block<'a> {
+struct TexelBlock<'a> {
     views: &'a Views,
     /// The texels' coefficients.
     values: &'a [[f32; 3]],
@@ -219,7 +219,7 @@ struct Block<'a> {
     runs: Vec<&'a mut [[f32; 3]]>,
 }
 
-impl WithSimd for Block<'_> {
+impl WithSimd for TexelBlock<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -23,7 +23,7 @@ pub(crate) use bad_pixels::repaired;
 pub(crate) use circular_lights::CircularLights;
 pub(crate) use full_lighting::full;
 pub(crate) use import_environment::ImportEnvironment;
-pub(crate) use light_field::LightField;
+pub(crate) use light_field::LightFieldKind;
 pub(crate) use light_input::light;
 pub(crate) use project_sh::ProjectSh;
 pub(crate) use rotate::Rotate;

@@ -13,4 +13,4 @@ pub(crate) use export_gltf::ExportGltf;
 pub(crate) use import_mesh::ImportMesh;
 pub(crate) use precompute_transfer::PrecomputeTransfer;
 pub(crate) use shade_vertices::ShadeVertices;
-pub(crate) use vertex_blend::VertexBlend;
+pub(crate) use vertex_blend::VertexBlendKind;

@@ -351,9 +351,9 @@ mod tests {
 
     use super::*;
 
-    struct Nearest<'a>(&'a mut Packet, &'a Occluders, &'a Towards);
+    struct TraceNearest<'a>(&'a mut Packet, &'a Occluders, &'a Towards);
 
-    impl WithSimd for Nearest<'_> {
+    impl WithSimd for TraceNearest<'_> {
         type Output = ();
 
         #[inline(always)]
@@ -382,7 +382,7 @@ mod tests {
             let nearest = |vertex| {
                 let (mut packet, towards) = (Packet::new(&sphere, &bare, vertex, 1), Towards::new(direction));
                 packet.aim(f32::INFINITY, |lane| lane == 3);
-                SimdLevel::detect().run(Nearest(&mut packet, &sphere, &towards));
+                SimdLevel::detect().run(TraceNearest(&mut packet, &sphere, &towards));
                 assert_eq!(packet.hit(&sphere, &towards, 2), None, "a ray that is not cast");
                 packet.hit(&sphere, &towards, 3)
             };

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, Range, Value, Values, WEIGHT};
@@ -95,7 +95,7 @@ impl Model for AshikhminShirley {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let [e_x, e_y] = self.exponent;
         let (light, view, facet) = (half.light, half.view, half.facet());
         let sum = half.sum;

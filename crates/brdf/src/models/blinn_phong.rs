@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
@@ -66,7 +66,7 @@ impl Model for BlinnPhong {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let value = self.factor * half.light * math::pow(half.cos2().min(1.0), 0.5 * self.exponent);
         self.specular.map(|specular| specular * value)
     }

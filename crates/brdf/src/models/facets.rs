@@ -8,7 +8,7 @@ use sphere::Direction;
 /// The half vector h = (L + V) / |L + V| over a surface with normal +Z, and the cosines that facets which
 /// face it see.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Half {
+pub(crate) struct HalfVector {
     /// The sum L + V.
     pub(crate) sum: DVec3,
     /// |L + V|^2.
@@ -19,7 +19,7 @@ pub(crate) struct Half {
     pub(crate) view: f64,
 }
 
-impl Half {
+impl HalfVector {
     /// The half vector; `None` if the light is below the horizon, or light and view are opposite.
     pub(crate) fn new(incident: Direction, outgoing: Direction) -> Option<Self> {
         let (light, view) = (incident.vector(), outgoing.vector());

@@ -23,7 +23,7 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::fresnel::{Fresnel, IOR, K, N};
 use super::lobe::Lobe;
 use super::model::Model;
@@ -91,7 +91,7 @@ impl Model for Ggx {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let [x, y] = self.roughness;
         let value = match self.is_isotropic() {
             true => half.ggx(math::powi(x, 4)),

@@ -24,7 +24,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use sphere::{DVec3, Direction};
 
 use super::blinn_phong::factor;
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, Range, SPECULAR, Value, Values, WEIGHT};
@@ -218,7 +218,7 @@ impl Model for PoulinFournier {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let [light, view] = [incident, outgoing].map(|direction| self.seen(direction.vector()));
         let both = |one: [f64; 2], other: [f64; 2]| [one[0].max(other[0]), one[1].min(other[1])];
         let (arc, floor) = (both(light.arc, view.arc), both(light.floor, view.floor));

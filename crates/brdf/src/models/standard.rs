@@ -38,7 +38,7 @@ use sphere::Direction;
 
 use super::charlie::{Charlie, CharlieQuadrature};
 use super::directional_albedo::{Facets, Tables};
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Values, WEIGHT};
@@ -364,7 +364,7 @@ impl Model for Standard {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let formula = &*self.formula;
         let [of_light, of_view] = [half.light, half.view].map(|cosine| formula.tables.at(cosine));
         let grazing = math::powi((1.0 - half.facet()).max(0.0), 5);

@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::fresnel::{Fresnel, IOR, K, N};
 use super::lobe::Lobe;
 use super::model::Model;
@@ -83,7 +83,7 @@ impl Model for TorranceSparrow {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let slopes = half.tan2(self.roughness, self.roughness);
         // Past this e^-x is 0, and cos^4 may be.
         if slopes >= 700.0 {

@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::facets::Half;
+use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{
@@ -71,7 +71,7 @@ impl Model for Ward {
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let Some(half) = HalfVector::new(incident, outgoing) else { return [0.0; 3] };
         let [x, y] = self.roughness;
         let slopes = half.tan2(x, y);
         // From here on e^-x is 0, and h_z^4 may be 0.

@@ -46,12 +46,13 @@ const NEGLIGIBLE: f64 = 1e-11;
 /// The coefficients of rho_hat up to F = 255 and P = 24, the F that is enough, and P.
 pub(super) fn full(source: Source<'_>) -> Result<(Table, usize, usize), ProjectionError> {
     let incident = incident_nodes();
-    let views = Views::new(source.centre);
+    let views = OutgoingNodes::new(source.centre);
     let slice = |(theta, _): &(f64, f64)| {
         source.stop.check()?;
         Ok(views.slice(source, *theta)?)
     };
-    let slices: Vec<Slice> = incident.par_iter().map(slice).collect::<Result<_, ProjectionError>>()?;
+    let slices: Vec<IncidentSlice> =
+        incident.par_iter().map(slice).collect::<Result<_, ProjectionError>>()?;
     let total = incident
         .iter()
         .zip(&slices)
@@ -117,7 +118,7 @@ fn incident_nodes() -> Vec<(f64, f64)> {
 }
 
 /// The nodes of the outgoing directions, and the functions at them.
-struct Views {
+struct OutgoingNodes {
     /// The angle theta_o and its weight over the cosine.
     outgoing: Vec<(f64, f64)>,
     /// The view of each theta_o, or its mirror image if it is below the surface.
@@ -129,14 +130,14 @@ struct Views {
 }
 
 /// rho_hat of one theta_i over the outgoing directions.
-struct Slice {
+struct IncidentSlice {
     /// 2 pi times the integral of rho_hat f_pq cos(q phi), [p, q].
     moments: Vec<[f64; 3]>,
     /// The integral of rho_hat^2 over theta_o and phi.
     energy: f64,
 }
 
-impl Views {
+impl OutgoingNodes {
     fn new(centre: Centre) -> Self {
         let (angles, weights) = gauss_legendre(OUTGOING);
         let side = P + 1;
@@ -156,7 +157,7 @@ impl Views {
         Self { outgoing: angles.into_iter().zip(weights).collect(), seen, functions, cosines }
     }
 
-    fn slice(&self, source: Source<'_>, theta_i: f64) -> Result<Slice, NotFinite> {
+    fn slice(&self, source: Source<'_>, theta_i: f64) -> Result<IncidentSlice, NotFinite> {
         let side = P + 1;
         let mut moments = vec![[0.0; 3]; side * side];
         let mut energy = 0.0;
@@ -181,7 +182,7 @@ impl Views {
                 }
             }
         }
-        Ok(Slice { moments, energy })
+        Ok(IncidentSlice { moments, energy })
     }
 }
 
@@ -191,7 +192,7 @@ fn azimuth(j: usize) -> f64 {
 }
 
 /// The integrals over theta_i for one q, [l, p]: those of the moments times f_lq sin(theta_i).
-fn incident_moments(incident: &[(f64, f64)], slices: &[Slice], q: usize) -> Vec<[f64; 3]> {
+fn incident_moments(incident: &[(f64, f64)], slices: &[IncidentSlice], q: usize) -> Vec<[f64; 3]> {
     let side = P + 1;
     let mut sums = vec![[0.0; 3]; (F + 1) * side];
     let legendre = Legendre::new(F, P);

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use sphere::Direction;
 
 use super::base::Base;
-use super::lattice::{Lattice, Site};
+use super::lattice::{Lattice, LatticeSite};
 use super::residual::{STIFFNESSES, miss};
 use super::sample::{Sample, ScatteredError, checked, typical};
 use crate::{MeasuredAnisotropic, from_half_and_difference, half_and_difference};
@@ -59,12 +59,12 @@ pub fn interpolate_anisotropic(
     let samples = checked(samples, MOST_SITES)?;
     let floor = 0.02 * typical(&samples);
     let base = Base::fit_stretched(&samples, floor);
-    let sites: Vec<Site> = samples
+    let sites: Vec<LatticeSite> = samples
         .iter()
         .map(|sample| {
             let base = base.value(sample.incident, sample.outgoing);
             let angles = half_and_difference(sample.incident, sample.outgoing);
-            Site { angles, value: sample.log_ratio(base, floor) }
+            LatticeSite { angles, value: sample.log_ratio(base, floor) }
         })
         .collect();
     let (stiffness, held_out) = stiffness(&sites, base.width());
@@ -91,7 +91,7 @@ pub fn interpolate_anisotropic(
 }
 
 /// The stiffness that meets every fifth sample best if the fit has not seen it, and the error there.
-fn stiffness(sites: &[Site], width: f64) -> (f64, f64) {
+fn stiffness(sites: &[LatticeSite], width: f64) -> (f64, f64) {
     let (kept, left): (Vec<_>, Vec<_>) = sites.iter().enumerate().partition(|(index, _)| index % 5 != 4);
     let [kept, left] = [kept, left].map(|part| part.into_iter().map(|(_, site)| *site).collect::<Vec<_>>());
     let trials = STIFFNESSES.par_iter().map(|&stiffness| {

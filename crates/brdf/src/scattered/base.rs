@@ -53,7 +53,7 @@ enum Distribution {
 
 impl Base {
     pub(super) fn fit(samples: &[Sample], floor: f64) -> Self {
-        let mut search = Search::new(samples, floor);
+        let mut search = CoatSearch::new(samples, floor);
         for distribution in [Distribution::Beckmann, Distribution::Ggx] {
             for step in 0..=STEPS {
                 let alpha = 0.02 * math::pow(50f64, step as f64 / STEPS as f64);
@@ -67,7 +67,7 @@ impl Base {
     /// sqrt(2), then by ever smaller steps from the best.
     pub(super) fn fit_stretched(samples: &[Sample], floor: f64) -> Self {
         let alpha = Self::fit(samples, floor).width();
-        let mut search = Search::new(samples, floor);
+        let mut search = CoatSearch::new(samples, floor);
         for distribution in [Distribution::Beckmann, Distribution::Ggx] {
             search.offer(Coat { distribution, alpha: [alpha; 2], turn: 0.0 });
             for (stretch, turn) in
@@ -114,14 +114,14 @@ impl Base {
 }
 
 /// The best of the coats that were offered.
-struct Search {
+struct CoatSearch {
     samples: Vec<Sample>,
     floor: f64,
     cost: f64,
     best: Base,
 }
 
-impl Search {
+impl CoatSearch {
     fn new(samples: &[Sample], floor: f64) -> Self {
         let chosen = samples.iter().step_by(samples.len().div_ceil(MAX_SAMPLES)).copied().collect();
         let coat = Coat { distribution: Distribution::Ggx, alpha: [1.0; 2], turn: 0.0 };

@@ -28,7 +28,7 @@ const ACCURACY: f64 = 1e-4;
 
 /// A value to approximate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Site {
+pub(super) struct LatticeSite {
     /// The angles theta_h, phi_h, theta_d, psi.
     pub(super) angles: [f64; 4],
     pub(super) value: [f64; 3],
@@ -41,9 +41,9 @@ pub(super) struct Lattice {
 }
 
 /// The splines that reach a place: the first of each axis and three weights.
-struct Patch([(usize, [f64; 3]); 4]);
+struct LatticePatch([(usize, [f64; 3]); 4]);
 
-impl Patch {
+impl LatticePatch {
     fn new([theta_h, phi_h, theta_d, psi]: [f64; 4], alpha: f64) -> Self {
         let u = math::asinh(theta_h / alpha) / math::asinh(FRAC_PI_2 / alpha);
         let v = theta_d / FRAC_PI_2;
@@ -80,16 +80,16 @@ impl Patch {
 }
 
 impl Lattice {
-    pub(super) fn fit(sites: &[Site], alpha: f64, stiffness: f64) -> Self {
+    pub(super) fn fit(sites: &[LatticeSite], alpha: f64, stiffness: f64) -> Self {
         let limits = [0, 1, 2].map(|channel| {
             let values = sites.iter().map(|site| site.value[channel]);
             [values.clone().fold(0.0, f64::min), values.fold(0.0, f64::max)]
         });
-        let patches: Vec<[Patch; 2]> = sites
+        let patches: Vec<[LatticePatch; 2]> = sites
             .iter()
-            .map(|&Site { angles: [theta_h, phi_h, theta_d, psi], .. }| {
+            .map(|&LatticeSite { angles: [theta_h, phi_h, theta_d, psi], .. }| {
                 [0.0, std::f64::consts::PI]
-                    .map(|turn| Patch::new([theta_h, phi_h, theta_d, psi + turn], alpha))
+                    .map(|turn| LatticePatch::new([theta_h, phi_h, theta_d, psi + turn], alpha))
             })
             .collect();
         let mut coefficients = vec![[0.0; 3]; UNKNOWNS];
@@ -113,13 +113,13 @@ impl Lattice {
     }
 
     pub(super) fn value(&self, angles: [f64; 4]) -> [f64; 3] {
-        let sum = Patch::new(angles, self.alpha).sum(&self.coefficients);
+        let sum = LatticePatch::new(angles, self.alpha).sum(&self.coefficients);
         [0, 1, 2].map(|channel| sum[channel].clamp(self.limits[channel][0], self.limits[channel][1]))
     }
 }
 
 /// The product of the matrix of the normal equations and a vector.
-fn product(patches: &[[Patch; 2]], trust: &[f64], stiffness: f64, x: &[[f64; 3]], y: &mut [[f64; 3]]) {
+fn product(patches: &[[LatticePatch; 2]], trust: &[f64], stiffness: f64, x: &[[f64; 3]], y: &mut [[f64; 3]]) {
     let ridge = stiffness / 40.0 + 1e-6;
     y.iter_mut().zip(x).for_each(|(y, x)| *y = x.map(|x| ridge * x));
     for (patch, trust) in
@@ -145,8 +145,8 @@ fn product(patches: &[[Patch; 2]], trust: &[f64], stiffness: f64, x: &[[f64; 3]]
 
 /// Conjugate gradients, from the given coefficients on.
 fn solve(
-    sites: &[Site],
-    patches: &[[Patch; 2]],
+    sites: &[LatticeSite],
+    patches: &[[LatticePatch; 2]],
     trust: &[f64],
     stiffness: f64,
     coefficients: &mut [[f64; 3]],

@@ -63,7 +63,7 @@ impl Steps {
 }
 
 /// The memory of [`Azimuths::integrate`], with its results in `moments`.
-pub(super) struct Circle {
+pub(super) struct CircleMoments {
     /// The integrals over phi of the function times each harmonic, [channel, column].
     pub(super) moments: [Vec<f64>; 3],
     /// The error that the moments may have.
@@ -74,7 +74,7 @@ pub(super) struct Circle {
     values: Vec<[f64; 3]>,
 }
 
-impl Circle {
+impl CircleMoments {
     pub(super) fn new(degree: usize) -> Self {
         let zeros = || [(); 3].map(|()| vec![0.0; 2 * degree + 1]);
         Self { moments: zeros(), error: 0.0, evaluations: 0, sums: zeros(), values: Vec::new() }
@@ -116,7 +116,7 @@ impl Azimuths {
         &self,
         Steps { concentration, stages: [first, last], accuracy }: Steps,
         allowed: f64,
-        circle: &mut Circle,
+        circle: &mut CircleMoments,
         mut value: impl FnMut(f64, f64) -> Option<[f64; 3]>,
     ) -> Option<()> {
         circle.sums.iter_mut().for_each(|sums| sums.fill(0.0));
@@ -181,7 +181,7 @@ mod tests {
     fn circles_of_narrow_and_wide_features_are_integrated_to_what_is_asked() {
         let degree = 4;
         let azimuths = Azimuths::new(degree);
-        let mut circle = Circle::new(degree);
+        let mut circle = CircleMoments::new(degree);
         for (sharpness, width) in [(0.5_f64, 1.0), (30.0, 0.2), (1e4, 0.01), (1e6, 1e-3)] {
             let f = |cosine: f64| (sharpness * (cosine - 1.0)).exp();
             let steps = 1 << 16;

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use sh::{Basis, Degree};
 use sphere::{DVec3, Direction};
 
-use super::azimuths::{Azimuths, Circle, Steps};
+use super::azimuths::{Azimuths, CircleMoments, Steps};
 use crate::quadrature::{Panel, RULE};
 use crate::{Lobe, Material};
 
@@ -38,7 +38,7 @@ pub struct ViewCoefficients {
 }
 
 /// A value that is NaN or infinite: its incident direction.
-pub(super) struct NotFinite(pub(super) Direction);
+pub(super) struct NotFiniteIncident(pub(super) Direction);
 
 /// A half of the sphere.
 #[derive(Clone, Copy, PartialEq)]
@@ -62,7 +62,7 @@ pub(super) struct Hemisphere {
 }
 
 /// A panel in theta_i and what both rules find on it.
-struct Part {
+struct PanelIntegral {
     panel: Panel,
     kronrod: Vec<[f64; 3]>,
     error: f64,
@@ -99,9 +99,9 @@ impl Hemisphere {
         half: Half,
         view: Direction,
         value: &dyn Fn(Direction) -> [f64; 3],
-    ) -> Result<ViewCoefficients, NotFinite> {
+    ) -> Result<ViewCoefficients, NotFiniteIncident> {
         let theta_o = view.theta().min(FRAC_PI_2);
-        let mut circle = Circle::new(self.basis.degree().get());
+        let mut circle = CircleMoments::new(self.basis.degree().get());
         let ends = [[0.0, theta_o], [theta_o, FRAC_PI_2]].into_iter();
         let mut panels: Vec<Panel> = ends
             .flat_map(|[from, to]| Panel::split(from, to, 0.8))
@@ -154,11 +154,11 @@ impl Hemisphere {
         view: Direction,
         value: &dyn Fn(Direction) -> [f64; 3],
         allowed: f64,
-        circle: &mut Circle,
-    ) -> Result<Part, NotFinite> {
+        circle: &mut CircleMoments,
+    ) -> Result<PanelIntegral, NotFiniteIncident> {
         let degree = self.basis.degree();
         let mut rows = vec![0.0; degree.rows()];
-        let mut part = Part { panel, kronrod: vec![[0.0; 3]; degree.rows()], error: 0.0 };
+        let mut part = PanelIntegral { panel, kronrod: vec![[0.0; 3]; degree.rows()], error: 0.0 };
         let mut gauss = part.kronrod.clone();
         let v = view.vector();
         // The azimuth of R is that of the view and half a turn.
@@ -182,7 +182,7 @@ impl Hemisphere {
                 let rgb = value(place);
                 rgb.iter().all(|value| value.is_finite()).then_some(rgb)
             });
-            sampled.ok_or(NotFinite(place))?;
+            sampled.ok_or(NotFiniteIncident(place))?;
             part.error += area * node.kronrod * circle.error;
             self.basis.evaluate_into(at_zero_azimuth(sine, up), &mut rows);
             for l in 0..=degree.get() {

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sh::{Basis, Degree, lambda, zonal_into};
 use sphere::{DVec3, Direction};
 
-use super::hemisphere::{NotFinite, ViewCoefficients};
+use super::hemisphere::{NotFiniteIncident, ViewCoefficients};
 use crate::quadrature::{Panel, RULE};
 use crate::{Centre, Material};
 
@@ -27,7 +27,7 @@ pub(super) fn add_zonal(
     view: Direction,
     basis: &Basis,
     sum: &mut ViewCoefficients,
-) -> Result<(), NotFinite> {
+) -> Result<(), NotFiniteIncident> {
     let degree = basis.degree();
     let axis = material.centre().central(Direction::Z, Direction::X, view);
     let u = match material.radial() {
@@ -48,7 +48,11 @@ pub(super) fn add_zonal(
 }
 
 /// u_l = 2 pi times the integral of rho_hat Y_l0 sin(theta), theta from the tangent.
-fn about_tangent(material: &Material, view: Direction, degree: Degree) -> Result<Vec<[f64; 3]>, NotFinite> {
+fn about_tangent(
+    material: &Material,
+    view: Direction,
+    degree: Degree,
+) -> Result<Vec<[f64; 3]>, NotFiniteIncident> {
     let mut u = vec![[0.0; 3]; degree.get() + 1];
     let mut row = vec![0.0; degree.get() + 1];
     let theta_o = math::acos(view.vector().x.clamp(-1.0, 1.0));
@@ -66,7 +70,7 @@ fn about_tangent(material: &Material, view: Direction, degree: Degree) -> Result
             let incident = Direction::from_unit(DVec3::new(cosine, 0.0, sine));
             let rgb = material.rho_hat(incident, view);
             if !rgb.iter().all(|value| value.is_finite()) {
-                return Err(NotFinite(incident));
+                return Err(NotFiniteIncident(incident));
             }
             let grey = rgb.iter().sum::<f64>() * sine;
             kronrod += node.kronrod * grey;

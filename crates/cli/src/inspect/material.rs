@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use brdf::{Centre, Checks, Material};
-use containers::measured::Format;
+use containers::measured::MeasuredFormat;
 use containers::tensors;
 use engine::Failure;
 use serde_json::{Value, json};
@@ -39,7 +39,7 @@ pub(super) fn of_artifact(bytes: &[u8]) -> Option<Material> {
 /// The facts of a material file.
 pub(super) fn facts(file: &Path, bytes: &[u8], found: &MaterialFile) -> Facts {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let format = Format::of_name(&name).map_or("TOML", Format::name);
+    let format = MeasuredFormat::of_name(&name).map_or("TOML", MeasuredFormat::name);
     let mut facts: Facts = vec![("what", "material".into()), ("format", format.into())];
     facts.extend(checked(&found.material));
     if !found.notes.is_empty() {

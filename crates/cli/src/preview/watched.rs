@@ -8,10 +8,10 @@ use super::project::Project;
 pub(crate) struct WatchedProject {
     /// Stops all watching.
     cancel: Cancel,
-    state: Mutex<State>,
+    state: Mutex<WatchedProjectState>,
 }
 
-struct State {
+struct WatchedProjectState {
     project: Project,
     /// Stops the watcher of the project before.
     stop: Cancel,
@@ -21,7 +21,7 @@ struct State {
 
 impl WatchedProject {
     pub(crate) fn new(project: Project, cancel: &Cancel) -> Self {
-        let state = State { project, stop: cancel.child(), is_new: true };
+        let state = WatchedProjectState { project, stop: cancel.child(), is_new: true };
         Self { cancel: cancel.clone(), state: Mutex::new(state) }
     }
 
@@ -29,7 +29,7 @@ impl WatchedProject {
     pub(crate) fn change(&self, project: Project) {
         let mut state = self.state.lock();
         state.stop.cancel();
-        *state = State { project, stop: self.cancel.child(), is_new: true };
+        *state = WatchedProjectState { project, stop: self.cancel.child(), is_new: true };
     }
 
     /// The project to watch next, and what stops its watcher; `None` if it has been watched to its end.

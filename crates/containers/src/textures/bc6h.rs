@@ -26,7 +26,7 @@ const BYTES: usize = 16;
 const WEIGHTS: [i32; 16] = [0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64];
 
 /// A mode with one line.
-struct Mode {
+struct BlockMode {
     /// The first five bits of a block in the mode.
     code: u128,
     /// The number of bits of each of the first colour's numbers.
@@ -35,11 +35,11 @@ struct Mode {
     second: u32,
 }
 
-const MODES: [Mode; 4] = [
-    Mode { code: 0b00011, bits: 10, second: 10 },
-    Mode { code: 0b00111, bits: 11, second: 9 },
-    Mode { code: 0b01011, bits: 12, second: 8 },
-    Mode { code: 0b01111, bits: 16, second: 4 },
+const MODES: [BlockMode; 4] = [
+    BlockMode { code: 0b00011, bits: 10, second: 10 },
+    BlockMode { code: 0b00111, bits: 11, second: 9 },
+    BlockMode { code: 0b01011, bits: 12, second: 8 },
+    BlockMode { code: 0b01111, bits: 16, second: 4 },
 ];
 
 /// Images of `width` x `height` texels. Blocks past the edge repeat its texels.
@@ -99,7 +99,7 @@ pub(crate) fn decode(width: usize, height: usize, bytes: &[u8], is_signed: bool)
 }
 
 /// A line through colour space, as it is stored.
-struct Line {
+struct ColourLine {
     ends: [[i32; 3]; 2],
     indices: [usize; TEXELS],
     /// The sum of squares over texels and channels.
@@ -154,8 +154,8 @@ fn ends(colours: &[[i32; 3]; TEXELS]) -> [[f64; 3]; 2] {
 
 /// The best line of a mode from these ends on, refined by least squares; `None` if a difference between its
 /// ends does not fit.
-fn fit(mode: &Mode, colours: &[[i32; 3]; TEXELS], mut ends: [[f64; 3]; 2]) -> Option<Line> {
-    let mut best: Option<Line> = None;
+fn fit(mode: &BlockMode, colours: &[[i32; 3]; TEXELS], mut ends: [[f64; 3]; 2]) -> Option<ColourLine> {
+    let mut best: Option<ColourLine> = None;
     for _ in 0..3 {
         let quantised = ends.map(|end| end.map(|value| quantise(value, mode.bits)));
         let line = place(mode, colours, quantised);
@@ -177,7 +177,7 @@ const MOST_OWED: f64 = 0.02;
 
 /// Moves the ends of a line by a few codes, and then texels by a place, so that the block keeps its light and
 /// what those before it `owed`, which the nearest texels in logarithms do not. Gives what is owed after it.
-fn settle(mode: &Mode, colours: &[[i32; 3]; TEXELS], line: &mut Line, owed: [f64; 3]) -> [f64; 3] {
+fn settle(mode: &BlockMode, colours: &[[i32; 3]; TEXELS], line: &mut ColourLine, owed: [f64; 3]) -> [f64; 3] {
     const REACH: i32 = 2;
     let value = |bits: i32| f64::from(f16::from_bits(bits as u16).to_f32());
     let lights = [0, 1, 2].map(|channel| colours.iter().map(|colour| value(colour[channel])).sum::<f64>());
@@ -252,7 +252,7 @@ fn between(wide: [i32; 2], weight: i32) -> i32 {
 }
 
 /// The nearest index of each texel.
-fn place(mode: &Mode, colours: &[[i32; 3]; TEXELS], mut ends: [[i32; 3]; 2]) -> Option<Line> {
+fn place(mode: &BlockMode, colours: &[[i32; 3]; TEXELS], mut ends: [[i32; 3]; 2]) -> Option<ColourLine> {
     let wide = ends.map(|end| end.map(|value| unquantise(value, mode.bits)));
     let palette = WEIGHTS.map(|weight| {
         std::array::from_fn::<i32, 3, _>(|channel| between([wide[0][channel], wide[1][channel]], weight))
@@ -274,7 +274,7 @@ fn place(mode: &Mode, colours: &[[i32; 3]; TEXELS], mut ends: [[i32; 3]; 2]) -> 
     }
     let reach = 1 << (mode.second - 1);
     let fits = |channel: usize| (-reach..reach).contains(&(ends[1][channel] - ends[0][channel]));
-    (mode.bits == mode.second || (0..3).all(fits)).then_some(Line { ends, indices, error })
+    (mode.bits == mode.second || (0..3).all(fits)).then_some(ColourLine { ends, indices, error })
 }
 
 /// The ends that suit indices best, in the integers of halves.
@@ -324,7 +324,7 @@ fn finish(wide: i32) -> i32 {
     (wide * 31) >> 6
 }
 
-fn store(mode: &Mode, line: &Line) -> [u8; BYTES] {
+fn store(mode: &BlockMode, line: &ColourLine) -> [u8; BYTES] {
     let (mut block, mut at) = (mode.code, 5);
     let mut put = |value: i32, bits: u32| {
         let mask = (1_u128 << bits) - 1;

@@ -144,11 +144,11 @@ pub fn decode_any(bytes: &[u8], from: Option<Preset>) -> Result<(Preset, Lightin
 
 pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
     #[derive(Deserialize)]
-    struct File<'a> {
+    struct FileWithRecipe<'a> {
         #[serde(borrow)]
         specula: &'a RawValue,
     }
-    let recipe = serde_json::from_slice::<File<'_>>(bytes).ok()?.specula.get();
+    let recipe = serde_json::from_slice::<FileWithRecipe<'_>>(bytes).ok()?.specula.get();
     // A file that is laid out for people has it on several lines; a recipe is one.
     match recipe.contains('\n') {
         true => serde_json::from_str::<serde_json::Value>(recipe).ok().map(|recipe| recipe.to_string()),

@@ -30,7 +30,7 @@ use crate::format::refuse_non_files;
 
 /// How a measured BRDF is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
+pub enum MeasuredFormat {
     /// The MERL database.
     Merl,
     /// Cornell's and pbrt's irregular text.
@@ -41,7 +41,7 @@ pub enum Format {
     Table,
 }
 
-impl Format {
+impl MeasuredFormat {
     /// Every format.
     pub const ALL: [Self; 4] = [Self::Merl, Self::Cornell, Self::Curet, Self::Table];
 
@@ -78,7 +78,7 @@ pub struct Reading {
     /// The table: a [`Material::Measured`] or a [`Material::MeasuredAnisotropic`].
     pub material: Material,
     /// The format that the file was read as.
-    pub format: Format,
+    pub format: MeasuredFormat,
     /// Notes for the user: values that were missing, out of gamut or fitted, in sentences.
     pub notes: Vec<String>,
 }
@@ -100,7 +100,7 @@ pub struct Reading {
 /// assert!((value[0] - 0.1).abs() < 1e-4);
 /// # Ok::<(), containers::Error>(())
 /// ```
-pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Material, Error> {
+pub fn read(file_name: &str, bytes: &[u8], format: Option<MeasuredFormat>) -> Result<Material, Error> {
     read_with_notes(file_name, bytes, format).map(|reading| reading.material)
 }
 
@@ -108,20 +108,24 @@ pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Mat
 ///
 /// # Errors
 /// For what [`read`] refuses, if the header shows it.
-pub fn check(file_name: &str, file: &mut (impl Read + Seek), format: Option<Format>) -> Result<(), Error> {
+pub fn check(
+    file_name: &str,
+    file: &mut (impl Read + Seek),
+    format: Option<MeasuredFormat>,
+) -> Result<(), Error> {
     let length = length(file)?;
     let bytes = beginning(file, CHECKED)?;
     refuse_non_files(&bytes)?;
     let format = format_of(file_name, format)?;
     // What is checked of a longer text may end within a line.
-    let is_cut = bytes.len() < length && format != Format::Merl;
+    let is_cut = bytes.len() < length && format != MeasuredFormat::Merl;
     let end = if is_cut { bytes.iter().rposition(|byte| *byte == b'\n').unwrap_or(0) } else { bytes.len() };
     let text = &bytes[..end];
     let checked = match format {
-        Format::Merl => merl::declared(&bytes, length).map(drop),
-        Format::Cornell => cornell::check(text),
-        Format::Curet => curet::parse(text).map(drop),
-        Format::Table => table::check(text),
+        MeasuredFormat::Merl => merl::declared(&bytes, length).map(drop),
+        MeasuredFormat::Cornell => cornell::check(text),
+        MeasuredFormat::Curet => curet::parse(text).map(drop),
+        MeasuredFormat::Table => table::check(text),
     };
     match checked {
         Err(error) if is_cut && error.kind() == ErrorKind::Truncated => Ok(()),
@@ -132,10 +136,10 @@ pub fn check(file_name: &str, file: &mut (impl Read + Seek), format: Option<Form
 /// As many bytes of a file are checked.
 const CHECKED: u64 = 1 << 16;
 
-fn format_of(file_name: &str, format: Option<Format>) -> Result<Format, Error> {
-    format.or_else(|| Format::of_name(file_name)).ok_or_else(|| {
+fn format_of(file_name: &str, format: Option<MeasuredFormat>) -> Result<MeasuredFormat, Error> {
+    format.or_else(|| MeasuredFormat::of_name(file_name)).ok_or_else(|| {
         let endings =
-            Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ");
+            MeasuredFormat::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ");
         let message =
             format!("the ending of {file_name:?} is not that of a measured BRDF; expected {endings}");
         Error::new(ErrorKind::UnknownFormat, message)
@@ -146,14 +150,18 @@ fn format_of(file_name: &str, format: Option<Format>) -> Result<Format, Error> {
 ///
 /// # Errors
 /// The errors of [`read`].
-pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Reading, Error> {
+pub fn read_with_notes(
+    file_name: &str,
+    bytes: &[u8],
+    format: Option<MeasuredFormat>,
+) -> Result<Reading, Error> {
     refuse_non_files(bytes)?;
     let format = format_of(file_name, format)?;
     let read = match format {
-        Format::Merl => merl::read(bytes),
-        Format::Cornell => cornell::read(bytes),
-        Format::Curet => curet::read(bytes),
-        Format::Table => table::read(bytes),
+        MeasuredFormat::Merl => merl::read(bytes),
+        MeasuredFormat::Cornell => cornell::read(bytes),
+        MeasuredFormat::Curet => curet::read(bytes),
+        MeasuredFormat::Table => table::read(bytes),
     };
     let (material, notes) = read.map_err(|error| error.within(format.name()))?;
     Ok(Reading { material, format, notes })

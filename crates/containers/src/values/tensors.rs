@@ -53,7 +53,7 @@ mod transfer;
 
 use crate::error::{Error, ErrorKind};
 use crate::recipe::KEY;
-use file::{File, Writer, not_finite, wrong_shape};
+use file::{TensorFile, Writer, not_finite, wrong_shape};
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use light_field::{decode_light_field, encode_light_field};
@@ -88,7 +88,7 @@ const PARTS: [(Part, &str); 2] = [(Part::Diffuse, "diffuse."), (Part::Specular, 
 /// # Errors
 /// If the bytes are not a safetensors file.
 pub fn describe(bytes: &[u8]) -> Result<Description, Error> {
-    let file = File::open(bytes)?;
+    let file = TensorFile::open(bytes)?;
     let mut tensors = file.tensors.tensors();
     tensors.sort_by_key(|(_, tensor)| tensor.data().as_ptr());
     let tensors =
@@ -113,7 +113,7 @@ pub fn encode_lighting(lighting: &Lighting, recipe: Option<&str>) -> Result<Vec<
 /// If the file is not one that [`encode_lighting`] could have written; the message names the tensor and what
 /// was expected.
 pub fn decode_lighting(bytes: &[u8]) -> Result<Lighting, Error> {
-    let file = File::open_as(bytes, "lighting")?;
+    let file = TensorFile::open_as(bytes, "lighting")?;
     Ok(Lighting { series: file.lighting("")?, lights: file.lights()? })
 }
 
@@ -155,7 +155,7 @@ pub fn encode_brdf(brdf: &Brdf, recipe: Option<&str>) -> Result<Vec<u8>, Error> 
 /// # Errors
 /// The errors of [`decode_lighting`].
 pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
-    let file = File::open_as(bytes, "brdf")?;
+    let file = TensorFile::open_as(bytes, "brdf")?;
     let part = |(_, prefix): (Part, &str)| file.brdf(prefix);
     let [diffuse, specular] = PARTS;
     let parts = match file.has("diffuse.rho") {
@@ -200,7 +200,7 @@ pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Resul
 /// The errors of [`decode_lighting`], and errors if the degrees differ or there are lights without a
 /// material.
 pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
-    let file = File::open_as(bytes, "reflection")?;
+    let file = TensorFile::open_as(bytes, "reflection")?;
     let lights = file.lights()?;
     let material = material::of(&file)?.map(|(material, _)| material);
     if !lights.is_empty() && material.is_none() {
@@ -256,7 +256,7 @@ pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Re
 /// The errors of [`decode_lighting`].
 pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
     const NAME: &str = "radiance";
-    let file = File::open_as(bytes, "environment")?;
+    let file = TensorFile::open_as(bytes, "environment")?;
     let tensor = file.tensor(NAME, Dtype::F32, "[height, width, 3]")?;
     let &[height, width, 3] = tensor.shape() else {
         return Err(wrong_shape(NAME, "[height, width, 3]", tensor.shape()));
@@ -275,7 +275,7 @@ pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
 }
 
 pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
-    File::open(bytes).ok()?.metadata.remove(KEY)
+    TensorFile::open(bytes).ok()?.metadata.remove(KEY)
 }
 
 fn same_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Result<(), String> {

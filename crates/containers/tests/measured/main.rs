@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use brdf::scattered::{SHAPE, Sample, interpolate};
 use brdf::{Material, Measured};
-use containers::measured::{Format, read, read_with_notes};
+use containers::measured::{MeasuredFormat, read, read_with_notes};
 use sphere::{DVec3, Direction};
 
 mod corpus;
@@ -129,7 +129,10 @@ fn table(model: impl Fn(Direction, Direction) -> [f64; 3]) -> String {
 #[test]
 fn a_table_is_read_back() {
     let reading = read_with_notes("gloss.CSV", table(model).as_bytes(), None).unwrap();
-    assert!(reading.format == Format::Table && reading.notes[0].starts_with("585 scattered"), "{reading:?}");
+    assert!(
+        reading.format == MeasuredFormat::Table && reading.notes[0].starts_with("585 scattered"),
+        "{reading:?}"
+    );
     let measured = isotropic(reading.material);
     let mut misses = Vec::new();
     for i in 0..1000 {
@@ -232,7 +235,7 @@ fn the_ending_says_the_format_unless_it_is_given() {
         error,
         "the ending of \"gloss.txt\" is not that of a measured BRDF; expected .binary (merl), .brdf (cornell), .curet (curet), .csv (table)"
     );
-    let given = read("gloss.txt", csv.as_bytes(), Some(Format::Table)).unwrap();
+    let given = read("gloss.txt", csv.as_bytes(), Some(MeasuredFormat::Table)).unwrap();
     assert_eq!(given, read("gloss.csv", csv.as_bytes(), None).unwrap());
     // As a spreadsheet writes it: a byte order mark and other line ends.
     let exported = format!("\u{feff}{}", csv.replace('\n', "\r\n"));

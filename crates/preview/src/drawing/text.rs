@@ -53,7 +53,7 @@ fn typeface(bytes: &'static [u8]) -> FontRef<'static> {
 }
 
 /// A glyph and the position of its origin, in pixels from the start of the text.
-struct Placed {
+struct PlacedGlyph {
     glyph: GlyphId,
     x: f32,
 }
@@ -124,7 +124,7 @@ impl Style {
         let font = self.font();
         // ab_glyph's scale is the height from ascender to descender.
         let scale = PxScale::from(self.unit() * font.height_unscaled());
-        for Placed { glyph, x } in glyphs {
+        for PlacedGlyph { glyph, x } in glyphs {
             let position = Point { x: left + x, y: baseline };
             if let Some(outline) = font.outline_glyph(glyph.with_scale_and_position(scale, position)) {
                 let (x0, y0) = (outline.px_bounds().min.x as i64, outline.px_bounds().min.y as i64);
@@ -137,9 +137,9 @@ impl Style {
     }
 
     /// The glyphs of a text, and its width.
-    fn set(&self, text: &str) -> (Vec<Placed>, f32) {
+    fn set(&self, text: &str) -> (Vec<PlacedGlyph>, f32) {
         let (font, unit) = (self.font(), self.unit());
-        let mut glyphs: Vec<Placed> = Vec::new();
+        let mut glyphs: Vec<PlacedGlyph> = Vec::new();
         let mut pen = 0.0;
         // The glyph before and its horizontal middle, for kerning and accents.
         let mut before: Option<(GlyphId, f32)> = None;
@@ -150,7 +150,7 @@ impl Style {
             if advance == 0.0 {
                 if let (Some((_, middle)), Some(bounds)) = (before, bounds) {
                     let x = middle - unit * (bounds.min.x + bounds.max.x) / 2.0;
-                    glyphs.push(Placed { glyph, x });
+                    glyphs.push(PlacedGlyph { glyph, x });
                 }
                 continue;
             }
@@ -159,7 +159,7 @@ impl Style {
             }
             let middle = bounds.map_or(advance / 2.0, |b| unit * (b.min.x + b.max.x) / 2.0);
             before = Some((glyph, pen + middle));
-            glyphs.push(Placed { glyph, x: pen });
+            glyphs.push(PlacedGlyph { glyph, x: pen });
             pen += advance;
         }
         (glyphs, pen)
@@ -242,7 +242,7 @@ mod tests {
     fn a_combining_accent_takes_no_room_and_stands_on_its_letter() {
         assert_eq!(STYLE.width("e\u{301}"), STYLE.width("e"));
         let (glyphs, _) = STYLE.set("e\u{301}");
-        let bounds = |placed: &Placed| {
+        let bounds = |placed: &PlacedGlyph| {
             let bounds = STYLE.font().outline(placed.glyph).unwrap().bounds;
             (placed.x + STYLE.unit() * bounds.min.x, placed.x + STYLE.unit() * bounds.max.x)
         };

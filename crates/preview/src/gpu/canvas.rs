@@ -12,7 +12,7 @@ use crate::RenderError;
 
 /// The buffers of a picture: one sample of each pixel at a time, and sums over the samples drawn so far.
 #[derive(Debug)]
-pub(super) struct Canvas {
+pub(super) struct DeviceCanvas {
     pub(super) size: [u32; 2],
     pub(super) samples: u32,
     pub(super) normals: wgpu::TextureView,
@@ -34,7 +34,7 @@ pub(super) struct Canvas {
     sides: [Vec<wgpu::Buffer>; 2],
 }
 
-impl Canvas {
+impl DeviceCanvas {
     /// The buffers of a picture, which must have pixels.
     pub(super) fn new(
         device: &Device,
@@ -84,7 +84,7 @@ impl Canvas {
         })
     }
 
-    /// Makes sure that [`Canvas::drawn_map`] exists.
+    /// Makes sure that [`DeviceCanvas::drawn_map`] exists.
     pub(super) fn reserve_drawn_map(
         &mut self,
         device: &Device,

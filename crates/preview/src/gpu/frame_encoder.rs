@@ -3,7 +3,7 @@
 use glam::{Mat3, Mat4, Vec4};
 use wgpu::{BindGroupEntry, BindingResource, BufferUsages, CommandEncoder};
 
-use super::canvas::Canvas;
+use super::canvas::DeviceCanvas;
 use super::device::GROUP;
 use super::identity_cache::address;
 use super::memory::Uniforms;
@@ -85,7 +85,7 @@ pub(super) struct FrameEncoder<'a> {
     pub(super) scene: &'a Scene,
     pub(super) shot: &'a Shot,
     resources: &'a Resources,
-    canvas: &'a Canvas,
+    canvas: &'a DeviceCanvas,
     transform: ViewTransform,
     visible: Vec<Visible>,
     /// The place of each visible object at each sample of pixels.
@@ -101,7 +101,7 @@ impl<'a> FrameEncoder<'a> {
         scene: &'a Scene,
         shot: &'a Shot,
         resources: &'a Resources,
-        canvas: &'a Canvas,
+        canvas: &'a DeviceCanvas,
     ) -> Result<Self, RenderError> {
         let device = &resources.device;
         let transform = ViewTransform::new(shot);
@@ -430,7 +430,7 @@ fn cleared(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAttachment<'
 /// The bind group of all passes over one sample of each pixel.
 fn chosen_sample(
     resources: &Resources,
-    canvas: &Canvas,
+    canvas: &DeviceCanvas,
     transform: &ViewTransform,
     chosen: [u32; 2],
 ) -> Result<wgpu::BindGroup, RenderError> {

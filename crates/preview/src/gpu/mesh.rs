@@ -11,7 +11,7 @@ use super::memory::within;
 use crate::RenderError;
 
 /// Position, normal and tangent of a vertex.
-type Vertex = [[f32; 3]; 3];
+type MeshVertex = [[f32; 3]; 3];
 
 /// A mesh that has triangles.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ impl Shape {
     pub(super) const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
         wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x3];
     pub(super) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-        array_stride: size_of::<Vertex>() as u64,
+        array_stride: size_of::<MeshVertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &Self::ATTRIBUTES,
     };
@@ -55,7 +55,7 @@ impl Shape {
             3 * mesh.triangles().len() as u64,
             u32::MAX.into(),
         )?;
-        let vertices: Vec<Vertex> = (0..mesh.positions().len())
+        let vertices: Vec<MeshVertex> = (0..mesh.positions().len())
             .map(|k| {
                 let [x, y, z, _] = mesh.tangents()[k];
                 [mesh.positions()[k], mesh.normals()[k], [x, y, z]]

@@ -11,7 +11,7 @@ use super::plan::{TransformPlan, Workspace, order_pairs, split};
 use super::resample::{Resample, ResampleScratch};
 use super::sums::{Group, ODD, PARTS, Project};
 use crate::f64x4::{F64x4, LANES, load, store};
-use crate::legendre::Recurrence;
+use crate::legendre::LegendreRecurrence;
 use crate::{Expansion, quadrature};
 
 /// The rule by which a grid integrates along theta.
@@ -47,8 +47,8 @@ impl Colatitude {
 }
 
 /// Memory of one task of the Legendre sums.
-struct Scratch {
-    recurrence: Recurrence,
+struct AnalysisScratch {
+    recurrence: LegendreRecurrence,
     columns: [Vec<Group>; 2],
     current: Vec<F64x4>,
     previous: Vec<F64x4>,
@@ -75,7 +75,7 @@ pub(super) fn analyse_into<T: Sample>(
         let lengths = pairs.iter().map(|pair| pair.clone().map(|m| count - m).sum());
         let parts = split(orders, lengths);
         pairs.into_par_iter().zip(parts).for_each_init(
-            || Scratch::new(plan),
+            || AnalysisScratch::new(plan),
             |scratch, (pair, output)| scratch.integrate(plan, colatitude, groups, pair, output),
         );
 
@@ -83,12 +83,12 @@ pub(super) fn analyse_into<T: Sample>(
     });
 }
 
-impl Scratch {
+impl AnalysisScratch {
     fn new(plan: &TransformPlan) -> Self {
         let column = || vec![[F64x4::ZERO; PARTS]; plan.rows.groups()];
         let lanes = || vec![F64x4::ZERO; plan.rows.groups()];
         Self {
-            recurrence: Recurrence::default(),
+            recurrence: LegendreRecurrence::default(),
             columns: [column(), column()],
             current: lanes(),
             previous: lanes(),
@@ -177,7 +177,7 @@ fn multiply(value: &mut F64x4, factor: &F64x4) {
 }
 
 /// Turns sums with lambda_k into sums with P_lm, l = m ..= degree.
-fn finish(recurrence: &Recurrence, sums: &[Group], order: &mut [[f64; 6]]) {
+fn finish(recurrence: &LegendreRecurrence, sums: &[Group], order: &mut [[f64; 6]]) {
     let mut earlier = [0.0; ODD];
     for (k, (sum, degrees)) in sums.iter().zip(order.chunks_mut(2)).enumerate() {
         let total = sum.map(|lane| (lane.0[0] + lane.0[1]) + (lane.0[2] + lane.0[3]));

@@ -6,7 +6,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::f64x4::{F64x4, LANES, load, store};
-use crate::legendre::{Entry, Form, Recurrence, Sectoral, Step, enter, least_sine};
+use crate::legendre::{Entry, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
 
 /// Values that go together at four pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
 /// of the odd part O in 6 .. 12.
@@ -69,7 +69,7 @@ impl Rows {
 /// `previous` are scratch of one lane per group.
 pub(crate) struct Project<'a> {
     pub(crate) rows: &'a Rows,
-    pub(crate) recurrence: &'a Recurrence,
+    pub(crate) recurrence: &'a LegendreRecurrence,
     pub(crate) degree: usize,
     pub(crate) columns: &'a [Group],
     pub(crate) current: &'a mut [F64x4],
@@ -175,7 +175,7 @@ fn advance<S: Simd>(simd: S, entry: &mut Entry, (form, argument): (Form, &F64x4)
 /// columns = sum over k of lambda_k times terms[k]; O comes out multiplied by x.
 pub(crate) struct Evaluate<'a> {
     pub(crate) rows: &'a Rows,
-    pub(crate) recurrence: &'a Recurrence,
+    pub(crate) recurrence: &'a LegendreRecurrence,
     pub(crate) degree: usize,
     pub(crate) terms: &'a [[f64; PARTS]],
     pub(crate) columns: &'a mut [Group],

@@ -7,7 +7,7 @@ use super::grid::Grid;
 use super::plan::{TransformError, TransformPlan, Workspace, order_pairs};
 use super::sums::{Evaluate, Group, ODD, PARTS};
 use crate::f64x4::{LANES, SimdLevel};
-use crate::legendre::Recurrence;
+use crate::legendre::LegendreRecurrence;
 use crate::{Degree, Expansion};
 
 /// A plan for synthesis alone: the values of an expansion at the pixels of any grid, however coarse.
@@ -71,7 +71,7 @@ impl Synthesis {
             let count = plan.rows.groups();
             let pairs = order_pairs(plan.degree);
             groups.par_chunks_mut(2 * count).zip(pairs).for_each_init(
-                Scratch::default,
+                SynthesisScratch::default,
                 |scratch, (columns, pair)| {
                     for (m, column) in pair.zip(columns.chunks_exact_mut(count)) {
                         scratch.evaluate(plan, expansion, m, column);
@@ -105,14 +105,14 @@ impl Synthesis {
 
 /// Memory of one task of the Legendre sums.
 #[derive(Default)]
-struct Scratch {
-    recurrence: Recurrence,
+struct SynthesisScratch {
+    recurrence: LegendreRecurrence,
     /// (cosine, sine) of each channel for l = m .. .
     order: Vec<[f64; ODD]>,
     terms: Vec<[f64; PARTS]>,
 }
 
-impl Scratch {
+impl SynthesisScratch {
     /// The Fourier coefficients of one order at every pair of rows.
     fn evaluate(&mut self, plan: &TransformPlan, expansion: &Expansion, m: usize, column: &mut [Group]) {
         self.recurrence.prepare(m, plan.degree);

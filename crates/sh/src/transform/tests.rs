@@ -3,7 +3,7 @@ use sphere::{DVec3, LatLong};
 use super::sums::{Evaluate, ODD, PARTS, Project, Rows};
 use super::*;
 use crate::f64x4::{F64x4, LANES, SimdLevel};
-use crate::legendre::Recurrence;
+use crate::legendre::LegendreRecurrence;
 use crate::quadrature;
 use test_data::reference;
 
@@ -291,7 +291,7 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
     let northern = (l_max + 1).div_ceil(2);
     let rows: Vec<(f64, f64)> = theta[..northern].iter().map(|theta| (theta.cos(), theta.sin())).collect();
     let rows = Rows::new(&rows, l_max);
-    let mut recurrence = Recurrence::default();
+    let mut recurrence = LegendreRecurrence::default();
     for (m, l) in [
         (0, 0),
         (0, 2048),

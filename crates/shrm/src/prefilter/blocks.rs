@@ -25,7 +25,7 @@ use super::{Distribution, PrefilterKernel};
 #[derive(Debug)]
 pub struct LightBlocks<'a> {
     environment: &'a Environment,
-    rows: Vec<Row>,
+    rows: Vec<GridRow>,
     /// The sine and the cosine of each column's azimuth.
     columns: Vec<(f64, f64)>,
     /// The levels above the pixels, the finest first.
@@ -34,7 +34,7 @@ pub struct LightBlocks<'a> {
 
 /// The place and size that the pixels of a row have in common.
 #[derive(Debug)]
-struct Row {
+struct GridRow {
     sin_theta: f64,
     cos_theta: f64,
     solid_angle: f32,
@@ -142,7 +142,7 @@ impl<'a> LightBlocks<'a> {
             let (sin_theta, cos_theta) = math::sin_cos(grid.theta(row));
             let (down, across) = (PI / grid.height as f64, TAU / grid.width as f64 * sin_theta);
             let variance = ((down * down + across * across) / 12.0) as f32;
-            Row { sin_theta, cos_theta, solid_angle: grid.solid_angle(row) as f32, variance }
+            GridRow { sin_theta, cos_theta, solid_angle: grid.solid_angle(row) as f32, variance }
         };
         let rows = (0..grid.height).map(row).collect();
         let columns = (0..grid.width).map(|column| math::sin_cos(grid.phi(column))).collect();
@@ -177,7 +177,7 @@ impl<'a> LightBlocks<'a> {
             let Level { grid, blocks } = &self.levels[level - 1];
             return blocks[row * grid.width + column];
         }
-        let &Row { sin_theta, cos_theta, solid_angle, variance } = &self.rows[row];
+        let &GridRow { sin_theta, cos_theta, solid_angle, variance } = &self.rows[row];
         let (sin_phi, cos_phi) = self.columns[column];
         let direction = [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta].map(|value| value as f32);
         let area = Spread { direction, variance };

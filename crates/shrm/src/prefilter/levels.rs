@@ -157,8 +157,14 @@ pub fn prefilter(
     let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX))?;
     let fast = kernels.iter().zip(&methods).filter(|(_, method)| matches!(method, LevelMethod::Fast { .. }));
     let chain_edge = fast.filter_map(|(kernel, _)| FastChain::edge(kernel.as_ref()?)).max();
-    let mut light =
-        Light { environment, energy: energy_per_degree(&series), series, blocks: None, chain: None, stop };
+    let mut light = LevelLight {
+        environment,
+        energy: energy_per_degree(&series),
+        series,
+        blocks: None,
+        chain: None,
+        stop,
+    };
     let mut levels: Vec<PrefilteredLevel> = Vec::with_capacity(roughness.len());
     for (l, method) in methods.into_iter().enumerate() {
         stop.check()?;
@@ -202,7 +208,7 @@ fn series(
 }
 
 /// The light that levels are made from.
-struct Light<'a> {
+struct LevelLight<'a> {
     environment: &'a Environment,
     series: Expansion,
     /// The energy of the series, per degree.
@@ -214,7 +220,7 @@ struct Light<'a> {
     stop: Stop<'a>,
 }
 
-impl Light<'_> {
+impl LevelLight<'_> {
     fn level(
         &mut self,
         roughness: f64,

@@ -52,7 +52,7 @@ impl Lobe {
 }
 
 /// The sum over texels of radiance, solid angle and weight; `weight` is rho_hat up to a factor.
-pub(super) struct Sum<'a, W> {
+pub(super) struct LobeSum<'a, W> {
     pub(super) texels: &'a LitTexels,
     pub(super) spans: &'a [Span],
     /// The column coordinate of the central direction.
@@ -60,16 +60,16 @@ pub(super) struct Sum<'a, W> {
     pub(super) weight: W,
 }
 
-impl Sum<'_, WholePower> {
+impl LobeSum<'_, WholePower> {
     /// The sum, compiled for the exponents that are powers of two.
     pub(super) fn run(self, level: SimdLevel) -> [f64; 3] {
-        let Sum { texels, spans, column, weight } = self;
+        let LobeSum { texels, spans, column, weight } = self;
         let axis = weight.axis;
         macro_rules! squares {
             ($($times:literal)*) => {
                 match weight.exponent.trailing_zeros() {
                     $($times if weight.exponent.is_power_of_two() => {
-                        level.run(Sum { texels, spans, column, weight: Squares::<$times> { axis } })
+                        level.run(LobeSum { texels, spans, column, weight: Squares::<$times> { axis } })
                     })*
                     _ => level.run(self),
                 }
@@ -82,7 +82,7 @@ impl Sum<'_, WholePower> {
 /// Vectors between two carries to f64.
 const CARRY: usize = 128;
 
-impl<W: Weight> pulp::WithSimd for Sum<'_, W> {
+impl<W: Weight> pulp::WithSimd for LobeSum<'_, W> {
     type Output = [f64; 3];
 
     #[inline(always)]

@@ -58,7 +58,7 @@ pub struct Estimate {
 }
 
 /// The light, prepared for sampling.
-struct Light {
+struct SampledLight {
     tables: Arc<ProductTables>,
     alone: ProductSampler,
 }
@@ -70,7 +70,7 @@ pub struct Sampled<'a> {
     coefficients: BrdfCoefficients,
     lobes: Vec<Lobe>,
     /// The light to draw from; `None` if all texels are black.
-    light: Option<Light>,
+    light: Option<SampledLight>,
     batches: usize,
     seed: u32,
 }
@@ -107,7 +107,7 @@ impl<'a> Sampled<'a> {
         let highest = |l, given: Degree| Degree::new(l).unwrap_or(given);
         let coefficients = coefficients.cut_to(highest(F, coefficients.f()), highest(P, coefficients.p()));
         let batches = directions.div_ceil(BATCH).max(2);
-        let light = Light::new(environment, coefficients.f());
+        let light = SampledLight::new(environment, coefficients.f());
         Self { environment, material, coefficients, lobes: material.lobes(), light, batches, seed }
     }
 
@@ -188,7 +188,7 @@ impl<'a> Sampled<'a> {
     }
 }
 
-impl Light {
+impl SampledLight {
     /// The light of an environment by its absolute value, since negative light is reflected too.
     fn new(environment: &Environment, degree: Degree) -> Option<Self> {
         let pixels = environment.pixels().iter().map(|rgb| rgb.map(f32::abs)).collect();

@@ -3,7 +3,7 @@
 //! A block reflects about what its light would from the mean direction of that light. How far that is off
 //! shows once the block is split: the parts reflect something else. So the sum begins with few blocks and
 //! splits the one whose parts differ most, until what is left is below the error asked for. The blocks go on
-//! inside the texels ([`super::light_blocks`]), so a lobe that is narrower than a texel is integrated over
+//! inside the texels ([`super::tree_blocks`]), so a lobe that is narrower than a texel is integrated over
 //! its area.
 //!
 //! A lobe that is narrower than a block may not show in its parts either. So blocks are small from the start
@@ -24,7 +24,7 @@ use brdf::{Lobe, Material};
 use envmap::Environment;
 use sphere::{DMat3, DVec3, Direction};
 
-use super::light_blocks::{Block, LightBlocks, Place};
+use super::tree_blocks::{TreeBlock, TreeBlocks, TreePlace};
 use crate::frame;
 
 /// A block is split beforehand if its height is more than this share of its angle from the central direction.
@@ -51,7 +51,7 @@ const INHERITED: f64 = 0.05;
 /// An environment in blocks of blocks.
 #[derive(Debug)]
 pub struct LightTree<'a> {
-    blocks: LightBlocks<'a>,
+    blocks: TreeBlocks<'a>,
 }
 
 /// The width of a lobe across its narrowest side, in radians: of a round one, the edge of a square whose area
@@ -73,12 +73,12 @@ pub(super) fn narrowest(material: &Material) -> f64 {
 impl<'a> LightTree<'a> {
     /// The tree of an environment.
     pub fn new(environment: &'a Environment) -> Self {
-        Self { blocks: LightBlocks::new(Cow::Borrowed(environment)) }
+        Self { blocks: TreeBlocks::new(Cow::Borrowed(environment)) }
     }
 
     /// The tree of an environment that it keeps.
     pub(super) fn of(environment: Environment) -> LightTree<'static> {
-        LightTree { blocks: LightBlocks::new(Cow::Owned(environment)) }
+        LightTree { blocks: TreeBlocks::new(Cow::Owned(environment)) }
     }
 
     /// B(C, V), RGB, as [`super::Reference::radiance`] has it. The error is estimated: most results are
@@ -125,7 +125,7 @@ impl<'a> LightTree<'a> {
         dark: f64,
     ) -> [f64; 3] {
         let outgoing = Direction::normalised(to_surface * view.vector());
-        let mut sum = Sum {
+        let mut sum = TreeSum {
             blocks: &self.blocks,
             material,
             to_surface,
@@ -136,15 +136,15 @@ impl<'a> LightTree<'a> {
             left: 0.0,
         };
         sum.begin(central.vector());
-        let size = |sum: &Sum<'_>| sum.total.iter().map(|value| value.abs()).sum::<f64>() + 3.0 * dark;
+        let size = |sum: &TreeSum<'_>| sum.total.iter().map(|value| value.abs()).sum::<f64>() + 3.0 * dark;
         while sum.left.max(0.0).sqrt() > share * size(&sum) && sum.split_worst() {}
         sum.total
     }
 }
 
 /// A sum in work.
-struct Sum<'a> {
-    blocks: &'a LightBlocks<'a>,
+struct TreeSum<'a> {
+    blocks: &'a TreeBlocks<'a>,
     material: &'a Material,
     to_surface: DMat3,
     outgoing: Direction,
@@ -160,14 +160,14 @@ struct Sum<'a> {
 /// A block whose parts count in the sum.
 struct Open {
     error: f64,
-    place: Place,
+    place: TreePlace,
     /// The light that the block's parts reflect.
     parts: [[f64; 3]; 4],
     /// The light that was added beyond that of the parts.
     beyond: [f64; 3],
 }
 
-impl Sum<'_> {
+impl TreeSum<'_> {
     /// Directions that the lobes draw, as positions of the image, each with the height of blocks that is
     /// small enough there.
     fn drawn(&self) -> Vec<([f64; 2], f64)> {
@@ -199,11 +199,11 @@ impl Sum<'_> {
         type Drawn = Vec<([f64; 2], f64)>;
         let drawn = self.drawn();
         // Those in a block that are not yet in a small enough one.
-        let within = |place: Place, drawn: &Drawn, extent: f64| -> Drawn {
-            let counts = |drawn: &&([f64; 2], f64)| drawn.1 < extent && LightBlocks::holds(place, drawn.0);
+        let within = |place: TreePlace, drawn: &Drawn, extent: f64| -> Drawn {
+            let counts = |drawn: &&([f64; 2], f64)| drawn.1 < extent && TreeBlocks::holds(place, drawn.0);
             drawn.iter().filter(counts).copied().collect()
         };
-        let mut places: Vec<(Place, Drawn)> =
+        let mut places: Vec<(TreePlace, Drawn)> =
             self.blocks.coarsest().map(|place| (place, drawn.clone())).collect();
         while let Some((place, drawn)) = places.pop() {
             let (extent, block) = (self.blocks.extent(place), self.blocks.block(place));
@@ -224,7 +224,7 @@ impl Sum<'_> {
     }
 
     /// The light that a block reflects from its mean direction.
-    fn reflected(&self, block: &Block) -> [f64; 3] {
+    fn reflected(&self, block: &TreeBlock) -> [f64; 3] {
         if block.is_dark() {
             return [0.0; 3];
         }
@@ -235,7 +235,7 @@ impl Sum<'_> {
 
     /// Replaces what a block reflects by what its parts do. `above` is the error of the block that it is part
     /// of.
-    fn open(&mut self, place: Place, whole: [f64; 3], above: f64) {
+    fn open(&mut self, place: TreePlace, whole: [f64; 3], above: f64) {
         if !self.blocks.has_parts(place) {
             return;
         }
@@ -257,7 +257,7 @@ impl Sum<'_> {
 
     /// The light that the part of a block above the horizon may reflect, of a block whose mean direction lies
     /// about there or lower: none of its parts need see it.
-    fn above_horizon(&self, place: Place) -> f64 {
+    fn above_horizon(&self, place: TreePlace) -> f64 {
         let (extent, block) = (self.blocks.extent(place), self.blocks.block(place));
         let direction = (self.to_surface * block.direction()).normalize_or_zero();
         if direction.z.abs() > extent {

@@ -35,9 +35,9 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Result<Vec<[f3
     let half = edge.div_ceil(2);
     let block = half.div_ceil(16).max(4);
     let mut values = vec![[0.0_f32; 3]; cube.len() * plan.rows()];
-    let mut blocks: Vec<Block<'_>> = (0..half)
+    let mut blocks: Vec<ColumnBlock<'_>> = (0..half)
         .step_by(block)
-        .map(|first| Block { plan, cube, first, last: (first + block).min(half), parts: Vec::new() })
+        .map(|first| ColumnBlock { plan, cube, first, last: (first + block).min(half), parts: Vec::new() })
         .collect();
     for row in values.as_flattened_mut().chunks_exact_mut(edge * plan.columns) {
         let (mut left, mut right) = row.split_at_mut(half * plan.columns);
@@ -255,7 +255,7 @@ impl WithSimd for Across<'_> {
 }
 
 /// Some columns from the left of every face, and their mirrors from the right.
-struct Block<'a> {
+struct ColumnBlock<'a> {
     plan: &'a SynthesisPlan<'a>,
     cube: Cube,
     /// The first column of the block, which goes up to `last`.
@@ -265,7 +265,7 @@ struct Block<'a> {
     parts: Vec<[&'a mut [f32]; 2]>,
 }
 
-impl Block<'_> {
+impl ColumnBlock<'_> {
     /// The number of columns that have a mirror: the middle one of an odd edge has none.
     fn mirrored(&self) -> usize {
         self.last.min(self.cube.edge / 2) - self.first
@@ -285,7 +285,7 @@ impl Block<'_> {
 
 /// The texels of a block that lie on two faces.
 struct Columns<'t, 'a> {
-    block: &'t mut Block<'a>,
+    block: &'t mut ColumnBlock<'a>,
     pair: &'t Pair<'t>,
 }
 
@@ -341,7 +341,7 @@ impl WithSimd for Columns<'_, '_> {
     }
 }
 
-impl Block<'_> {
+impl ColumnBlock<'_> {
     /// Writes a texel, given by its row, column and direction on the near or far side face.
     #[inline(always)]
     fn put(&mut self, faces: &Faces, far: bool, place: [usize; 2], turned: DVec3, values: &mut [f64]) {

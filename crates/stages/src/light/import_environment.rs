@@ -296,8 +296,8 @@ impl Kind for ImportEnvironment {
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let source = context.source()?;
-        match Pictures::find(source, false, parameters, context)? {
-            Pictures::One => {
+        match SourcePictures::find(source, false, parameters, context)? {
+            SourcePictures::One => {
                 let header = read_header(source, parameters, context)?;
                 let ImageHeader { width, height, openexr_envmap, panorama, .. } = header;
                 let within = |failure: Failure| failure.context(format!("cannot import {}", name(source)));
@@ -310,7 +310,7 @@ impl Kind for ImportEnvironment {
                     Coverage::Part(_) => Ok(()),
                 }
             }
-            Pictures::Faces(_, paths) => {
+            SourcePictures::Faces(_, paths) => {
                 let mut sizes = [[0; 2]; Face::ALL.len()];
                 for (size, path) in sizes.iter_mut().zip(&paths) {
                     let header = read_header(path, parameters, context)?;
@@ -319,7 +319,7 @@ impl Kind for ImportEnvironment {
                 check_faces(sizes)?;
                 Ok(())
             }
-            Pictures::Texture => {
+            SourcePictures::Texture => {
                 let (image, layout) = read_texture(source, parameters, context)?;
                 let checked = layout.check(image.width(), image.height());
                 checked
@@ -374,7 +374,7 @@ impl Kind for ImportEnvironment {
 }
 
 /// The pictures of a source.
-enum Pictures {
+enum SourcePictures {
     /// The source itself.
     One,
     /// The faces of a cube, and their files.
@@ -383,7 +383,7 @@ enum Pictures {
     Texture,
 }
 
-impl Pictures {
+impl SourcePictures {
     /// The pictures of a source; `reads_whole` as of [`is_texture`].
     fn find(
         source: &Path,
@@ -447,8 +447,8 @@ fn read_source(
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Shown), Failure> {
-    match Pictures::find(source, true, parameters, context)? {
-        Pictures::One => {
+    match SourcePictures::find(source, true, parameters, context)? {
+        SourcePictures::One => {
             let decoded = read_picture(source, parameters, context)?;
             let Decoded { image, openexr_envmap, panorama, .. } = decoded;
             let shown = Shown::of(wanted(parameters), openexr_envmap, panorama, &name(source), context);
@@ -456,7 +456,7 @@ fn read_source(
                 shown.map_err(|failure| failure.context(format!("cannot import {}", name(source))))?;
             Ok((image, shown))
         }
-        Pictures::Faces(files, paths) => {
+        SourcePictures::Faces(files, paths) => {
             let faces = paths.iter().map(|path| Ok(read_picture(path, parameters, context)?.image));
             let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
             let faces = <[Image; Face::ALL.len()]>::try_from(faces)
@@ -466,7 +466,7 @@ fn read_source(
             arranged.into_iter().for_each(|note| context.note(note));
             Ok((stack_faces(faces)?, Shown::whole(Layout::Cube)))
         }
-        Pictures::Texture => {
+        SourcePictures::Texture => {
             let (image, layout) = read_texture(source, parameters, context)?;
             Ok((image, Shown::whole(layout)))
         }

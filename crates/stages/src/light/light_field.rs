@@ -68,9 +68,9 @@ impl Parameter for Points {
 }
 
 /// The kind `light-field`.
-pub(crate) struct LightField;
+pub(crate) struct LightFieldKind;
 
-impl Kind for LightField {
+impl Kind for LightFieldKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "light-field";

@@ -57,7 +57,7 @@ use crate::values::{PlainName, SHARE, artifacts, percent, report_loss};
 
 choice! {
     /// How light is divided into regions.
-    pub(crate) enum MethodName: Method {
+    pub(crate) enum RigMethodName: Method {
         /// Rectangles of equal light.
         MedianCut = "median-cut",
         /// What is nearest to each of a set of points.
@@ -78,7 +78,7 @@ parameters! {
     /// Parameters of `sample-light`.
     pub(crate) struct Parameters {
         /// How light is divided into regions; see the table.
-        method: MethodName = MethodName(Method::MedianCut),
+        method: RigMethodName = RigMethodName(Method::MedianCut),
         /// The number of lights, or "auto": as few as meet `tolerance`.
         #[range(1..=MAX_LIGHTS)]
         count: OrAuto<usize> = OrAuto::Fixed(64),
@@ -128,7 +128,7 @@ impl Kind for SampleLight {
             report_loss(context, masses.negative_share(), "the series is negative, and left out", help);
         }
         context.check_cancelled()?;
-        let MethodName(method) = parameters.method;
+        let RigMethodName(method) = parameters.method;
         let lights = match parameters.count {
             OrAuto::Fixed(count) => {
                 let lights = rig(&masses, number(count), method);

@@ -56,7 +56,7 @@ choice! {
 
 choice! {
     /// The container.
-    pub(crate) enum Format {
+    pub(crate) enum DfgFormat {
         /// KTX2 in halves.
         Ktx2 = "ktx2",
         /// OpenEXR in floats.
@@ -78,7 +78,7 @@ parameters! {
         /// Whether the third channel is the albedo of sheen.
         sheen: bool = false,
         /// The container.
-        format: Format = Format::Ktx2,
+        format: DfgFormat = DfgFormat::Ktx2,
     }
 }
 
@@ -124,9 +124,9 @@ impl Kind for Dfg {
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![
             match parameters.format {
-                Format::Ktx2 => ".ktx2",
-                Format::Exr => ".exr",
-                Format::Dds => ".dds",
+                DfgFormat::Ktx2 => ".ktx2",
+                DfgFormat::Exr => ".exr",
+                DfgFormat::Dds => ".dds",
             }
             .into(),
         ])
@@ -142,11 +142,11 @@ impl Kind for Dfg {
         let format = if parameters.sheen { TexelFormat::Rgba16F } else { TexelFormat::Rg16F };
         let recipe = Some(context.recipe());
         let encoded = match parameters.format {
-            Format::Exr => write_exr(&image(size, size, pixels)?, Precision::Float, recipe)?,
+            DfgFormat::Exr => write_exr(&image(size, size, pixels)?, Precision::Float, recipe)?,
             other => {
                 let texture = Texture { width: size, height: size, pixels, ..Texture::default() };
                 match other {
-                    Format::Dds => write_dds(&texture, format)?,
+                    DfgFormat::Dds => write_dds(&texture, format)?,
                     _ => write_ktx2(&texture, format, recipe, &[])?,
                 }
             }

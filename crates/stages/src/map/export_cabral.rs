@@ -89,7 +89,7 @@ use crate::values::{
 
 choice! {
     /// How the sphere of central directions lies on a file.
-    pub(crate) enum Layout {
+    pub(crate) enum CabralLayout {
         /// Six faces.
         Cube = "cube",
         /// Latitude and longitude.
@@ -101,7 +101,7 @@ choice! {
 
 choice! {
     /// The container of the maps.
-    pub(crate) enum Format {
+    pub(crate) enum CabralFormat {
         /// OpenEXR.
         Exr = "exr",
         /// Radiance.
@@ -111,7 +111,7 @@ choice! {
     }
 }
 
-impl FileFormat for Format {
+impl FileFormat for CabralFormat {
     fn has_precision(self) -> bool {
         self != Self::Rgbe
     }
@@ -121,13 +121,13 @@ parameters! {
     /// Parameters of `export-cabral`.
     pub(crate) struct Parameters {
         /// How the sphere of central directions lies on a file; see Files.
-        layout: Layout = Layout::Cube,
+        layout: CabralLayout = CabralLayout::Cube,
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
         /// "auto".
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
-        format: Format = Format::Exr,
+        format: CabralFormat = CabralFormat::Exr,
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
@@ -157,8 +157,8 @@ impl Kind for ExportCabral {
 
     fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
         let layout = match parameters.layout {
-            Layout::Cube => MapLayout::Cube,
-            Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
+            CabralLayout::Cube => MapLayout::Cube,
+            CabralLayout::LatLong | CabralLayout::Sphere => MapLayout::LatLong,
         };
         let edge = edge_of(parameters.resolution, layout);
         Some(Box::new(ExportedMaps { edge, ..ExportedMaps::default() }))
@@ -193,9 +193,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
     };
     let (layout, (map, size, pixels)) = match parameters.layout {
-        Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
-        Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
-        Layout::Sphere => {
+        CabralLayout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
+        CabralLayout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
+        CabralLayout::Sphere => {
             let (map, edge) = for_spheres(source, parameters.resolution, context)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
             let mut pixels = context.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
@@ -253,11 +253,11 @@ const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indi
                              the same central direction";
 
 /// The name of a vertex's file.
-fn file(vertex: usize, format: Format) -> String {
+fn file(vertex: usize, format: CabralFormat) -> String {
     let extension = match format {
-        Format::Exr => "exr",
-        Format::Rgbe => "hdr",
-        Format::Dds => "dds",
+        CabralFormat::Exr => "exr",
+        CabralFormat::Rgbe => "hdr",
+        CabralFormat::Dds => "dds",
     };
     format!("view-{vertex:02}.{extension}")
 }
@@ -324,10 +324,10 @@ fn encode(
     let recipe = Some(context.recipe());
     let picture = || image(size[0], size[1], pixels.to_vec());
     match parameters.format {
-        Format::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
-        Format::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
-        Format::Dds => {
-            let faces = if parameters.layout == Layout::Cube { 6 } else { 1 };
+        CabralFormat::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
+        CabralFormat::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
+        CabralFormat::Dds => {
+            let faces = if parameters.layout == CabralLayout::Cube { 6 } else { 1 };
             let [width, height] = size;
             let height = height / faces;
             let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };

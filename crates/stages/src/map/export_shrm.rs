@@ -224,7 +224,7 @@ use crate::values::{
 
 choice! {
     /// The container.
-    pub(crate) enum Format {
+    pub(crate) enum ShrmFormat {
         /// Safetensors.
         Safetensors = "safetensors",
         /// OpenEXR.
@@ -234,7 +234,7 @@ choice! {
     }
 }
 
-impl FileFormat for Format {
+impl FileFormat for ShrmFormat {
     fn has_precision(self) -> bool {
         self != Self::Safetensors
     }
@@ -260,7 +260,7 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         /// The container; see Files. Safetensors hold 32-bit numbers.
-        format: Format = Format::Safetensors,
+        format: ShrmFormat = ShrmFormat::Safetensors,
         ..numbers: Numbers,
     }
 }
@@ -289,9 +289,9 @@ impl Kind for ExportShrm {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let ending = match parameters.format {
-            Format::Safetensors => ".safetensors",
-            Format::Exr => ".exr",
-            Format::Ktx2 => ".ktx2",
+            ShrmFormat::Safetensors => ".safetensors",
+            ShrmFormat::Exr => ".exr",
+            ShrmFormat::Ktx2 => ".ktx2",
         };
         Product::Files(parts::endings(parameters.parts, vec![ending.into()]))
     }
@@ -337,11 +337,11 @@ fn file(
     let precision =
         parameters.numbers.precision(parameters.format, map.values(), Content::Values, context)?;
     let file = match parameters.format {
-        Format::Safetensors => {
+        ShrmFormat::Safetensors => {
             Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
         }
-        Format::Exr => context.until_stopped(|stop| layers(map, beside, precision, recipe, stop))?,
-        Format::Ktx2 => texture(map, beside, precision, recipe)?,
+        ShrmFormat::Exr => context.until_stopped(|stop| layers(map, beside, precision, recipe, stop))?,
+        ShrmFormat::Ktx2 => texture(map, beside, precision, recipe)?,
     };
     context.note(format!("{} bytes", file.bytes.len()));
     Ok(file.bytes)

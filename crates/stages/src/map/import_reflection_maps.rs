@@ -272,16 +272,16 @@ struct Opened {
 }
 
 /// Maps of one size, one after the other.
-struct Maps {
+struct ReadMaps {
     /// The columns and rows of a map; of a cube, those of a face.
     size: [usize; 2],
     pixels: Vec<[f32; 3]>,
 }
 
 /// Reads each file once and takes the maps from them.
-fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
+fn read_maps(index: &Index, context: &Context<'_>) -> Result<ReadMaps, Failure> {
     let mut files: BTreeMap<&str, Opened> = BTreeMap::new();
-    let mut maps: Option<Maps> = None;
+    let mut maps: Option<ReadMaps> = None;
     for entry in &index.maps {
         context.check_cancelled()?;
         if !files.contains_key(entry.file.as_str()) {
@@ -294,7 +294,7 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
         let Some(file) = files.get(entry.file.as_str()) else { continue };
         let pixels = part(file, entry).map_err(|failure| failure.context(entry.file.clone()))?;
         let size = [file.width, file.height];
-        let maps = maps.get_or_insert_with(|| Maps { size, pixels: Vec::new() });
+        let maps = maps.get_or_insert_with(|| ReadMaps { size, pixels: Vec::new() });
         check_size(index, entry, maps.size, size)?;
         if maps.pixels.len() + pixels.len() > containers::MAX_PIXELS {
             return Err(Failure::new(format!(
@@ -396,7 +396,7 @@ fn part<'a>(file: &'a Opened, entry: &Entry) -> Result<&'a [[f32; 3]], Failure> 
 /// The maps on one grid: their own, or for sphere maps a cube.
 fn on_one_grid(
     index: &Index,
-    maps: Maps,
+    maps: ReadMaps,
     resolution: Option<usize>,
 ) -> Result<(MapGrid, Vec<[f32; 3]>), Failure> {
     let [width, height] = maps.size;

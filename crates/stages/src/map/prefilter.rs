@@ -67,7 +67,7 @@ use crate::values::{
 
 choice! {
     /// How levels are made.
-    pub(crate) enum MethodName: MethodChoice {
+    pub(crate) enum PrefilterMethodName: MethodChoice {
         /// In spherical harmonics if the light holds the degree, otherwise by quadrature.
         Auto = "auto",
         /// In spherical harmonics, or the item fails.
@@ -92,7 +92,7 @@ parameters! {
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 256,
         /// How levels are made; see Methods.
-        method: MethodName = MethodName(MethodChoice::Auto),
+        method: PrefilterMethodName = PrefilterMethodName(MethodChoice::Auto),
     }
 }
 

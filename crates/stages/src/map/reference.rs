@@ -79,7 +79,7 @@ use shrm::reference::{Cull, Estimate, Reference, Sampled};
 use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
-use super::map_pictures::{Layout, MapPictures, PictureFormat};
+use super::map_pictures::{MapPictures, PictureFormat, PictureLayout};
 use crate::values::{MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
 
 /// The direction of the viewer.
@@ -131,7 +131,7 @@ impl Parameter for Viewer {
 
 /// The way in which the integral is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Method {
+pub(crate) enum ReferenceMethod {
     /// The sum over all texels of the environment.
     Summed,
     /// The mean over directions.
@@ -140,7 +140,7 @@ pub(crate) enum Method {
 
 choice! {
     /// How the integral is computed.
-    pub(crate) enum MethodName: Method {
+    pub(crate) enum ReferenceMethodName: ReferenceMethod {
         /// The sum over all texels of the environment.
         Summed = "summed",
         /// The mean over directions that follow the light and the material; see Sampled.
@@ -159,7 +159,7 @@ parameters! {
     /// Parameters of `reference`.
     pub(crate) struct Parameters {
         /// How the integral is computed; see Sampled.
-        method: MethodName = MethodName(Method::Summed),
+        method: ReferenceMethodName = ReferenceMethodName(ReferenceMethod::Summed),
         /// With method "sampled": directions at each texel of the map, rounded up to batches of 32. Default:
         /// 512.
         #[range(64..=MOST_SAMPLES)]
@@ -179,7 +179,7 @@ parameters! {
         #[range(0.0..1.0)]
         cull: f64 = 0.0,
         /// How the sphere lies on the written images, as in export-reflection-map.
-        layout: Layout = Layout::LatLong,
+        layout: PictureLayout = PictureLayout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 32,
@@ -234,15 +234,15 @@ impl Kind for ReferenceMap {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let mut errors = parameters.pictures().check();
         match parameters.method.0 {
-            Method::Summed => {
+            ReferenceMethod::Summed => {
                 let given = [("samples", parameters.samples.is_some()), ("seed", parameters.seed.is_some())];
                 let unused = given.into_iter().filter(|(_, given)| *given);
                 errors.extend(unused.map(|(name, _)| (name, "only method = \"sampled\" uses it".into())));
             }
-            Method::Sampled if parameters.cull > 0.0 => {
+            ReferenceMethod::Sampled if parameters.cull > 0.0 => {
                 errors.push(("cull", "only method = \"summed\" uses it".into()));
             }
-            Method::Sampled => {}
+            ReferenceMethod::Sampled => {}
         }
         errors
     }
@@ -259,13 +259,13 @@ impl Kind for ReferenceMap {
         let pictures = parameters.pictures();
         let grid = pictures.grid();
         let pixels = match parameters.method.0 {
-            Method::Summed => {
+            ReferenceMethod::Summed => {
                 let reference = Reference::new(light, &material.0, parameters.cull());
                 let pixels = by_bands(grid, context, |rows| reference.rows(grid, rows, seen.0, seen.1))?;
                 note_sizes(light.grid(), whole, &reference, grid.len(), context);
                 pixels
             }
-            Method::Sampled => {
+            ReferenceMethod::Sampled => {
                 let projection = context.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
                 let coefficients = projection.coefficients;
                 let seed = u32::try_from(parameters.seed.unwrap_or(0))?;

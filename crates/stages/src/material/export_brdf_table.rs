@@ -46,7 +46,7 @@ use crate::values::{Content, FileFormat, Numbers, artifacts};
 
 choice! {
     /// The container.
-    pub(crate) enum Format {
+    pub(crate) enum TableFormat {
         /// Safetensors.
         Safetensors = "safetensors",
         /// KTX2.
@@ -56,7 +56,7 @@ choice! {
     }
 }
 
-impl FileFormat for Format {
+impl FileFormat for TableFormat {
     fn has_precision(self) -> bool {
         self != Self::Safetensors
     }
@@ -66,7 +66,7 @@ parameters! {
     /// Parameters of `export-brdf-table`.
     pub(crate) struct Parameters {
         /// The container; see the table.
-        format: Format = Format::Safetensors,
+        format: TableFormat = TableFormat::Safetensors,
         ..numbers: Numbers,
     }
 }
@@ -88,9 +88,9 @@ impl Kind for ExportBrdfTable {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![match parameters.format {
-            Format::Safetensors => ".safetensors".into(),
-            Format::Ktx2 => ".ktx2".into(),
-            Format::Exr => ".exr".into(),
+            TableFormat::Safetensors => ".safetensors".into(),
+            TableFormat::Ktx2 => ".ktx2".into(),
+            TableFormat::Exr => ".exr".into(),
         }])
     }
 
@@ -104,11 +104,11 @@ impl Kind for ExportBrdfTable {
         let precision =
             || parameters.numbers.precision(parameters.format, &texels(table), Content::Values, context);
         let file = match parameters.format {
-            Format::Safetensors => {
+            TableFormat::Safetensors => {
                 Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
             }
-            Format::Ktx2 => texture(table, precision()?, recipe)?,
-            Format::Exr => layers(table, precision()?, recipe)?,
+            TableFormat::Ktx2 => texture(table, precision()?, recipe)?,
+            TableFormat::Exr => layers(table, precision()?, recipe)?,
         };
         context.note(format!("{} bytes", file.bytes.len()));
         Ok(Output::files(vec![file.bytes]))

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
-use containers::measured::{self, Format, Reading};
+use containers::measured::{self, MeasuredFormat, Reading};
 use containers::{GltfMaterial, MaterialChoice, check_gltf_material, read_gltf_material};
 use engine::{
     Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
@@ -82,7 +82,7 @@ fn read_with(
         ))
         .help("remove `material`, or name a .gltf or .glb file"));
     }
-    if Format::of_name(name).is_some() {
+    if MeasuredFormat::of_name(name).is_some() {
         let Reading { material, notes, .. } =
             measured::read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
         return Ok(MaterialFile { material, notes, warnings: Vec::new() });
@@ -97,7 +97,8 @@ fn read_with(
         let help = format!("expected .toml, .gltf, .glb, or one of: {}", endings());
         Failure { help: Some(help), ..failure_of(chain) }
     })?;
-    let mut reader = Reader { access, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
+    let mut reader =
+        MaterialReader { access, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
     match reader.material(&document.table) {
         Some(material) if reader.errors.is_empty() => {
             Ok(MaterialFile { material, notes: reader.notes, warnings: reader.warnings })
@@ -136,7 +137,7 @@ pub(crate) fn check_material(
 
 /// Whether a file's name is that of a measured BRDF.
 pub fn is_measured_file(name: &str) -> bool {
-    Format::of_name(name).is_some()
+    MeasuredFormat::of_name(name).is_some()
 }
 
 /// Whether a file's name is that of a glTF file.
@@ -161,7 +162,7 @@ fn failure_of(chain: Vec<String>) -> Failure {
 
 /// The extensions of measured files, with their formats.
 pub(crate) fn endings() -> String {
-    Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
+    MeasuredFormat::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
 }
 
 /// Every name that `model` may have.
@@ -183,7 +184,7 @@ fn looks_like(value_type: &ValueType) -> String {
     }
 }
 
-struct Reader<'a> {
+struct MaterialReader<'a> {
     access: Access<'a>,
     errors: Vec<Diagnostic>,
     notes: Vec<String>,
@@ -192,7 +193,7 @@ struct Reader<'a> {
     depth: usize,
 }
 
-impl Reader<'_> {
+impl MaterialReader<'_> {
     /// The material that a table describes; `None` after an error.
     fn material(&mut self, table: &Table) -> Option<Material> {
         let expected = || format!("expected one of: {}", names().collect::<Vec<_>>().join(", "));
@@ -475,7 +476,7 @@ impl Reader<'_> {
     }
 
     /// The content of a measured file.
-    fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<Material> {
+    fn table(&mut self, file: &str, entry: &Entry, format: Option<MeasuredFormat>) -> Option<Material> {
         let read = match self.access {
             Access::Whole(read) => read(Path::new(file))
                 .and_then(|bytes| Ok(Some(measured::read_with_notes(file, &bytes, format)?))),
@@ -495,15 +496,17 @@ impl Reader<'_> {
         }
     }
 
-    fn format(&mut self, value: &Toml) -> Option<Format> {
-        let names = || Format::ALL.iter().map(|format| format.name());
+    fn format(&mut self, value: &Toml) -> Option<MeasuredFormat> {
+        let names = || MeasuredFormat::ALL.iter().map(|format| format.name());
         let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
         let error = is_not(value, &format!("one of: {expected}"));
         match &value.kind {
-            ValueKind::String(word) => match Format::ALL.into_iter().find(|format| format.name() == word) {
-                Some(format) => Some(format),
-                None => self.refuse(with_nearest(error, word, names()), "format"),
-            },
+            ValueKind::String(word) => {
+                match MeasuredFormat::ALL.into_iter().find(|format| format.name() == word) {
+                    Some(format) => Some(format),
+                    None => self.refuse(with_nearest(error, word, names()), "format"),
+                }
+            }
             _ => self.refuse(error, "format"),
         }
     }

@@ -5,7 +5,7 @@
 //! too.
 
 use brdf::{Absent, MODELS, ModelText, Parameter, Range, ValueType};
-use containers::measured::Format;
+use containers::measured::MeasuredFormat;
 use engine::Parameter as _;
 use serde_json::{Map, Value, json};
 
@@ -95,7 +95,7 @@ fn colour(range: &Range) -> Value {
 
 fn measured() -> Value {
     let summary = "a measured BRDF";
-    let names = Format::ALL.map(Format::name);
+    let names = MeasuredFormat::ALL.map(MeasuredFormat::name);
     let mut scale = colour(&brdf::WEIGHT);
     scale["description"] = "What the table is multiplied by: a colour.".into();
     scale["default"] = 1.into();

@@ -249,7 +249,7 @@ fn vectors(transfer: &StoredTransfer) -> Option<Vec<VertexAttribute>> {
 }
 
 /// The light of the mesh's surroundings.
-enum Light {
+enum VertexLight {
     /// The light is the same everywhere.
     Distant(Expansion),
     /// The light is another at each place.
@@ -257,13 +257,13 @@ enum Light {
 }
 
 /// The light that is connected as `lighting`.
-fn vertex_light(context: &Context<'_>) -> Result<Option<Light>, Failure> {
+fn vertex_light(context: &Context<'_>) -> Result<Option<VertexLight>, Failure> {
     if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
         let field = context.get::<artifacts::LightField>("lighting")?;
-        return Ok(Some(Light::Near(field.0.clone())));
+        return Ok(Some(VertexLight::Near(field.0.clone())));
     }
     let lighting = context.optional::<artifacts::Lighting>("lighting")?;
-    Ok(lighting.map(|lighting| Light::Distant(lighting.0.whole())))
+    Ok(lighting.map(|lighting| VertexLight::Distant(lighting.0.whole())))
 }
 
 /// The light at each vertex up to a degree, an attribute for each coefficient: past the mesh if there are
@@ -271,7 +271,7 @@ fn vertex_light(context: &Context<'_>) -> Result<Option<Light>, Failure> {
 fn light_at_vertices(
     mesh: &Mesh,
     matrices: Option<&StoredTransfer>,
-    light: &Light,
+    light: &VertexLight,
     most: usize,
 ) -> Result<Vec<VertexAttribute>, Failure> {
     let (vertices, most) = (mesh.positions().len(), Degree::new(most)?);
@@ -285,13 +285,13 @@ fn light_at_vertices(
             let matrices = transfer.matrices(&frames);
             let matrices = matrices.ok_or_else(|| Failure::new("the transfer is of another mesh"))?;
             match light {
-                Light::Distant(light) => arriving(&frames, &matrices, light),
-                Light::Near(field) => field.arriving(&frames, &matrices),
+                VertexLight::Distant(light) => arriving(&frames, &matrices, light),
+                VertexLight::Near(field) => field.arriving(&frames, &matrices),
             }
         }
         None => match light {
-            Light::Distant(light) => numbers(light).repeat(vertices),
-            Light::Near(field) => {
+            VertexLight::Distant(light) => numbers(light).repeat(vertices),
+            VertexLight::Near(field) => {
                 let at = |place: &[f32; 3]| numbers(&field.at(place.map(f64::from)));
                 mesh.positions().iter().flat_map(at).collect()
             }

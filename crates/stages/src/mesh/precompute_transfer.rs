@@ -189,7 +189,8 @@ impl Kind for PrecomputeTransfer {
         let directions = Directions::new(parameters.directions, exact)
             .ok_or_else(|| Failure::new(format!("{} directions are too few", parameters.directions)))?;
         let occluders = Occluders::of(&mesh.0);
-        let scene = Scene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
+        let scene =
+            TransferScene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
         let (channels, blind) = context.until_stopped(|stop| {
             let found = match &reflecting {
                 Some(table) => scene.reflected(parameters, table, stop),
@@ -251,7 +252,7 @@ fn reflecting(
 }
 
 /// The mesh, directions and degrees of a bake.
-struct Scene<'a> {
+struct TransferScene<'a> {
     frames: &'a Frames,
     occluders: &'a Occluders,
     directions: &'a Directions,
@@ -260,7 +261,7 @@ struct Scene<'a> {
 
 type Baked = Result<(Vec<Form>, usize), TransferError>;
 
-impl Scene<'_> {
+impl TransferScene<'_> {
     /// Shadows alone, each form with as little memory as it can.
     fn shadowed(&self, parameters: &Parameters, stop: Stop<'_>) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;

@@ -59,9 +59,9 @@ parameters! {
 }
 
 /// The kind `vertex-blend`.
-pub(crate) struct VertexBlend;
+pub(crate) struct VertexBlendKind;
 
-impl Kind for VertexBlend {
+impl Kind for VertexBlendKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "vertex-blend";

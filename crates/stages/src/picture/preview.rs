@@ -105,7 +105,7 @@ use sphere::Rotation;
 use super::sheet::{described, percent};
 use crate::light::{light, light_mismatch};
 use crate::values::{LampsName, STOPS, ToneMapName, artifacts, blend};
-use comparison::{ComparisonSheet, Panel};
+use comparison::{ComparisonPanel, ComparisonSheet};
 use fallback_renderer::FallbackRenderer;
 use values::{Backend, BackgroundChoice, Size};
 
@@ -167,7 +167,7 @@ choice! {
 
 choice! {
     /// How several frames are written.
-    pub(crate) enum Format {
+    pub(crate) enum PreviewFormat {
         /// One picture.
         Png = "png",
         /// An animated PNG.
@@ -238,7 +238,7 @@ parameters! {
         /// With several frames: what turns.
         turn: Turn = Turn::Camera,
         /// What is written. Default: "png" for one frame and "apng" for several.
-        format: Option<Format> = None,
+        format: Option<PreviewFormat> = None,
         /// With format "apng": seconds of one whole turn.
         #[range(0.1..=600.0)]
         seconds: f64 = 4.0,
@@ -254,8 +254,8 @@ const DEGREES: RangeInclusive<f64> = -1e6..=1e6;
 const MOST_PIXELS: usize = 1 << 26;
 
 impl Parameters {
-    fn format(&self) -> Format {
-        self.format.unwrap_or(if self.frames == 1 { Format::Png } else { Format::Apng })
+    fn format(&self) -> PreviewFormat {
+        self.format.unwrap_or(if self.frames == 1 { PreviewFormat::Png } else { PreviewFormat::Apng })
     }
 
     fn compare(&self) -> Option<Mode> {
@@ -272,9 +272,9 @@ impl Parameters {
     fn strip(&self) -> [usize; 2] {
         match self.format() {
             // Frames of a single picture are side by side; rows of several pictures are stacked.
-            Format::Strip if self.columns().len() == 1 => [self.frames, 1],
-            Format::Strip => [1, self.frames],
-            Format::Png | Format::Apng => [1, 1],
+            PreviewFormat::Strip if self.columns().len() == 1 => [self.frames, 1],
+            PreviewFormat::Strip => [1, self.frames],
+            PreviewFormat::Png | PreviewFormat::Apng => [1, 1],
         }
     }
 
@@ -357,11 +357,11 @@ impl Kind for Preview {
         let [width, height] = sheet.size();
         let recipe = Some(context.recipe());
         let bytes = match parameters.format() {
-            Format::Apng => {
+            PreviewFormat::Apng => {
                 let milliseconds = (1000.0 * parameters.seconds / parameters.frames as f64).round();
                 write_apng(width, height, &frames, milliseconds.clamp(1.0, 65535.0) as u16, recipe)?
             }
-            Format::Png | Format::Strip => {
+            PreviewFormat::Png | PreviewFormat::Strip => {
                 let [columns, rows] = parameters.strip();
                 let strip = comparison::strip(&frames, sheet.size(), columns);
                 write_png(columns * width, rows * height, &strip, recipe)?
@@ -388,11 +388,11 @@ fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         errors.push(("compare", "\"samples\" is a diagram, which no other mode is compared with".into()));
     }
     match parameters.format() {
-        Format::Png if parameters.frames > 1 => {
+        PreviewFormat::Png if parameters.frames > 1 => {
             let frames = parameters.frames;
             errors.push(("format", format!("{frames} frames need \"apng\" or \"strip\"")));
         }
-        Format::Apng | Format::Strip if parameters.frames == 1 => {
+        PreviewFormat::Apng | PreviewFormat::Strip if parameters.frames == 1 => {
             errors.push(("format", "one frame needs \"png\"; set frames to the number of frames".into()));
         }
         _ => {}
@@ -534,12 +534,12 @@ fn panels(
     shot: &Shot,
     renderer: &mut FallbackRenderer<'_>,
     worst: &mut Vec<(Mode, [f64; 3])>,
-) -> Result<Vec<Panel>, Failure> {
+) -> Result<Vec<ComparisonPanel>, Failure> {
     let mut panels = Vec::new();
     let mut first = None;
     for mode in parameters.columns() {
         let picture = renderer.draw(scene, &Shot { show: Show::One(mode), ..shot.clone() })?;
-        let mut panel = Panel {
+        let mut panel = ComparisonPanel {
             label: mode.label(),
             detail: String::new(),
             picture: picture.codes.clone(),

@@ -17,7 +17,7 @@ use sh::{Stop, Stopped};
 use shrm::{Lamps, Shrm};
 use sphere::LatLong;
 
-use layout::{Layout, Section};
+use layout::{SheetLayout, SheetSection};
 use plot::EnergyPlot;
 
 pub(crate) use number::{percent, power_of_ten, short, stops};
@@ -92,7 +92,7 @@ impl Sheet<'_> {
     /// Draws the sheet.
     pub(crate) fn draw(&self, stop: Stop<'_>) -> Result<Picture, Stopped> {
         let reconstructions = self.lighting.as_ref().map(|lighting| lighting.reconstructions.len());
-        let layout = Layout::new(reconstructions, self.materials.len());
+        let layout = SheetLayout::new(reconstructions, self.materials.len());
         let mut canvas = Canvas::new(layout.width, layout.height, theme::BACKGROUND);
         theme::TITLE.draw(&mut canvas, layout.title, Align::Left, &self.title);
         theme::SUBTITLE.draw(&mut canvas, layout.subtitle, Align::Left, &self.subtitle);
@@ -172,7 +172,7 @@ impl Sheet<'_> {
 }
 
 /// Draws a headline at the left, a note at the right, above a rule.
-fn headline(canvas: &mut Canvas, section: Section, text: &str, note: &str) {
+fn headline(canvas: &mut Canvas, section: SheetSection, text: &str, note: &str) {
     let width = theme::SECTION.draw(canvas, section.title, Align::Left, text).ceil() as usize;
     let rest = Rect::new(
         section.title.x + width + 24,
@@ -281,7 +281,7 @@ mod tests {
         (sheet.exposure, sheet.tone) = (1.0, ToneMap::Plain);
         let expected = to_srgb8(&[[0.18, 0.09, 0.36]], 1.0, ToneMap::Plain)[0];
         let picture = sheet.draw(Stop::NEVER).unwrap();
-        let layout = Layout::new(Some(4), 1);
+        let layout = SheetLayout::new(Some(4), 1);
         for place in [layout.environment.picture, layout.materials[0].map, layout.materials[0].ball] {
             for (x, y) in [(place.x, place.y), (place.right() - 1, place.bottom() - 1)] {
                 assert_eq!(picture.pixels[y * picture.width + x], expected, "{place:?}");
@@ -293,7 +293,7 @@ mod tests {
     fn a_sheet_is_mostly_surround_and_has_ink_in_every_caption() {
         let environment = sky(64);
         let picture = sheet(&environment, &["gold", "chalk"]).draw(Stop::NEVER).unwrap();
-        let layout = Layout::new(Some(4), 2);
+        let layout = SheetLayout::new(Some(4), 2);
         let lit = |place: Rect| {
             let inside =
                 (place.y..place.bottom()).flat_map(|y| (place.x..place.right()).map(move |x| (x, y)));

@@ -24,7 +24,7 @@ const MAX_EDGE: usize = 150;
 const CAPTION: usize = 30;
 
 /// The maps that are drawn of one material of a table.
-struct Maps<'a> {
+struct TableMaps<'a> {
     table: &'a BrdfTable,
     q: usize,
     /// The greatest coefficient, and the greatest energy of a degree.
@@ -33,7 +33,7 @@ struct Maps<'a> {
     energies: Vec<f64>,
 }
 
-impl<'a> Maps<'a> {
+impl<'a> TableMaps<'a> {
     fn new(table: &'a BrdfTable, q: usize) -> Self {
         let mut maps = Self { table, q, greatest: [0.0; 2], energies: Vec::new() };
         let size = table.size();
@@ -115,12 +115,12 @@ pub fn table_picture(name: &str, table: &BrdfTable) -> Picture {
     theme::SUBTITLE.draw(&mut canvas, line(80, 24), Align::Left, &described(table));
     for (place, q) in materials.iter().enumerate() {
         let top = HEAD + place * (each + CAPTION);
-        draw(&mut canvas, top, [edge, energy_edge], &Maps::new(table, *q));
+        draw(&mut canvas, top, [edge, energy_edge], &TableMaps::new(table, *q));
     }
     Picture { width: canvas.width(), height: canvas.height(), pixels: canvas.pixels().to_vec() }
 }
 
-fn draw(canvas: &mut Canvas, top: usize, [edge, energy_edge]: [usize; 2], maps: &Maps<'_>) {
+fn draw(canvas: &mut Canvas, top: usize, [edge, energy_edge]: [usize; 2], maps: &TableMaps<'_>) {
     let degree = maps.table.degree().get();
     let [greatest, greatest_energy] = maps.greatest.map(|greatest| greatest.max(f64::MIN_POSITIVE));
     let middle = MARGIN + LABEL + (WIDTH - 2 * MARGIN - LABEL) / 2;
@@ -220,7 +220,7 @@ mod tests {
     fn the_shares_of_the_degrees_are_those_of_the_table() {
         let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.2]).unwrap());
         let table = table(&chalk);
-        let maps = Maps::new(&table, 0);
+        let maps = TableMaps::new(&table, 0);
         // c_l of a clamped cosine: 1/2, 1/sqrt(3) and sqrt(5)/8, times sqrt(pi) / pi.
         let expected = [1.0 / 4.0, 1.0 / 3.0, 5.0 / 64.0];
         for (found, expected) in maps.energies.iter().zip(expected) {

@@ -49,7 +49,7 @@ resolution = 4
 const GOLD: &str = "model = \"phong\"\nexponent = 4\nspecular = [1.0, 0.8, 0.3]\n";
 
 /// A project in a temporary folder.
-struct Project {
+struct TestProject {
     folder: tempfile::TempDir,
     kinds: Kinds,
     manifest: PathBuf,
@@ -57,7 +57,7 @@ struct Project {
     project: project::Project,
 }
 
-impl Project {
+impl TestProject {
     fn new(pipeline: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments/studio.exr");
@@ -173,7 +173,7 @@ fn no_window() -> PreviewMessage {
 
 #[test]
 fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(false);
     let mut controller = around.controller();
@@ -192,7 +192,7 @@ fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
 
 #[test]
 fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
     let mut controller = around.controller();
     let (opened, updates) = window();
@@ -245,7 +245,7 @@ fn form_and_others(updates: &Receiver<PreviewUpdate>) -> (Option<MaterialForm>, 
 
 #[test]
 fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(true);
     let mut controller = around.controller();
@@ -297,7 +297,7 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
 
 #[test]
 fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(true);
     let mut controller = around.controller();
@@ -324,7 +324,7 @@ fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
 
 #[test]
 fn a_still_in_place_of_the_window_waits_for_the_maps() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build_only(&["environment", "material"]);
     let around = project.surroundings(true);
     let mut controller = around.controller();
@@ -337,7 +337,7 @@ fn a_still_in_place_of_the_window_waits_for_the_maps() {
 
 #[test]
 fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(false);
     let mut controller = around.controller();
@@ -353,7 +353,7 @@ fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
 
 #[test]
 fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     let build_error = || event(Event::BuildError { error: vec!["the disk is full".into()], help: None });
     let cancelled = |messages: Vec<PreviewMessage>| {
         let around = project.surroundings(false);
@@ -374,7 +374,7 @@ fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
 
 #[test]
 fn a_window_that_comes_too_late_is_closed() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
     let mut controller = around.controller();
     controller.handle_all([PreviewMessage::Close]);
@@ -388,21 +388,21 @@ fn a_window_that_comes_too_late_is_closed() {
 
 #[test]
 fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
-    let nothing = |project: &Project| {
+    let nothing = |project: &TestProject| {
         let around = project.surroundings(true);
         let (opened, updates) = window();
         around.controller().handle_all([opened]);
         received(&updates).pop().unwrap()
     };
     let reflection = PIPELINE.find("[stage.reflection]").unwrap();
-    let line = nothing(&Project::new(&PIPELINE[..reflection]));
+    let line = nothing(&TestProject::new(&PIPELINE[..reflection]));
     assert!(line.starts_with("failure: There is nothing to show; "), "{line}");
     assert!(
         line.contains("has nothing to preview: none of its stages reflects an environment; hint: "),
         "{line}"
     );
     // Only the stages that are watched are shown.
-    let mut project = Project::new(PIPELINE);
+    let mut project = TestProject::new(PIPELINE);
     project.project.stages = vec!["lighting".into(), "coefficients".into()];
     let line = nothing(&project);
     assert!(
@@ -415,7 +415,7 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
 
 #[test]
 fn a_saved_picture_is_reported_when_it_is_written() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
     let mut controller = around.controller();
     let (opened, updates) = window();
@@ -439,7 +439,7 @@ fn a_saved_picture_is_reported_when_it_is_written() {
 
 #[test]
 fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unreadable_ones() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(true);
     let mut controller = around.controller();
@@ -477,7 +477,7 @@ fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unrea
 
 #[test]
 fn a_failure_says_whether_the_picture_depends_on_it() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(true);
     let mut controller = around.controller();

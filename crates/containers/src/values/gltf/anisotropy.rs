@@ -18,13 +18,13 @@ const ANY: brdf::Range = brdf::Range { least: -1e9, most: 1e9, words: "a number"
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anisotropy {
     rotation: f64,
-    texture: Option<Texture>,
+    texture: Option<AnisotropyTexture>,
     /// Warnings of what is not read of the anisotropy.
     pub warnings: Vec<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Texture {
+struct AnisotropyTexture {
     texels: DataTexture,
     wrap: [Wrap; 2],
     transform: TextureTransform,
@@ -38,7 +38,7 @@ impl Anisotropy {
 
     /// The angle from the tangent toward the bitangent, in radians, at coordinates (u, v), v downward.
     pub fn angle(&self, [u, v]: [f32; 2]) -> f64 {
-        let Some(Texture { texels, wrap, transform }) = &self.texture else {
+        let Some(AnisotropyTexture { texels, wrap, transform }) = &self.texture else {
             return self.rotation;
         };
         let place = transform.apply([f64::from(u), f64::from(v)]);
@@ -78,7 +78,7 @@ pub fn read_gltf_anisotropy<E: From<Error>>(
                 info.path()
             ));
         }
-        Some(Texture { texels, wrap: wrap(json, &info)?, transform: TextureTransform::of(&info)? })
+        Some(AnisotropyTexture { texels, wrap: wrap(json, &info)?, transform: TextureTransform::of(&info)? })
     } else {
         None
     };

@@ -334,7 +334,7 @@ mod tests {
     use super::*;
 
     #[derive(Deserialize)]
-    struct Stream {
+    struct EncodedStream {
         mode: String,
         filter: String,
         count: usize,
@@ -345,11 +345,11 @@ mod tests {
 
     /// Streams of meshoptimizer's encoder and what its decoder makes of them.
     fn streams() -> Vec<(String, Compression, Vec<u8>, Vec<u8>)> {
-        let streams: Vec<Stream> =
+        let streams: Vec<EncodedStream> =
             serde_json::from_str(include_str!("../../../tests/data/meshopt.json")).unwrap();
         let bytes = |text: &str| BASE64_STANDARD.decode(text).unwrap();
-        let parse = |stream: Stream| {
-            let Stream { mode, filter, count, stride, encoded, decoded } = stream;
+        let parse = |stream: EncodedStream| {
+            let EncodedStream { mode, filter, count, stride, encoded, decoded } = stream;
             let name = format!("{mode} {filter} {stride}");
             let mode = match mode.as_str() {
                 "ATTRIBUTES" => Mode::Attributes,

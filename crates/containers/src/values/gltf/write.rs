@@ -79,7 +79,7 @@ pub fn write_glb(mesh: &Mesh, attributes: &[VertexAttribute], text: GlbText<'_>)
             return Err(unwritable(format!("{name}: a number of vertex {} is not finite", at / width)));
         }
     }
-    let mut file = File::default();
+    let mut file = GltfFile::default();
     let positions: Vec<[f32; 3]> = mesh.positions().iter().map(|place| turned(*place)).collect();
     let tangent = |&[x, y, z, w]: &[f32; 4]| {
         let [x, y, z] = turned([x, y, z]);
@@ -108,14 +108,14 @@ fn turned(vector: [f32; 3]) -> [f32; 3] {
 
 /// A file in the making.
 #[derive(Default)]
-struct File {
+struct GltfFile {
     attributes: Map<String, Value>,
     accessors: Vec<Value>,
     views: Vec<Value>,
     bytes: Vec<u8>,
 }
 
-impl File {
+impl GltfFile {
     /// The view of the bytes that are written next.
     fn view(&mut self, length: usize, target: u32) -> usize {
         self.views.push(json!({

@@ -8,7 +8,7 @@
 
 use brdf::scattered::Sample;
 
-use super::scattered::{Found, direction, interpolated};
+use super::scattered::{MaterialAndNotes, direction, interpolated};
 use super::spectrum::Observer;
 use super::text;
 use crate::error::Error;
@@ -62,7 +62,7 @@ fn wavelengths<'a>(
     Ok((count, observer, line))
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+pub(super) fn read(bytes: &[u8]) -> Result<MaterialAndNotes, Error> {
     let mut words = words(bytes)?;
     let (count, observer, line) = wavelengths(&mut words)?;
 

@@ -13,7 +13,7 @@
 use brdf::Material;
 use brdf::scattered::{SHAPE, Sample};
 
-use super::scattered::{Found, direction};
+use super::scattered::{MaterialAndNotes, direction};
 use super::text;
 use crate::error::Error;
 
@@ -23,7 +23,7 @@ const COUNT: usize = 205;
 /// The order of the polynomials.
 const ORDER: usize = 8;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+pub(super) fn read(bytes: &[u8]) -> Result<MaterialAndNotes, Error> {
     let samples = parse(bytes)?;
     let fit = brdf::zernike::fit(&samples, ORDER).map_err(|error| Error::damaged(error.to_string()))?;
     let measured = fit.table(SHAPE).map_err(|error| Error::damaged(error.to_string()))?;

@@ -10,7 +10,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use brdf::{Material, Measured, from_half_difference};
 
-use super::scattered::Found;
+use super::scattered::MaterialAndNotes;
 use crate::error::{Error, ErrorKind};
 
 /// The factor of an entry, RGB.
@@ -38,7 +38,7 @@ pub(super) fn declared(beginning: &[u8], length: usize) -> Result<([usize; 3], u
     Ok((shape, entries))
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+pub(super) fn read(bytes: &[u8]) -> Result<MaterialAndNotes, Error> {
     let (shape, entries) = declared(bytes, bytes.len())?;
     let body = &bytes[HEADER..];
     let mut values = vec![[0.0f32; 3]; entries];

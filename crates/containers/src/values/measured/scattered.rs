@@ -9,7 +9,7 @@ use sphere::Direction;
 use crate::error::Error;
 
 /// A material that a format's module reads from bytes, and notes.
-pub(super) type Found = (Material, Vec<String>);
+pub(super) type MaterialAndNotes = (Material, Vec<String>);
 
 /// A table out of scattered samples, with a note of how well they are met; `anisotropic` if they depend on
 /// the tangent.
@@ -17,7 +17,7 @@ pub(super) fn interpolated(
     samples: &[Sample],
     anisotropic: bool,
     mut notes: Vec<String>,
-) -> Result<Found, Error> {
+) -> Result<MaterialAndNotes, Error> {
     if samples.len() < FEWEST {
         let message = format!("{} measurements; expected {FEWEST} or more", samples.len());
         return Err(Error::truncated(message));

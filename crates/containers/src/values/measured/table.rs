@@ -16,7 +16,7 @@
 use brdf::scattered::Sample;
 use sphere::{DVec3, Direction};
 
-use super::scattered::{Found, direction, interpolated};
+use super::scattered::{MaterialAndNotes, direction, interpolated};
 use super::text;
 use crate::error::Error;
 
@@ -85,7 +85,7 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), Error> {
     parse(bytes).map(drop)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Found, Error> {
+pub(super) fn read(bytes: &[u8]) -> Result<MaterialAndNotes, Error> {
     let (columns, samples) = parse(bytes)?;
     interpolated(&samples, columns != Columns::Isotropic, Vec::new())
 }

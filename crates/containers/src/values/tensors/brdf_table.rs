@@ -3,7 +3,7 @@
 use brdf::{BelowHorizon, BrdfTable};
 use safetensors::tensor::Dtype;
 
-use super::file::{File, Writer, degree, wrong_shape};
+use super::file::{TensorFile, Writer, degree, wrong_shape};
 use crate::error::{Error, ErrorKind};
 use crate::values::brdf_table_metadata::{below_name, brdf_table_metadata, incident_name};
 
@@ -30,7 +30,7 @@ pub fn encode_brdf_table(table: &BrdfTable, recipe: Option<&str>) -> Result<Vec<
 /// # Errors
 /// The errors of [`super::decode_lighting`].
 pub fn decode_brdf_table(bytes: &[u8]) -> Result<BrdfTable, Error> {
-    let file = File::open_as(bytes, "brdf-table")?;
+    let file = TensorFile::open_as(bytes, "brdf-table")?;
     let words = [BelowHorizon::Clamped, BelowHorizon::Mirrored].map(|below| (below_name(below), below));
     let below = file.choice("below", words)?;
     let lit_from_below = file.choice("incident", [false, true].map(|lit| (incident_name(lit), lit)))?;

@@ -117,12 +117,12 @@ impl Writer {
 }
 
 /// A file being read.
-pub(super) struct File<'a> {
+pub(super) struct TensorFile<'a> {
     pub(super) tensors: SafeTensors<'a>,
     pub(super) metadata: BTreeMap<String, String>,
 }
 
-impl<'a> File<'a> {
+impl<'a> TensorFile<'a> {
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, Error> {
         refuse_non_files(bytes)?;
         let describe = |error: safetensors::SafeTensorError| {

@@ -4,7 +4,7 @@ use safetensors::tensor::Dtype;
 use sh::Expansion;
 use transfer::LightField;
 
-use super::file::{File, Writer, coefficients, degree, wrong_shape};
+use super::file::{TensorFile, Writer, coefficients, degree, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The tensors.
@@ -32,7 +32,7 @@ pub fn encode_light_field(field: &LightField, recipe: Option<&str>) -> Result<Ve
 pub fn decode_light_field(bytes: &[u8]) -> Result<LightField, Error> {
     const PLACES: &str = "[P, 3]";
     const SHAPE: &str = "[P, (F+1)^2, 3]";
-    let file = File::open_as(bytes, "light-field")?;
+    let file = TensorFile::open_as(bytes, "light-field")?;
     let tensor = file.tensor(POINTS, Dtype::F64, PLACES)?;
     let &[count, 3] = tensor.shape() else { return Err(wrong_shape(POINTS, PLACES, tensor.shape())) };
     let points = coefficients(POINTS, &tensor)?;

@@ -14,7 +14,7 @@ use brdf::{
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
-use super::file::{File, Writer, wrong_shape};
+use super::file::{TensorFile, Writer, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The entry of the metadata that holds the models.
@@ -48,7 +48,7 @@ pub(super) fn add(material: &Material, file: &mut Writer) -> Result<(), Error> {
 /// If the file is not one that [`encode_material`] could have written; the message names the model, the
 /// parameter or the tensor and what was expected.
 pub fn decode_material(bytes: &[u8]) -> Result<Material, Error> {
-    let file = File::open_as(bytes, "material")?;
+    let file = TensorFile::open_as(bytes, "material")?;
     let (material, tables) = of(&file)?.ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
     let found = file.tensors.len();
     if found != tables {
@@ -58,7 +58,7 @@ pub fn decode_material(bytes: &[u8]) -> Result<Material, Error> {
 }
 
 /// The material of a file and the number of its tables; `None` if it has none.
-pub(super) fn of(file: &File<'_>) -> Result<Option<(Material, usize)>, Error> {
+pub(super) fn of(file: &TensorFile<'_>) -> Result<Option<(Material, usize)>, Error> {
     let Some(text) = file.metadata.get(KEY) else { return Ok(None) };
     let tree: Json = serde_json::from_str(text)
         .map_err(|error| Error::damaged(format!("metadata `material`: no sound JSON: {error}")))?;
@@ -126,7 +126,7 @@ fn json_of(values: &Values) -> Json {
     Json::Object(values.iter().map(|(name, value)| (name.to_owned(), json(value))).collect())
 }
 
-fn read(tree: &Json, file: &File<'_>, tables: &mut usize) -> Result<Material, Error> {
+fn read(tree: &Json, file: &TensorFile<'_>, tables: &mut usize) -> Result<Material, Error> {
     let wrong = |expected: &str, found: &Json| {
         Error::damaged(format!("metadata `material`: expected {expected}, found {found}"))
     };
@@ -229,7 +229,7 @@ fn colour(json: &Json) -> Option<[f64; 3]> {
 
 /// The shape of a table, without its channels, and its values.
 fn table<const N: usize>(
-    file: &File<'_>,
+    file: &TensorFile<'_>,
     name: &str,
     expected: &str,
 ) -> Result<([usize; N], Vec<[f32; 3]>), Error> {

@@ -3,7 +3,7 @@
 use mesh::Mesh;
 use safetensors::tensor::Dtype;
 
-use super::file::{File, Writer, wrong_shape};
+use super::file::{TensorFile, Writer, wrong_shape};
 use crate::error::Error;
 
 /// A mesh of V vertices and T triangles: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4] and, if
@@ -27,7 +27,7 @@ pub fn encode_mesh(mesh: &Mesh, recipe: Option<&str>) -> Vec<u8> {
 /// # Errors
 /// The errors of [`super::decode_lighting`] and of [`Mesh::new`].
 pub fn decode_mesh(bytes: &[u8]) -> Result<Mesh, Error> {
-    let file = File::open_as(bytes, "mesh")?;
+    let file = TensorFile::open_as(bytes, "mesh")?;
     let coordinates = file.tensors.names().contains(&"coordinates");
     Mesh::new(
         file.vectors("positions", Dtype::F32, f32::from_le_bytes)?,
@@ -46,7 +46,7 @@ impl Writer {
     }
 }
 
-impl File<'_> {
+impl TensorFile<'_> {
     /// A tensor of rows of N numbers, four bytes each.
     fn vectors<T, const N: usize>(
         &self,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use shrm::{Distribution, LevelMethod, Prefiltered, PrefilteredLevel};
 use sphere::Cube;
 
-use super::file::{File, Writer, not_finite, wrong_shape};
+use super::file::{TensorFile, Writer, not_finite, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The entries of the metadata.
@@ -18,7 +18,8 @@ const DISTRIBUTIONS: [(&str, Distribution); 3] =
 
 /// The entry of the metadata for a level.
 #[derive(Serialize, Deserialize)]
-struct Entry {
+#[serde(expecting = "struct Entry")] // as messages say
+struct LevelEntry {
     roughness: f64,
     method: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -47,7 +48,7 @@ pub fn encode_prefiltered(prefiltered: &Prefiltered, recipe: Option<&str>) -> Re
             LevelMethod::Quadrature => ("quadrature", None, None),
             LevelMethod::Fast { taps } => ("fast", None, Some(taps)),
         };
-        Entry {
+        LevelEntry {
             roughness: level.roughness,
             method: method.into(),
             degree,
@@ -79,12 +80,12 @@ pub fn encode_prefiltered(prefiltered: &Prefiltered, recipe: Option<&str>) -> Re
 /// The errors of [`super::decode_lighting`].
 pub fn decode_prefiltered(bytes: &[u8]) -> Result<Prefiltered, Error> {
     const SHAPE: &str = "[6, edge, edge, 3]";
-    let file = File::open_as(bytes, "prefiltered")?;
+    let file = TensorFile::open_as(bytes, "prefiltered")?;
     let distribution = file.choice(DISTRIBUTION, DISTRIBUTIONS)?;
     let text = file.metadata.get(LEVELS).map_or("", String::as_str);
-    let entries: Vec<Entry> = serde_json::from_str(text)
+    let entries: Vec<LevelEntry> = serde_json::from_str(text)
         .map_err(|error| Error::damaged(format!("`{LEVELS}` of the metadata: {error}")))?;
-    let level = |(l, entry): (usize, Entry)| {
+    let level = |(l, entry): (usize, LevelEntry)| {
         let name = format!("level{l}");
         let tensor = file.tensor(&name, Dtype::F32, SHAPE)?;
         let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
@@ -103,7 +104,7 @@ pub fn decode_prefiltered(bytes: &[u8]) -> Result<Prefiltered, Error> {
             ("fast", None, Some(taps)) => LevelMethod::Fast { taps },
             (other, ..) => return Err(Error::damaged(format!("level {l} has the unknown method {other:?}"))),
         };
-        let Entry { roughness, negative, error, .. } = entry;
+        let LevelEntry { roughness, negative, error, .. } = entry;
         Ok(PrefilteredLevel { roughness, map, method, negative, error })
     };
     let levels = entries.into_iter().enumerate().map(level).collect::<Result<_, _>>()?;

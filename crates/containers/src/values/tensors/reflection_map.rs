@@ -5,7 +5,7 @@ use sh::Light;
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
-use super::file::{File, Writer, degree, not_finite, wrong_shape};
+use super::file::{TensorFile, Writer, degree, not_finite, wrong_shape};
 use crate::error::{Error, ErrorKind};
 use crate::values::shrm_metadata::shrm_metadata;
 
@@ -60,7 +60,7 @@ pub fn encode_shrm(map: &Shrm, beside: &[Light], recipe: Option<&str>) -> Result
 pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
     const NAME: &str = "shrm";
     const SHAPE: &str = "[faces, height, width, (P+1)^2, 3]";
-    let file = File::open_as(bytes, "shrm")?;
+    let file = TensorFile::open_as(bytes, "shrm")?;
     let centre = file.centre("")?;
     let cube = file.choice("layout", [("lat-long", false), ("cube", true)])?;
     let view = file.choice("view", [("local", View::Local), ("global", View::Global)])?;
@@ -118,7 +118,7 @@ pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
 /// # Errors
 /// The errors of [`super::decode_lighting`].
 pub fn decode_lights(bytes: &[u8]) -> Result<Vec<Light>, Error> {
-    File::open_as(bytes, "shrm")?.lights()
+    TensorFile::open_as(bytes, "shrm")?.lights()
 }
 
 #[cfg(test)]

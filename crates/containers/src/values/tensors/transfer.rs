@@ -5,7 +5,7 @@ use safetensors::tensor::{Dtype, TensorView};
 use sh::Degree;
 use transfer::{Form, HalfTransfer, MatteTransfer, StoredTransfer, Visibility};
 
-use super::file::{File, Writer, degree, wrong_shape};
+use super::file::{TensorFile, Writer, degree, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The metadata entry that names the mesh.
@@ -70,7 +70,7 @@ pub fn encode_transfer(transfer: &OfMesh<StoredTransfer>, recipe: Option<&str>) 
 /// # Errors
 /// The errors of [`super::decode_lighting`].
 pub fn decode_transfer(bytes: &[u8]) -> Result<OfMesh<StoredTransfer>, Error> {
-    let file = File::open_as(bytes, "transfer")?;
+    let file = TensorFile::open_as(bytes, "transfer")?;
     let coloured = file.tensors.names().iter().any(|name| name.starts_with(CHANNELS[0]));
     let prefixes = if coloured { &CHANNELS[..] } else { &[""] };
     let channels = prefixes.iter().map(|prefix| form(&file, prefix)).collect::<Result<_, _>>()?;
@@ -80,7 +80,7 @@ pub fn decode_transfer(bytes: &[u8]) -> Result<OfMesh<StoredTransfer>, Error> {
 }
 
 /// The form of a channel.
-fn form(file: &File<'_>, prefix: &str) -> Result<Form, Error> {
+fn form(file: &TensorFile<'_>, prefix: &str) -> Result<Form, Error> {
     let name = |name: &str| format!("{prefix}{name}");
     if file.has(&name("visibility")) {
         return visibility(file, &name("visibility"));
@@ -108,7 +108,7 @@ fn form(file: &File<'_>, prefix: &str) -> Result<Form, Error> {
     HalfTransfer::new(output, input, values).map(Form::Matrices).ok_or_else(wrong)
 }
 
-fn visibility(file: &File<'_>, name: &str) -> Result<Form, Error> {
+fn visibility(file: &TensorFile<'_>, name: &str) -> Result<Form, Error> {
     let shape = "[V, (O+F+1)^2]";
     let tensor = file.tensor(name, Dtype::F32, shape)?;
     let wrong = || wrong_shape(name, shape, tensor.shape());
@@ -161,7 +161,7 @@ pub fn encode_vertex_radiance(
 pub fn decode_vertex_radiance(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 3]>>, Error> {
     const NAME: &str = "radiance";
     const SHAPE: &str = "[V, 3]";
-    let file = File::open_as(bytes, "vertex-radiance")?;
+    let file = TensorFile::open_as(bytes, "vertex-radiance")?;
     let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
     let &[_, 3] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
     let value = values(NAME, &tensor)?;
@@ -188,7 +188,7 @@ pub fn encode_vertex_blend(blend: &OfMesh<Vec<f32>>, recipe: Option<&str>) -> Re
 pub fn decode_vertex_blend(bytes: &[u8]) -> Result<OfMesh<Vec<f32>>, Error> {
     const NAME: &str = "blend";
     const SHAPE: &str = "[V]";
-    let file = File::open_as(bytes, "vertex-blend")?;
+    let file = TensorFile::open_as(bytes, "vertex-blend")?;
     let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
     let &[_] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
     Ok(OfMesh { value: values(NAME, &tensor)?, mesh: digest(&file)? })
@@ -211,7 +211,7 @@ fn refuse(name: &str, first: Option<usize>, kind: ErrorKind) -> Result<(), Error
     }
 }
 
-fn digest(file: &File<'_>) -> Result<String, Error> {
+fn digest(file: &TensorFile<'_>) -> Result<String, Error> {
     let found = file.metadata.get(MESH).cloned();
     found.ok_or_else(|| Error::damaged("metadata `mesh`: expected the digest of a mesh, found none"))
 }

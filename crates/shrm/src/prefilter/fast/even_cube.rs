@@ -151,7 +151,7 @@ impl EvenCube {
     /// Takes an ordinary cube to even texels of the same number: the mean over each, with weight 1.
     pub(super) fn of(map: &CubeMap) -> Self {
         let edge = map.cube().edge;
-        let spans: Vec<Span> = (0..edge).map(|index| Span::new(index, edge)).collect();
+        let spans: Vec<CoveredTexels> = (0..edge).map(|index| CoveredTexels::new(index, edge)).collect();
         Self::made(edge, |face, row, texels| {
             let mut means = vec![[0.0; 4]; edge];
             for (pixels, weight) in spans[row].parts() {
@@ -225,12 +225,16 @@ impl EvenCube {
         // Where a quadratic B-spline has 1/4, the first cube has the means over a pixel and a texel, and the
         // linear interpolation, which is round on the sphere.
         let interpolated = math::powi(pixel / (FRAC_PI_2 / self.edge as f64), 2) / 6.0;
-        let axis: Vec<Place> = (0..self.edge)
+        let axis: Vec<FaceLine> = (0..self.edge)
             .map(|index| {
                 let u = 2.0 * from_even((index as f64 + 0.5) / self.edge as f64) - 1.0;
                 let lacking =
                     scale * (1.0 / 6.0 - math::powi(4.0 / PI / (1.0 + u * u), 2) / 12.0) - interpolated;
-                Place { u: u as f32, lacking: lacking as f32, slope: (-interpolated / (1.0 + u * u)) as f32 }
+                FaceLine {
+                    u: u as f32,
+                    lacking: lacking as f32,
+                    slope: (-interpolated / (1.0 + u * u)) as f32,
+                }
             })
             .collect();
         let mut spread = self.spread(&axis, 1.0);
@@ -241,9 +245,9 @@ impl EvenCube {
     }
 
     /// The cube plus half a variance times its second differences. The variance in texels is
-    /// [`EvenCube::OF_PASS`] along p and q, `share` of what they lack at each [`Place`], and 1/2 times (v, u)
+    /// [`EvenCube::OF_PASS`] along p and q, `share` of what they lack at each [`FaceLine`], and 1/2 times (v, u)
     /// along that.
-    fn spread(&self, axis: &[Place], share: f32) -> Self {
+    fn spread(&self, axis: &[FaceLine], share: f32) -> Self {
         Self::made(self.edge, |face, row, texels| {
             let rows: [&[Texel]; 3] = std::array::from_fn(|k| self.row(face, row + k));
             let down = axis[row];
@@ -270,7 +274,7 @@ impl EvenCube {
 
 /// A row or a column of a face.
 #[derive(Clone, Copy)]
-struct Place {
+struct FaceLine {
     /// The coordinate u of a column, or v of a row.
     u: f32,
     /// The variance across, in texels, that a spot lacks there: this and `slope` times the square of the
@@ -310,12 +314,12 @@ fn cubic(x: f64, edge: usize) -> (usize, [f32; 4]) {
 
 /// The texels of an ordinary row that an even texel covers. In the corner of a face it is pi / 2 of them
 /// long.
-struct Span {
+struct CoveredTexels {
     first: usize,
     shares: [f32; 4],
 }
 
-impl Span {
+impl CoveredTexels {
     fn new(index: usize, edge: usize) -> Self {
         let [from, to] = [index, index + 1].map(|end| from_even(end as f64 / edge as f64) * edge as f64);
         let first = (from.max(0.0) as usize).min(edge - 1);

@@ -19,7 +19,7 @@ use crate::values::artifacts::{Brdf, Environment, Lighting, Material, Mesh, Refl
 
 choice! {
     /// The container of an artifact.
-    pub(crate) enum Format {
+    pub(crate) enum ExchangeFormat {
         /// OpenEXR.
         Exr = "exr",
         /// Radiance RGBE.
@@ -33,7 +33,7 @@ choice! {
     }
 }
 
-impl Format {
+impl ExchangeFormat {
     fn name(self) -> String {
         self.canonical().as_str().unwrap_or_default().to_owned()
     }
@@ -43,26 +43,26 @@ impl Format {
 const MOST_BYTES: u64 = 4 << 30;
 
 /// The formats of a type of artifact, the default first.
-fn formats_of(type_name: &str) -> &'static [Format] {
+fn formats_of(type_name: &str) -> &'static [ExchangeFormat] {
     match type_name {
-        Environment::TYPE => &[Format::Exr, Format::Hdr, Format::Safetensors],
-        Lighting::TYPE => &[Format::Safetensors, Format::Json],
-        _ if ARTIFACTS.iter().any(|(name, _)| *name == type_name) => &[Format::Safetensors],
-        _ => &[Format::Bin],
+        Environment::TYPE => &[ExchangeFormat::Exr, ExchangeFormat::Hdr, ExchangeFormat::Safetensors],
+        Lighting::TYPE => &[ExchangeFormat::Safetensors, ExchangeFormat::Json],
+        _ if ARTIFACTS.iter().any(|(name, _)| *name == type_name) => &[ExchangeFormat::Safetensors],
+        _ => &[ExchangeFormat::Bin],
     }
 }
 
-fn listed(formats: &[Format]) -> String {
+fn listed(formats: &[ExchangeFormat]) -> String {
     let names: Vec<String> = formats.iter().map(|format| format!("{:?}", format.name())).collect();
     names.join(" or ")
 }
 
 /// The formats of inputs, by port.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Formats(Vec<(String, Format)>);
+pub(crate) struct Formats(Vec<(String, ExchangeFormat)>);
 
 impl Formats {
-    fn of(&self, port: &str, type_name: &str) -> Format {
+    fn of(&self, port: &str, type_name: &str) -> ExchangeFormat {
         let chosen = self.0.iter().find(|(name, _)| name == port).map(|(_, format)| *format);
         chosen.unwrap_or(formats_of(type_name)[0])
     }
@@ -70,7 +70,7 @@ impl Formats {
     /// The formats that do not fit the artifacts that arrive.
     pub(super) fn mismatches(&self, types: &[(&str, &'static str)]) -> Vec<String> {
         let types: HashMap<&str, &str> = types.iter().copied().collect();
-        let mismatch = |(port, format): &(String, Format)| {
+        let mismatch = |(port, format): &(String, ExchangeFormat)| {
             let Some(arrives) = types.get(port.as_str()) else {
                 return Some(format!("the stage has no input {port:?}"));
             };
@@ -89,14 +89,14 @@ impl Formats {
 
 impl Parameter for Formats {
     fn expected() -> String {
-        format!("a table of ports, each {}", Format::expected())
+        format!("a table of ports, each {}", ExchangeFormat::expected())
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
         let entries = table.entries.iter();
         entries
-            .map(|entry| Ok((entry.key.clone(), Format::parse(&entry.value)?)))
+            .map(|entry| Ok((entry.key.clone(), ExchangeFormat::parse(&entry.value)?)))
             .collect::<Result<_, _>>()
             .map(Self)
     }
@@ -106,7 +106,7 @@ impl Parameter for Formats {
     }
 
     fn schema() -> serde_json::Value {
-        json!({ "type": "object", "additionalProperties": Format::schema() })
+        json!({ "type": "object", "additionalProperties": ExchangeFormat::schema() })
     }
 }
 
@@ -126,10 +126,10 @@ pub(super) fn write_input(
         image.ok_or_else(|| Failure::new("an environment has no pixels"))
     };
     let bytes = match (arrives, format) {
-        (Environment::TYPE, Format::Exr) => {
+        (Environment::TYPE, ExchangeFormat::Exr) => {
             write_exr(&image(&*context.get::<Environment>(port)?)?, Precision::Float, None)?.bytes
         }
-        (Environment::TYPE, Format::Hdr) => {
+        (Environment::TYPE, ExchangeFormat::Hdr) => {
             let encoded = write_rgbe(&image(&*context.get::<Environment>(port)?)?, None)?;
             if encoded.negative > 0 {
                 context.warn(format!(
@@ -139,7 +139,7 @@ pub(super) fn write_input(
             }
             encoded.bytes
         }
-        (Lighting::TYPE, Format::Json) => {
+        (Lighting::TYPE, ExchangeFormat::Json) => {
             let lighting = context.get::<Lighting>(port)?;
             lighting_json::encode(&lighting.0.whole().into(), lighting_json::Preset::Specula, None)?
         }
@@ -175,7 +175,7 @@ fn decoded<T: Artifact>(bytes: &[u8]) -> Result<Output, Failure> {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ProgramOutput {
     /// An artifact of this type.
-    Artifact(&'static str, Format),
+    Artifact(&'static str, ExchangeFormat),
     /// A file with this ending, without the dot.
     File(String),
     /// A folder of files of these names; the last is the index.
@@ -337,7 +337,7 @@ fn artifact(name: &'static str, table: &Table) -> Result<ProgramOutput, Diagnost
         return Ok(ProgramOutput::Artifact(name, formats_of(name)[0]));
     };
     let expected = listed(formats_of(name));
-    match Format::parse(&entry.value) {
+    match ExchangeFormat::parse(&entry.value) {
         Ok(format) if formats_of(name).contains(&format) => Ok(ProgramOutput::Artifact(name, format)),
         _ => Err(unexpected(&entry.value, &expected).help(format!("the type is {name}"))),
     }
@@ -373,11 +373,18 @@ fn read_file(work: &Path, place: &str, program: &str) -> Result<Vec<u8>, Failure
     })
 }
 
-fn decode(name: &str, format: Format, bytes: &[u8], context: &Context<'_>) -> Result<Output, Failure> {
+fn decode(
+    name: &str,
+    format: ExchangeFormat,
+    bytes: &[u8],
+    context: &Context<'_>,
+) -> Result<Output, Failure> {
     match (name, format) {
-        (Environment::TYPE, Format::Exr) => image(containers::Format::OpenExr, bytes, context),
-        (Environment::TYPE, Format::Hdr) => image(containers::Format::Radiance, bytes, context),
-        (Lighting::TYPE, Format::Json) => Output::artifact(Lighting(lighting_json::decode(bytes)?.into())),
+        (Environment::TYPE, ExchangeFormat::Exr) => image(containers::Format::OpenExr, bytes, context),
+        (Environment::TYPE, ExchangeFormat::Hdr) => image(containers::Format::Radiance, bytes, context),
+        (Lighting::TYPE, ExchangeFormat::Json) => {
+            Output::artifact(Lighting(lighting_json::decode(bytes)?.into()))
+        }
         _ => match ARTIFACTS.iter().find(|(known, _)| *known == name) {
             Some((_, decode)) => decode(bytes),
             None => Err(Failure::new(format!("{name} is not an artifact that a program can make"))),

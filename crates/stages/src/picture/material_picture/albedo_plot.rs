@@ -46,7 +46,7 @@ impl AlbedoPlot {
             place.height.saturating_sub(52 + 58),
         );
         let greatest = self.albedo.iter().flatten().copied().fold(0.0, f64::max);
-        let axes = Axes { area, step: step(greatest), top: top(greatest) };
+        let axes = AlbedoAxes { area, step: step(greatest), top: top(greatest) };
         axes.draw(canvas, place);
         draw_curves(canvas, &self.curves(&axes), 3.0);
         let mut x = place.x + 16;
@@ -57,7 +57,7 @@ impl AlbedoPlot {
         }
     }
 
-    fn curves(&self, axes: &Axes) -> [Curve; 3] {
+    fn curves(&self, axes: &AlbedoAxes) -> [Curve; 3] {
         [0, 1, 2].map(|channel| {
             let place = |rgb: &[f64; 3], angle: f64| (axes.x(angle), axes.y(rgb[channel]));
             let points = ANGLES.iter().zip(&self.albedo).map(|(angle, rgb)| (*angle, place(rgb, *angle)));
@@ -67,7 +67,7 @@ impl AlbedoPlot {
 }
 
 /// The mapping from values to pixels.
-struct Axes {
+struct AlbedoAxes {
     /// The area of the data.
     area: Rect,
     /// The distance between two labels of the albedo.
@@ -89,7 +89,7 @@ fn top(greatest: f64) -> f64 {
     if greatest <= 1.001 { 1.0 } else { (greatest / step(greatest)).ceil() * step(greatest) }
 }
 
-impl Axes {
+impl AlbedoAxes {
     fn x(&self, degrees: f64) -> f64 {
         self.area.x as f64 + degrees / 90.0 * self.area.width as f64
     }
@@ -151,7 +151,7 @@ mod tests {
         for material in [lambert([1.0; 3]), phong] {
             let plot = AlbedoPlot::new(&material, 0.0);
             assert!((plot.greatest_luminance() - 1.0).abs() < 1e-3);
-            let axes = Axes { area: Rect::new(62, 52, 392, 270), step: 0.2, top: 1.0 };
+            let axes = AlbedoAxes { area: Rect::new(62, 52, 392, 270), step: 0.2, top: 1.0 };
             for (_, (x, y)) in plot.curves(&axes).iter().flat_map(|curve| &curve.points) {
                 // 1e-3 of 270 pixels.
                 assert!((y - 52.0).abs() < 0.27 && (62.0..=454.0).contains(x), "{x} {y}");

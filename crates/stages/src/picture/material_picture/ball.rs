@@ -51,21 +51,21 @@ const LAMP_RADIUS: f64 = 0.12;
 const LAMP_DIRECTION: DVec3 = DVec3::new(-0.65, 0.5, 0.6);
 
 /// The light, in the world's frame.
-struct Light {
+struct BallLight {
     lamp: DMat3,
     /// The radiance of the lamp.
     radiance: f64,
     solid_angle: f64,
 }
 
-impl Light {
+impl BallLight {
     fn new() -> Self {
         let solid_angle = TAU * (1.0 - math::cos(LAMP_RADIUS));
         let radiance = LAMP_IRRADIANCE / (PI * math::powi(math::sin(LAMP_RADIUS), 2));
         Self { lamp: frame(LAMP_DIRECTION.normalize(), DVec3::Z), radiance, solid_angle }
     }
 
-    /// The radiance of the lamp from a direction, and the density of [`Light::sample`] there.
+    /// The radiance of the lamp from a direction, and the density of [`BallLight::sample`] there.
     fn lamp(&self, w: DVec3) -> (f64, f64) {
         let hit = w.dot(self.lamp.z_axis) > math::cos(LAMP_RADIUS);
         if hit { (self.radiance, 1.0 / self.solid_angle) } else { (0.0, 0.0) }
@@ -97,7 +97,7 @@ fn frame(z: DVec3, up: DVec3) -> DMat3 {
 ///
 /// Tangents run along the circles of latitude, turned back by `azimuth` (radians) about the normal.
 pub(super) fn ball(material: &Material, azimuth: f64, edge: usize, samples: Samples) -> Vec<[f32; 3]> {
-    let (light, lobes) = (Light::new(), LobeSampling::new(material, 0.0));
+    let (light, lobes) = (BallLight::new(), LobeSampling::new(material, 0.0));
     let (sine, cosine) = math::sin_cos(azimuth);
     let turn = DMat3::from_cols(DVec3::new(cosine, -sine, 0.0), DVec3::new(sine, cosine, 0.0), DVec3::Z);
     let mut picture = vec![[0.0; 3]; edge * edge];
@@ -120,7 +120,7 @@ pub(super) fn ball(material: &Material, azimuth: f64, edge: usize, samples: Samp
 /// The exposure of the light, as of every environment.
 pub(super) fn exposure() -> f64 {
     // The disk of the lamp is five rows wide.
-    let (light, grid) = (Light::new(), LatLong::with_rows(64));
+    let (light, grid) = (BallLight::new(), LatLong::with_rows(64));
     let radiance = |w: DVec3| [(sky(w.z) + light.lamp(w).0) as f32; 3];
     let pixels = (0..grid.len())
         .map(|index| radiance(grid.direction(index / grid.width, index % grid.width).vector()));
@@ -158,7 +158,7 @@ fn normal(column: usize, row: usize, point: usize, edge: usize) -> Option<DVec3>
 fn reflected(
     material: &Material,
     lobes: &LobeSampling,
-    light: &Light,
+    light: &BallLight,
     surface: DMat3,
     samples: Samples,
     point: u32,
@@ -277,7 +277,7 @@ mod tests {
         let (found, normal) = at(&picture, brightest % EDGE, brightest / EDGE);
         let lamp = LAMP_DIRECTION.normalize();
         assert!(mirrored(normal).angle_between(lamp) < LAMP_RADIUS, "{normal}");
-        let expected = Light::new().radiance + sky(lamp.z);
+        let expected = BallLight::new().radiance + sky(lamp.z);
         assert!((found / expected - 1.0).abs() < 0.05, "{found}, not {expected}");
     }
 
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn the_lamp_has_its_irradiance() {
-        let light = Light::new();
+        let light = BallLight::new();
         let count = 4096;
         let mut sum = 0.0;
         for i in 0..count {

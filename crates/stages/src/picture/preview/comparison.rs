@@ -12,7 +12,7 @@ const CAPTION_GAP: usize = 6;
 const LINE: usize = 20;
 
 /// A picture of a mode.
-pub(super) struct Panel {
+pub(super) struct ComparisonPanel {
     pub(super) label: &'static str,
     /// The difference from the picture that it is compared with, in words.
     pub(super) detail: String,
@@ -48,7 +48,7 @@ impl ComparisonSheet {
     }
 
     /// Draws pictures, rows from the top.
-    pub(super) fn draw(self, panels: &[Panel]) -> Vec<[u8; 3]> {
+    pub(super) fn draw(self, panels: &[ComparisonPanel]) -> Vec<[u8; 3]> {
         if let ([panel], false) = (panels, self.compared) {
             return panel.picture.clone();
         }
@@ -89,10 +89,10 @@ pub(super) fn strip(frames: &[Vec<[u8; 3]>], [width, height]: [usize; 2], column
 mod tests {
     use super::*;
 
-    fn panel(shade: u8, [width, height]: [usize; 2]) -> Panel {
+    fn panel(shade: u8, [width, height]: [usize; 2]) -> ComparisonPanel {
         let picture = vec![[shade; 3]; width * height];
         let difference = Some(("difference".into(), vec![[shade + 100; 3]; width * height]));
-        Panel { label: "mode", detail: "detail".into(), picture, difference }
+        ComparisonPanel { label: "mode", detail: "detail".into(), picture, difference }
     }
 
     #[test]

@@ -50,7 +50,7 @@ struct Surface {
 }
 
 /// The inputs that all estimates of a pair share.
-struct Scene<'a> {
+struct NoiseScene<'a> {
     environment: Cow<'a, Environment>,
     material: &'a Material,
     series: &'a BrdfCoefficients,
@@ -76,7 +76,7 @@ pub(crate) fn study(
         let series = projection.coefficients;
         for lit in lit {
             let steps = steps.part(1, SURFACES as usize + Follows::ALL.len());
-            if let Some(scene) = Scene::new(lit, material, (&series, &tables), &steps)? {
+            if let Some(scene) = NoiseScene::new(lit, material, (&series, &tables), &steps)? {
                 let noise = scene.noise(&steps)?;
                 pairs.push(NoisePair { material: name.clone(), environment: lit.name.clone(), noise });
             }
@@ -85,7 +85,7 @@ pub(crate) fn study(
     Ok(pairs)
 }
 
-impl<'a> Scene<'a> {
+impl<'a> NoiseScene<'a> {
     /// Prepares a pair's estimates; `None` under a black environment.
     fn new(
         lit: &Lit<'a>,
@@ -216,7 +216,7 @@ impl PointSet {
 
 /// The samplers of a surface; `None` where nothing is positive.
 struct Estimator<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a NoiseScene<'a>,
     surface: &'a Surface,
     /// One sampler, or the two whose samples are weighed together.
     samplers: Vec<Box<dyn Draw + Send + Sync + 'a>>,
@@ -259,7 +259,7 @@ impl Draw for Sampler {
 }
 
 impl<'a> Estimator<'a> {
-    fn new(scene: &'a Scene<'a>, surface: &'a Surface, follows: Follows) -> Self {
+    fn new(scene: &'a NoiseScene<'a>, surface: &'a Surface, follows: Follows) -> Self {
         let mut samplers: Vec<Box<dyn Draw + Send + Sync + 'a>> = Vec::new();
         let uniform_share = UniformShare::new(UNIFORM).unwrap_or_default();
         let lobe = || weigh(&scene.series.at_view(surface.normal, surface.tangent, surface.view), SUM);

@@ -186,7 +186,7 @@ pub(crate) fn pair(
     let soft = soft(reflection, settings.resolution, steps.context())?;
     let mut before = None;
     let (scene, mut measured) = loop {
-        let scene = Scene::new(lit, material, reflection, (sphere, before.as_ref()), &steps)?;
+        let scene = StudyScene::new(lit, material, reflection, (sphere, before.as_ref()), &steps)?;
         let measured = scene.exports(lit, material, (reflection, &soft), settings, &steps)?;
         let is_known = measured.iter().all(|(export, _)| settings.limits.are_known(&export.errors));
         match scene.sphere.lattice().finer() {
@@ -239,7 +239,7 @@ fn soft(reflection: &Reflection, edge: usize, context: &Context<'_>) -> Result<S
 }
 
 /// A sphere under one light, with its ground truth.
-struct Scene<'a> {
+struct StudyScene<'a> {
     sphere: Sphere,
     central: Vec<Direction>,
     truth: Vec<[f32; 3]>,
@@ -247,12 +247,12 @@ struct Scene<'a> {
     context: &'a Context<'a>,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> StudyScene<'a> {
     fn new(
         lit: &Lit<'_>,
         material: &Studied<'_>,
         reflection: &Reflection,
-        (sphere, before): (Sphere, Option<&Scene<'_>>),
+        (sphere, before): (Sphere, Option<&StudyScene<'_>>),
         steps: &Steps<'a>,
     ) -> Result<Self, Failure> {
         let mut known = HashMap::new();

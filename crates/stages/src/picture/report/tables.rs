@@ -94,7 +94,7 @@ fn cut(light: &Expansion, degree: usize, window: Window) -> Expansion {
 }
 
 /// The pixels of a picture, sRGB.
-type Pixels = Vec<[u8; 3]>;
+type PicturePixels = Vec<[u8; 3]>;
 
 /// Shades a sphere under an environment with every cut, and by brute force; the pictures are those of
 /// [`SHOWN`], and that by brute force.
@@ -103,7 +103,7 @@ fn pair(
     (material, tabulated): (&Material, &Tabulated),
     settings: &Settings,
     steps: &Steps<'_>,
-) -> Result<(TablePair, Vec<Pixels>), Failure> {
+) -> Result<(TablePair, Vec<PicturePixels>), Failure> {
     let sphere = Sphere::new(settings.sphere);
     let axes = sphere.brushed();
     let dark = lit.dark;

@@ -43,27 +43,27 @@ pub(crate) struct MaterialPanel {
 
 /// A headline with a rule below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Section {
+pub(crate) struct SheetSection {
     pub(crate) title: Rect,
     pub(crate) rule: Rect,
 }
 
 /// The boxes of a sheet.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Layout {
+pub(crate) struct SheetLayout {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) title: Rect,
     pub(crate) subtitle: Rect,
     pub(crate) environment: Panel,
     pub(crate) plot: Option<Rect>,
-    pub(crate) harmonics: Option<Section>,
+    pub(crate) harmonics: Option<SheetSection>,
     pub(crate) reconstructions: Vec<Panel>,
-    pub(crate) material_section: Option<Section>,
+    pub(crate) material_section: Option<SheetSection>,
     pub(crate) materials: Vec<MaterialPanel>,
 }
 
-impl Layout {
+impl SheetLayout {
     /// The layout of a sheet with these numbers of reconstructions (with their plot, if there is lighting)
     /// and materials.
     pub(crate) fn new(reconstructions: Option<usize>, materials: usize) -> Self {
@@ -133,18 +133,18 @@ fn caption(x: usize, below: usize, width: usize) -> [Rect; 2] {
 }
 
 /// A headline below `y`, which then is the top of the section's content.
-fn section(y: &mut usize) -> Section {
+fn section(y: &mut usize) -> SheetSection {
     let title = Rect::new(MARGIN, *y + SECTION_GAP, CONTENT, 26);
     let rule = Rect::new(MARGIN, title.bottom() + 6, CONTENT, 1);
     *y = rule.bottom() + 18;
-    Section { title, rule }
+    SheetSection { title, rule }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn boxes(layout: &Layout) -> Vec<Rect> {
+    fn boxes(layout: &SheetLayout) -> Vec<Rect> {
         let mut boxes = vec![layout.title, layout.subtitle, layout.environment.picture];
         boxes.extend(layout.environment.caption);
         boxes.extend(layout.plot);
@@ -165,7 +165,7 @@ mod tests {
     fn no_two_boxes_overlap_and_all_lie_within_the_margins() {
         for reconstructions in [None, Some(0), Some(1), Some(5), Some(6), Some(11)] {
             for materials in [0, 1, 2, 3, 30] {
-                let layout = Layout::new(reconstructions, materials);
+                let layout = SheetLayout::new(reconstructions, materials);
                 let boxes = boxes(&layout);
                 for (index, a) in boxes.iter().enumerate() {
                     assert!(a.width > 0 && a.height > 0);
@@ -183,12 +183,12 @@ mod tests {
 
     #[test]
     fn rows_end_at_the_right_margin() {
-        let layout = Layout::new(Some(5), 2);
+        let layout = SheetLayout::new(Some(5), 2);
         let right = layout.width - MARGIN;
         assert_eq!(layout.plot.unwrap().right(), right);
         assert_eq!(layout.reconstructions[4].picture.right(), right);
         assert_eq!(layout.materials[1].ball.right(), right);
-        assert_eq!(Layout::new(None, 0).environment.picture.right(), right);
+        assert_eq!(SheetLayout::new(None, 0).environment.picture.right(), right);
         // Within the rounding of the ball's edge.
         let panel = layout.materials[0];
         assert!((12..=14).contains(&(panel.ball.x - panel.map.right())), "{panel:?}");

@@ -15,7 +15,7 @@ fn proposal(updates: &Receiver<PreviewUpdate>) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let before = fs::read_to_string(&project.manifest).unwrap();
     let around = project.surroundings(true);
@@ -42,7 +42,7 @@ fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it()
 
 #[test]
 fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_proposal_holds() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build();
     let around = project.surroundings(true);
     let mut controller = around.controller();
@@ -76,7 +76,7 @@ fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_propo
 
 #[test]
 fn files_without_a_manifest_have_none_to_write_to() {
-    let mut project = Project::new(PIPELINE);
+    let mut project = TestProject::new(PIPELINE);
     project.build();
     project.project.files = vec![project.path("paint/gold.toml")];
     let around = project.surroundings(true);

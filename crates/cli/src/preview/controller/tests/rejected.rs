@@ -22,7 +22,7 @@ fn failure(
 /// The picture is the same in both cases; whether it still changes is what an artist has to know.
 #[test]
 fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from_one_that_ended() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     project.build_only(&["environment", "material"]);
     let around = project.surroundings(true);
     let mut controller = around.controller();
@@ -57,7 +57,7 @@ fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from
 
 #[test]
 fn before_anything_is_shown_it_says_whether_something_will_be() {
-    let project = Project::new(PIPELINE);
+    let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
     let mut controller = around.controller();
     let (opened, updates) = window();

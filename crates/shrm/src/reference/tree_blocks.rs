@@ -21,7 +21,7 @@ const HALVINGS: i32 = 20;
 
 /// The size and place of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place {
+pub(super) struct TreePlace {
     /// The binary logarithm of the block's edge in texels: below 0, it is a part of a texel.
     pub(super) size: i32,
     row: usize,
@@ -30,7 +30,7 @@ pub(super) struct Place {
 
 /// Light that comes from one block.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Block {
+pub(super) struct TreeBlock {
     /// Radiance times solid angle.
     flux: [f32; 3],
     /// The mean direction, of length 1 or less: the shorter, the wider the light is spread.
@@ -39,22 +39,22 @@ pub(super) struct Block {
 
 /// All blocks of an environment.
 #[derive(Debug)]
-pub(super) struct LightBlocks<'a> {
+pub(super) struct TreeBlocks<'a> {
     environment: Cow<'a, Environment>,
     /// The size of the finest blocks that are kept.
     finest: i32,
     /// The blocks of each size from `finest` on.
-    kept: Vec<Vec<Block>>,
+    kept: Vec<Vec<TreeBlock>>,
 }
 
-impl Place {
+impl TreePlace {
     /// Whether the block consists of whole texels.
     pub(super) fn is_of_texels(self) -> bool {
         self.size > 0
     }
 }
 
-impl Block {
+impl TreeBlock {
     fn of(parts: impl Iterator<Item = ([f64; 3], DVec3)>) -> Self {
         let (mut flux, mut weighted, mut weights) = ([0.0; 3], DVec3::ZERO, 0.0);
         for (own, direction) in parts {
@@ -80,7 +80,7 @@ impl Block {
     }
 }
 
-impl<'a> LightBlocks<'a> {
+impl<'a> TreeBlocks<'a> {
     pub(super) fn new(environment: Cow<'a, Environment>) -> Self {
         let mut finest = 0;
         while environment.grid().height.div_ceil(1 << finest) > ROWS {
@@ -90,7 +90,7 @@ impl<'a> LightBlocks<'a> {
         loop {
             let size = finest + blocks.kept.len() as i32;
             let [height, width] = blocks.shape(size);
-            let place = |index: usize| Place { size, row: index / width, column: index % width };
+            let place = |index: usize| TreePlace { size, row: index / width, column: index % width };
             let made = |index: usize| blocks.made(place(index));
             let level = (0..width * height).into_par_iter().map(made).collect();
             blocks.kept.push(level);
@@ -110,29 +110,29 @@ impl<'a> LightBlocks<'a> {
     }
 
     /// The coarsest blocks.
-    pub(super) fn coarsest(&self) -> impl Iterator<Item = Place> + use<> {
+    pub(super) fn coarsest(&self) -> impl Iterator<Item = TreePlace> + use<> {
         let size = self.finest + self.kept.len() as i32 - 1;
         let [height, width] = self.shape(size);
-        (0..height * width).map(move |index| Place { size, row: index / width, column: index % width })
+        (0..height * width).map(move |index| TreePlace { size, row: index / width, column: index % width })
     }
 
     /// The four or fewer blocks of which a block consists, at the end of a row or a column fewer.
-    pub(super) fn parts(&self, place: Place) -> impl Iterator<Item = Place> + use<> {
+    pub(super) fn parts(&self, place: TreePlace) -> impl Iterator<Item = TreePlace> + use<> {
         let size = place.size - 1;
         let [height, width] = self.shape(size);
         let (row, column) = (2 * place.row, 2 * place.column);
         (row..(row + 2).min(height)).flat_map(move |row| {
-            (column..(column + 2).min(width)).map(move |column| Place { size, row, column })
+            (column..(column + 2).min(width)).map(move |column| TreePlace { size, row, column })
         })
     }
 
     /// Whether a block can be divided.
-    pub(super) fn has_parts(&self, place: Place) -> bool {
+    pub(super) fn has_parts(&self, place: TreePlace) -> bool {
         place.size > -HALVINGS
     }
 
     /// The height or the width of a block, whichever is more, in radians; at the equator.
-    pub(super) fn extent(&self, place: Place) -> f64 {
+    pub(super) fn extent(&self, place: TreePlace) -> f64 {
         let grid = self.environment.grid();
         let texel = (PI / grid.height as f64).max(TAU / grid.width as f64);
         texel * math::powi(2.0, place.size)
@@ -145,13 +145,13 @@ impl<'a> LightBlocks<'a> {
     }
 
     /// Whether a position is in a block.
-    pub(super) fn holds(place: Place, position: [f64; 2]) -> bool {
+    pub(super) fn holds(place: TreePlace, position: [f64; 2]) -> bool {
         let edge = math::powi(2.0, place.size);
         (position[0] / edge) as usize == place.row && (position[1] / edge) as usize == place.column
     }
 
     /// The light of a block.
-    pub(super) fn block(&self, place: Place) -> Block {
+    pub(super) fn block(&self, place: TreePlace) -> TreeBlock {
         match usize::try_from(place.size - self.finest) {
             Ok(level) => self.kept[level][place.row * self.shape(place.size)[1] + place.column],
             Err(_) => self.made(place),
@@ -159,18 +159,18 @@ impl<'a> LightBlocks<'a> {
     }
 
     /// Makes the light of a block from those below it.
-    fn made(&self, place: Place) -> Block {
+    fn made(&self, place: TreePlace) -> TreeBlock {
         if place.size <= 0 {
             return self.part(place);
         }
-        Block::of(self.parts(place).map(|part| {
+        TreeBlock::of(self.parts(place).map(|part| {
             let block = self.block(part);
             (block.flux(), block.direction())
         }))
     }
 
     /// The light of a texel, or of a part of one, at its middle.
-    fn part(&self, place: Place) -> Block {
+    fn part(&self, place: TreePlace) -> TreeBlock {
         let (environment, halvings) = (&self.environment, -place.size);
         let grid = environment.grid();
         let [height, width] = self.shape(place.size);
@@ -182,7 +182,7 @@ impl<'a> LightBlocks<'a> {
         // cos(a) - cos(b) without cancellation.
         let across = 2.0 * sine * math::sin(0.5 * PI / height as f64);
         let flux = radiance.map(|value| f64::from(value) * across * TAU / width as f64);
-        Block::of(std::iter::once((flux, DVec3::new(sine * x, sine * y, cosine))))
+        TreeBlock::of(std::iter::once((flux, DVec3::new(sine * x, sine * y, cosine))))
     }
 }
 
@@ -192,9 +192,9 @@ mod tests {
 
     use super::*;
 
-    fn blocks(grid: LatLong) -> LightBlocks<'static> {
+    fn blocks(grid: LatLong) -> TreeBlocks<'static> {
         let pixels = (0..grid.len()).map(|i| [1.0, (i % 5) as f32, (i % 7) as f32]).collect();
-        LightBlocks::new(Cow::Owned(Environment::new(grid, pixels).unwrap()))
+        TreeBlocks::new(Cow::Owned(Environment::new(grid, pixels).unwrap()))
     }
 
     #[test]
@@ -203,10 +203,10 @@ mod tests {
             let blocks = blocks(grid);
             let flux: f64 = blocks.coarsest().map(|place| blocks.block(place).flux()[0]).sum();
             assert!((flux - 4.0 * PI).abs() < 1e-4, "{flux}");
-            let mut places: Vec<Place> = blocks.coarsest().collect();
+            let mut places: Vec<TreePlace> = blocks.coarsest().collect();
             for _ in 0..16 {
                 let place = places[places.len() / 3];
-                let parts: Vec<Place> = blocks.parts(place).collect();
+                let parts: Vec<TreePlace> = blocks.parts(place).collect();
                 let [whole, sum] = [vec![place], parts.clone()]
                     .map(|places| places.iter().map(|place| blocks.block(*place).flux()[1]).sum::<f64>());
                 assert!((whole - sum).abs() <= 1e-6 * whole, "{place:?}: {whole} {sum}");
@@ -214,7 +214,7 @@ mod tests {
                     let block = blocks.block(*part);
                     if part.size <= 0 && !block.is_dark() {
                         let position = blocks.position(Direction::normalised(block.direction()));
-                        assert!(LightBlocks::holds(place, position), "{place:?}");
+                        assert!(TreeBlocks::holds(place, position), "{place:?}");
                     }
                 }
                 places = parts;
