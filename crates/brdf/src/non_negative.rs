@@ -115,7 +115,7 @@ pub fn nearest_non_negative(
     let search = Search::new(coefficients);
     let given = [0, 1, 2].map(|channel| search.unknowns(coefficients, channel));
     let found: Vec<Result<Channel, NearestBrdfError>> =
-        given.par_iter().enumerate().map(|(channel, x)| nearest(&search, (channel, x), mean, stop)).collect();
+        given.par_iter().enumerate().map(|(channel, x)| nearest(&search, channel, x, mean, stop)).collect();
     // The error of the first channel that has one, whichever ended first.
     let found = found.into_iter().collect::<Result<Vec<Channel>, _>>()?;
     let mut rho = vec![[0.0; 3]; coefficients.rho().len()];
@@ -153,7 +153,8 @@ struct Channel {
 
 fn nearest(
     search: &Search,
-    (channel, x): (usize, &[f64]),
+    channel: usize,
+    x: &[f64],
     mean: Mean,
     stop: Stop<'_>,
 ) -> Result<Channel, NearestBrdfError> {

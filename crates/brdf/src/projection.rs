@@ -30,7 +30,7 @@ use sphere::Direction;
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
 use choice::least;
 use slice::Source;
-use tabulation::{ACCURACY, coarse, energies, tabulate};
+use tabulation::{ACCURACY, AllowedDifference, coarse, energies, tabulate};
 
 pub use error::{MOST_COEFFICIENTS, ProjectionError};
 
@@ -169,7 +169,11 @@ fn general(
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
             let scale = coarse(source)?;
-            (tabulate(source, f.get(), p.get(), (scale, ACCURACY))?, f.get(), p.get())
+            (
+                tabulate(source, f.get(), p.get(), AllowedDifference { scale, accuracy: ACCURACY })?,
+                f.get(),
+                p.get(),
+            )
         }
         Choice::Tolerance(tolerance) => least(source, tolerance)?,
         Choice::Full => full::full(source)?,

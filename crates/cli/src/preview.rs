@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
         let view = InitialView { state: None, request };
         return still::run(arguments, file, catalog, &view);
     }
-    open(arguments, kinds, catalog, (project, screenshots), request)
+    open(arguments, kinds, catalog, project, screenshots, request)
 }
 
 /// Opens the window.
@@ -83,7 +83,8 @@ fn open(
     arguments: &PreviewArguments,
     kinds: &Kinds,
     _: PreviewCatalog,
-    (project, screenshots): (Project, PathBuf),
+    project: Project,
+    screenshots: PathBuf,
     subject: SubjectRequest,
 ) -> Result<Exit, Exit> {
     let request = WindowRequest {
@@ -115,7 +116,8 @@ fn open(
     arguments: &PreviewArguments,
     _: &Kinds,
     catalog: PreviewCatalog,
-    (project, _): (Project, PathBuf),
+    project: Project,
+    _: PathBuf,
     subject: SubjectRequest,
 ) -> Result<Exit, Exit> {
     let view = request::initial_view(&project.manifest, subject);

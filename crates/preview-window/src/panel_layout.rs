@@ -12,7 +12,7 @@ use crate::pointer::Pointer;
 use crate::render_thread::RenderedFrame;
 use crate::state::{Action, State};
 use crate::toolbar::toolbar;
-use crate::view::view;
+use crate::view::{CaptionSource, view};
 use preview::RenderError;
 
 /// The smallest widths of the picture and of the inspector, which is hidden if there is no room for both.
@@ -37,8 +37,8 @@ impl PanelLayout<'_> {
     pub(crate) fn draw(&self, ui: &mut Ui, pointer: &mut Pointer, actions: &mut Vec<Action>) -> [u32; 2] {
         let area = self.panels(ui, actions);
         let (picture, size) = pixels(area, ui.pixels_per_point());
-        let measured = (self.error_meter, self.render_error.is_some());
-        view(ui, picture, self.state, self.frame, measured, pointer, actions);
+        let source = CaptionSource { error_meter: self.error_meter, failed: self.render_error.is_some() };
+        view(ui, picture, self.state, self.frame, source, pointer, actions);
         self.over(ui, picture, actions);
         actions.extend(dropped_files::dropped(ui));
         size

@@ -25,14 +25,22 @@ const ROW: f32 = 26.0;
 /// The distance between a caption's text and its edge.
 const PAD: Vec2 = vec2(6.0, 3.0);
 
-/// Draws the picture into `rect`, and collects the actions of the pointer there. `failed` says whether the
-/// requested picture cannot be drawn; `error_meter` knows how far modes are from brute force.
+/// What the captions say about a picture.
+#[derive(Clone, Copy)]
+pub(crate) struct CaptionSource<'a> {
+    /// How far modes are from brute force.
+    pub(crate) error_meter: &'a ErrorMeter,
+    /// Whether the requested picture cannot be drawn.
+    pub(crate) failed: bool,
+}
+
+/// Draws the picture into `rect`, and collects the actions of the pointer there.
 pub(crate) fn view(
     ui: &mut Ui,
     rect: Rect,
     state: &State,
     frame: Option<(TextureId, &RenderedFrame)>,
-    (error_meter, failed): (&ErrorMeter, bool),
+    CaptionSource { error_meter, failed }: CaptionSource<'_>,
     pointer: &mut Pointer,
     actions: &mut Vec<Action>,
 ) {
@@ -44,7 +52,7 @@ pub(crate) fn view(
     }
     let frame = frame.map(|(_, frame)| frame);
     let split = divider(state, frame, pointer);
-    captions(&painter, rect, state, frame, (error_meter, split.unwrap_or_default()));
+    captions(&painter, rect, state, frame, error_meter, split.unwrap_or_default());
     if let Some(text) = pending(state, frame, failed) {
         line(&painter, rect.shrink(MARGIN), rect.center(), Align2::CENTER_CENTER, &text);
     }
@@ -162,7 +170,8 @@ fn captions(
     rect: Rect,
     state: &State,
     frame: Option<&RenderedFrame>,
-    (error_meter, split): (&ErrorMeter, f32),
+    error_meter: &ErrorMeter,
+    split: f32,
 ) {
     let Some(frame) = frame else { return };
     let inside = rect.shrink(MARGIN);

@@ -64,7 +64,7 @@ impl Cpu {
         LookCache::update(&mut self.caches, scene);
         cancellation.check()?;
         self.objects.update(scene, shot)?;
-        let band_renderer = BandRenderer::new(scene, shot, (&self.caches, &self.objects), cancellation)?;
+        let band_renderer = BandRenderer::new(scene, shot, &self.caches, &self.objects, cancellation)?;
         let mut display = vec![[0.0; 3]; picture.radiance.len()];
         let row = shot.size[0] as usize * BAND;
         let bands = picture.radiance.par_chunks_mut(row).zip(display.par_chunks_mut(row)).enumerate();

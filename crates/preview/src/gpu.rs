@@ -305,7 +305,7 @@ impl Gpu {
                 }
                 let lights = before..accumulation.light_samples;
                 let mode = modes[side].unwrap_or(Mode::BruteForce);
-                frame.shade(encoder, (side, mode), sample, 0..shot.size[0], lights)?;
+                frame.shade(encoder, side, mode, sample, 0..shot.size[0], lights)?;
                 Ok(accumulation.light_samples)
             })?;
         }
@@ -343,7 +343,7 @@ impl Gpu {
                     for lights in batch {
                         let columns = frame.columns(side);
                         let mode = modes[side].unwrap_or(Mode::BruteForce);
-                        frame.shade(encoder, (side, mode), sample, columns, lights)?;
+                        frame.shade(encoder, side, mode, sample, columns, lights)?;
                     }
                     device.queue.submit([std::mem::replace(encoder, device.encoder()).finish()]);
                     device.wait()?;

@@ -36,6 +36,14 @@ impl Drawn {
     }
 }
 
+/// Masses, or their running sums along each row.
+pub(crate) struct MassRows<'a> {
+    /// The rows from the north; past the columns of each there may be others.
+    pub(crate) values: &'a mut [f32],
+    /// The number of values from one row to the next.
+    pub(crate) stride: usize,
+}
+
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CellDistribution {
     columns: usize,
@@ -58,8 +66,8 @@ impl CellDistribution {
     }
 
     /// The running sums of all rows, to be filled by the caller, and the distance from one row to the next.
-    pub(crate) fn sums_mut(&mut self) -> (&mut [f32], usize) {
-        (&mut self.sums, stride(self.columns))
+    pub(crate) fn sums_mut(&mut self) -> MassRows<'_> {
+        MassRows { values: &mut self.sums, stride: stride(self.columns) }
     }
 
     /// Takes the running sums of all rows as they are now; returns the sum of all masses.
@@ -195,7 +203,7 @@ mod tests {
 
     fn of(rows: usize, columns: usize, masses: &[f32]) -> CellDistribution {
         let mut cells = CellDistribution::new(rows, columns);
-        let (sums, stride) = cells.sums_mut();
+        let MassRows { values: sums, stride } = cells.sums_mut();
         for (row, masses) in masses.chunks_exact(columns).enumerate() {
             let mut sum = 0.0;
             for (column, mass) in masses.iter().enumerate() {

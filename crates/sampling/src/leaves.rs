@@ -7,11 +7,11 @@
 
 use sh::f64x4::SimdLevel;
 
-use crate::cell_distribution::LEAST_MASS;
+use crate::cell_distribution::{LEAST_MASS, MassRows};
 use crate::f32x8::F32x8;
 use crate::leaf_masses::LeafMasses;
-use crate::synthesis::{Fourier, Rows, WriteLanes, for_each_group};
-use crate::tables::{ColumnTable, RowTable, Tables};
+use crate::synthesis::{ColumnPlaces, Fourier, Rows, WriteLanes, for_each_group};
+use crate::tables::{RowTable, Tables};
 
 /// Which function of f is the density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,6 +21,17 @@ pub enum Density {
     Positive,
     /// |f|, whose samples have the sign of f: what estimates an integral of a signed f without bias.
     Absolute,
+}
+
+/// How leaves are made of f.
+#[derive(Clone, Copy)]
+pub(crate) struct LeafOptions {
+    /// Which function of f is the density.
+    pub(crate) density: Density,
+    /// The share of the density that becomes uniform.
+    pub(crate) uniform_share: f32,
+    /// Whether the masses themselves are kept; otherwise, their running sums along each row.
+    pub(crate) keep_masses: bool,
 }
 
 /// Values on the leaves, and the memory in which they are made.
@@ -53,16 +64,16 @@ impl Leaves {
         }
     }
 
-    /// Makes the leaves of a function; `sums` receives the running sums of masses along each row, or the
-    /// masses themselves if `keep_masses`. `share` of the density becomes uniform.
+    /// Makes the leaves of a function; `output` receives the masses or their running sums.
     pub(crate) fn update(
         &mut self,
         level: SimdLevel,
         tables: &Tables,
         coefficients: &[f32],
-        (density, share, keep_masses): (Density, f32, bool),
-        (sums, stride): (&mut [f32], usize),
+        options: LeafOptions,
+        output: &mut MassRows<'_>,
     ) {
+        let LeafOptions { density, uniform_share: share, keep_masses } = options;
         let columns = tables.grid().columns();
         self.pack(tables.degree().get(), coefficients);
         let least = self.synthesise_corners(level, tables, coefficients);
@@ -70,11 +81,13 @@ impl Leaves {
         self.floor = 0.0;
         self.run_rows(level, tables, &tables.row_masses);
         let has_one_sign = least > 0.0 && !self.is_strict && share == 0.0;
-        if has_one_sign && self.synthesise_masses(level, tables, !keep_masses, (sums, stride)) {
+        if has_one_sign && self.synthesise_masses(level, tables, !keep_masses, output) {
             return;
         }
-        self.synthesise_masses(level, tables, false, (sums, stride));
-        self.classify(level, tables, density, (sums, stride));
+        self.synthesise_masses(level, tables, false, output);
+        self.classify(level, tables, density, output);
+        let MassRows { values: sums, stride } = output;
+        let stride = *stride;
         let total: f64 =
             sums.chunks(stride).flat_map(|row| &row[..columns]).map(|&mass| f64::from(mass)).sum();
         let share = f64::from(share);
@@ -115,22 +128,23 @@ impl Leaves {
         level: SimdLevel,
         tables: &Tables,
         add_up: bool,
-        (sums, stride): (&mut [f32], usize),
+        output: &mut MassRows<'_>,
     ) -> bool {
         let rows = tables.grid().rows();
         let mut are_masses = true;
         for_each_group(
             level,
-            (&tables.column_masses, false),
-            (&self.fourier, tables.row_masses.groups),
+            ColumnPlaces { table: &tables.column_masses, at_edges: false },
+            &self.fourier,
+            tables.row_masses.groups,
             &mut self.columns,
             |is_south, first, values| {
                 if add_up {
                     are_masses &= level.run(RunningColumns { values });
                 }
                 let row = |lane: usize| if is_south { rows - 1 - first - lane } else { first + lane };
-                let starts = std::array::from_fn(|lane| row(lane) * (stride));
-                level.run(WriteLanes { columns: values, starts, output: sums });
+                let starts = std::array::from_fn(|lane| row(lane) * output.stride);
+                level.run(WriteLanes { columns: values, starts, output: output.values });
             },
         );
         are_masses
@@ -143,8 +157,9 @@ impl Leaves {
         let corners = &mut self.corners;
         let least = for_each_group(
             level,
-            (&tables.column_edges, true),
-            (&self.fourier, tables.row_edges.groups),
+            ColumnPlaces { table: &tables.column_edges, at_edges: true },
+            &self.fourier,
+            tables.row_edges.groups,
             &mut self.columns,
             |is_south, first, values| {
                 let row = |lane: usize| if is_south { rows - 1 - first - lane } else { first + lane + 1 };
@@ -166,23 +181,25 @@ impl Leaves {
         least.min(north).min(south)
     }
 
-    /// f at points between the corners: rows at `row_table`, columns at `column_table`, row by row, with as
-    /// many rows and columns as corners have where they are at edges. The poles are left out.
+    /// f at points between the corners: rows at `row_table`, columns at `places`, row by row, with as many
+    /// rows and columns as corners have where they are at edges. The poles are left out.
     fn between(
         &mut self,
         level: SimdLevel,
         tables: &Tables,
-        (row_table, column_table, at_edges): (&RowTable, &ColumnTable, bool),
+        row_table: &RowTable,
+        places: ColumnPlaces<'_>,
     ) -> Vec<f32> {
         let (rows, columns) = (tables.grid().rows(), tables.grid().columns());
         let is_edge = std::ptr::eq(row_table, &tables.row_edges);
-        let stride = columns + usize::from(at_edges);
+        let stride = columns + usize::from(places.at_edges);
         let mut values = vec![0.0; (rows + usize::from(is_edge)) * stride];
         self.run_rows(level, tables, row_table);
         for_each_group(
             level,
-            (column_table, at_edges),
-            (&self.fourier, row_table.groups),
+            places,
+            &self.fourier,
+            row_table.groups,
             &mut self.columns,
             |is_south, first, columns_of_group| {
                 let row = |lane: usize| match is_south {
@@ -193,31 +210,27 @@ impl Leaves {
                 level.run(WriteLanes { columns: columns_of_group, starts, output: &mut values });
             },
         );
-        if at_edges {
+        if places.at_edges {
             values.chunks_exact_mut(stride).for_each(|row| row[columns] = row[0]);
         }
         values
     }
 
     /// Turns integrals into masses.
-    fn classify(
-        &mut self,
-        level: SimdLevel,
-        tables: &Tables,
-        density: Density,
-        (sums, stride): (&mut [f32], usize),
-    ) {
+    fn classify(&mut self, level: SimdLevel, tables: &Tables, density: Density, output: &mut MassRows<'_>) {
         let (rows, columns) = (tables.grid().rows(), tables.grid().columns());
-        let centres = self.between(level, tables, (&tables.row_middles, &tables.column_middles, false));
-        let sides = self.between(level, tables, (&tables.row_middles, &tables.column_edges, true));
-        let mut edges = self.between(level, tables, (&tables.row_edges, &tables.column_middles, false));
+        let middles = ColumnPlaces { table: &tables.column_middles, at_edges: false };
+        let at_edges = ColumnPlaces { table: &tables.column_edges, at_edges: true };
+        let centres = self.between(level, tables, &tables.row_middles, middles);
+        let sides = self.between(level, tables, &tables.row_middles, at_edges);
+        let mut edges = self.between(level, tables, &tables.row_edges, middles);
         let corners = |row: usize| &self.corners[row * (columns + 1)..][..columns + 1];
         edges[..columns].copy_from_slice(&corners(0)[..columns]);
         edges[rows * columns..].copy_from_slice(&corners(rows)[..columns]);
         let areas = vec![tables.grid().area() as f32; columns];
         let mut flat = vec![false; columns];
         // Whole words: a row has 32 columns or more, a power of two.
-        for (row, masses) in sums.chunks_exact_mut(stride).enumerate() {
+        for (row, masses) in output.values.chunks_exact_mut(output.stride).enumerate() {
             level.run(LeafMasses {
                 corners: [corners(row), corners(row + 1)],
                 edges: [&edges[row * columns..][..columns], &edges[(row + 1) * columns..][..columns]],

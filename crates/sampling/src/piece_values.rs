@@ -152,7 +152,8 @@ impl PieceMasses {
         tables: &PieceTables,
         pieces: &Pieces,
         coefficients: &[f64],
-        (density, share): (Density, f32),
+        density: Density,
+        share: f32,
     ) -> Self {
         let (rows, columns) = (pieces.rows.len(), pieces.columns.len());
         let at = |down, right| values(tables, pieces, coefficients, [down, right]);

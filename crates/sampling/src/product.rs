@@ -22,7 +22,7 @@ use crate::batches::{draw_into, map_into};
 use crate::cell_distribution::{ABREAST, BELOW_ONE, CellDistribution, Drawn, LEAST_MASS};
 use crate::exact::invert_linear;
 use crate::f32x8::{Lanes, WithLanes, run};
-use crate::leaves::{Density, Leaves};
+use crate::leaves::{Density, LeafOptions, Leaves};
 use crate::piece_values::{PieceMasses, PieceTables};
 use crate::pieces::Pieces;
 use crate::sampler::{bilinear, normalise, share_below};
@@ -186,18 +186,18 @@ impl ProductSampler {
         let scale = normalise(coefficients)?;
         let grid = tables.tables.grid();
         let inverse_area = (grid.area() as f32).recip();
-        let (sums, stride) = self.cells.sums_mut();
+        let mut rows = self.cells.sums_mut();
         let share = options.uniform_share.get();
         if options.masses == ProductMasses::Leaves {
             self.single.clear();
             self.single.extend(coefficients.iter().map(|&value| (value * scale) as f32));
-            let how = (options.density, share, true);
-            self.leaves.update(self.level, &tables.tables, &self.single, how, (sums, stride));
+            let how = LeafOptions { density: options.density, uniform_share: share, keep_masses: true };
+            self.leaves.update(self.level, &tables.tables, &self.single, how, &mut rows);
         } else {
             let coefficients: Vec<f64> = coefficients.iter().map(|value| value * scale).collect();
             let (pieces, light) = (&tables.pieces, &tables.light);
-            let how = (options.density, share);
-            let masses = PieceMasses::new(tables.piece_tables(), pieces, &coefficients, how);
+            let masses =
+                PieceMasses::new(tables.piece_tables(), pieces, &coefficients, options.density, share);
             let columns = pieces.columns.len();
             self.texels = Arc::new(TexelDistribution::new(pieces, grid, |row, output| {
                 let texel_row = pieces.rows[row].texel;
@@ -208,7 +208,7 @@ impl ProductSampler {
             }));
             self.pieces = Some(Arc::new(masses));
         }
-        for (row, sums) in sums.chunks_exact_mut(stride).enumerate() {
+        for (row, sums) in rows.values.chunks_exact_mut(rows.stride).enumerate() {
             let mut sum = 0.0;
             for (column, entry) in sums[..grid.columns()].iter_mut().enumerate() {
                 let mass = self.texels.mass(row, column);

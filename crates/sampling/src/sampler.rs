@@ -14,10 +14,10 @@ use sh::{Basis, Expansion};
 use sphere::{DVec3, Direction};
 
 use crate::batches::{draw_into, map_into};
-use crate::cell_distribution::{ABREAST, BELOW_ONE, CellDistribution, Drawn, LEAST_MASS};
+use crate::cell_distribution::{ABREAST, BELOW_ONE, CellDistribution, Drawn, LEAST_MASS, MassRows};
 use crate::exact::{ExactLeaves, Scratch, WIDTH, invert_linear};
 use crate::f32x8::{Lanes, WithLanes, run};
-use crate::leaves::{Density, Leaves};
+use crate::leaves::{Density, LeafOptions, Leaves};
 use crate::mass_tree::MassTree;
 use crate::{Error, LeafGrid, Tables};
 
@@ -193,16 +193,18 @@ impl Sampler {
         self.single.clear();
         self.single.extend(self.coefficients.iter().map(|&value| value as f32));
         let Options { density, uniform_share, warp, .. } = self.options;
-        let how = (density, uniform_share.0, warp == Warp::Tree);
+        let keep_masses = warp == Warp::Tree;
+        let how = LeafOptions { density, uniform_share: uniform_share.0, keep_masses };
         let total = match &mut self.selection {
             Selection::Rows(cells) => {
-                self.leaves.update(self.level, tables, &self.single, how, cells.sums_mut());
+                self.leaves.update(self.level, tables, &self.single, how, &mut cells.sums_mut());
                 cells.update()
             }
             Selection::Tree(tree) => {
                 let grid = tables.grid();
                 let mut masses = vec![0.0; grid.leaves()];
-                self.leaves.update(self.level, tables, &self.single, how, (&mut masses, grid.columns()));
+                let mut output = MassRows { values: &mut masses, stride: grid.columns() };
+                self.leaves.update(self.level, tables, &self.single, how, &mut output);
                 *tree = MassTree::new(grid.rows(), masses);
                 tree.total()
             }
@@ -421,6 +423,16 @@ impl WithLanes for Draw<'_> {
     }
 }
 
+/// Where points are in their leaves.
+struct PlacesInLeaves {
+    /// The fraction of each point's leaf that lies north of it.
+    t: [f32; ABREAST],
+    /// The fraction of each point's leaf that lies west of it.
+    s: [f32; ABREAST],
+    /// The density at each point, relative to the mean of its leaf.
+    relative: [f32; ABREAST],
+}
+
 impl Sampler {
     /// Takes leaves and the remainders of the uniforms to directions.
     #[inline(always)]
@@ -434,15 +446,16 @@ impl Sampler {
     ) {
         let grid = self.grid();
         let count = directions.len();
-        let ([mut t, mut s], mut relative) = (drawn.rest, [1.0f32; ABREAST]);
+        let [t, s] = drawn.rest;
+        let mut places = PlacesInLeaves { t, s, relative: [1.0; ABREAST] };
         match (self.options.shape, &self.exact, scratch) {
-            (LeafShape::Bilinear, ..) => self.place_bilinear(drawn, &mut t, &mut s, &mut relative),
+            (LeafShape::Bilinear, ..) => self.place_bilinear(drawn, &mut places),
             (LeafShape::Exact, Some(exact), Some(scratch)) => {
-                let place = (&mut t, &mut s, &mut relative);
-                self.place_exact((simd, exact, scratch), (drawn, count), place);
+                self.place_exact(simd, exact, scratch, drawn, count, &mut places);
             }
             _ => {}
         }
+        let PlacesInLeaves { mut t, mut s, mut relative } = places;
         let [margin_t, margin_s] = grid.margins();
         let inverse_area = (grid.area() as f32).recip();
         for i in 0..ABREAST {
@@ -462,13 +475,8 @@ impl Sampler {
     }
 
     #[inline(always)]
-    fn place_bilinear(
-        &self,
-        drawn: &Drawn,
-        t: &mut [f32; ABREAST],
-        s: &mut [f32; ABREAST],
-        relative: &mut [f32; ABREAST],
-    ) {
+    fn place_bilinear(&self, drawn: &Drawn, places: &mut PlacesInLeaves) {
+        let PlacesInLeaves { t, s, relative } = places;
         let columns = self.grid().columns();
         let mut corners = [[0.0f32; ABREAST]; 4];
         for i in 0..ABREAST {
@@ -490,10 +498,14 @@ impl Sampler {
     #[inline(always)]
     fn place_exact<S: Simd>(
         &self,
-        (simd, exact, scratch): (S, &ExactLeaves, &mut Scratch),
-        (drawn, count): (&Drawn, usize),
-        (t, s, relative): (&mut [f32; ABREAST], &mut [f32; ABREAST], &mut [f32; ABREAST]),
+        simd: S,
+        exact: &ExactLeaves,
+        scratch: &mut Scratch,
+        drawn: &Drawn,
+        count: usize,
+        places: &mut PlacesInLeaves,
     ) {
+        let PlacesInLeaves { t, s, relative } = places;
         let columns = self.grid().columns();
         let mut chosen = [0; ABREAST];
         let mut chosen_count = 0;
@@ -511,9 +523,9 @@ impl Sampler {
                 cells[i] = (drawn.rows[of] as usize, drawn.columns[of] as usize);
                 (rest[0][i], rest[1][i]) = (drawn.rest[0][of], drawn.rest[1][of]);
             }
-            let places = exact.draw(simd, scratch, &cells, &rest);
+            let found = exact.draw(simd, scratch, &cells, &rest);
             for (i, &of) in chosen.iter().enumerate() {
-                (t[of], s[of], relative[of]) = (places[0][i], places[1][i], places[2][i]);
+                (t[of], s[of], relative[of]) = (found[0][i], found[1][i], found[2][i]);
             }
         }
     }

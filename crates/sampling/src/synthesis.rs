@@ -122,12 +122,22 @@ impl WithSimd for Columns<'_> {
     }
 }
 
+/// Where the columns are.
+#[derive(Clone, Copy)]
+pub(crate) struct ColumnPlaces<'a> {
+    /// The factors of A_m and B_m in each column.
+    pub(crate) table: &'a ColumnTable,
+    /// Whether columns are edges, the first of which mirrors itself.
+    pub(crate) at_edges: bool,
+}
+
 /// Runs `f` with the values of eight rows in all columns: `f(is_south, first row from the pole, values)`.
-/// Returns the least of all values.
+/// Each hemisphere has `groups` groups of eight rows. Returns the least of all values.
 pub(crate) fn for_each_group(
     level: SimdLevel,
-    (table, at_edges): (&ColumnTable, bool),
-    (fourier, groups): (&[Fourier], usize),
+    ColumnPlaces { table, at_edges }: ColumnPlaces<'_>,
+    fourier: &[Fourier],
+    groups: usize,
     columns: &mut [F32x8],
     mut f: impl FnMut(bool, usize, &mut [F32x8]),
 ) -> f32 {

@@ -216,7 +216,7 @@ impl CellTransform {
                 let mut sums = vec![[0.0; N]; self.degree().rows()];
                 let (mut data, mut spare) = (Vec::new(), Vec::new());
                 for (row, texels) in values.chunks_exact(columns).enumerate() {
-                    self.add_row(block * length + row, texels, (&mut data, &mut spare), &mut sums);
+                    self.add_row(block * length + row, texels, &mut data, &mut spare, &mut sums);
                 }
                 sums
             })
@@ -235,7 +235,8 @@ impl CellTransform {
         &self,
         row: usize,
         texels: &[[T; N]],
-        (data, spare): (&mut Vec<Complex4>, &mut Vec<Complex4>),
+        data: &mut Vec<Complex4>,
+        spare: &mut Vec<Complex4>,
         sums: &mut [[f64; N]],
     ) {
         let (top, columns) = (self.degree().get(), self.grid.columns);

@@ -193,6 +193,15 @@ impl LegendreRecurrence {
     }
 }
 
+/// The argument of the recurrence in four rows.
+#[derive(Clone, Copy)]
+pub(crate) struct Argument<'a> {
+    /// The form of the steps that the rows use.
+    pub(crate) form: Form,
+    /// The argument of this form in each row ([`Form::argument`]).
+    pub(crate) y: &'a F64x4,
+}
+
 /// The state in which four rows enter the sums: from `step` on, all four are in the range of a double.
 pub(crate) struct Entry {
     /// The first step k at which every row is in range; the number of steps if this never happens.
@@ -212,13 +221,13 @@ pub(crate) fn enter<S: Simd>(
     recurrence: &LegendreRecurrence,
     sectoral: &Sectoral,
     group: usize,
-    (form, argument): (Form, &F64x4),
+    Argument { form, y }: Argument<'_>,
     mut partial: impl FnMut(usize, &F64x4),
 ) -> Entry {
     let start = sectoral.start(recurrence.m, group);
     let mut exponent = start.exponent.0;
     let mut state = Entry { step: 0, current: start.value, previous: F64x4::ZERO };
-    let (steps, y) = (&recurrence.steps[..], load(simd, argument));
+    let (steps, y) = (&recurrence.steps[..], load(simd, y));
     let advance = |current, previous, step: &Step| {
         let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(form)));
         simd.mul_add_f64s(factor, current, previous)

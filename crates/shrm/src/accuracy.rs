@@ -14,7 +14,8 @@
 //! Without the field there are estimates. A share of energy that the BRDF loses, or the lesser one of BRDF
 //! and lighting, tends to be more than the field loses, because light falls off with l too. [Ram02, eq. 5.19]
 //! bounds the loss by putting all residual energy into degree F + 1, with Lambda_(F+1) as printed, where an
-//! energy carries its square, and without what P cuts at l <= F. [`TruncationEstimate::bound_with_p`] has both:
+//! energy carries its square, and without what P cuts at l <= F.
+//! [`TruncationEstimate::bound_with_p`] has both:
 //!
 //! Lambda_(F+1)^2 L(l > F) rho(l > F) + sum over l <= F of Lambda_l^2 L_l rho_l(p > P).
 //!

@@ -66,25 +66,35 @@ impl Cut {
     }
 }
 
-/// The least degrees at which a cut of this light on this material uses no more than a share of the limits;
+/// The errors that a cut may have.
+#[derive(Clone, Copy)]
+struct CutAllowance {
+    /// The share of the limits that the cut may use.
+    share: f64,
+    /// The radiance e, next to which black does not count.
+    dark: f64,
+}
+
+/// The least degrees at which a cut of this light on this material uses no more than its share of the limits;
 /// if none do, the highest.
 ///
 /// `lighting` is the light without the lamps, `brdf` has degrees that are high enough
-/// ([`brdf::Choice::Full`]), and `dark` is the radiance e.
+/// ([`brdf::Choice::Full`]).
 fn choose(
-    (lighting, brdf): (&Expansion, &BrdfCoefficients),
+    lighting: &Expansion,
+    brdf: &BrdfCoefficients,
     beside: Beside<'_>,
-    (share, dark): (f64, f64),
+    allowance: CutAllowance,
     stop: Stop<'_>,
 ) -> Result<Cut, Stopped> {
     let trial = Trial::new(lighting, brdf);
     let sample = |index| stop.check().map(|()| trial.samples(index, lighting, brdf, beside));
     let samples: Result<Vec<Vec<Sample>>, Stopped> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
-    Ok(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), share, dark))
+    Ok(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), allowance))
 }
 
-/// Finds the least of the tried degrees at which a cut uses no more than this share of the limits.
-fn least(trial: &Trial, samples: &[Sample], share: f64, dark: f64) -> Cut {
+/// Finds the least of the tried degrees at which a cut uses no more than its share of the limits.
+fn least(trial: &Trial, samples: &[Sample], CutAllowance { share, dark }: CutAllowance) -> Cut {
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
         let mut stops: Vec<f64> = samples.iter().flat_map(|sample| sample.stops(trial, f, p, dark)).collect();
@@ -270,7 +280,7 @@ impl Reflection {
     ) -> Result<(Self, Cut), Stopped> {
         let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
         let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose((&lighting.series, brdf), beside, (1.0, dark), stop)?;
+        let cut = choose(&lighting.series, brdf, beside, CutAllowance { share: 1.0, dark }, stop)?;
         Ok((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
     }
 
@@ -288,14 +298,14 @@ impl Reflection {
         let (series, dark) = (&lighting.series, BLACK_SHARE * lighting.mean());
         let lamps = lamps_of(lighting, matte);
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose((series, diffuse), alone, (DIFFUSE, dark), stop)?;
+        let cut = choose(series, diffuse, alone, CutAllowance { share: DIFFUSE, dark }, stop)?;
         let f = well_above(cut.f).min(series.degree()).min(diffuse.f());
         let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.p)));
         let base = Self::cut_at(&cut, series, diffuse, lamps);
         let (lamps, of_diffuse) = (lamps_of(lighting, highlight), base.lamps().map(Lamps::for_views));
         let fields = Some([&base, &whole]);
         let beside = Beside { lamps: Some(&lamps), of_diffuse: of_diffuse.as_ref(), diffuse: fields };
-        let cut = choose((series, specular), beside, (1.0, dark), stop)?;
+        let cut = choose(series, specular, beside, CutAllowance { share: 1.0, dark }, stop)?;
         let highlight = Self::cut_at(&cut, series, specular, lamps);
         Ok(([base, highlight], cut))
     }
@@ -339,7 +349,7 @@ mod tests {
     fn chosen(material: &Material, lighting: &Expansion) -> Cut {
         let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
-        choose((lighting, &brdf), beside, (1.0, BLACK_SHARE), Stop::NEVER).unwrap()
+        choose(lighting, &brdf, beside, CutAllowance { share: 1.0, dark: BLACK_SHARE }, Stop::NEVER).unwrap()
     }
 
     fn microfacet(sigma: f64) -> Material {

@@ -127,7 +127,7 @@ impl KautzMcCool {
     /// beyond the first and last angle, their slices.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
         let value = |slice, texel| self.slice(slice)[texel];
-        Self::interpolated((self.grid, &self.angles), central, view, value)
+        Self::interpolated(self.grid, &self.angles, central, view, value)
     }
 
     /// [`KautzMcCool::radiance`] of a texture that is not made: `value` returns the value of a slice at a
@@ -136,7 +136,8 @@ impl KautzMcCool {
     /// # Panics
     /// If there is no angle.
     pub fn interpolated(
-        (grid, angles): (MapGrid, &[f64]),
+        grid: MapGrid,
+        angles: &[f64],
         central: Direction,
         view: Direction,
         mut value: impl FnMut(usize, usize) -> [f32; 3],

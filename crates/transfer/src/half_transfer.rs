@@ -14,7 +14,7 @@ use crate::directions::Directions;
 use crate::frames::{Frames, Viewer};
 use crate::occluders::Occluders;
 use crate::shading::shade_with_matrices;
-use crate::transfer::{Transfer, TransferError, bake};
+use crate::transfer::{MeshRays, Transfer, TransferError, bake};
 
 /// A transfer matrix for each vertex, [V, (O+1)^2, (F+1)^2].
 #[derive(Clone, Debug, PartialEq)]
@@ -43,8 +43,8 @@ impl HalfTransfer {
         stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
         let length = output.rows() * input.rows();
-        let scene = (frames, occluders, directions);
-        let (values, blind) = bake(scene, (output, input), (length, f16::ZERO), stop, &round)?;
+        let rays = MeshRays { frames, occluders, directions };
+        let (values, blind) = bake(rays, (output, input), length, f16::ZERO, stop, &round)?;
         Ok((Self { output, input, values }, blind))
     }
 

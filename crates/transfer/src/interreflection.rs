@@ -36,9 +36,21 @@ pub fn reflection_bytes(vertices: usize, (output, input): (Degree, Degree), chan
     one.saturating_mul(1 + 2 * channels)
 }
 
-/// The transfer with `bounces` reflections of the mesh's light by itself, whose materials `table` has: one
-/// for a grey table, else one for each of red, green and blue. `shadows` is what [`crate::precompute`] made
-/// of the same arguments.
+/// A mesh that reflects light on itself, and the rays that its vertices cast.
+#[derive(Clone, Copy)]
+pub struct ReflectingMesh<'a> {
+    /// The vertices, each with its place between the materials of the table.
+    pub frames: &'a Frames,
+    /// The triangles of the same mesh.
+    pub occluders: &'a Occluders,
+    /// The directions of the rays.
+    pub directions: &'a Directions,
+    /// The materials.
+    pub table: &'a BrdfTable,
+}
+
+/// The transfer with `bounces` reflections of the mesh's light by itself: one for a grey table, else one for
+/// each of red, green and blue. `shadows` is what [`crate::precompute`] made of the same mesh and directions.
 ///
 /// Next to brute force, matte corners, screens and bowls are right to 1 percent; glossy corners to what the
 /// degree O cuts, 7 percent at 4 and 1 percent at 6 (`tests/interreflection.rs`). Uses all threads; the
@@ -50,21 +62,19 @@ pub fn reflection_bytes(vertices: usize, (output, input): (Degree, Degree), chan
 /// # Panics
 /// If the occluders are not of the mesh of the frames.
 pub fn interreflect(
-    frames: &Frames,
-    occluders: &Occluders,
-    directions: &Directions,
+    mesh: ReflectingMesh<'_>,
     shadows: &Transfer,
-    table: &BrdfTable,
     bounces: usize,
     stop: Stop<'_>,
 ) -> Result<Vec<Transfer>, TransferError> {
+    let ReflectingMesh { frames, occluders, directions, table } = mesh;
     let (output, input) = (shadows.output(), shadows.input());
     let (columns, channels) = (input.rows(), table.channels());
     let bytes = reflection_bytes(frames.len(), (output, input), channels);
     if bytes > MOST_BYTES {
         return Err(TransferError::TooLarge { vertices: frames.len(), bytes });
     }
-    let scene = Scene { frames, occluders, directions, table, input, channels, stop };
+    let scene = Scene { mesh, input, channels, stop };
     if bounces == 0 {
         return Ok(vec![shadows.clone()]);
     }
@@ -91,18 +101,16 @@ pub fn interreflect(
 /// # Panics
 /// The errors of [`interreflect`].
 pub fn interreflect_matte(
-    frames: &Frames,
-    occluders: &Occluders,
-    directions: &Directions,
+    mesh: ReflectingMesh<'_>,
     input: Degree,
-    table: &BrdfTable,
     bounces: usize,
     stop: Stop<'_>,
 ) -> Result<Option<(Vec<MatteTransfer>, usize)>, TransferError> {
+    let ReflectingMesh { frames, occluders, directions, table } = mesh;
     let channels = table.channels();
     let Some(albedos) = albedos(frames, table) else { return Ok(None) };
     let (white, blind) = MatteTransfer::precompute(frames, occluders, directions, input, stop)?;
-    let scene = Scene { frames, occluders, directions, table, input, channels, stop };
+    let scene = Scene { mesh, input, channels, stop };
     let found = scene.matte_bounces(&white, &albedos, bounces)?;
     let channel = |channel: usize| {
         let rows = found.chunks_exact(input.rows()).skip(channel).step_by(channels);
@@ -111,12 +119,9 @@ pub fn interreflect_matte(
     Ok(Some(((0..channels).filter_map(channel).collect(), blind)))
 }
 
-/// The mesh, directions, table and degree that a bake is of.
+/// The mesh and the degree that a bake is of.
 struct Scene<'a> {
-    frames: &'a Frames,
-    occluders: &'a Occluders,
-    directions: &'a Directions,
-    table: &'a BrdfTable,
+    mesh: ReflectingMesh<'a>,
     input: Degree,
     channels: usize,
     stop: Stop<'a>,
@@ -145,7 +150,7 @@ impl Scene<'_> {
             for (worlds, values) in gathered.into_iter().zip(values) {
                 let worlds: Vec<Vec<f64>> =
                     worlds.into_iter().map(|world| world.into_iter().map(f64::from).collect()).collect();
-                turn_rows((&rotation, rows), &self.frames.blocks()[block].angles, &worlds, &mut turned);
+                turn_rows(&rotation, rows, &self.mesh.frames.blocks()[block].angles, &worlds, &mut turned);
                 values.iter_mut().zip(&turned).for_each(|(value, turned)| *value += turned);
             }
             Ok(())
@@ -266,7 +271,8 @@ impl WithSimd for Gather<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Scene { frames, occluders, directions, table, input, .. } = self.scene;
+        let Scene { mesh, input, .. } = self.scene;
+        let ReflectingMesh { frames, occluders, directions, table } = *mesh;
         let (columns, count) = (input.rows(), self.sums[0].len());
         let mut radiance = vec![0.0; self.sums.len() * columns];
         let mut room = vec![0.0; table.texel()];

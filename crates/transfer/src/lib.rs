@@ -31,7 +31,7 @@ pub use arriving::arriving;
 pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};
 pub use half_transfer::HalfTransfer;
-pub use interreflection::{interreflect, interreflect_matte, reflection_bytes};
+pub use interreflection::{ReflectingMesh, interreflect, interreflect_matte, reflection_bytes};
 pub use light_field::{LightField, LightFieldError};
 pub use lights::shade_lights;
 pub use matte::{MatteTransfer, NotMatte};

@@ -129,7 +129,7 @@ impl Packet {
         open: &mut Vec<u32>,
     ) {
         let mut rays = Rays::<S>::new(simd, self, towards);
-        self.blocker = rays.trace::<ANY>(simd, occluders, towards, (self.blocker, open));
+        self.blocker = rays.trace::<ANY>(simd, occluders, towards, self.blocker, open);
         self.reach = pulp::cast(rays.reach);
         self.met = pulp::cast(rays.met);
         self.weights = rays.weights.map(pulp::cast);
@@ -159,7 +159,8 @@ impl<S: Simd> Rays<S> {
         simd: S,
         occluders: &Occluders,
         towards: &Towards,
-        (mut blocker, open): (u32, &mut Vec<u32>),
+        mut blocker: u32,
+        open: &mut Vec<u32>,
     ) -> u32 {
         if let Some(triangle) = occluders.triangles.get(blocker as usize).filter(|_| ANY) {
             self.meet::<ANY>(simd, triangle, blocker, towards.direction);

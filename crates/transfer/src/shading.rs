@@ -58,8 +58,13 @@ pub fn shade(frames: &Frames, table: &BrdfTable, viewer: Viewer, light: &Expansi
     radiance
 }
 
-/// Memory for looked-up texels and for turns.
-type Room = (Vec<f32>, Multiples);
+/// Memory for looking coefficients up and turning them.
+struct Room {
+    /// The texels of eight vertices.
+    texels: Vec<f32>,
+    /// The multiples of the angles of a turn.
+    turns: Multiples,
+}
 
 /// The looked-up coefficients of eight vertices, turned into the world.
 #[derive(Clone, Copy)]
@@ -72,7 +77,7 @@ struct Turned<'a> {
 
 impl Turned<'_> {
     fn room(&self) -> Room {
-        (vec![0.0; LANES * self.table.texel()], self.rotation.room())
+        Room { texels: vec![0.0; LANES * self.table.texel()], turns: self.rotation.room() }
     }
 
     /// The number of values that [`Turned::block`] has for each vertex.
@@ -82,10 +87,10 @@ impl Turned<'_> {
 
     /// Looks up the coefficients of a block, [channel][row][lane].
     #[inline(always)]
-    fn block<S: Simd>(&self, simd: S, block: &Block, (texels, room): &mut Room, c: &mut Lanes) {
+    fn block<S: Simd>(&self, simd: S, block: &Block, Room { texels, turns }: &mut Room, c: &mut Lanes) {
         self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), texels);
         by_lane(simd, texels, self.table.channels(), c);
-        self.rotation.to_world(simd, &block.angles, c, room);
+        self.rotation.to_world(simd, &block.angles, c, turns);
     }
 }
 

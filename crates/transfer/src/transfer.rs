@@ -120,16 +120,29 @@ pub fn precompute(
 ) -> Result<(Transfer, usize), TransferError> {
     let length = output.rows() * input.rows();
     let copy = |matrix: &[f32], values: &mut [f32]| values.copy_from_slice(matrix);
-    let (values, blind) = bake((frames, occluders, directions), (output, input), (length, 0.0), stop, &copy)?;
+    let rays = MeshRays { frames, occluders, directions };
+    let (values, blind) = bake(rays, (output, input), length, 0.0, stop, &copy)?;
     Ok((Transfer { output, input, values }, blind))
 }
 
-/// Hands each vertex' matrix to `write`, with `length` numbers of its own to fill; also the number of
-/// vertices that see nothing.
+/// The rays that the vertices of a mesh cast.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshRays<'a> {
+    /// The vertices.
+    pub(crate) frames: &'a Frames,
+    /// What the rays may hit.
+    pub(crate) occluders: &'a Occluders,
+    /// The directions of the rays of each vertex.
+    pub(crate) directions: &'a Directions,
+}
+
+/// Hands each vertex' matrix to `write`, with `length` numbers of its own to fill, which are `zero` before;
+/// also the number of vertices that see nothing.
 pub(crate) fn bake<T: Copy + Send>(
-    (frames, occluders, directions): (&Frames, &Occluders, &Directions),
+    MeshRays { frames, occluders, directions }: MeshRays<'_>,
     (output, input): (Degree, Degree),
-    (length, zero): (usize, T),
+    length: usize,
+    zero: T,
     stop: Stop<'_>,
     write: &(dyn Fn(&[f32], &mut [T]) + Sync),
 ) -> Result<(Vec<T>, usize), TransferError> {
@@ -160,7 +173,7 @@ pub(crate) fn bake<T: Copy + Send>(
         };
         let worlds: Vec<Vec<f64>> = hidden.iter().map(world).collect();
         let mut matrices = vec![0.0; worlds.len() * rows * columns];
-        turn_rows((&rotation, rows), &frames.blocks()[block].angles, &worlds, &mut matrices);
+        turn_rows(&rotation, rows, &frames.blocks()[block].angles, &worlds, &mut matrices);
         let vertices = values.chunks_exact_mut(length).zip(matrices.chunks_exact(rows * columns));
         vertices.for_each(|(values, matrix)| write(matrix, values));
         Ok(blind)
@@ -210,7 +223,8 @@ impl<'a> Shadows<'a> {
 
 /// Turns the rows of the matrices of eight vertices from the world into their frames.
 pub(crate) fn turn_rows(
-    (rotation, rows): (&FrameRotation, usize),
+    rotation: &FrameRotation,
+    rows: usize,
     angles: &Angles,
     worlds: &[Vec<f64>],
     values: &mut [f32],

@@ -126,7 +126,7 @@ impl Visibility {
                 world
             };
             let worlds: Vec<Vec<f64>> = own.take(LANES).map(world).collect();
-            turn_rows((&rotation, rows), &frames.blocks()[block].angles, &worlds, values);
+            turn_rows(&rotation, rows, &frames.blocks()[block].angles, &worlds, values);
         });
         Transfer::new(self.output, self.input, values)
     }

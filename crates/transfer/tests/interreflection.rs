@@ -9,8 +9,8 @@ use serde_json::Value;
 use sh::{Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
 use transfer::{
-    Directions, Frames, MatteTransfer, Occluders, Transfer, Viewer, interreflect, interreflect_matte,
-    precompute, shade_with_transfer,
+    Directions, Frames, MatteTransfer, Occluders, ReflectingMesh, Transfer, Viewer, interreflect,
+    interreflect_matte, precompute, shade_with_transfer,
 };
 
 fn list(value: &Value) -> Vec<f64> {
@@ -90,16 +90,19 @@ impl Scene {
         Self { frames, occluders, table, directions, shadows }
     }
 
+    fn mesh(&self) -> ReflectingMesh<'_> {
+        let Self { frames, occluders, table, directions, .. } = self;
+        ReflectingMesh { frames, occluders, directions, table }
+    }
+
     fn bounced(&self, bounces: usize) -> Transfer {
-        let Self { frames, occluders, table, directions, shadows } = self;
-        let found = interreflect(frames, occluders, directions, shadows, table, bounces, Stop::NEVER);
+        let found = interreflect(self.mesh(), &self.shadows, bounces, Stop::NEVER);
         found.unwrap().remove(0)
     }
 
     /// What a white matte surface in the place of each vertex would send out under each Y_j.
     fn matte(&self, bounces: usize) -> MatteTransfer {
-        let Self { frames, occluders, table, directions, .. } = self;
-        let found = interreflect_matte(frames, occluders, directions, degree(4), table, bounces, Stop::NEVER);
+        let found = interreflect_matte(self.mesh(), degree(4), bounces, Stop::NEVER);
         found.unwrap().unwrap().0.remove(0)
     }
 }
@@ -290,7 +293,9 @@ fn each_channel_is_reflected_by_its_own_albedo() {
     let bounced = |albedo: [f64; 3], bounces: usize| {
         let material = Material::Lambert(Lambert::new(albedo).unwrap());
         let table = tabulate(&material, degree(2), 8, Stop::NEVER).unwrap().0;
-        interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, Stop::NEVER).unwrap()
+        let (frames, occluders, directions, table) = (&frames, &occluders, &directions, &table);
+        let mesh = ReflectingMesh { frames, occluders, directions, table };
+        interreflect(mesh, &shadows, bounces, Stop::NEVER).unwrap()
     };
     assert!(bounced([0.5; 3], 0) == [shadows.clone()]);
     let colours = [0.8, 0.4, 0.0];

@@ -8,8 +8,8 @@ use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
 use sh::{Degree, Stop};
 use transfer::{
-    Directions, Frames, HalfTransfer, MatteTransfer, Occluders, TransferError, Visibility, interreflect,
-    interreflect_matte, precompute,
+    Directions, Frames, HalfTransfer, MatteTransfer, Occluders, ReflectingMesh, TransferError, Visibility,
+    interreflect, interreflect_matte, precompute,
 };
 
 fn degree(l: usize) -> Degree {
@@ -71,12 +71,16 @@ fn every_form_and_bounce_asks_whether_to_stop() {
     let chalk = table(Material::Lambert(Lambert::new([0.5; 3]).unwrap()));
     for (name, table, expected) in [("metal", &metal, 2 * blocks), ("chalk", &chalk, 3 * blocks)] {
         let bounces = asked(name, &|stop| {
-            unless(interreflect(&frames, &occluders, &directions, &shadows, table, 2, stop))
+            let mesh =
+                ReflectingMesh { frames: &frames, occluders: &occluders, directions: &directions, table };
+            unless(interreflect(mesh, &shadows, 2, stop))
         });
         assert_eq!(bounces, expected, "{name}");
     }
     let bounces = asked("matte bounces", &|stop| {
-        unless(interreflect_matte(&frames, &occluders, &directions, one, &chalk, 2, stop))
+        let table = &chalk;
+        let mesh = ReflectingMesh { frames: &frames, occluders: &occluders, directions: &directions, table };
+        unless(interreflect_matte(mesh, one, 2, stop))
     });
     assert_eq!(bounces, 3 * blocks);
 }

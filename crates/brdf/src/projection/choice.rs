@@ -12,7 +12,7 @@ use sh::{Degree, Tolerance};
 use super::error::ProjectionError;
 use super::legendre::Legendre;
 use super::slice::{Fineness, Slice, Source, slice};
-use super::tabulation::{ACCURACY, Table, coarse, energies, tabulate};
+use super::tabulation::{ACCURACY, AllowedDifference, Table, coarse, energies, tabulate};
 
 /// The F and P that the search begins with.
 const FIRST: (usize, usize) = (16, 4);
@@ -40,7 +40,8 @@ pub(super) fn least(
     let scale = coarse(source)?;
     let (mut f, mut p) = (likely(source, tolerance, scale)?, FIRST.1);
     loop {
-        let table = tabulate(source, f, p, (scale, ACCURACY.min(tolerance.get())))?;
+        let table =
+            tabulate(source, f, p, AllowedDifference { scale, accuracy: ACCURACY.min(tolerance.get()) })?;
         let energy = energies(&table.rho, p);
         let held = |f: usize, side: usize| -> f64 {
             energy.chunks_exact(p + 1).take(f + 1).flat_map(|row| &row[..side]).sum()

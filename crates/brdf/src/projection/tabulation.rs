@@ -53,17 +53,27 @@ pub(super) struct Table {
     pub(super) evaluations: usize,
 }
 
-/// Projects to degrees (F, P); on each panel the rules differ by at most `accuracy` of the energy.
-///
-/// Errors are relative to `scale`, the energy that [`coarse`] finds.
+/// How far the two quadrature rules may differ on a panel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AllowedDifference {
+    /// The energy that the difference is relative to: what [`coarse`] finds.
+    pub(super) scale: f64,
+    /// The greatest difference, as a share of `scale`.
+    pub(super) accuracy: f64,
+}
+
+/// Projects to degrees (F, P). If `allowed.scale` proves to be far above the energy, the projection is made
+/// again with the energy that was found.
 pub(super) fn tabulate(
     source: Source<'_>,
     f: usize,
     p: usize,
-    (mut scale, accuracy): (f64, f64),
+    allowed: AllowedDifference,
 ) -> Result<Table, ProjectionError> {
+    let mut scale = allowed.scale;
     loop {
-        let table = pass(source, (f, p), (scale.max(f64::MIN_POSITIVE), accuracy))?;
+        let allowed = AllowedDifference { scale: scale.max(f64::MIN_POSITIVE), ..allowed };
+        let table = pass(source, (f, p), allowed)?;
         // A coarse sum that hits a highlight by chance is too large, and the errors that it allows are too.
         if table.total >= scale / 4.0 {
             return Ok(table);
@@ -99,11 +109,11 @@ pub(super) fn energies(rho: &[[f64; 3]], p: usize) -> Vec<f64> {
         .collect()
 }
 
-/// One pass with errors relative to `scale`.
+/// One pass with errors relative to the scale.
 fn pass(
     source: Source<'_>,
     (f, p): (usize, usize),
-    (scale, accuracy): (f64, f64),
+    AllowedDifference { scale, accuracy }: AllowedDifference,
 ) -> Result<Table, ProjectionError> {
     let incident = Legendre::new(f, p);
     let outgoing = Legendre::new(p, f);

@@ -8,6 +8,14 @@ use super::{BelowHorizon, BrdfTable};
 /// The views that [`BrdfTable::lookup_eight`] takes.
 const LANES: usize = 8;
 
+/// The four texels about each of eight views.
+struct CornersOfEight {
+    /// The numbers of the texels within a map, by corner and view.
+    texels: [[u32; LANES]; 4],
+    /// The share of each texel, by corner and view.
+    weights: [[f32; LANES]; 4],
+}
+
 impl BrdfTable {
     /// c_i(v) of material `q`, interpolated between the four nearest texels, into [(F+1)^2, channels].
     ///
@@ -37,11 +45,11 @@ impl BrdfTable {
         c: &mut [f32],
     ) {
         assert_eq!(c.len(), LANES * self.texel(), "eight texels");
-        let (corners, weights) = self.corners_of_eight(views);
+        let corners = self.corners_of_eight(views);
         // With a known length, loops over a texel are unrolled.
         match self.texel() {
-            25 => self.eight(simd, blend, (&corners, &weights), c, 25),
-            texel => self.eight(simd, blend, (&corners, &weights), c, texel),
+            25 => self.eight(simd, blend, &corners, c, 25),
+            texel => self.eight(simd, blend, &corners, c, texel),
         }
     }
 
@@ -50,13 +58,13 @@ impl BrdfTable {
         &self,
         simd: S,
         blend: &[f32; LANES],
-        (corners, weights): (&[[u32; LANES]; 4], &[[f32; LANES]; 4]),
+        CornersOfEight { texels, weights }: &CornersOfEight,
         c: &mut [f32],
         texel: usize,
     ) {
         let last = self.count() - 1;
         for (lane, c) in c.chunks_exact_mut(texel).enumerate() {
-            let corners = [0, 1, 2, 3].map(|corner| corners[corner][lane] as usize * texel);
+            let corners = [0, 1, 2, 3].map(|corner| texels[corner][lane] as usize * texel);
             let weights = [0, 1, 2, 3].map(|corner| weights[corner][lane]);
             if last == 0 {
                 interpolate_wide(simd, &self.values, corners, weights, c);
@@ -121,24 +129,24 @@ impl BrdfTable {
         )
     }
 
-    /// The four texels about each of eight views and their weights, in loops that become vectors.
+    /// The corners about eight views, in loops that become vectors.
     #[inline(always)]
-    fn corners_of_eight(&self, [x, y, z]: &[[f32; LANES]; 3]) -> ([[u32; LANES]; 4], [[f32; LANES]; 4]) {
-        let (mut corners, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
+    fn corners_of_eight(&self, [x, y, z]: &[[f32; LANES]; 3]) -> CornersOfEight {
+        let (mut texels, mut weights) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
         let (size, last) = (self.size as i32, self.size as i32 - 1);
         for lane in 0..LANES {
             let (left, top, u, t) = self.place(x[lane], y[lane], z[lane]);
             let (right, bottom) = ((left + 1).min(last), (top + 1).min(last));
-            corners[0][lane] = (top * size + left) as u32;
-            corners[1][lane] = (top * size + right) as u32;
-            corners[2][lane] = (bottom * size + left) as u32;
-            corners[3][lane] = (bottom * size + right) as u32;
+            texels[0][lane] = (top * size + left) as u32;
+            texels[1][lane] = (top * size + right) as u32;
+            texels[2][lane] = (bottom * size + left) as u32;
+            texels[3][lane] = (bottom * size + right) as u32;
             weights[0][lane] = (1.0 - u) * (1.0 - t);
             weights[1][lane] = u * (1.0 - t);
             weights[2][lane] = (1.0 - u) * t;
             weights[3][lane] = u * t;
         }
-        (corners, weights)
+        CornersOfEight { texels, weights }
     }
 
     /// The left column and the top row of the four texels about a view, and how far it is from them.

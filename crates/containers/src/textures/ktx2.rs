@@ -112,7 +112,7 @@ pub fn write_ktx2_rgba(
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
     pack_rgba(sizes, rgba, precision)
-        .and_then(|level| write(sizes, vec![level], (precision.into(), Scheme::Plain), recipe, metadata))
+        .and_then(|level| write(sizes, vec![level], precision.into(), Scheme::Plain, recipe, metadata))
         .map_err(|error| error.within("KTX2"))
 }
 
@@ -135,14 +135,15 @@ fn write_levels(
 ) -> Result<Encoded, Error> {
     let levels = texture.pack(format);
     levels
-        .and_then(|levels| write(texture, levels, (format, scheme), recipe, metadata))
+        .and_then(|levels| write(texture, levels, format, scheme, recipe, metadata))
         .map_err(|error| error.within("KTX2"))
 }
 
 fn write(
     texture: &Texture,
     levels: Vec<Packed>,
-    (format, scheme): (TexelFormat, Scheme),
+    format: TexelFormat,
+    scheme: Scheme,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {

@@ -7,7 +7,7 @@ use super::geometry::Geometry;
 use super::object_cache::ObjectCache;
 use super::product_sampling::BandSamplers;
 use super::rasteriser::{Band, Hit};
-use super::shader::{LookCache, Shader};
+use super::shader::{BandState, LookCache, Shader};
 use crate::shading::background::background;
 use crate::shading::develop::develop;
 use crate::shading::difference::{Squares, difference};
@@ -41,15 +41,16 @@ impl<'a> BandRenderer<'a> {
     pub(super) fn new(
         scene: &'a Scene,
         shot: &'a Shot,
-        (caches, objects): (&'a [LookCache], &'a ObjectCache),
+        caches: &'a [LookCache],
+        objects: &'a ObjectCache,
         cancellation: &Cancellation<'_>,
     ) -> Result<Self, RenderError> {
         let transform = ViewTransform::new(shot);
         let mut shaders = Vec::new();
-        for mode in shot.show.modes().enumerate() {
+        for (number, mode) in shot.show.modes().enumerate() {
             let of_mode = caches.iter().map(|cache| {
                 cancellation.check()?;
-                Shader::new(mode, cache, transform.view, shot)
+                Shader::new(number, mode, cache, transform.view, shot)
             });
             shaders.push(of_mode.collect::<Result<_, _>>()?);
         }
@@ -89,8 +90,9 @@ impl<'a> BandRenderer<'a> {
         let count = (radiance.len() / width) as u32;
         let rows = first * samples..(first + count) * samples;
         let seen = Band::new(&self.geometry, &self.bins[band], self.transform.size, rows);
-        let (mut squares, mut check) = (Squares::default(), PeriodicCheck::new(cancellation));
-        let mut samplers = BandSamplers::default();
+        let mut squares = Squares::default();
+        let mut state =
+            BandState { check: PeriodicCheck::new(cancellation), samplers: BandSamplers::default() };
         let share = 1.0 / (samples * samples) as f32;
         let divider = self.shot.show.divider(self.shot.size[0]);
         for (place, (radiance, display)) in radiance.iter_mut().zip(display).enumerate() {
@@ -101,7 +103,7 @@ impl<'a> BandRenderer<'a> {
                     let seen = seen.seen(&self.geometry, &self.transform, column, row);
                     let sample = match &seen {
                         Some(seen) => {
-                            let by = |mode| self.by(mode, seen, [column, row], (&mut check, &mut samplers));
+                            let by = |mode| self.by(mode, seen, [column, row], &mut state);
                             self.surface(by, x >= divider, &mut squares)?
                         }
                         None => self.background(column, row),
@@ -123,14 +125,14 @@ impl<'a> BandRenderer<'a> {
         mode: usize,
         seen: &Hit,
         [column, row]: [u32; 2],
-        kept: (&mut PeriodicCheck<'_>, &mut BandSamplers),
+        state: &mut BandState<'_>,
     ) -> Result<Vec3, RenderError> {
         // If both sides have the same mode, it has one entry.
         let shaders = &self.shaders[mode.min(self.shaders.len() - 1)];
         let number = row.wrapping_mul(self.transform.size[0]).wrapping_add(column);
         let light_samples = self.shot.light_samples;
         let shadows = self.shadows[seen.object].as_ref();
-        shaders[self.looks[seen.object]].radiance(seen, number, light_samples, shadows, kept)
+        shaders[self.looks[seen.object]].radiance(seen, number, light_samples, shadows, state)
     }
 
     /// A sample that hits a surface; `by` is its radiance in the first or the second mode.

@@ -57,6 +57,14 @@ impl LookCache {
     }
 }
 
+/// What the samples of a band share while they are shaded.
+pub(super) struct BandState<'a> {
+    /// Whether the picture is still wanted.
+    pub(super) check: PeriodicCheck<'a>,
+    /// The samplers of products with lobes, for the next samples in the same cell.
+    pub(super) samplers: BandSamplers,
+}
+
 /// A mode of a look, which shades surfaces.
 #[derive(Debug)]
 pub(super) enum Shader<'a> {
@@ -102,7 +110,8 @@ impl<'a> Shader<'a> {
     /// The shader of a mode of a look; `view` is the direction toward a distant viewer, and `number` is 0 for
     /// the first mode of a picture, 1 for the second.
     pub(super) fn new(
-        (number, mode): (usize, Mode),
+        number: usize,
+        mode: Mode,
         cache: &'a LookCache,
         view: Vec3,
         shot: &Shot,
@@ -150,7 +159,7 @@ impl<'a> Shader<'a> {
     }
 
     /// The radiance toward the viewer at a sample of the picture. `number` identifies the sample; `shadows`
-    /// are those of the object on itself, `samplers` those of the band.
+    /// are those of the object on itself.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -160,8 +169,9 @@ impl<'a> Shader<'a> {
         number: u32,
         light_samples: u32,
         shadows: Option<&Shadows>,
-        (check, samplers): (&mut PeriodicCheck<'_>, &mut BandSamplers),
+        state: &mut BandState<'_>,
     ) -> Result<Vec3, RenderError> {
+        let BandState { check, samplers } = state;
         let surface = &hit.surface;
         Ok(match self {
             Self::Local { map, lamps: beside } => lamps(beside, local_shrm(map, surface), surface),

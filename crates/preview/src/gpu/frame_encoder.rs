@@ -182,7 +182,7 @@ impl<'a> FrameEncoder<'a> {
             if mode.is_brute_force() {
                 counts[side] = accumulate(encoder, side)?;
             } else {
-                self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?;
+                self.shade(encoder, side, mode, sample, self.columns(side), 0..1)?;
             }
         }
         self.develop(encoder, sample, counts)
@@ -274,7 +274,8 @@ impl<'a> FrameEncoder<'a> {
     pub(super) fn shade(
         &self,
         encoder: &mut CommandEncoder,
-        (side, mode): (usize, Mode),
+        side: usize,
+        mode: Mode,
         sample: usize,
         columns: std::ops::Range<u32>,
         lights: std::ops::Range<u32>,

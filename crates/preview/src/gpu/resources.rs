@@ -100,7 +100,7 @@ impl Resources {
                                 entry.insert(ShadedVertices::new(device, ShadedMesh::new(object, mode)?)?)
                             }
                         };
-                        shaded.update(device, (layouts, &self.pipelines), object, shot)?;
+                        shaded.update(device, layouts, &self.pipelines, object, shot)?;
                     }
                     Mode::BruteForce | Mode::ShadowedBruteForce => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;

@@ -80,7 +80,8 @@ impl ShadedVertices {
     pub(super) fn update(
         &mut self,
         device: &Device,
-        (layouts, pipelines): (&Layouts, &Pipelines),
+        layouts: &Layouts,
+        pipelines: &Pipelines,
         object: &Object,
         shot: &Shot,
     ) -> Result<(), RenderError> {
@@ -96,7 +97,7 @@ impl ShadedVertices {
             }
             change => {
                 self.seen = None;
-                self.shade(device, (layouts, pipelines), &view)?;
+                self.shade(device, layouts, pipelines, &view)?;
                 match change {
                     Change::View => self.passes.light_kept += 1,
                     _ => self.passes.both_new += 1,
@@ -111,7 +112,8 @@ impl ShadedVertices {
     fn shade(
         &mut self,
         device: &Device,
-        (layouts, pipelines): (&Layouts, &Pipelines),
+        layouts: &Layouts,
+        pipelines: &Pipelines,
         view: &VertexView,
     ) -> Result<(), RenderError> {
         if self.light.as_ref().is_none_or(|(light, ..)| *light != view.light) {

@@ -6,7 +6,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::f64x4::{F64x4, LANES, load, store};
-use crate::legendre::{Entry, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
+use crate::legendre::{Argument, Entry, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
 
 /// Values that go together at four pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
 /// of the odd part O in 6 .. 12.
@@ -98,7 +98,7 @@ impl WithSimd for Project<'_> {
                     joins[group - start] = steps.len();
                     continue;
                 }
-                let argument = (rows.form(group), &rows.argument[group]);
+                let argument = Argument { form: rows.form(group), y: &rows.argument[group] };
                 let mut entry = enter(simd, recurrence, &rows.sectoral, group, argument, |k, lambda| {
                     accumulate(simd, &mut sums[k], lambda, column);
                 });
@@ -163,9 +163,9 @@ fn accumulate<S: Simd>(simd: S, sum: &mut Group, lambda: &F64x4, column: &Group)
 }
 
 #[inline(always)]
-fn advance<S: Simd>(simd: S, entry: &mut Entry, (form, argument): (Form, &F64x4), steps: &[Step]) {
+fn advance<S: Simd>(simd: S, entry: &mut Entry, Argument { form, y }: Argument<'_>, steps: &[Step]) {
     let step = steps[entry.step];
-    let factor = simd.mul_add_f64s(load(simd, &step.a), load(simd, argument), load(simd, step.b(form)));
+    let factor = simd.mul_add_f64s(load(simd, &step.a), load(simd, y), load(simd, step.b(form)));
     let next = simd.mul_add_f64s(factor, load(simd, &entry.current), load(simd, &entry.previous));
     entry.previous = entry.current;
     store(simd, next, &mut entry.current);
@@ -196,8 +196,8 @@ impl WithSimd for Evaluate<'_> {
             if sine.0[LANES - 1] < least {
                 continue;
             }
-            let (form, argument) = (rows.form(group), &rows.argument[group]);
-            let entry = enter(simd, recurrence, &rows.sectoral, group, (form, argument), |k, lambda| {
+            let argument = Argument { form: rows.form(group), y: &rows.argument[group] };
+            let entry = enter(simd, recurrence, &rows.sectoral, group, argument, |k, lambda| {
                 let lambda = load(simd, lambda);
                 for part in 0..PARTS {
                     let total = load(simd, &column[part]);
@@ -211,7 +211,7 @@ impl WithSimd for Evaluate<'_> {
             // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in
             // registers.
             let (mut current, mut previous) = (load(simd, &entry.current), load(simd, &entry.previous));
-            let (y, cosine) = (load(simd, argument), load(simd, &rows.cosine[group]));
+            let (y, cosine) = (load(simd, argument.y), load(simd, &rows.cosine[group]));
             let (even_column, odd_column) = column.split_at_mut(ODD);
             let mut even: [S::f64s; ODD] = std::array::from_fn(|part| load(simd, &even_column[part]));
             let mut odd: [S::f64s; ODD] = std::array::from_fn(|part| load(simd, &odd_column[part]));
@@ -221,7 +221,7 @@ impl WithSimd for Evaluate<'_> {
                     for part in 0..ODD {
                         even[part] = simd.mul_add_f64s(current, simd.splat_f64s(term[part]), even[part]);
                     }
-                    let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(form)));
+                    let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(argument.form)));
                     (current, previous) = (simd.mul_add_f64s(factor, current, previous), current);
                 }
                 for (term, lambda) in terms.iter().zip(&lambda) {

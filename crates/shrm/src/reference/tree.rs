@@ -98,7 +98,7 @@ impl<'a> LightTree<'a> {
         let to_local = frame(central).matrix().transpose();
         let outgoing = Direction::normalised(to_local * view.vector());
         let to_surface = material.centre().surface_frame(outgoing) * to_local;
-        self.sum(material, to_surface, (central, view), share, dark)
+        self.sum(material, to_surface, central, view, share, dark)
     }
 
     /// Returns the radiance of a surface that may be brushed: `frame` has its tangent, N x tangent, and its
@@ -113,14 +113,15 @@ impl<'a> LightTree<'a> {
     ) -> [f64; 3] {
         let [tangent, normal] = [frame.x_axis, frame.z_axis].map(Direction::normalised);
         let central = material.centre().central(normal, tangent, view);
-        self.sum(material, frame.transpose(), (central, view), share, dark)
+        self.sum(material, frame.transpose(), central, view, share, dark)
     }
 
     fn sum(
         &self,
         material: &Material,
         to_surface: DMat3,
-        (central, view): (Direction, Direction),
+        central: Direction,
+        view: Direction,
         share: f64,
         dark: f64,
     ) -> [f64; 3] {
@@ -341,7 +342,8 @@ mod tests {
     /// Errors relative to the sum over texels of a quarter of the size, in order, at directions and views
     /// spread over the sphere.
     fn errors(
-        (tree, fine): (&LightTree<'_>, &Environment),
+        tree: &LightTree<'_>,
+        fine: &Environment,
         material: &Material,
         share: f64,
         dark: f64,
@@ -368,7 +370,7 @@ mod tests {
             let (tree, fine) = (LightTree::new(&environment), subdivided(&environment, 4));
             for material in materials() {
                 for share in [0.02, 0.005] {
-                    let errors = errors((&tree, &fine), &material, share, 0.01);
+                    let errors = errors(&tree, &fine, &material, share, 0.01);
                     assert!(
                         errors[20] < 1.25 * share && errors[38] < 5.0 * share,
                         "{rows} {share} {material:?}: {} {}",

@@ -23,7 +23,7 @@ use sh::f64x4::LANES;
 use sh::{Expansion, Stopped, rotate};
 use sphere::{Cube, DVec3, Face, Rotation};
 
-use super::parity_split_fourier::mirror;
+use super::parity_split_fourier::{StridedTerms, mirror};
 use super::plan::SynthesisPlan;
 use super::product::Product;
 use super::spin::Rows;
@@ -139,8 +139,8 @@ impl<'a> Pair<'a> {
         let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
         of_k.try_for_each(|(k, across)| {
             plan.stop.check()?;
-            let terms = &terms[k * plan.padded..];
-            plan.level.run(Across { plan, betas: &betas, terms, width, across });
+            let terms = StridedTerms { values: &terms[k * plan.padded..], step: width };
+            plan.level.run(Across { plan, betas: &betas, terms, across });
             Ok(())
         })?;
         Ok(Self { faces, across })
@@ -238,9 +238,8 @@ struct Across<'a> {
     plan: &'a SynthesisPlan<'a>,
     /// The terms in beta at each column, [columns, terms in beta].
     betas: &'a [f64],
-    /// The values of k, `width` after those of the term before.
-    terms: &'a [f64],
-    width: usize,
+    /// The values of k.
+    terms: StridedTerms<'a>,
     across: &'a mut [f64],
 }
 
@@ -249,8 +248,8 @@ impl WithSimd for Across<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { plan, betas, terms, width, across } = self;
-        plan.fourier.sum(simd, betas, (terms, width), plan.padded, across);
+        let Self { plan, betas, terms, across } = self;
+        plan.fourier.sum(simd, betas, terms, plan.padded, across);
     }
 }
 
@@ -316,8 +315,10 @@ impl WithSimd for Columns<'_, '_> {
                 if mirrored && 2 * column + 1 == edge {
                     continue;
                 }
-                circle(plan, (across, half * 4 * padded), mirrored, &mut series);
-                fourier.sum(simd, &alphas, (&series, padded), padded, &mut sums);
+                let sums_over_m = StridedTerms { values: across, step: half * 4 * padded };
+                circle(plan, sums_over_m, mirrored, &mut series);
+                let terms = StridedTerms { values: &series, step: padded };
+                fourier.sum(simd, &alphas, terms, padded, &mut sums);
                 for (row, sums) in sums.chunks_exact(4 * padded).enumerate() {
                     // At alpha, pi - alpha, -alpha and alpha + pi: the last two on the far face.
                     mirror(sums, &mut four);
@@ -361,14 +362,14 @@ impl ColumnBlock<'_> {
     }
 }
 
-/// The series in alpha of one column from the partial sums over m, which are `step` values apart for each k:
-/// at the column's beta, or at -beta.
+/// The series in alpha of one column from the partial sums over m for each k: at the column's beta, or at
+/// -beta.
 #[inline(always)]
-fn circle(plan: &SynthesisPlan<'_>, (across, step): (&[f64], usize), mirrored: bool, series: &mut [f64]) {
+fn circle(plan: &SynthesisPlan<'_>, across: StridedTerms<'_>, mirrored: bool, series: &mut [f64]) {
     let padded = plan.padded;
     let sign = if mirrored { -1.0 } else { 1.0 };
     for k in 0..=plan.f {
-        let part = |part: usize| &across[k * step + part * padded..][..padded];
+        let part = |part: usize| &across.values[k * across.step + part * padded..][..padded];
         let [ce, co, se, so] = [part(0), part(1), part(2), part(3)];
         let cosine = plan.fourier.cosine(k) * padded;
         // Even m makes cosines of k if q is even, and sines if it is odd.

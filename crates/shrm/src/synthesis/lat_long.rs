@@ -8,7 +8,7 @@ use sh::Stopped;
 use sh::f64x4::LANES;
 use sphere::LatLong;
 
-use super::parity_split_fourier::mirror;
+use super::parity_split_fourier::{StridedTerms, mirror};
 use super::plan::SynthesisPlan;
 use super::spin::Rows;
 
@@ -73,7 +73,8 @@ impl WithSimd for Line<'_> {
         let mut four = vec![0.0; 4 * padded];
         for (block, angles) in angles.chunks(BLOCK * plan.fourier.len()).enumerate() {
             let count = angles.len() / plan.fourier.len();
-            plan.fourier.sum(simd, angles, (series, padded), padded, &mut sums[..count * 4 * padded]);
+            let terms = StridedTerms { values: series, step: padded };
+            plan.fourier.sum(simd, angles, terms, padded, &mut sums[..count * 4 * padded]);
             for (column, sums) in (block * BLOCK..).zip(sums[..count * 4 * padded].chunks_exact(4 * padded)) {
                 mirror(sums, &mut four);
                 let places = if width.is_multiple_of(2) {

@@ -16,6 +16,15 @@ pub(super) struct ParitySplitFourier {
     starts: [usize; 5],
 }
 
+/// The terms of several series, one term of all of them after the other.
+#[derive(Clone, Copy)]
+pub(super) struct StridedTerms<'a> {
+    /// The values of the first term, then, `step` values on, those of the second.
+    pub(super) values: &'a [f64],
+    /// The number of values from one term to the next, which is at least the number of series.
+    pub(super) step: usize,
+}
+
 impl ParitySplitFourier {
     pub(super) fn new(degree: usize) -> Self {
         let lengths = [degree / 2 + 1, degree.div_ceil(2), degree / 2, degree.div_ceil(2)];
@@ -52,24 +61,23 @@ impl ParitySplitFourier {
         }
     }
 
-    /// The four partial sums: `angles` [n, len], `series` [len, values] to `sums` [n, 4, values]. The terms
-    /// of the series are `step` values apart.
+    /// The four partial sums: `angles` [n, len], `series` [len, values] to `sums` [n, 4, values].
     #[inline(always)]
     pub(super) fn sum<S: Simd>(
         &self,
         simd: S,
         angles: &[f64],
-        (series, step): (&[f64], usize),
+        series: StridedTerms<'_>,
         values: usize,
         sums: &mut [f64],
     ) {
-        let (series, _) = S::as_simd_f64s(series);
+        let (terms, _) = S::as_simd_f64s(series.values);
         let (sums, _) = S::as_mut_simd_f64s(sums);
-        let (vectors, right_step) = (values / S::F64_LANES, step / S::F64_LANES);
+        let (vectors, right_step) = (values / S::F64_LANES, series.step / S::F64_LANES);
         for (part, ends) in self.starts.windows(2).enumerate() {
             let inner = ends[0]..ends[1];
             // A part may be empty.
-            let right = series.get(inner.start * right_step..).unwrap_or_default();
+            let right = terms.get(inner.start * right_step..).unwrap_or_default();
             let product = Product { left: angles, stride: self.len(), inner, right, right_step, vectors };
             product.write(simd, &mut sums[part * vectors..], 4 * vectors);
         }

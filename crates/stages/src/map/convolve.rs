@@ -170,7 +170,7 @@ impl Kind for Convolve {
                 context.note(degrees(&reflection, brdf.coefficients.f().get()));
                 if let Some(material) = material {
                     context.check_cancelled()?;
-                    warn_of_rings(&reflection, (lighting, material), dark, context)?;
+                    warn_of_rings(&reflection, lighting, material, dark, context)?;
                 }
                 reflection
             }
@@ -213,7 +213,8 @@ fn samples(reflection: &Reflection, context: &Context<'_>) -> Result<Samples, Fa
 /// Warns if a cut at degrees of the manifest shows, with the remedy that helps most.
 fn warn_of_rings(
     reflection: &Reflection,
-    (lighting, material): (&Lighting, &Material),
+    lighting: &Lighting,
+    material: &Material,
     dark: f64,
     context: &Context<'_>,
 ) -> Result<(), Failure> {

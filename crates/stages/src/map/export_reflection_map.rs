@@ -72,7 +72,7 @@ use sh::{energy_per_degree, lambda};
 use shrm::degrees::BLACK_SHARE;
 use shrm::{Plain, Reflection};
 
-use super::map_pictures::{MapPictures, PictureFormat, PictureLayout, texels};
+use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
 use crate::values::{
     LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped, artifacts, parts,
     report_loss,
@@ -82,7 +82,7 @@ parameters! {
     /// Parameters of `export-reflection-map`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the written images; see Files.
-        layout: PictureLayout = PictureLayout::LatLong,
+        layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 128,

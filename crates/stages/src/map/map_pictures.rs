@@ -11,7 +11,7 @@ use crate::values::{Content, FileFormat, Numbers};
 
 choice! {
     /// How the sphere lies on the written images.
-    pub(crate) enum PictureLayout {
+    pub(crate) enum Layout {
         /// One image of latitude and longitude.
         LatLong = "lat-long",
         /// Six files.
@@ -43,7 +43,7 @@ impl FileFormat for PictureFormat {
 
 /// The settings of a map that is written as pictures.
 pub(crate) struct MapPictures {
-    pub(crate) layout: PictureLayout,
+    pub(crate) layout: Layout,
     /// Rows of a lat-long map; texels along the edge of a cube's face.
     pub(crate) resolution: usize,
     pub(crate) format: PictureFormat,
@@ -61,7 +61,7 @@ impl MapPictures {
             PictureFormat::Png => ".png",
         };
         match self.layout {
-            PictureLayout::Cube => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
+            Layout::Cube => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
             _ => vec![extension.to_owned()],
         }
     }
@@ -79,8 +79,8 @@ impl MapPictures {
     /// The texels that the layout shows.
     pub(crate) fn grid(&self) -> MapGrid {
         match self.layout {
-            PictureLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(self.resolution)),
-            PictureLayout::Cube | PictureLayout::CubeStrip | PictureLayout::CubeCross => {
+            Layout::LatLong => MapGrid::LatLong(LatLong::with_rows(self.resolution)),
+            Layout::Cube | Layout::CubeStrip | Layout::CubeCross => {
                 MapGrid::Cube(Cube { edge: self.resolution })
             }
         }
@@ -102,14 +102,14 @@ impl MapPictures {
     fn arrange(&self, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
         let resolution = self.resolution;
         match self.layout {
-            PictureLayout::LatLong => Ok(vec![image(2 * resolution, resolution, pixels)?]),
-            PictureLayout::Cube => {
+            Layout::LatLong => Ok(vec![image(2 * resolution, resolution, pixels)?]),
+            Layout::Cube => {
                 let faces = pixels.chunks_exact(resolution * resolution);
                 faces.map(|face| image(resolution, resolution, face.to_vec())).collect()
             }
-            PictureLayout::CubeCross => Ok(vec![cross(Cube { edge: resolution }, &pixels)?]),
+            Layout::CubeCross => Ok(vec![cross(Cube { edge: resolution }, &pixels)?]),
             // Six faces below each other are a strip.
-            PictureLayout::CubeStrip => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
+            Layout::CubeStrip => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
         }
     }
 

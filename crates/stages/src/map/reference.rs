@@ -79,7 +79,7 @@ use shrm::reference::{Cull, Estimate, Reference, Sampled};
 use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
-use super::map_pictures::{MapPictures, PictureFormat, PictureLayout};
+use super::map_pictures::{Layout, MapPictures, PictureFormat};
 use crate::values::{MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
 
 /// The direction of the viewer.
@@ -179,7 +179,7 @@ parameters! {
         #[range(0.0..1.0)]
         cull: f64 = 0.0,
         /// How the sphere lies on the written images, as in export-reflection-map.
-        layout: PictureLayout = PictureLayout::LatLong,
+        layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 32,

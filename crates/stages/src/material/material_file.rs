@@ -500,15 +500,9 @@ impl MaterialReader<'_> {
         let names = || MeasuredFormat::ALL.iter().map(|format| format.name());
         let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
         let error = is_not(value, &format!("one of: {expected}"));
-        match &value.kind {
-            ValueKind::String(word) => {
-                match MeasuredFormat::ALL.into_iter().find(|format| format.name() == word) {
-                    Some(format) => Some(format),
-                    None => self.refuse(with_nearest(error, word, names()), "format"),
-                }
-            }
-            _ => self.refuse(error, "format"),
-        }
+        let ValueKind::String(word) = &value.kind else { return self.refuse(error, "format") };
+        let named = MeasuredFormat::ALL.into_iter().find(|format| format.name() == word);
+        named.or_else(|| self.refuse(with_nearest(error, word, names()), "format"))
     }
 }
 

@@ -74,8 +74,8 @@ use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::{Degree, Stop};
 use transfer::{
-    Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer,
-    TransferError, Visibility, interreflect, interreflect_matte, precompute, reflection_bytes,
+    Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, ReflectingMesh, StoredTransfer,
+    Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute, reflection_bytes,
 };
 
 use crate::values::quantity::size;
@@ -286,10 +286,10 @@ impl TransferScene<'_> {
 
     fn reflected(&self, parameters: &Parameters, table: &BrdfTable, stop: Stop<'_>) -> Baked {
         let &Self { frames, occluders, directions, degrees } = self;
+        let mesh = ReflectingMesh { frames, occluders, directions, table };
         let bounces = parameters.bounces;
         if parameters.form == FormName::Matte {
-            let input = degrees.1;
-            let found = interreflect_matte(frames, occluders, directions, input, table, bounces, stop)?;
+            let found = interreflect_matte(mesh, degrees.1, bounces, stop)?;
             if let Some((channels, blind)) = found {
                 return Ok((channels.into_iter().map(Form::Matte).collect(), blind));
             }
@@ -299,7 +299,7 @@ impl TransferScene<'_> {
             return Err(TransferError::TooLarge { vertices: frames.len(), bytes: room });
         }
         let (shadows, blind) = precompute(frames, occluders, directions, degrees, stop)?;
-        let found = interreflect(frames, occluders, directions, &shadows, table, bounces, stop)?;
+        let found = interreflect(mesh, &shadows, bounces, stop)?;
         Ok((found.iter().map(|matrices| parameters.form(matrices)).collect(), blind))
     }
 }

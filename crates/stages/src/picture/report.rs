@@ -127,7 +127,7 @@ use crate::material::DegreePair;
 use crate::values::{SHARE, artifacts};
 use figures::{Follows, Limits, MaterialFigures, NOTED, NoisePair, PairFigures, Report, Settings};
 use page::PagePictures;
-use study::{Lit, Studied};
+use study::{Lit, Studied, StudiedReflection};
 
 choice! {
     /// A part of the report.
@@ -277,7 +277,8 @@ impl Kind for ReportKind {
                 context.check_cancelled()?;
                 let made = reflections.of(lit, environment_key, &studied, key, context)?;
                 let is_default = reflections.all.is_empty() && reflections.choice.is_none();
-                let (pair, picture) = study::pair(lit, &studied, (&made, is_default), &settings, &steps)
+                let made = StudiedReflection { reflection: &made, is_default };
+                let (pair, picture) = study::pair(lit, &studied, made, &settings, &steps)
                     .map_err(|failure| failure.context(format!("{} under {}", studied.name, lit.name)))?;
                 pairs.push(pair);
                 pictures.maps.push(picture);

@@ -2,7 +2,9 @@
 
 use sh::{Degree, Stop};
 use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexBlend, VertexRadiance};
-use transfer::{Directions, Frames, Occluders, Viewer, interreflect, precompute, shade_with_transfer};
+use transfer::{
+    Directions, Frames, Occluders, ReflectingMesh, Viewer, interreflect, precompute, shade_with_transfer,
+};
 
 use crate::fixture::{Case, case, lambert, sky_lighting};
 
@@ -326,7 +328,9 @@ fn shaded_exactly(bounces: usize) -> Vec<[f32; 3]> {
     let directions = Directions::new(1024, eight).unwrap();
     let (shadows, _) = precompute(&frames, &occluders, &directions, (four, four), Stop::NEVER).unwrap();
     let BrdfTable(table) = table(lambert(0.8));
-    let found = interreflect(&frames, &occluders, &directions, &shadows, &table, bounces, Stop::NEVER);
+    let mesh =
+        ReflectingMesh { frames: &frames, occluders: &occluders, directions: &directions, table: &table };
+    let found = interreflect(mesh, &shadows, bounces, Stop::NEVER);
     let [matrices] = <[_; 1]>::try_from(found.unwrap()).unwrap();
     let viewer = Viewer::At([-3.0, 1.0, 2.0]);
     shade_with_transfer(&frames, &table, viewer, &matrices, &sky_lighting().0.series)

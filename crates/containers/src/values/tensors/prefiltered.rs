@@ -18,7 +18,7 @@ const DISTRIBUTIONS: [(&str, Distribution); 3] =
 
 /// The entry of the metadata for a level.
 #[derive(Serialize, Deserialize)]
-#[serde(expecting = "struct Entry")] // as messages say
+#[serde(expecting = "struct Entry")] // the name in messages
 struct LevelEntry {
     roughness: f64,
     method: String,

@@ -245,8 +245,8 @@ impl EvenCube {
     }
 
     /// The cube plus half a variance times its second differences. The variance in texels is
-    /// [`EvenCube::OF_PASS`] along p and q, `share` of what they lack at each [`FaceLine`], and 1/2 times (v, u)
-    /// along that.
+    /// [`EvenCube::OF_PASS`] along p and q, `share` of what they lack at each [`FaceLine`], and 1/2 times
+    /// (v, u) along that.
     fn spread(&self, axis: &[FaceLine], share: f32) -> Self {
         Self::made(self.edge, |face, row, texels| {
             let rows: [&[Texel]; 3] = std::array::from_fn(|k| self.row(face, row + k));

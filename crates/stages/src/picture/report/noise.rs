@@ -76,7 +76,7 @@ pub(crate) fn study(
         let series = projection.coefficients;
         for lit in lit {
             let steps = steps.part(1, SURFACES as usize + Follows::ALL.len());
-            if let Some(scene) = NoiseScene::new(lit, material, (&series, &tables), &steps)? {
+            if let Some(scene) = NoiseScene::new(lit, material, &series, &tables, &steps)? {
                 let noise = scene.noise(&steps)?;
                 pairs.push(NoisePair { material: name.clone(), environment: lit.name.clone(), noise });
             }
@@ -90,7 +90,8 @@ impl<'a> NoiseScene<'a> {
     fn new(
         lit: &Lit<'a>,
         material: &'a Material,
-        (series, tables): (&'a BrdfCoefficients, &Arc<Tables>),
+        series: &'a BrdfCoefficients,
+        tables: &Arc<Tables>,
         steps: &Steps<'_>,
     ) -> Result<Option<Self>, Failure> {
         let environment = if lit.environment.grid().height > ROWS {

@@ -86,7 +86,7 @@ impl Reader<'_> {
         };
         self.look(
             || (),
-            |(), central| KautzMcCool::interpolated((grid, angles), central, Sphere::view(), value),
+            |(), central| KautzMcCool::interpolated(grid, angles, central, Sphere::view(), value),
         )
     }
 

@@ -171,23 +171,32 @@ pub(crate) fn reflection(
     })
 }
 
-/// Renders a material under an environment in every way. `is_default` says that `reflection` is what the
-/// stages make by default.
+/// A reflection that is exported in every way.
+#[derive(Clone, Copy)]
+pub(crate) struct StudiedReflection<'a> {
+    /// The reflection of the material under the environment.
+    pub(crate) reflection: &'a Reflection,
+    /// Whether it is what the stages make by default.
+    pub(crate) is_default: bool,
+}
+
+/// Renders a material under an environment in every way.
 pub(crate) fn pair(
     lit: &Lit<'_>,
     material: &Studied<'_>,
-    (reflection, is_default): (&Reflection, bool),
+    studied: StudiedReflection<'_>,
     settings: &Settings,
     steps: &Steps<'_>,
 ) -> Result<(PairFigures, Pictures), Failure> {
+    let reflection = studied.reflection;
     let lattice = Lattice::first(Sphere::new(settings.sphere).indices().len());
     let mut sphere = Sphere::on(lattice, settings.sphere);
     let steps = steps.part(1, sphere.indices().len().div_ceil(BAND) + Method::ALL.len());
     let soft = soft(reflection, settings.resolution, steps.context())?;
     let mut before = None;
     let (scene, mut measured) = loop {
-        let scene = StudyScene::new(lit, material, reflection, (sphere, before.as_ref()), &steps)?;
-        let measured = scene.exports(lit, material, (reflection, &soft), settings, &steps)?;
+        let scene = StudyScene::new(lit, material, reflection, sphere, before.as_ref(), &steps)?;
+        let measured = scene.exports(lit, material, reflection, &soft, settings, &steps)?;
         let is_known = measured.iter().all(|(export, _)| settings.limits.are_known(&export.errors));
         match scene.sphere.lattice().finer() {
             Some(finer) if !is_known => {
@@ -212,7 +221,7 @@ pub(crate) fn pair(
         pictures.exports.push(shown);
         exports.push(export);
     }
-    let tried = scene.trials(lit, material, (reflection, is_default), &exports, settings)?;
+    let tried = scene.trials(lit, material, studied, &exports, settings)?;
     let degrees = [reflection.brdf().f().get(), reflection.brdf().p().get()];
     let given = (!reflection.is_for_light()).then_some(degrees);
     let figures = PairFigures {
@@ -252,7 +261,8 @@ impl<'a> StudyScene<'a> {
         lit: &Lit<'_>,
         material: &Studied<'_>,
         reflection: &Reflection,
-        (sphere, before): (Sphere, Option<&StudyScene<'_>>),
+        sphere: Sphere,
+        before: Option<&StudyScene<'_>>,
         steps: &Steps<'a>,
     ) -> Result<Self, Failure> {
         let mut known = HashMap::new();
@@ -283,7 +293,8 @@ impl<'a> StudyScene<'a> {
         &self,
         lit: &Lit<'_>,
         material: &Studied<'_>,
-        (reflection, soft): (&Reflection, &Shrm),
+        reflection: &Reflection,
+        soft: &Shrm,
         settings: &Settings,
         steps: &Steps<'_>,
     ) -> Result<Vec<(Export, Seen)>, Failure> {
@@ -469,7 +480,7 @@ impl<'a> StudyScene<'a> {
         &self,
         lit: &Lit<'_>,
         material: &Studied<'_>,
-        (reflection, is_default): (&Reflection, bool),
+        StudiedReflection { reflection, is_default }: StudiedReflection<'_>,
         exports: &[Export],
         settings: &Settings,
     ) -> Result<Vec<Trial>, Failure> {

@@ -33,7 +33,7 @@ pub(crate) fn study(
             .map_err(|failure| failure.context(format!("the table of {name}")))?;
         let (mut pairs, mut pictures) = (Vec::new(), Vec::new());
         for (lit, series) in lit.iter().zip(&series) {
-            let (found, shown) = pair((lit, series), (material, &tabulated), settings, steps)?;
+            let (found, shown) = pair(lit, series, material, &tabulated, settings, steps)?;
             pairs.push(found);
             pictures.push(shown);
         }
@@ -99,8 +99,10 @@ type PicturePixels = Vec<[u8; 3]>;
 /// Shades a sphere under an environment with every cut, and by brute force; the pictures are those of
 /// [`SHOWN`], and that by brute force.
 fn pair(
-    (lit, series): (&Lit<'_>, &Series),
-    (material, tabulated): (&Material, &Tabulated),
+    lit: &Lit<'_>,
+    series: &Series,
+    material: &Material,
+    tabulated: &Tabulated,
     settings: &Settings,
     steps: &Steps<'_>,
 ) -> Result<(TablePair, Vec<PicturePixels>), Failure> {
