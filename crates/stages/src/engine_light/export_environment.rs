@@ -63,7 +63,7 @@ use envmap::Environment;
 use shrm::{MapGrid, Prefiltered};
 use sphere::{Cube, Face, LatLong};
 
-use crate::map::{MapPictures, PictureFormat, PictureLayout, map_source};
+use crate::map::{Layout, MapPictures, PictureFormat, map_source};
 use crate::values::{
     Content, DistributionName, FileFormat, MAX_RESOLUTION, MapsFormat, Numbers, STOPS, artifacts,
 };
@@ -117,7 +117,7 @@ parameters! {
     /// Parameters of `export-environment`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the written images; see Files.
-        layout: PictureLayout = PictureLayout::LatLong,
+        layout: Layout = Layout::LatLong,
         /// Rows of a lat-long image, which has twice as many columns; texels along the edge of a cube's face.
         /// Default: as fine as the environment.
         #[range(1..=MAX_RESOLUTION)]
@@ -141,7 +141,7 @@ impl Parameters {
     /// The texels, and the resolution.
     fn texels(&self, environment: &Environment) -> Result<(Vec<[f32; 3]>, usize), Failure> {
         let rows = environment.grid().height;
-        if self.layout == PictureLayout::LatLong {
+        if self.layout == Layout::LatLong {
             let rows = self.resolution.unwrap_or(rows.min(MAX_RESOLUTION));
             let grid = LatLong::with_rows(rows);
             let is_as_it_is = grid == environment.grid();
@@ -179,9 +179,7 @@ impl Kind for ExportEnvironment {
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let extension = parameters.format.extension();
         Product::Files(match (parameters.layout, parameters.format.picture()) {
-            (PictureLayout::Cube, Ok(_)) => {
-                Face::ALL.map(|face| format!("/{}{extension}", face.name())).into()
-            }
+            (Layout::Cube, Ok(_)) => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
             _ => vec![extension.to_owned()],
         })
     }
@@ -189,8 +187,7 @@ impl Kind for ExportEnvironment {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let Parameters { format, layout, numbers, .. } = *parameters;
         let mut errors = Vec::new();
-        if format.picture().is_err() && matches!(layout, PictureLayout::CubeStrip | PictureLayout::CubeCross)
-        {
+        if format.picture().is_err() && matches!(layout, Layout::CubeStrip | Layout::CubeCross) {
             errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
         }
         errors.extend(numbers.check(format));
@@ -200,7 +197,7 @@ impl Kind for ExportEnvironment {
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let mut errors = Vec::new();
         if types.contains(&(ENVIRONMENT, artifacts::Prefiltered::TYPE)) {
-            if parameters.layout != PictureLayout::Cube {
+            if parameters.layout != Layout::Cube {
                 errors.push(("layout", "a prefiltered cube is written as layout = \"cube\"".into()));
             }
             if parameters.format.picture().is_ok() {
@@ -235,7 +232,7 @@ impl Kind for ExportEnvironment {
             Err(format) => format,
         };
         let (width, faces) =
-            if parameters.layout == PictureLayout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
+            if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
         let format = (format, parameters.numbers);
         Ok(Output::files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
