@@ -1,9 +1,9 @@
 //! Where tasks are done: on threads here, or on other machines.
 //!
-//! A [`Runner`] is a place that can do tasks. The scheduler has a list of them and knows nothing else of them:
-//! an item runs in the first place that does not refuse it, and the last place, which refuses nothing, does
-//! everything else. [`Local`] has a pool of threads, [`WatchedFirst`] two of them, so that what somebody looks
-//! at does not wait for anything else, and [`Elsewhere`] sends items to other machines.
+//! A [`Runner`] is a place that can do tasks. The scheduler has a list of them and knows nothing else of
+//! them: an item runs in the first place that does not refuse it, and the last place, which refuses nothing,
+//! does everything else. [`Local`] has a pool of threads, [`WatchedFirst`] two of them, so that what somebody
+//! looks at does not wait for anything else, and [`Elsewhere`] sends items to other machines.
 
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -6,8 +6,8 @@ use super::{Job, Local, Pool, Runner, Threads};
 use crate::build::run::RunContext;
 use crate::kinds::Gate;
 
-/// Does tasks on two pools of threads: those of items that somebody looks at on one of their own, and while it
-/// has any, no others start, and those that run pause at a gate.
+/// Does tasks on two pools of threads, of which one is for items that somebody looks at. While that one has
+/// tasks, no others start, and those that run pause at a gate.
 pub(crate) struct WatchedFirst<'a> {
     wanted: Local<'a>,
     others: Local<'a>,
