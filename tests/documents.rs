@@ -154,6 +154,19 @@ fn the_manual_of_the_preview_names_every_mode_and_shape() {
 }
 
 #[test]
+fn the_manual_of_engines_says_of_each_how_its_facts_are_known() {
+    let manual = read("docs/engines.md");
+    let (_, table) = manual.split_once("| preset | how its facts are known |").unwrap();
+    let rows = table.lines().skip(1).take_while(|line| line.starts_with("| "));
+    let named: Vec<&str> =
+        rows.flat_map(|row| row.split('|').nth(1).unwrap().split(", ")).map(str::trim).collect();
+    for engine in stages::ENGINES {
+        let name = format!("`{}`", engine.name);
+        assert!(named.contains(&name.as_str()), "docs/engines.md has a row for {name}: {named:?}");
+    }
+}
+
+#[test]
 fn the_features_list_every_command() {
     let output = Command::new(env!("CARGO_BIN_EXE_specula")).arg("--help").output().unwrap();
     let (help, features) = (String::from_utf8(output.stdout).unwrap(), read("docs/features.md"));

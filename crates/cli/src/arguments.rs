@@ -435,9 +435,7 @@ pub(crate) struct ConvertArguments {
     /// name in OCIO [default: as the file says, or rec709]
     #[arg(long, value_name = "SPACE")]
     pub(crate) colour_space: Option<String>,
-    /// The engine for which a cube in a texture was made: three, filament, babylon, bevy, gltf [default: as
-    /// the file says]
-    #[arg(long, value_name = "PRESET")]
+    #[arg(long, value_name = "PRESET", help = values::engines_of_cubes())]
     pub(crate) preset: Option<String>,
     /// Print the manifest that does the same, and convert nothing
     #[arg(long)]
@@ -464,8 +462,7 @@ pub(crate) struct ConvertShArguments {
 pub(crate) struct TestPatternArguments {
     /// The folder to write the files into
     pub(crate) output: PathBuf,
-    /// The engine: three, filament, babylon, bevy, gltf, godot, blender, unity or unreal
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help = values::engines())]
     pub(crate) preset: String,
     /// How texels are stored, such as rgba16f or bc6h [default: what the engine prefers]
     #[arg(long, value_name = "FORMAT")]

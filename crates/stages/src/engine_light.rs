@@ -9,7 +9,6 @@ mod test_pattern;
 
 // What they share.
 mod engine_files;
-mod engine_readme;
 mod irradiance;
 
 pub(crate) use export_engine::ExportEngine;

@@ -1,12 +1,14 @@
 //! The kinds of stage: the only crate where the engine and the kernels meet.
 //!
 //! One file per kind: its module text is its manual page, its `run` converts parameters and calls kernels.
-//! Each folder lists its kinds first, then what they share; `values` is for all of them. A studio adds its
-//! own kinds to the list: `stages::kinds().with(ItsKind)`. Kinds exchange the values in [`artifacts`].
+//! Each folder lists its kinds first, then what they share; `values` is for all of them, and `engines` has the
+//! engines that load light, one file each. A studio adds its own kinds to the list:
+//! `stages::kinds().with(ItsKind)`. Kinds exchange the values in [`artifacts`].
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod engine_light;
+mod engines;
 mod files;
 mod light;
 mod map;
@@ -17,6 +19,7 @@ mod picture;
 mod testkit;
 mod values;
 
+pub use engines::{ENGINES, Engine};
 pub use files::{CatalogEntry, LightEdit, PreviewCatalog, SceneCache, Unknown};
 pub use light::{face_sets, is_face, six_faces};
 pub use material::{

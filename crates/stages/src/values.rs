@@ -5,7 +5,6 @@ pub mod artifacts;
 mod blended_frames;
 mod choices;
 mod colour;
-mod engine_preset;
 mod exported_maps;
 mod numbers;
 pub(crate) mod overflow;
@@ -23,7 +22,6 @@ pub(crate) use choices::{
     NonNegative, Overflow, PlainName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
 };
 pub use colour::Rgb;
-pub(crate) use engine_preset::{EngineFormat, EnginePreset, check_format, nearest_power_of_two, turned_back};
 pub use exported_maps::ExportedMaps;
 pub(crate) use numbers::{FileFormat, Numbers};
 pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use ::preview::{Mode, SubjectRequest};
 use engine::nearest;
+use stages::ENGINES;
 
 /// The parts of a subject.
 const PARTS: [&str; 3] = ["environment", "material", "mesh"];
@@ -66,6 +67,20 @@ pub(super) fn subject(text: &str) -> Result<SubjectRequest, String> {
         }
     }
     Ok(request)
+}
+
+/// The help of `--preset` of `convert`, which lists the engines that load a cube.
+pub(super) fn engines_of_cubes() -> String {
+    let cubes = ENGINES.iter().filter(|engine| engine.loads_cube()).map(|engine| engine.name);
+    let names = cubes.collect::<Vec<_>>().join(", ");
+    format!("The engine for which a cube in a texture was made: {names} [default: as the file says]")
+}
+
+/// The help of `--preset` of `test-pattern`, which lists the engines.
+pub(super) fn engines() -> String {
+    let names: Vec<_> = ENGINES.iter().map(|engine| engine.name).collect();
+    let (last, first) = names.split_last().map_or(("", &[][..]), |(last, first)| (*last, first));
+    format!("The engine: {} or {last}", first.join(", "))
 }
 
 /// The help of `--mode`, which lists them.

@@ -115,6 +115,12 @@ pub trait Kind: Send + Sync + 'static {
     /// Whether an item runs another program, which may write any file.
     const RUNS_PROGRAMS: bool = false;
 
+    /// The manual page, Markdown, given the `//!` lines of [`Kind::TEXT`]. A kind fills in here what is made of
+    /// a list, such as the rows of a table.
+    fn manual(text: String) -> String {
+        text
+    }
+
     /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
     fn ports() -> Vec<Port>;
 
@@ -213,7 +219,7 @@ pub trait ErasedKind: Send + Sync {
     fn name(&self) -> &str;
     /// Returns [`Kind::REVISION`] and the sum of [`Kind::KERNELS`].
     fn revision(&self) -> u32;
-    /// The manual text, Markdown, from the `//!` lines of [`Kind::TEXT`].
+    /// The manual page, Markdown: [`Kind::manual`] of the `//!` lines of [`Kind::TEXT`].
     fn manual(&self) -> String;
     /// The first paragraph of the manual, on one line.
     fn summary(&self) -> String {
@@ -373,7 +379,7 @@ impl<K: Kind> ErasedKind for Erased<K> {
 
     fn manual(&self) -> String {
         let lines = K::TEXT.lines().map_while(|line| line.strip_prefix("//!"));
-        lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
+        K::manual(lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n"))
     }
 
     fn fields(&self) -> Vec<Field> {

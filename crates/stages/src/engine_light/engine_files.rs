@@ -1,28 +1,16 @@
 //! The files that an engine loads as light, made of a prefiltered cube or of a lat-long image.
 
-use containers::lighting_json::{self, Preset};
-use containers::{
-    BabylonEnv, Encoded, ImageBasedLight, Polynomial, Precision, ReadOptions, TexelFormat, Texture,
-    read_babylon_env, read_gltf_image_based_light, read_image, read_texture, write_babylon_env, write_dds,
-    write_exr, write_gltf_image_based_light, write_ktx1, write_ktx2_zstd, write_rgbe,
-};
+use containers::{Precision, ReadOptions, TexelFormat, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{Context, Failure};
 use envmap::{CubeMap, Environment, Image};
 use sh::Expansion;
-use shrm::{Distribution, MapGrid, PrefilterKernel, prefilter_series};
+use shrm::MapGrid;
 use sphere::Cube;
 
-use crate::values::{
-    Content, EngineFormat, EnginePreset, Excess, LARGEST_HALF, Overflow, note_floats, rounded, rounded_text,
-};
+use crate::engines::{CubeLight, EngineFormat, EnginePreset, texture};
+use crate::values::{Content, Excess, LARGEST_HALF, Overflow, note_floats, rounded, rounded_text};
 
-/// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
-const LOD_GENERATION_SCALE: f64 = 0.8;
-
-/// The number of texels along the edge of Bevy's cube of irradiance, which is smooth.
-const DIFFUSE_EDGE: usize = 32;
-
-/// The contents of an engine's files, in the order of [`names`].
+/// The contents of an engine's files, in the order of [`crate::engines::Engine::names`].
 pub(crate) struct EngineFiles {
     pub(crate) files: Vec<Vec<u8>>,
     /// The precision, if the format leaves it open: half unless a value exceeds the largest half.
@@ -43,138 +31,39 @@ pub(crate) struct EngineFiles {
     pub(crate) rounded: Vec<[f64; 3]>,
 }
 
-/// The file names of a preset; the first is the light.
-pub(crate) fn names(preset: EnginePreset, format: EngineFormat, stem: &str) -> Vec<String> {
-    let main = |ending: &str| format!("/{stem}.{ending}");
-    let irradiance = || format!("/{stem}-irradiance.json");
-    match (preset, format) {
-        (EnginePreset::Three, EngineFormat::Bc6h) => vec![main("dds"), irradiance()],
-        (EnginePreset::Three, _) => vec![main("ktx2"), irradiance()],
-        (EnginePreset::Filament, _) => vec![main("ktx"), format!("/{stem}-sh.txt")],
-        (EnginePreset::Babylon, EngineFormat::Rgbd) => vec![main("env")],
-        (EnginePreset::Babylon, _) => vec![main("dds"), irradiance()],
-        (EnginePreset::Bevy, _) => vec![format!("/{stem}-specular.ktx2"), format!("/{stem}-diffuse.ktx2")],
-        (EnginePreset::Gltf, _) => vec![main("gltf")],
-        (EnginePreset::Unity | EnginePreset::Unreal, EngineFormat::Exr) => vec![main("exr"), irradiance()],
-        (EnginePreset::Unity | EnginePreset::Unreal, _) => vec![main("hdr"), irradiance()],
-        (_, EngineFormat::Exr) => vec![main("exr")],
-        _ => vec![main("hdr")],
-    }
-}
-
-/// The largest number of a format.
-pub(crate) fn largest(format: EngineFormat) -> f32 {
-    match texels(format) {
-        Some(format) => format.largest(),
-        None if format == EngineFormat::Rgbd => 255.0,
-        // The last exponent of RGBE is 2^127, and OpenEXR has 32-bit floats.
-        None => f32::MAX,
-    }
-}
-
-fn texels(format: EngineFormat) -> Option<TexelFormat> {
-    match format {
-        EngineFormat::Rgba16F => Some(TexelFormat::Rgba16F),
-        EngineFormat::Rgba32F => Some(TexelFormat::Rgba32F),
-        EngineFormat::Rgb9E5 => Some(TexelFormat::Rgb9E5),
-        EngineFormat::R11G11B10F => Some(TexelFormat::R11G11B10F),
-        EngineFormat::Bc6h => Some(TexelFormat::Bc6h),
-        EngineFormat::Rgbd | EngineFormat::Exr | EngineFormat::Hdr => None,
-    }
-}
-
-/// The texels of a cube in the order of the engine's file.
-fn turned(map: &CubeMap, preset: EnginePreset) -> Vec<[f32; 3]> {
-    preset.texels(map.cube()).map(|texel| map.pixels()[texel]).collect()
-}
-
-/// Makes a texture of the engine's from levels.
-pub(crate) fn texture<'a>(levels: impl IntoIterator<Item = &'a CubeMap>, preset: EnginePreset) -> Texture {
-    let mut texture = Texture { faces: 6, ..Texture::default() };
-    for (level, map) in levels.into_iter().enumerate() {
-        let pixels = turned(map, preset);
-        if level == 0 {
-            (texture.width, texture.height) = (map.cube().edge, map.cube().edge);
-            texture.pixels = pixels;
-        } else {
-            texture.smaller_levels.push(pixels);
-        }
-    }
-    texture
-}
-
-/// The rows of a preset's one table of coefficients.
-fn rows(preset: Preset, light: &Expansion) -> Vec<[f64; 3]> {
-    let tables = preset.convert(light);
-    let rows = tables.iter().flat_map(|table| &table.rows);
-    rows.filter_map(|row| row.first_chunk::<3>().copied()).collect()
-}
-
 /// The files of an engine that loads cubes with levels.
 ///
-/// `levels` are radiance in our frame; `light` is its series, and `irradiance` the part of the series that
-/// few coefficients hold without ringing.
+/// `levels` are radiance in our frame; `series` is that of the light, and `irradiance` the part of the series
+/// that few coefficients hold without ringing.
 pub(crate) fn of_levels(
     (preset, format): (EnginePreset, EngineFormat),
     levels: &[&CubeMap],
-    (light, irradiance): (&Expansion, &Expansion),
+    (series, irradiance): (&Expansion, &Expansion),
     recipe: Option<&str>,
 ) -> Result<EngineFiles, Failure> {
-    let texture = texture(levels.iter().copied(), preset);
+    let loaded = preset.cube().and_then(|cube| Some((cube, cube.files(format)?)));
+    let Some((cube, files)) = loaded else {
+        return Err(Failure::new(format!("{} loads no cube as {}", preset.name, format.name())));
+    };
+    let texture = texture(levels.iter().copied(), cube.direction_at);
     if let Some(place) = texture.first_not_finite() {
         return Err(Failure::new(format!("{place}: the value is not finite"))
             .help("repair the environment with bad-pixels of import-environment"));
     }
-    let texel_format = texels(format).unwrap_or(TexelFormat::Rgba16F);
-    let json = |preset: Preset| lighting_json::encode(&irradiance.clone().into(), preset, recipe);
-    let (encoded, beside): (Encoded, Option<Vec<u8>>) = match (preset, format) {
-        (EnginePreset::Three, EngineFormat::Bc6h) => {
-            (write_dds(&texture, texel_format)?, Some(json(Preset::Three)?))
-        }
-        (EnginePreset::Three, _) => {
-            (write_ktx2_zstd(&texture, texel_format, recipe, &[])?, Some(json(Preset::Three)?))
-        }
-        (EnginePreset::Filament, _) => {
-            let line = |[r, g, b]: [f64; 3]| format!("{r} {g} {b}\n");
-            let lines: String = rows(Preset::Filament, irradiance).into_iter().map(line).collect();
-            (write_ktx1(&texture, texel_format, recipe, &[("sh", &lines)])?, Some(lines.into_bytes()))
-        }
-        (EnginePreset::Babylon, EngineFormat::Rgbd) => {
-            let rows = rows(Preset::BabylonEnv, irradiance);
-            let [x, y, z, xx, yy, zz, yz, zx, xy] = <[[f64; 3]; 9]>::try_from(rows)
-                .map_err(|rows| Failure::new(format!("{} rows of a polynomial", rows.len())))?;
-            let env = BabylonEnv {
-                cube: texture.clone(),
-                irradiance: Some(Polynomial { x, y, z, xx, yy, zz, yz, zx, xy }),
-                lod_generation_scale: LOD_GENERATION_SCALE,
-            };
-            (write_babylon_env(&env, recipe)?, None)
-        }
-        (EnginePreset::Babylon, _) => (write_dds(&texture, texel_format)?, Some(json(Preset::Babylon)?)),
-        (EnginePreset::Gltf, _) => {
-            let irradiance = <[[f64; 3]; 9]>::try_from(rows(Preset::Gltf, irradiance))
-                .map_err(|rows| Failure::new(format!("{} rows of irradiance", rows.len())))?;
-            let light = ImageBasedLight { cube: texture.clone(), irradiance };
-            (write_gltf_image_based_light(&light, recipe)?, None)
-        }
-        _ => {
-            let diffuse = write_ktx2_zstd(&diffuse(light, preset)?, texel_format, recipe, &[])?;
-            (write_ktx2_zstd(&texture, texel_format, recipe, &[])?, Some(diffuse.bytes))
-        }
-    };
-    let found = match (preset, format) {
-        (EnginePreset::Babylon, EngineFormat::Rgbd) => read_babylon_env(&encoded.bytes)?.cube,
-        (EnginePreset::Gltf, _) => read_gltf_image_based_light(&encoded.bytes)?.cube,
-        _ => read_texture(&encoded.bytes)?.texture,
-    };
+    let texels = format.texels().unwrap_or(TexelFormat::Rgba16F);
+    let direction_at = cube.direction_at;
+    let light = CubeLight { texture, texels, direction_at, series, irradiance, recipe };
+    let (encoded, beside) = (files.write)(&light)?;
+    let found = (files.read)(&encoded.bytes)?;
+    let texture = light.texture;
     let errors =
         texture.levels().zip(found.levels()).map(|(given, found)| difference(given, found)).collect();
-    let limit = largest(format);
+    let limit = format.largest();
     // The texels are turned by whole faces, which have the same solid angles.
     let contents: Vec<_> = levels.iter().map(|level| Content::Light(MapGrid::Cube(level.cube()))).collect();
     let excesses =
         texture.levels().zip(&contents).map(|(texels, content)| Excess::of(texels, *content, limit));
-    let is_signed = texels(format).is_some_and(TexelFormat::is_signed);
+    let is_signed = format.texels().is_some_and(TexelFormat::is_signed);
     let pairs = texture.levels().zip(found.levels()).zip(&contents);
     let rounded = pairs.map(|((given, found), content)| rounded(given, found, *content, (limit, is_signed)));
     Ok(EngineFiles {
@@ -187,18 +76,6 @@ pub(crate) fn of_levels(
         rounded: rounded.collect(),
         files: std::iter::once(encoded.bytes).chain(beside).collect(),
     })
-}
-
-/// The irradiance over pi, in all degrees that the light holds.
-fn diffuse(light: &Expansion, preset: EnginePreset) -> Result<Texture, Failure> {
-    let kernel =
-        PrefilterKernel::new(Distribution::Lambert, 1.0).map_err(|error| Failure::new(error.to_string()))?;
-    let cube = Cube { edge: DIFFUSE_EDGE };
-    let mut texels =
-        prefilter_series(light, &kernel, cube).map_err(|error| Failure::new(error.to_string()))?;
-    texels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
-    let map = CubeMap::new(cube, texels).ok_or_else(|| Failure::new("a cube without texels"))?;
-    Ok(texture([&map], preset))
 }
 
 /// The files of an engine that loads a lat-long image and filters it itself.
@@ -222,13 +99,17 @@ pub(crate) fn of_lat_long(
             };
             (write_exr(&image, precision, recipe)?, Some(precision), limit, excess)
         }
-        _ => (write_rgbe(&image, recipe)?, None, largest(format), past(largest(format))),
+        EngineFormat::Hdr => (write_rgbe(&image, recipe)?, None, format.largest(), past(format.largest())),
+        EngineFormat::Rgba16F
+        | EngineFormat::Rgba32F
+        | EngineFormat::Rgb9E5
+        | EngineFormat::R11G11B10F
+        | EngineFormat::Bc6h
+        | EngineFormat::Rgbd => {
+            return Err(Failure::new(format!("{} loads no image as {}", preset.name, format.name())));
+        }
     };
-    let beside = match preset {
-        EnginePreset::Unity => Some(Preset::Unity),
-        EnginePreset::Unreal => Some(Preset::Unreal),
-        _ => None,
-    };
+    let beside = preset.irradiance_beside_image();
     let beside = beside.map(|preset| lighting_json::encode(&irradiance.clone().into(), preset, recipe));
     let found = read_image(&encoded.bytes, &ReadOptions::default())?.image;
     Ok(EngineFiles {
@@ -302,7 +183,7 @@ pub(crate) fn report(
 /// Advises a format that rounds less than this one.
 fn finer(preset: EnginePreset, format: EngineFormat) -> String {
     let finer = [EngineFormat::Rgba16F, EngineFormat::Rgba32F, EngineFormat::Exr];
-    match preset.formats().iter().find(|other| **other != format && finer.contains(other)) {
+    match preset.formats().into_iter().find(|other| *other != format && finer.contains(other)) {
         Some(other) => format!("format = {:?} keeps it", other.name()),
         None => "more texels keep more of it: give a higher `resolution`".into(),
     }
@@ -312,7 +193,7 @@ fn finer(preset: EnginePreset, format: EngineFormat) -> String {
 fn remedy(preset: EnginePreset, largest: f32) -> String {
     let beside =
         "a light beside the map keeps it (`subtract-lights` takes it out, `export-light-rig` writes it)";
-    match preset.formats().iter().find(|format| self::largest(**format) >= largest) {
+    match preset.formats().into_iter().find(|format| format.largest() >= largest) {
         Some(format) => format!("format = {:?} keeps it, or {beside}", format.name()),
         None => beside.into(),
     }

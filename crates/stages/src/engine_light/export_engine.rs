@@ -6,14 +6,7 @@
 //!
 //! | `preset` | files | level l of 0 to n holds | formats |
 //! | --- | --- | --- | --- |
-//! | `three` (r187 or later) | `.ktx2`, or `.dds` for BC6H; `-irradiance.json` | r = 1 - sqrt(1 - l / n), to 8 texels | `rgba16f`, `bc6h` |
-//! | `filament` | `.ktx`, with the irradiance under the key `sh`; `-sh.txt` | the same r, to 16 texels | `r11g11b10f`, `rgba16f` |
-//! | `babylon` | `.env`, with the irradiance; or `.dds` and `-irradiance.json` | r^2 = 2^(l / 0.8) / size, to 1 texel | `rgbd`, `rgba16f`, `rgba32f` |
-//! | `bevy` | `-specular.ktx2`, `-diffuse.ktx2` | r = l / n, to 16 texels; one level of irradiance over pi | `rgb9e5`, `rgba16f`, `bc6h` |
-//! | `gltf` | `.gltf` with EXT_lights_image_based | r^2 = size^(l / n - 1), to 16 texels | `rgbd` |
-//! | `godot`, `blender` | `.exr` or `.hdr`, lat-long | the engine filters | `exr`, `hdr` |
-//! | `unity` | the same, and `-irradiance.json` | the engine filters | `exr`, `hdr` |
-//! | `unreal` | `.hdr`, lat-long, and `-irradiance.json` | the engine filters | `hdr` |
+//! {rows: files of engines}
 //!
 //! The first format is the default. r is the roughness of GGX; level 0 is a mirror, the last level
 //! irradiance over pi. KTX2 files are compressed with Zstandard.
@@ -26,10 +19,7 @@
 //!
 //! | `preset` | d at c |
 //! | --- | --- |
-//! | `three` | (-c.z, c.y, -c.x) |
-//! | `filament` | (c.x, c.y, c.z): mirrored in relation to KTX2, as the engine wants it |
-//! | `babylon`, `gltf` | (-c.x, c.y, c.z) |
-//! | `bevy` | (c.z, c.y, c.x) |
+//! {rows: directions of engines}
 //!
 //! So the centre of a lat-long image is +X in three.js and Bevy, and +Z in Filament and Babylon.js.
 //! `test-pattern` makes files by which you can see that in your engine.
@@ -82,12 +72,10 @@ use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
 use sphere::LatLong;
 
 use super::engine_files;
-use super::engine_files::{EngineFiles, names, report};
-use super::engine_readme::readme;
+use super::engine_files::{EngineFiles, report};
 use super::irradiance::windowed;
-use crate::values::{
-    EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, UntilStopped, artifacts, check_format,
-};
+use crate::engines::{self, EngineFormat, EnginePreset};
+use crate::values::{MAX_RESOLUTION, Overflow, UntilStopped, artifacts};
 
 /// The stem of file names, before their endings.
 const STEM: &str = "environment";
@@ -102,7 +90,7 @@ parameters! {
     /// Parameters of `export-engine`.
     pub(crate) struct Parameters {
         /// The engine.
-        preset: EnginePreset = EnginePreset::Three,
+        preset: EnginePreset = EnginePreset::DEFAULT,
         /// How texels are stored. Default: the first of the preset's formats.
         format: Option<EngineFormat> = None,
         /// Of an environment: texels along the edge of a face, 256 if it is not given; rows of a lat-long
@@ -117,7 +105,7 @@ parameters! {
 
 impl Parameters {
     fn format(&self) -> EngineFormat {
-        self.format.unwrap_or(self.preset.formats()[0])
+        self.format.unwrap_or_else(|| self.preset.formats()[0])
     }
 }
 
@@ -137,28 +125,32 @@ impl Kind for ExportEngine {
     ];
     const TEXT: &'static str = include_str!("export_engine.rs");
 
+    fn manual(text: String) -> String {
+        engines::fill_in(&text)
+    }
+
     fn ports() -> Vec<Port> {
         vec![Port::one::<artifacts::Environment>(LIGHT).or::<artifacts::Prefiltered>()]
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let mut files = names(parameters.preset, parameters.format(), STEM);
+        let mut files = parameters.preset.names(parameters.format(), STEM);
         files.extend(["/README.txt".into(), "/bounds.json".into()]);
         Product::Files(files)
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let preset = parameters.preset;
-        let size = parameters.resolution.filter(|_| preset.has_levels());
+        let size = parameters.resolution.filter(|_| preset.loads_cube());
         let size = size.and_then(|size| preset.roughness(size).err()).map(|error| ("resolution", error));
-        check_format(preset, parameters.format).into_iter().chain(size).collect()
+        preset.check_format(parameters.format).into_iter().chain(size).collect()
     }
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let is_cube = types.contains(&(LIGHT, artifacts::Prefiltered::TYPE));
         let mut errors = Vec::new();
-        if is_cube && !parameters.preset.has_levels() {
-            let name = parameters.preset.name();
+        if is_cube && !parameters.preset.loads_cube() {
+            let name = parameters.preset.name;
             errors
                 .push(("preset", format!("{name} filters a lat-long image itself; connect an environment")));
         }
@@ -177,7 +169,7 @@ impl Kind for ExportEngine {
             cube_files((preset, format), &cube.0, context)?
         } else {
             let environment = &context.get::<artifacts::Environment>(LIGHT)?.0;
-            if preset.has_levels() {
+            if preset.loads_cube() {
                 let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
                 let cube = prefiltered(preset, environment, edge, context)?;
                 cube_files((preset, format), &cube, context)?
@@ -198,7 +190,7 @@ impl Kind for ExportEngine {
         context.check_cancelled()?;
         report(&made, (preset, format), parameters.overflow, context)?;
         let bounds = bounds((preset, format), &made, levels, context)?;
-        let text = readme(preset, format, &names(preset, format, STEM));
+        let text = preset.readme(format, STEM);
         Ok(Output::files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
     }
 }
@@ -220,11 +212,11 @@ fn prefiltered(
 /// Whether a cube has the levels that an engine looks for.
 fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure> {
     let edge = cube.levels.first().map_or(0, |level| level.map.cube().edge);
-    let help = format!("give preset = {:?} to the stage of kind prefilter", preset.name());
+    let help = format!("give preset = {:?} to the stage of kind prefilter", preset.name);
     let expected = preset.roughness(edge).map_err(|error| Failure::new(error).help(help.as_str()))?;
     if cube.levels.len() != expected.len() {
         let fits = preset.size_with(cube.levels.len()).unwrap_or(edge);
-        let (found, name, wanted) = (cube.levels.len(), preset.name(), expected.len());
+        let (found, name, wanted) = (cube.levels.len(), preset.name, expected.len());
         return Err(Failure::new(format!(
             "the cube has {found} levels; {name} looks for {wanted} in a cube of {edge}; the nearest size that fits \
              {found} is {fits}"
@@ -233,7 +225,7 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
     }
     for (l, (level, expected)) in cube.levels.iter().zip(&expected).enumerate() {
         if (level.roughness - expected).abs() > 1e-6 {
-            let (found, name) = (level.roughness, preset.name());
+            let (found, name) = (level.roughness, preset.name);
             let text = format!("level {l} has roughness {found:.4}; {name} looks for {expected:.4} there");
             return Err(Failure::new(text).help(help.as_str()));
         }
@@ -294,7 +286,7 @@ fn bounds(
     }
     let recipe: Value = serde_json::from_str(context.recipe())?;
     let bounds = json!({
-        "preset": preset.name(),
+        "preset": preset.name,
         "format": format.name(),
         "precision": made.precision.map(|precision| match precision {
             Precision::Half => "half",

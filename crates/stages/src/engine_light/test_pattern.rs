@@ -35,9 +35,9 @@ use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter};
 use sphere::{Cube, DVec3, Direction, Face, LatLong, from_file, to_file};
 
 use super::engine_files;
-use super::engine_files::{EngineFiles, names, report};
-use super::engine_readme::readme;
-use crate::values::{EngineFormat, EnginePreset, MAX_RESOLUTION, Overflow, UntilStopped, check_format};
+use super::engine_files::{EngineFiles, report};
+use crate::engines::{EngineFormat, EnginePreset};
+use crate::values::{MAX_RESOLUTION, Overflow, UntilStopped};
 
 const ORIENT: &str = "pattern-orient";
 const AXES: &str = "pattern-axes";
@@ -61,7 +61,7 @@ parameters! {
     /// Parameters of `test-pattern`.
     pub(crate) struct Parameters {
         /// The engine.
-        preset: EnginePreset = EnginePreset::Three,
+        preset: EnginePreset = EnginePreset::DEFAULT,
         /// How texels are stored. Default: the first of the preset's formats.
         format: Option<EngineFormat> = None,
         /// Texels along the edge of a face, or rows of a lat-long image.
@@ -72,11 +72,11 @@ parameters! {
 
 impl Parameters {
     fn of(&self) -> (EnginePreset, EngineFormat) {
-        (self.preset, self.format.unwrap_or(self.preset.formats()[0]))
+        (self.preset, self.format.unwrap_or_else(|| self.preset.formats()[0]))
     }
 
     fn patterns(&self) -> &'static [&'static str] {
-        if self.preset.has_levels() { &[ORIENT, AXES, LOD] } else { &[ORIENT, AXES] }
+        if self.preset.loads_cube() { &[ORIENT, AXES, LOD] } else { &[ORIENT, AXES] }
     }
 }
 
@@ -98,15 +98,15 @@ impl Kind for TestPattern {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let (preset, format) = parameters.of();
-        let files = parameters.patterns().iter().flat_map(|stem| names(preset, format, stem));
+        let files = parameters.patterns().iter().flat_map(|stem| preset.names(format, stem));
         Product::Files(files.chain(["/README.txt".into()]).collect())
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let preset = parameters.preset;
-        let size = Some(parameters.resolution).filter(|_| preset.has_levels());
+        let size = Some(parameters.resolution).filter(|_| preset.loads_cube());
         let size = size.and_then(|size| preset.roughness(size).err()).map(|error| ("resolution", error));
-        check_format(preset, parameters.format).into_iter().chain(size).collect()
+        preset.check_format(parameters.format).into_iter().chain(size).collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -114,7 +114,7 @@ impl Kind for TestPattern {
         let mut files = Vec::new();
         for &pattern in parameters.patterns() {
             context.check_cancelled()?;
-            let made = if of.0.has_levels() {
+            let made = if of.0.loads_cube() {
                 levels(of, pattern, parameters.resolution, context)?
             } else {
                 lat_long(of, pattern, parameters.resolution, context)?
@@ -124,7 +124,7 @@ impl Kind for TestPattern {
         }
         let text = format!(
             "Test patterns of Specula. A colour of {ORIENT} is the direction that it lies in: 2 + 1.5 d.\n\n{}",
-            readme(of.0, of.1, &names(of.0, of.1, ORIENT))
+            of.0.readme(of.1, ORIENT)
         );
         files.push(text.into_bytes());
         Ok(Output::files(files))

@@ -155,7 +155,7 @@
 //! high dynamic range, as a warning says. KTX2 may be compressed with Zstandard or zlib.
 //!
 //! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
-//! names the engine for which the file was made (`three`, `filament`, `babylon`, `bevy`, `gltf`). A file that
+//! names the engine for which the file was made ({list: engines that load a cube}). A file that
 //! Specula wrote says so itself, in all containers but DDS. Without either, the cubes of `.env` and of glTF
 //! are in Babylon.js' frame, which those formats come from.
 //!
@@ -209,7 +209,8 @@ use super::colour_space_name::ColourSpaceName;
 use super::panorama::{FillName, Shown};
 use super::six_faces;
 use super::six_faces::{FaceFiles, FaceName};
-use crate::values::{EnginePreset, STOPS, UntilStopped, artifacts, turned_back};
+use crate::engines::{self, EnginePreset};
+use crate::values::{STOPS, UntilStopped, artifacts};
 
 choice! {
     /// How the sphere lies on an image.
@@ -281,6 +282,10 @@ impl Kind for ImportEnvironment {
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
+
+    fn manual(text: String) -> String {
+        engines::fill_in(&text)
+    }
 
     fn ports() -> Vec<Port> {
         Vec::new()
@@ -500,19 +505,19 @@ fn read_texture(
     if let (Some(declared), Some(wanted)) = (declared, parameters.preset)
         && declared != wanted
     {
-        let (declared, wanted) = (declared.name(), wanted.name());
+        let (declared, wanted) = (declared.name, wanted.name);
         context.warn(format!(
             "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
             name(path)
         ));
     }
-    let usual = is_for_babylon.then_some(EnginePreset::Babylon);
+    let usual = is_for_babylon.then_some(EnginePreset::BABYLON);
     let preset = parameters.preset.or(declared).or(usual);
     let frame =
-        preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name()));
+        preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name));
     context.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
     if let Some(preset) = preset {
-        let pixels = turned_back(&image, preset);
+        let pixels = preset.turned_back(&image);
         image.pixels_mut().copy_from_slice(&pixels);
     }
     Ok((image, Layout::Cube))

@@ -21,10 +21,7 @@
 //!
 //! | `preset` | level l of 0 to n | last level |
 //! | --- | --- | --- |
-//! | `three`, `filament` | r = 1 - sqrt(1 - l / n) | 8, 16 texels |
-//! | `babylon` | r^2 = 2^(l / 0.8) / `resolution`, at most 1; a mirror first | 1 |
-//! | `bevy` | r = l / n | 16 |
-//! | `gltf` | r^2 = `resolution`^(l / n - 1); a mirror first | 16 |
+//! {rows: levels of engines}
 //!
 //! The other presets of `export-engine` are engines that filter a lat-long image themselves. For an engine of
 //! your own, give `roughness = [0.0, 0.25, 0.5, 1.0]`, and write the cube with `export-environment` as a KTX2
@@ -60,10 +57,8 @@
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter};
 
-use crate::values::{
-    DistributionName, EnginePreset, LOSS, MAX_RESOLUTION, UntilStopped, about, artifacts,
-    nearest_power_of_two, percent,
-};
+use crate::engines::{self, EnginePreset, nearest_power_of_two};
+use crate::values::{DistributionName, LOSS, MAX_RESOLUTION, UntilStopped, about, artifacts, percent};
 
 choice! {
     /// How levels are made.
@@ -103,10 +98,10 @@ impl Parameters {
         match (preset, roughness) {
             (Some(preset), Some(roughness)) => Err(("roughness", both(*preset, roughness, *resolution))),
             (preset, None) => {
-                let preset = preset.unwrap_or(EnginePreset::Three);
+                let preset = preset.unwrap_or(EnginePreset::DEFAULT);
                 preset
                     .roughness(*resolution)
-                    .map_err(|error| (if preset.has_levels() { "resolution" } else { "preset" }, error))
+                    .map_err(|error| (if preset.loads_cube() { "resolution" } else { "preset" }, error))
             }
             (None, Some(roughness)) => {
                 if let Some(wrong) = roughness.iter().find(|value| !(0.0..=1.0).contains(*value)) {
@@ -154,6 +149,10 @@ impl Kind for Prefilter {
         &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("prefilter.rs");
     const SLOW: bool = true;
+
+    fn manual(text: String) -> String {
+        engines::fill_in(&text)
+    }
 
     fn ports() -> Vec<Port> {
         vec![
@@ -215,7 +214,7 @@ fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
             "a list of length {}, but {} reads {} levels of a cube of {resolution}; the nearest resolution that \
              fits is {size}, and the preset alone gives its levels",
             roughness.len(),
-            preset.name(),
+            preset.name,
             levels.len()
         ),
         _ => "the preset already gives the levels".into(),

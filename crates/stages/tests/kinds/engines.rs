@@ -1,28 +1,22 @@
 //! `export-engine` and `test-pattern`.
 
 use containers::{Texture, read_babylon_env, read_gltf_image_based_light, read_image, read_texture};
+use engine::Product;
 use serde_json::Value;
 use sphere::{Cube, DVec3, Face, LatLong, to_cube, to_file};
 use stages::artifacts::{Environment, Prefiltered};
+use stages::{ENGINES, Engine};
 
 use crate::fixture::{Case, case, difference, environment, sky};
 
-/// Preset, format, the largest error of a value of about 2, and d at c.
-type Engine = (&'static str, &'static str, f64, fn(DVec3) -> DVec3);
-
-/// As it was read back from the engines. A block of BC6H holds a line of colours, and these fill a plane.
-const CUBES: [Engine; 11] = [
-    ("three", "rgba16f", 0.001, three),
-    ("three", "bc6h", 0.0, three),
-    ("filament", "r11g11b10f", 0.04, filament),
-    ("filament", "rgba16f", 0.001, filament),
-    ("babylon", "rgbd", 0.02, babylon),
-    ("babylon", "rgba16f", 0.001, babylon),
-    ("babylon", "rgba32f", 1e-6, babylon),
-    ("bevy", "rgb9e5", 0.01, bevy),
-    ("bevy", "rgba16f", 0.001, bevy),
-    ("bevy", "bc6h", 0.0, bevy),
-    ("gltf", "rgbd", 0.02, babylon),
+/// The width of the last level and d at c, as they were read back from the engines. For an engine that is not
+/// in this list, the tests take what its file says.
+const SEEN: [(&str, usize, fn(DVec3) -> DVec3); 5] = [
+    ("three", 8, three),
+    ("filament", 16, filament),
+    ("babylon", 1, babylon),
+    ("bevy", 16, bevy),
+    ("gltf", 16, babylon),
 ];
 
 fn three(c: DVec3) -> DVec3 {
@@ -39,6 +33,57 @@ fn babylon(c: DVec3) -> DVec3 {
 
 fn bevy(c: DVec3) -> DVec3 {
     DVec3::new(c.z, c.y, c.x)
+}
+
+/// Every engine that loads a cube, with each of its formats.
+fn cubes() -> Vec<(&'static Engine, &'static str)> {
+    let cubes = ENGINES.iter().copied().filter(|engine| engine.loads_cube());
+    let cubes =
+        cubes.flat_map(|engine| engine.format_names().into_iter().map(move |format| (engine, format)));
+    let cubes: Vec<_> = cubes.collect();
+    assert!(cubes.len() >= 11);
+    assert!(SEEN.iter().all(|(name, ..)| cubes.iter().any(|(engine, _)| engine.name == *name)));
+    cubes
+}
+
+/// The largest error of a value of about 2. A block of BC6H holds a line of colours, and these fill a plane.
+fn largest_error(format: &str) -> f64 {
+    match format {
+        "rgba32f" => 1e-6,
+        "rgba16f" => 0.001,
+        "rgb9e5" => 0.01,
+        "rgbd" => 0.02,
+        "r11g11b10f" => 0.04,
+        "bc6h" => 0.0,
+        other => panic!("how exact is {other}?"),
+    }
+}
+
+/// The width of a face of a small cube for an engine.
+pub(crate) fn smallest(engine: &Engine) -> usize {
+    engine.last_level().map_or(32, |last| (2 * last).max(32))
+}
+
+/// d at c, as the manual of `export-engine` has it.
+fn direction_at(preset: &str) -> impl Fn(DVec3) -> DVec3 {
+    let manual = stages::kinds().get("export-engine").unwrap().manual();
+    let (_, table) = manual.split_once("| `preset` | d at c |").unwrap();
+    let rows = table
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.split_once(" | ("))
+        .map(|(names, rest)| (names.to_owned(), rest.split_once(')').unwrap().0.to_owned()));
+    let mut rows = rows.filter(|(names, _)| names.split(", ").any(|name| name == format!("`{preset}`")));
+    let (_, row) = rows.next().unwrap_or_else(|| panic!("no row for {preset} in {table}"));
+    let axes: Vec<_> =
+        row.split(", ").map(|axis| (axis.starts_with('-'), axis.chars().last().unwrap())).collect();
+    let axes: [(bool, char); 3] = axes.try_into().unwrap();
+    move |c| {
+        let part = |(is_negative, axis): (bool, char)| {
+            let value = c.to_array()["xyz".find(axis).unwrap()];
+            if is_negative { -value } else { value }
+        };
+        DVec3::from_array(axes.map(part))
+    }
 }
 
 /// The cube in an engine's file, by the reader of its container.
@@ -60,13 +105,15 @@ fn coordinate(edge: usize, index: usize) -> DVec3 {
 
 /// The named file of a case.
 pub(crate) fn file(case: &Case, name: &str) -> Vec<u8> {
-    let engine::Product::Files(names) = case.product() else { panic!("no files") };
+    let Product::Files(names) = case.product() else { panic!("no files") };
     let index = names.iter().position(|found| found == name).unwrap_or_else(|| panic!("{name} of {names:?}"));
     case.files()[index].clone()
 }
 
 fn pattern(preset: &str, format: &str) -> Case {
-    case("test-pattern", &format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = 32"))
+    let engine = ENGINES.iter().find(|engine| engine.name == preset).unwrap();
+    let size = smallest(engine);
+    case("test-pattern", &format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = {size}"))
 }
 
 /// The factor of degree 1 of GGX, by the midpoint rule.
@@ -87,18 +134,18 @@ fn slope(roughness: f64) -> f64 {
     above / below
 }
 
-/// The roughness of each level, as the engines' shaders look it up.
-fn levels(preset: &str, size: f64, count: usize) -> Vec<f64> {
-    let n = (count - 1) as f64;
+/// The least roughness for which an engine's shader looks up each level; the mirror, then by bisection.
+fn levels(engine: &Engine, size: usize, count: usize) -> Vec<f64> {
     let level = |l: usize| {
-        let share = l as f64 / n;
-        match preset {
-            "three" | "filament" => 1.0 - (1.0 - share).sqrt(),
-            "bevy" => share,
-            _ if l == 0 => 0.0,
-            "babylon" => ((l as f64 / 0.8).exp2() / size).min(1.0).sqrt(),
-            _ => size.powf(share - 1.0).sqrt(),
+        if l == 0 {
+            return 0.0;
         }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if engine.level(middle, size).unwrap() < l as f64 { low = middle } else { high = middle }
+        }
+        high
     };
     (0..count).map(level).collect()
 }
@@ -106,17 +153,22 @@ fn levels(preset: &str, size: f64, count: usize) -> Vec<f64> {
 /// The texel at c holds 2 + 1.5 k d of the direction that the engine sees there.
 #[test]
 fn every_texel_looks_where_the_engine_does() {
-    for (preset, format, most, direction_at) in CUBES {
+    for (engine, format) in cubes() {
+        let preset = engine.name;
+        let direction_at = direction_at(preset);
+        let seen = SEEN.iter().find(|(name, ..)| *name == preset);
         let case = pattern(preset, format);
         let cube = cube_of(&case.files()[0]);
-        let roughness = levels(preset, 32.0, cube.levels().len());
+        let roughness = levels(engine, cube.width, cube.levels().len());
         for ((level, texels), roughness) in cube.levels().enumerate().zip(roughness) {
             let [edge, ..] = cube.level_size(level);
             let slope = 1.5 * slope(roughness);
             // Half of what a block spans.
-            let most = if format == "bc6h" { 3.0 / edge as f64 } else { most };
+            let most = if format == "bc6h" { 3.0 / edge as f64 } else { largest_error(format) };
             for (index, found) in texels.iter().enumerate() {
-                let d = direction_at(coordinate(edge, index)).to_array();
+                let c = coordinate(edge, index);
+                assert!(seen.is_none_or(|(.., seen)| seen(c) == direction_at(c)), "{preset} at {c}");
+                let d = direction_at(c).to_array();
                 for channel in 0..3 {
                     let expected = 2.0 + slope * d[channel];
                     let error = (f64::from(found[channel]) - expected).abs();
@@ -129,16 +181,15 @@ fn every_texel_looks_where_the_engine_does() {
 
 #[test]
 fn every_level_is_marked_down_to_the_engines_last() {
-    for (preset, format, ..) in CUBES {
+    for (engine, format) in cubes() {
+        let preset = engine.name;
         let case = pattern(preset, format);
-        let engine::Product::Files(names) = case.product() else { panic!("no files") };
+        let Product::Files(names) = case.product() else { panic!("no files") };
         let index = names.iter().position(|name| name.contains("-lod")).unwrap();
         let cube = cube_of(&case.files()[index]);
-        let last = match preset {
-            "three" => 8,
-            "babylon" => 1,
-            _ => 16,
-        };
+        let last = engine.last_level().unwrap();
+        let seen = SEEN.iter().find(|(name, ..)| *name == preset);
+        assert!(seen.is_none_or(|(_, seen, _)| *seen == last), "{preset}");
         assert_eq!(cube.level_size(cube.levels().len() - 1)[0], last, "{preset}");
         for (level, texels) in cube.levels().enumerate() {
             let marked = texels.iter().flatten().all(|value| (value - (1 + level) as f32).abs() < 0.03);
@@ -186,14 +237,17 @@ fn irradiance_is_that_of_the_pattern() {
 
 #[test]
 fn engines_that_filter_have_the_image_as_it_is() {
-    for (preset, name) in [("blender", "/pattern-orient.exr"), ("unreal", "/pattern-orient.hdr")] {
-        let case = case("test-pattern", &format!("preset = \"{preset}\"\nresolution = 32"));
-        let image = read_image(&file(&case, name), &Default::default()).unwrap().image;
+    let images = ENGINES.iter().filter(|engine| !engine.loads_cube());
+    let images =
+        images.flat_map(|engine| engine.format_names().into_iter().map(|format| (engine.name, format)));
+    for (preset, format) in images {
+        let name = format!("/pattern-orient.{format}");
+        let image = read_image(&file(&pattern(preset, format), &name), &Default::default()).unwrap().image;
         let grid = LatLong::with_rows(32);
         for (index, found) in image.pixels().iter().enumerate() {
             let d = to_file(grid.direction(index / 64, index % 64).vector()).to_array();
             let near = |channel: usize| (f64::from(found[channel]) - 2.0 - 1.5 * d[channel]).abs() < 0.02;
-            assert!((0..3).all(near), "{preset}: {found:?} {d:?}");
+            assert!((0..3).all(near), "{preset} {format}: {found:?} {d:?}");
         }
     }
 }
@@ -246,8 +300,9 @@ pub(crate) fn export(parameters: &str, light: Environment) -> Case {
 #[test]
 fn a_cube_for_an_engine_is_an_environment_again() {
     let light = environment(64, sky);
-    for (preset, format, most, _) in CUBES {
-        let parameters = format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = 32");
+    for (engine, format) in cubes() {
+        let (preset, most, size) = (engine.name, largest_error(format), smallest(engine));
+        let parameters = format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = {size}");
         let bytes = export(&parameters, light.clone()).files()[0].clone();
         let import = |parameters: &str, bytes: &[u8]| {
             case("import-environment", parameters).file("a.x", bytes).source("a.x").run().unwrap()

@@ -4,9 +4,10 @@ use containers::{read_image, read_texture};
 use serde_json::Value;
 use shrm::MapGrid;
 use sphere::Cube;
+use stages::ENGINES;
 use stages::artifacts::Environment;
 
-use crate::engines::{cube_of, export, file};
+use crate::engines::{cube_of, export, file, smallest};
 use crate::fixture::case;
 
 /// The light of a map's texels, by channel.
@@ -33,31 +34,21 @@ fn photographs(test: &str) -> Option<Vec<(&'static str, Environment)>> {
 /// Every format of every engine has the light of the photograph, or a warning says which share it lacks.
 #[test]
 fn no_engines_file_loses_light_silently() {
-    const FORMATS: [(&str, &[&str]); 9] = [
-        ("three", &["rgba16f", "bc6h"]),
-        ("filament", &["r11g11b10f", "rgba16f"]),
-        ("babylon", &["rgbd", "rgba16f", "rgba32f"]),
-        ("bevy", &["rgb9e5", "rgba16f", "bc6h"]),
-        ("gltf", &["rgbd"]),
-        ("godot", &["exr", "hdr"]),
-        ("blender", &["exr", "hdr"]),
-        ("unity", &["exr", "hdr"]),
-        ("unreal", &["hdr"]),
-    ];
     for (name, environment) in photographs("no_engines_file_loses_light_silently").unwrap_or_default() {
         let given = flux(environment.0.pixels(), MapGrid::LatLong(environment.0.grid()));
-        for (preset, formats) in FORMATS {
-            let is_cube = !matches!(preset, "godot" | "blender" | "unity" | "unreal");
+        for engine in ENGINES {
+            let (preset, is_cube) = (engine.name, engine.loads_cube());
             // Of a small cube, which is made fast; texels are means over their areas.
-            let size = if is_cube { "resolution = 32" } else { "" };
-            for format in formats {
+            let edge = smallest(engine);
+            let size = if is_cube { format!("resolution = {edge}") } else { String::new() };
+            for format in engine.format_names() {
                 let case = export(
                     &format!("preset = \"{preset}\"\nformat = \"{format}\"\n{size}"),
                     environment.clone(),
                 );
                 let (ran, files) = (case.run().unwrap(), case.files());
                 let found = if is_cube {
-                    flux(&cube_of(&files[0]).pixels, MapGrid::Cube(Cube { edge: 32 }))
+                    flux(&cube_of(&files[0]).pixels, MapGrid::Cube(Cube { edge }))
                 } else {
                     let image = read_image(&files[0], &Default::default()).unwrap().image;
                     flux(image.pixels(), MapGrid::LatLong(environment.0.grid()))

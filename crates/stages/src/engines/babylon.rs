@@ -1,0 +1,84 @@
+//! Babylon.js. Its shader looks up the level log2(size alpha), scaled.
+
+use containers::lighting_json::Preset;
+use containers::{BabylonEnv, Encoded, Polynomial, read_babylon_env, write_babylon_env};
+use engine::Failure;
+use sphere::DVec3;
+
+use super::cube_light::CubeLight;
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, read_cube};
+use super::engine_format::EngineFormat;
+use super::levels::Levels;
+
+/// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
+const LOD_GENERATION_SCALE: f64 = 0.8;
+
+/// All that is known of Babylon.js.
+pub(crate) const ENGINE: Engine = Engine {
+    name: "babylon",
+    meaning: "Babylon.js.",
+    versions: "",
+    light: EngineLight::Cube(EngineCube {
+        levels: Levels {
+            roughness: |l, _, size| math::exp2(l / LOD_GENERATION_SCALE).min(size).sqrt() / size.sqrt(),
+            level: |r, _, size| LOD_GENERATION_SCALE * math::log2(size * r * r),
+            formula: "r^2 = 2^(l / 0.8) / {size}",
+            remark: ", at most 1; a mirror first",
+        },
+        last: 1,
+        levels_remark: "",
+        direction_at: |c| DVec3::new(-c.x, c.y, c.z),
+        direction: "(-c.x, c.y, c.z)",
+        files: &[
+            CubeFiles {
+                formats: &[EngineFormat::Rgbd],
+                endings: &[".env"],
+                write: write_env,
+                read: |bytes| Ok(read_babylon_env(bytes)?.cube),
+                readme: |cube, _| readme(cube, "The file holds the irradiance, too."),
+            },
+            CubeFiles {
+                formats: &[EngineFormat::Rgba16F, EngineFormat::Rgba32F],
+                endings: &[".dds", IRRADIANCE],
+                write: |light| Ok((light.dds()?, vec![light.irradiance_json(Preset::Babylon)?])),
+                read: read_cube,
+                readme: dds_readme,
+            },
+        ],
+        endings: "`.env`, with the irradiance; or `.dds` and `-irradiance.json`",
+    }),
+};
+
+fn write_env(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
+    let rows = light.irradiance_rows(Preset::BabylonEnv);
+    let [x, y, z, xx, yy, zz, yz, zx, xy] = <[[f64; 3]; 9]>::try_from(rows)
+        .map_err(|rows| Failure::new(format!("{} rows of a polynomial", rows.len())))?;
+    let env = BabylonEnv {
+        cube: light.texture.clone(),
+        irradiance: Some(Polynomial { x, y, z, xx, yy, zz, yz, zx, xy }),
+        lod_generation_scale: LOD_GENERATION_SCALE,
+    };
+    Ok((write_babylon_env(&env, light.recipe)?, Vec::new()))
+}
+
+fn dds_readme(cube: &str, irradiance: &str) -> String {
+    let text = format!(
+        "Babylon.js makes the irradiance of the cube; {irradiance} has it as coefficients for\n\
+         BABYLON.SphericalHarmonics.FromArray."
+    );
+    readme(cube, &text)
+}
+
+fn readme(cube: &str, irradiance: &str) -> String {
+    format!(
+        "Babylon.js.
+
+const texture = BABYLON.CubeTexture.CreateFromPrefilteredData( '{cube}', scene );
+scene.environmentTexture = texture;
+
+{irradiance}
+Babylon.js mixes rough reflections with the irradiance. Leave mixIblRadianceWithIrradiance as it is: the
+levels alone are further from brute force, because they do not bend toward the normal.
+"
+    )
+}

@@ -1,0 +1,73 @@
+//! Bevy. It loads no lat-long image; the centre of one is laid along +X, as by three.js.
+
+use containers::{Encoded, Texture, write_ktx2_zstd};
+use engine::Failure;
+use envmap::CubeMap;
+use shrm::{Distribution, PrefilterKernel, prefilter_series};
+use sphere::{Cube, DVec3};
+
+use super::cube_light::{CubeLight, texture};
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, read_cube};
+use super::engine_format::EngineFormat;
+use super::levels::Levels;
+
+/// The number of texels along the edge of the cube of irradiance, which is smooth.
+const DIFFUSE_EDGE: usize = 32;
+
+/// All that is known of Bevy.
+pub(crate) const ENGINE: Engine = Engine {
+    name: "bevy",
+    meaning: "Bevy.",
+    versions: "",
+    light: EngineLight::Cube(EngineCube {
+        levels: Levels {
+            roughness: |l, n, _| l / n,
+            level: |r, n, _| n * r,
+            formula: "r = l / n",
+            remark: "",
+        },
+        last: 16,
+        levels_remark: "; one level of irradiance over pi",
+        direction_at: |c| DVec3::new(c.z, c.y, c.x),
+        direction: "(c.z, c.y, c.x)",
+        files: &[CubeFiles {
+            formats: &[EngineFormat::Rgb9E5, EngineFormat::Rgba16F, EngineFormat::Bc6h],
+            endings: &["-specular.ktx2", "-diffuse.ktx2"],
+            write,
+            read: read_cube,
+            readme,
+        }],
+        endings: "`-specular.ktx2`, `-diffuse.ktx2`",
+    }),
+};
+
+fn write(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
+    let diffuse = write_ktx2_zstd(&diffuse(light)?, light.texels, light.recipe, &[])?;
+    Ok((light.ktx2()?, vec![diffuse.bytes]))
+}
+
+/// The irradiance over pi, in all degrees that the light holds.
+fn diffuse(light: &CubeLight<'_>) -> Result<Texture, Failure> {
+    let kernel =
+        PrefilterKernel::new(Distribution::Lambert, 1.0).map_err(|error| Failure::new(error.to_string()))?;
+    let cube = Cube { edge: DIFFUSE_EDGE };
+    let mut texels =
+        prefilter_series(light.series, &kernel, cube).map_err(|error| Failure::new(error.to_string()))?;
+    texels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
+    let map = CubeMap::new(cube, texels).ok_or_else(|| Failure::new("a cube without texels"))?;
+    Ok(texture([&map], light.direction_at))
+}
+
+fn readme(specular: &str, diffuse: &str) -> String {
+    format!(
+        "Bevy, with the features ktx2 and zstd_rust.
+
+commands.spawn((Camera3d::default(), EnvironmentMapLight {{
+    specular_map: assets.load(\"{specular}\"),
+    diffuse_map: assets.load(\"{diffuse}\"),
+    intensity: 1000.0,
+    ..default()
+}}));
+"
+    )
+}

@@ -1,0 +1,29 @@
+//! Blender.
+
+use super::definition::{Engine, EngineImage, EngineLight};
+use super::engine_format::EngineFormat;
+
+/// All that is known of Blender.
+pub(crate) const ENGINE: Engine = Engine {
+    name: "blender",
+    meaning: "Blender.",
+    versions: "",
+    light: EngineLight::LatLong(EngineImage {
+        formats: &[EngineFormat::Exr, EngineFormat::Hdr],
+        irradiance: None,
+        readme,
+    }),
+};
+
+fn readme(image: &str, _: &str) -> String {
+    format!(
+        "Blender filters nothing: it samples the image. In Python:
+
+import bpy
+nodes = bpy.context.scene.world.node_tree.nodes
+image = nodes.new(\"ShaderNodeTexEnvironment\")
+image.image = bpy.data.images.load(\"//{image}\")
+bpy.context.scene.world.node_tree.links.new(image.outputs[0], nodes[\"Background\"].inputs[0])
+"
+    )
+}

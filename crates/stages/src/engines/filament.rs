@@ -1,0 +1,56 @@
+//! Filament. Its shader looks levels up in perceptualRoughnessToLod.
+
+use containers::lighting_json::Preset;
+use containers::{Encoded, write_ktx1};
+use engine::Failure;
+
+use super::cube_light::CubeLight;
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, read_cube};
+use super::engine_format::EngineFormat;
+use super::levels::QUADRATIC;
+
+/// All that is known of Filament.
+pub(crate) const ENGINE: Engine = Engine {
+    name: "filament",
+    meaning: "Filament.",
+    versions: "",
+    light: EngineLight::Cube(EngineCube {
+        levels: QUADRATIC,
+        last: 16,
+        levels_remark: "",
+        direction_at: |c| c,
+        direction: "(c.x, c.y, c.z): mirrored in relation to KTX2, as the engine wants it",
+        files: &[CubeFiles {
+            formats: &[EngineFormat::R11G11B10F, EngineFormat::Rgba16F],
+            endings: &[".ktx", "-sh.txt"],
+            write,
+            read: read_cube,
+            readme,
+        }],
+        endings: "`.ktx`, with the irradiance under the key `sh`; `-sh.txt`",
+    }),
+};
+
+fn write(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
+    let line = |[r, g, b]: [f64; 3]| format!("{r} {g} {b}\n");
+    let lines: String = light.irradiance_rows(Preset::Filament).into_iter().map(line).collect();
+    let cube = write_ktx1(&light.texture, light.texels, light.recipe, &[("sh", &lines)])?;
+    Ok((cube, vec![lines.into_bytes()]))
+}
+
+fn readme(cube: &str, coefficients: &str) -> String {
+    format!(
+        "Filament. `bytes` and `size` are the content of {cube}.
+
+auto* bundle = new image::Ktx1Bundle(bytes, size);
+filament::math::float3 sh[9];
+bundle->getSphericalHarmonics(sh);
+filament::Texture* cube = ktxreader::Ktx1Reader::createTexture(engine, bundle, false);
+auto* light = filament::IndirectLight::Builder().reflections(cube).irradiance(3, sh).build(*engine);
+scene->setIndirectLight(light);
+
+In JavaScript: engine.createIblFromKtx1( '{cube}' ), which takes the irradiance from the last level.
+{coefficients} has the nine coefficients that are in the file, too.
+"
+    )
+}

@@ -1,0 +1,72 @@
+//! three.js. Its shader looks levels up in bicubicCubeUV.
+
+use containers::lighting_json::Preset;
+use sphere::DVec3;
+
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, read_cube};
+use super::engine_format::EngineFormat;
+use super::levels::QUADRATIC;
+
+/// All that is known of three.js.
+pub(crate) const ENGINE: Engine = Engine {
+    name: "three",
+    meaning: "three.js from r187 on.",
+    versions: "r187 or later",
+    light: EngineLight::Cube(EngineCube {
+        levels: QUADRATIC,
+        last: 8,
+        levels_remark: "",
+        direction_at: |c| DVec3::new(-c.z, c.y, -c.x),
+        direction: "(-c.z, c.y, -c.x)",
+        files: &[
+            CubeFiles {
+                formats: &[EngineFormat::Rgba16F],
+                endings: &[".ktx2", IRRADIANCE],
+                write: |light| Ok((light.ktx2()?, vec![light.irradiance_json(Preset::Three)?])),
+                read: read_cube,
+                readme: ktx2_readme,
+            },
+            CubeFiles {
+                formats: &[EngineFormat::Bc6h],
+                endings: &[".dds", IRRADIANCE],
+                write: |light| Ok((light.dds()?, vec![light.irradiance_json(Preset::Three)?])),
+                read: read_cube,
+                readme: dds_readme,
+            },
+        ],
+        endings: "`.ktx2`, or `.dds` for BC6H; `-irradiance.json`",
+    }),
+};
+
+fn ktx2_readme(cube: &str, irradiance: &str) -> String {
+    format!(
+        "three.js, r187 or later. KTX2Loader makes one flat texture of the six faces; lines 3 to 5 undo that.
+
+import {{ KTX2Loader }} from 'three/addons/loaders/KTX2Loader.js';
+const flat = await new KTX2Loader().detectSupport( renderer ).loadAsync( '{cube}' );
+const face = ( f ) => flat.mipmaps.map( ( m ) => ( {{ ...m, data: m.data.subarray( f * m.data.length / 6, ( f + 1 ) * m.data.length / 6 ) }} ) );
+const cube = new THREE.CompressedCubeTexture( [ 0, 1, 2, 3, 4, 5 ].map( ( f ) => ( {{ ...face( f )[ 0 ], mipmaps: face( f ) }} ) ), flat.format, flat.type );
+Object.assign( cube, {{ colorSpace: flat.colorSpace, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, isPMREMTexture: true, needsUpdate: true }} );
+scene.environment = cube;
+
+isPMREMTexture tells three.js that the levels are prefiltered. The last level is irradiance over pi.
+{irradiance} has the same irradiance as nine coefficients for THREE.LightProbe.
+"
+    )
+}
+
+fn dds_readme(cube: &str, irradiance: &str) -> String {
+    format!(
+        "three.js, r187 or later, with EXT_texture_compression_bptc.
+
+import {{ DDSLoader }} from 'three/addons/loaders/DDSLoader.js';
+const cube = await new DDSLoader().loadAsync( '{cube}' );
+Object.assign( cube, {{ mapping: THREE.CubeReflectionMapping, isCubeTexture: true, isCompressedCubeTexture: true }} );
+Object.assign( cube, {{ colorSpace: THREE.LinearSRGBColorSpace, isPMREMTexture: true, needsUpdate: true }} );
+scene.environment = cube;
+
+isPMREMTexture tells three.js that the levels are prefiltered. The last level is irradiance over pi.
+{irradiance} has the same irradiance as nine coefficients for THREE.LightProbe.
+"
+    )
+}
