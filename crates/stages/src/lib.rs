@@ -1,8 +1,8 @@
 //! The kinds of stage: the only crate where the engine and the kernels meet.
 //!
 //! One file per kind: its module text is its manual page, its `run` converts parameters and calls kernels.
-//! Each folder lists its kinds first, then what they share; `values` is for all of them, and `engines` has the
-//! engines that load light, one file each. A studio adds its own kinds to the list:
+//! Each folder lists its kinds first, then what they share; `values` is for all of them, and `engines` has
+//! the engines that load light, one file each. A studio adds its own kinds to the list:
 //! `stages::kinds().with(ItsKind)`. Kinds exchange the values in [`artifacts`].
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std

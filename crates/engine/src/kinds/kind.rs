@@ -115,8 +115,8 @@ pub trait Kind: Send + Sync + 'static {
     /// Whether an item runs another program, which may write any file.
     const RUNS_PROGRAMS: bool = false;
 
-    /// The manual page, Markdown, given the `//!` lines of [`Kind::TEXT`]. A kind fills in here what is made of
-    /// a list, such as the rows of a table.
+    /// The manual page, Markdown, given the `//!` lines of [`Kind::TEXT`]. A kind fills in here what is made
+    /// of a list, such as the rows of a table.
     fn manual(text: String) -> String {
         text
     }
