@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
 /// Raised when results change.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 1;
 
 /// The masking and shadowing of GGX, over 4 (n.l) (n.v).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

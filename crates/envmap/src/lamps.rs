@@ -18,7 +18,7 @@ use crate::Environment;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 1;
 
 /// Pixels that are more than this many times brighter than the mean over the sphere are cut down to that.
 const BRIGHTER: f64 = 10.0;

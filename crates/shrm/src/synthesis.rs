@@ -31,7 +31,7 @@ use plan::SynthesisPlan;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 1;
 
 /// Why a map could not be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

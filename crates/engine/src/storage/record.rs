@@ -10,8 +10,8 @@ use crate::key::{Digest, ItemKey};
 use crate::shared::{Place, Shared, SharedOrigin};
 use crate::timestamp::Timestamp;
 
-/// To be raised when the engine gives kinds something else for equal keys.
-const ENGINE_FORMAT: u32 = 1;
+/// To be raised when the engine gives kinds something else for equal keys, or revisions begin anew.
+const ENGINE_FORMAT: u32 = 2;
 
 /// An item's result, or its failure: its inputs, its outputs, its messages, and why the item has it.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -90,7 +90,7 @@ impl Kind for ExportLightRig {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-light-rig";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("export_light_rig.rs");
 
     fn ports() -> Vec<Port> {

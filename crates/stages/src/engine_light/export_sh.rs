@@ -210,7 +210,7 @@ impl Kind for ExportSh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-sh";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[sh::revisions::WINDOW];
     const TEXT: &'static str = include_str!("export_sh.rs");
 

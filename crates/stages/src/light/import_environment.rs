@@ -278,7 +278,7 @@ impl Kind for ImportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-environment";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;

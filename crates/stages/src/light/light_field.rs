@@ -74,7 +74,7 @@ impl Kind for LightFieldKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "light-field";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("light_field.rs");
     const SHOWS_KEYS: bool = true;
 

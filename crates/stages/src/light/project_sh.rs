@@ -153,7 +153,7 @@ impl Kind for ProjectSh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-sh";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::CELLS,

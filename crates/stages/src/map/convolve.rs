@@ -92,7 +92,7 @@ impl Kind for Convolve {
     type Parameters = Parameters;
 
     const NAME: &'static str = "convolve";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[
         sh::revisions::ROTATION,
         sh::revisions::WINDOW,

@@ -141,7 +141,7 @@ impl Kind for ExportCabral {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-cabral";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_cabral.rs");
 

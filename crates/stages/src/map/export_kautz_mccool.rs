@@ -88,7 +88,7 @@ impl Kind for ExportKautzMcCool {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-kautz-mccool";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_kautz_mccool.rs");
 

@@ -117,7 +117,7 @@ impl Kind for ExportReflectionMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-reflection-map";
-    const REVISION: u32 = 7;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 

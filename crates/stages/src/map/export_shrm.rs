@@ -279,7 +279,7 @@ impl Kind for ExportShrm {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-shrm";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 

@@ -87,7 +87,7 @@ impl Kind for ExportViewMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-view-maps";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 

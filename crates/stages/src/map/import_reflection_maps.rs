@@ -115,7 +115,7 @@ impl Kind for ImportReflectionMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-reflection-maps";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[shrm::revisions::FIT];
     const TEXT: &'static str = include_str!("import_reflection_maps.rs");
     const SOURCE: bool = true;

@@ -213,7 +213,7 @@ impl Kind for ReferenceMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "reference";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[
         brdf::revisions::MODELS,
         brdf::revisions::PROJECTION,

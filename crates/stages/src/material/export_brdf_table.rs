@@ -78,7 +78,7 @@ impl Kind for ExportBrdfTable {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-brdf-table";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[];
     const TEXT: &'static str = include_str!("export_brdf_table.rs");
 

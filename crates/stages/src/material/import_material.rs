@@ -276,7 +276,7 @@ impl Kind for ImportMaterial {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-material";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
 

@@ -172,7 +172,7 @@ impl Kind for ProjectBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-brdf";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[
         brdf::revisions::MODELS,
         brdf::revisions::PROJECTION,

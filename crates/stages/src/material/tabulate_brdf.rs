@@ -110,7 +110,7 @@ impl Kind for TabulateBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "tabulate-brdf";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::TABLE];
     const TEXT: &'static str = include_str!("tabulate_brdf.rs");
 

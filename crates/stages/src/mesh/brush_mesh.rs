@@ -60,7 +60,7 @@ impl Kind for BrushMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "brush-mesh";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("brush_mesh.rs");
 
     fn ports() -> Vec<Port> {

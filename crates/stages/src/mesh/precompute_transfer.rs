@@ -142,7 +142,7 @@ impl Kind for PrecomputeTransfer {
     type Parameters = Parameters;
 
     const NAME: &'static str = "precompute-transfer";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[
         transfer::revisions::TRANSFER,
         transfer::revisions::INTERREFLECTION,

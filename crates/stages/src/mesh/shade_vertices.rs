@@ -79,7 +79,7 @@ impl Kind for ShadeVertices {
     type Parameters = Parameters;
 
     const NAME: &'static str = "shade-vertices";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 1;
     const KERNELS: &'static [u32] =
         &[transfer::revisions::SHADING, transfer::revisions::LIGHTS, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("shade_vertices.rs");
