@@ -43,13 +43,16 @@ pub(crate) struct EngineCube {
     /// A cube lies where the engine lays the same lat-long image, so this is the engine's own lookup of cubes
     /// after that of lat-long images.
     pub(crate) direction_at: DirectionAt,
-    /// The same for the manual: `(-c.x, c.y, c.z)`, and what is to be said of it.
+    /// Where a texel looks, for the manual: `(-c.x, c.y, c.z)`, and what is to be said of it.
     pub(crate) direction: &'static str,
     /// The files, those of the format to prefer first.
     pub(crate) files: &'static [CubeFiles],
     /// The endings of the files for the manual, with what each holds.
     pub(crate) endings: &'static str,
 }
+
+/// The file of the light, and the contents of those beside it.
+pub(crate) type Written = Result<(Encoded, Vec<Vec<u8>>), Failure>;
 
 /// The files of a cube in some formats.
 pub(crate) struct CubeFiles {
@@ -58,7 +61,7 @@ pub(crate) struct CubeFiles {
     /// What follows the stem in the files' names; the first is that of the light.
     pub(crate) endings: &'static [&'static str],
     /// Makes the file of the light, and the contents of those beside it.
-    pub(crate) write: fn(&CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure>,
+    pub(crate) write: fn(&CubeLight<'_>) -> Written,
     /// Reads the cube back from the file of the light.
     pub(crate) read: fn(&[u8]) -> Result<Texture, Failure>,
     /// The text with the code that loads the files, from the name of the first and of the second.

@@ -9,9 +9,12 @@ use stages::{ENGINES, Engine};
 
 use crate::fixture::{Case, case, difference, environment, sky};
 
+/// Where a texel looks that lies in this direction.
+type LooksAt = fn(DVec3) -> DVec3;
+
 /// The width of the last level and d at c, as they were read back from the engines. For an engine that is not
 /// in this list, the tests take what its file says.
-const SEEN: [(&str, usize, fn(DVec3) -> DVec3); 5] = [
+const SEEN: [(&str, usize, LooksAt); 5] = [
     ("three", 8, three),
     ("filament", 16, filament),
     ("babylon", 1, babylon),
