@@ -124,8 +124,8 @@ impl BuildSession {
         self.build_while_watched(plan, options, cancel, events, watcher).map(|built| built.summary)
     }
 
-    /// The same for a watcher, which goes on to send what it hears of. The failure of an item on a file that
-    /// has changed since is not reported: the watcher will build again.
+    /// Builds for a watcher, which sends the changes that it hears of while the build runs. The failure of an
+    /// item on a file that has changed since is not reported: the watcher will build again.
     ///
     /// # Errors
     /// The errors of [`BuildSession::build`].

@@ -185,9 +185,9 @@ pub(crate) type Act<'a> = Box<dyn FnOnce() + Send + 'a>;
 
 /// The threads of a build.
 pub(crate) struct Threads<'t, 'a> {
-    /// Those for items that nobody waits for.
+    /// The threads for items that nobody waits for.
     pub(crate) others: &'t Scope<'a>,
-    /// Those for items that somebody looks at.
+    /// The threads for items that somebody looks at.
     pub(crate) wanted: &'t Scope<'a>,
     /// Starts a thread of this name that only waits.
     pub(crate) waiting: &'t dyn Fn(String, Act<'a>) -> io::Result<()>,

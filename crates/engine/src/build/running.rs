@@ -97,7 +97,7 @@ impl RunningBuild {
         Dependent(item)
     }
 
-    /// The same for many items.
+    /// Sets the files that the results of many items depend on.
     pub(crate) fn depend_all(
         &self,
         items: Vec<ItemIndex>,

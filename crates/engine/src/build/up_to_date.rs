@@ -337,7 +337,7 @@ impl<'a> UpToDateCheck<'a> {
         self.freshness_of(*item.items(), key)
     }
 
-    /// The same, after [`UpToDateCheck::check_files`].
+    /// Whether a result with this key is in the cache, after [`UpToDateCheck::check_files`] looked at files.
     fn freshness_of(&self, item: ItemIndex, key: Digest) -> Freshness {
         if self.is_forced(item) {
             return Freshness::Run;

@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use crate::engines::ENGINES;
 
-    /// Of the first engines, so that a new one does not change it.
+    /// The tables of the first nine engines, which a new engine does not change.
     #[test]
     fn equal_rows_are_one_and_nothing_is_said_twice() {
         let table = |place: &str| fill_in(place, &ENGINES[..9]);

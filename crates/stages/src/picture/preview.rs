@@ -146,7 +146,7 @@ choice! {
         BruteForce,
         /// A BRDF table at every vertex.
         Table,
-        /// The same with the shadows of the mesh on itself.
+        /// A BRDF table at every vertex, with the shadows of the mesh on itself.
         Transfer,
         /// The sum of all light that the mesh does not hide, with traced shadows.
         ShadowedBruteForce,

@@ -10,9 +10,9 @@ parameters! {
     /// The parameters `precision` and `overflow` of exports.
     #[derive(Copy)]
     pub(crate) struct Numbers {
-        /// Of OpenEXR, KTX2 and DDS files: 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504. With
-        /// "auto" all files of an item hold halves, or, if a value exceeds that, 32-bit floats, which a note
-        /// says.
+        /// Whether OpenEXR, KTX2 and DDS files hold 16-bit or 32-bit numbers. A half holds 3 digits, up to
+        /// 65504. With "auto" all files of an item hold halves, or, if a value exceeds that, 32-bit floats,
+        /// which a note says.
         precision: PrecisionName = PrecisionName::Auto,
         /// What happens to values past 65504, of either sign, if the files are to be of halves: with
         /// precision "half" they become +-65504, with a warning that says which share of each channel is
