@@ -485,7 +485,7 @@ mod tests {
     impl Kind for Blur {
         type Parameters = NoParameters;
         const NAME: &'static str = "blur";
-        const REVISION: u32 = 1;
+        const REVISION: u32 = 3;
         const KERNELS: &'static [u32] = &[2, 5];
         const TEXT: &'static str = "//! Blurs.";
 
