@@ -1,16 +1,35 @@
-//! Meshes, the transfer of light to them, and their shading vertex by vertex.
+//! The kinds of stage for meshes: BRDF tables, the transfer of light, and shading vertex by vertex.
+//!
+//! One file per kind, as in `stages`, whose list they join as a studio's own kinds do. Of `stages` they use
+//! nothing but what every studio is promised in docs/plugins.md: [`stages::artifacts`] and
+//! [`stages::plugin`].
 
-// The kinds.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
+
 mod brush_mesh;
+mod export_brdf_table;
 mod export_gltf;
 mod import_mesh;
 mod precompute_transfer;
 mod shade_vertices;
+mod tabulate_brdf;
 mod vertex_blend;
 
-pub(crate) use brush_mesh::BrushMesh;
-pub(crate) use export_gltf::ExportGltf;
-pub(crate) use import_mesh::ImportMesh;
-pub(crate) use precompute_transfer::PrecomputeTransfer;
-pub(crate) use shade_vertices::ShadeVertices;
-pub(crate) use vertex_blend::VertexBlendKind;
+use engine::Kinds;
+
+/// Adds the kinds of this crate to a list, in the order in which a pipeline uses them.
+///
+/// # Panics
+/// If the list has a kind of the same name.
+#[must_use]
+pub fn add_to(kinds: Kinds) -> Kinds {
+    kinds
+        .with(import_mesh::ImportMesh)
+        .with(brush_mesh::BrushMesh)
+        .with(vertex_blend::VertexBlendKind)
+        .with(precompute_transfer::PrecomputeTransfer)
+        .with(tabulate_brdf::TabulateBrdf)
+        .with(shade_vertices::ShadeVertices)
+        .with(export_brdf_table::ExportBrdfTable)
+        .with(export_gltf::ExportGltf)
+}
