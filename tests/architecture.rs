@@ -10,7 +10,7 @@ use std::process::Command;
 const KERNELS: [&str; 9] = ["math", "sphere", "sh", "sampling", "envmap", "brdf", "shrm", "mesh", "transfer"];
 
 /// What computes numbers of artifacts, beside the kernels.
-const COMPUTING: [&str; 3] = ["containers", "preview", "stages"];
+const COMPUTING: [&str; 4] = ["containers", "preview", "stages", "mesh-stages"];
 
 /// Words of names that only code about light and meshes needs.
 const OF_LIGHT: [&str; 8] = ["brdf", "lamp", "light", "luminance", "radiance", "reflect", "shrm", "texel"];
@@ -481,19 +481,45 @@ fn the_scheduler_knows_no_place_and_no_cache_by_name() {
 
 #[test]
 fn no_kind_uses_another_kinds_file() {
-    let source = root().join("crates/stages/src");
-    let is_kind = |module: &Module| {
-        let file = source.join(module.join("/")).with_extension("rs");
-        fs::read_to_string(file).is_ok_and(|text| text.contains("\nimpl Kind for "))
-    };
-    // A kind's own files lie in a folder of its name.
-    let kind = |module: &Module| module.get(..2).map(<[String]>::to_vec).filter(is_kind);
-    let arrows = arrows(&source);
-    let kinds: BTreeSet<Module> = arrows.iter().filter_map(|(user, _)| kind(user)).collect();
+    let mut kinds = BTreeSet::new();
+    // The files of kinds lie in folders in one crate, at the top in the other.
+    for (name, depth) in [("stages", 2), ("mesh-stages", 1)] {
+        let source = root().join("crates").join(name).join("src");
+        let is_kind = |module: &Module| {
+            let file = source.join(module.join("/")).with_extension("rs");
+            fs::read_to_string(file).is_ok_and(|text| text.contains("\nimpl Kind for "))
+        };
+        // A kind's own files lie in a folder of its name.
+        let kind = |module: &Module| module.get(..depth).map(<[String]>::to_vec).filter(is_kind);
+        kinds.extend(modules(&source).keys().filter_map(kind));
+        for (user, used) in arrows(&source).iter().filter(|(user, _)| kind(user).is_some()) {
+            if let Some(other) = kind(used) {
+                assert_eq!(kind(user), Some(other), "{} uses {}", user.join("::"), used.join("::"));
+            }
+        }
+    }
     assert!(kinds.len() >= 35, "{} kinds were found", kinds.len());
-    for (user, used) in arrows.iter().filter(|(user, _)| kind(user).is_some()) {
-        if let Some(other) = kind(used) {
-            assert_eq!(kind(user), Some(other), "{} uses {}", user.join("::"), used.join("::"));
+}
+
+#[test]
+fn kinds_for_meshes_use_nothing_but_what_every_studio_is_promised() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
+    let (manual, plugin) = (read("docs/plugins.md"), read("crates/stages/src/plugin.rs"));
+    let promised: Vec<String> = uses(&plugin).into_iter().map(|(_, path)| path).collect();
+    assert!(promised.len() >= 10, "{promised:?}");
+    for path in promised {
+        let name = path.rsplit("::").next().unwrap();
+        assert!(manual.contains(&format!("`{name}`")), "docs/plugins.md names {name}");
+    }
+    let crates = &uses_of_crates()["mesh-stages"];
+    let others: Vec<_> = crates.iter().filter(|name| !KERNELS.contains(&name.as_str())).collect();
+    assert_eq!(others, ["containers", "engine", "stages"]);
+    for file in rust_files(&root().join("crates/mesh-stages/src")) {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        for used in code.flat_map(|line| line.split("stages::").skip(1)) {
+            let is_promised = used.starts_with("artifacts") || used.starts_with("plugin::");
+            assert!(is_promised, "{} uses stages::{used}", file.display());
         }
     }
 }

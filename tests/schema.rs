@@ -40,7 +40,7 @@ fn parsed(toml: &str) -> Value {
 }
 
 fn pipeline() -> Schema {
-    Schema::new(&stages::kinds().schema())
+    Schema::new(&cli::kinds().schema())
 }
 
 /// The stages of the example in a kind's manual.
@@ -65,7 +65,7 @@ fn every_manifest_of_the_project_is_valid() {
     schema.check("README.md", &examples.collect::<String>());
     schema.check("docs/manifest.md", &first(&manual));
     schema.check("the tests' manifest", SMALL);
-    for kind in stages::kinds().iter() {
+    for kind in cli::kinds().iter() {
         let stages = example(kind.as_ref());
         let own = |stage: &Value| stage["kind"] == kind.name();
         assert!(stages.as_object().unwrap().values().any(own), "{} has an example", kind.name());
@@ -105,7 +105,7 @@ fn mistakes_in_a_manifest_are_refused_by_the_schema_as_by_the_program() {
         ("[stage.sh]", "[stages.sh]"),
     ];
     let project = Project::small();
-    let load = || engine::Plan::load(&project.path("pipeline.toml"), &stages::kinds());
+    let load = || engine::Plan::load(&project.path("pipeline.toml"), &cli::kinds());
     assert!(load().is_ok());
     for (right, wrong) in mistakes {
         assert!(SMALL.contains(right), "{right}");
@@ -131,7 +131,7 @@ fn parser_accepts(kind: &dyn ErasedKind, required: &[(String, String)], field: &
 fn the_parser_and_the_schema_agree_on_every_parameter() {
     let (mut accepted, mut refused) = (0, 0);
     let schema = pipeline();
-    for kind in stages::kinds().iter() {
+    for kind in cli::kinds().iter() {
         let stages = example(kind.as_ref());
         let own = stages.as_object().unwrap().values().find(|stage| stage["kind"] == kind.name()).unwrap();
         let fields = kind.fields();
@@ -177,8 +177,8 @@ fn written(value: &Value) -> String {
 
 #[test]
 fn every_parameter_of_every_kind_has_a_description() {
-    let schema = stages::kinds().schema();
-    for kind in stages::kinds().iter() {
+    let schema = cli::kinds().schema();
+    for kind in cli::kinds().iter() {
         let definition = &schema["$defs"][kind.name()];
         assert_eq!(definition["properties"]["kind"]["const"], kind.name());
         for field in kind.fields() {
@@ -203,7 +203,7 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
         }
     }
     assert!(files >= 8, "{files} material files");
-    let kinds = stages::kinds();
+    let kinds = cli::kinds();
     let manual = kinds.get("import-material").unwrap().manual();
     let examples = manual.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
     for example in examples.filter(|text| !text.contains("[stage.")) {
@@ -252,8 +252,8 @@ fn the_schemas_are_printed_and_a_new_project_names_them() {
     let project = Project::new("");
     let printed =
         |arguments: &[&str]| -> Value { serde_json::from_str(&project.ok(arguments).stdout).unwrap() };
-    assert_eq!(printed(&["schema"]), stages::kinds().schema());
-    assert_eq!(printed(&["schema", "pipeline"]), stages::kinds().schema());
+    assert_eq!(printed(&["schema"]), cli::kinds().schema());
+    assert_eq!(printed(&["schema", "pipeline"]), cli::kinds().schema());
     assert_eq!(printed(&["schema", "material"]), stages::material_schema());
     assert_eq!(printed(&["schema", "events"]), engine::EventLine::schema());
     assert_eq!(project.specula(&["schema", "piepline"]).code, Some(2));

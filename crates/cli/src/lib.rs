@@ -1,7 +1,7 @@
 //! The `specula` command line over a list of kinds.
 //!
 //! A studio that writes its own kinds makes a binary whose `main` calls [`main`] with
-//! `stages::kinds().with(ItsKind)`.
+//! `cli::kinds().with(ItsKind)`.
 //!
 //! Data (`--json` events, graphs, manual pages, explanations) goes to standard output, everything else to
 //! standard error. [`Exit`] lists the exit codes.
@@ -64,6 +64,12 @@ use crate::arguments::{Arguments, Command};
 use crate::command_error::CommandError;
 
 pub use crate::exit::Exit;
+
+/// Every kind of Specula: those of `stages`, then those of `mesh-stages`, each in the order in which a
+/// pipeline uses them.
+pub fn kinds() -> Kinds {
+    mesh_stages::add_to(stages::kinds())
+}
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::main(stages::kinds())
+    cli::main(cli::kinds())
 }

@@ -1,9 +1,12 @@
-//! The kinds of stage: the only crate where the engine and the kernels meet.
+//! The kinds of stage for light, materials, maps, engines and pictures, and what all kinds share.
 //!
 //! One file per kind: its module text is its manual page, its `run` converts parameters and calls kernels.
 //! Each folder lists its kinds first, then what they share; `values` is for all of them, and `engines` has
-//! the engines that load light, one file each. A studio adds its own kinds to the list:
-//! `stages::kinds().with(ItsKind)`. Kinds exchange the values in [`artifacts`].
+//! the engines that load light, one file each. Kinds exchange the values in [`artifacts`].
+//!
+//! The kinds of other crates, a studio's and those of Specula for meshes (`mesh-stages`), join the list by
+//! [`engine::Kinds::with`]. They use [`artifacts`] and [`plugin`] of this crate; everything else in it is for
+//! the command line.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
@@ -13,8 +16,8 @@ mod files;
 mod light;
 mod map;
 mod material;
-mod mesh;
 mod picture;
+pub mod plugin;
 #[cfg(test)]
 mod testkit;
 mod values;
@@ -27,18 +30,15 @@ pub use material::{
     material_with_form, read_material, why_not_editable,
 };
 pub use picture::{Picture, material_picture, table_picture};
-pub use values::{ExportedMaps, Rgb, artifacts, quantity};
+pub use values::{artifacts, quantity};
 
-/// Every kind, in the order in which a pipeline uses them.
+/// The kinds of this crate, in the order in which a pipeline uses them. Those of `mesh-stages` are not among
+/// them: `cli::kinds()` has all.
 pub fn kinds() -> engine::Kinds {
     engine::Kinds::new()
         .with_recipe_reader(containers::read_recipe)
         .with(light::ImportEnvironment)
         .with(material::ImportMaterial)
-        .with(mesh::ImportMesh)
-        .with(mesh::BrushMesh)
-        .with(mesh::VertexBlendKind)
-        .with(mesh::PrecomputeTransfer)
         .with(light::ProjectSh)
         .with(light::CircularLights)
         .with(light::SampleLight)
@@ -47,8 +47,6 @@ pub fn kinds() -> engine::Kinds {
         .with(light::SumLighting)
         .with(light::LightFieldKind)
         .with(material::ProjectBrdf)
-        .with(material::TabulateBrdf)
-        .with(mesh::ShadeVertices)
         .with(map::Convolve)
         .with(map::Prefilter)
         .with(map::Dfg)
@@ -61,8 +59,6 @@ pub fn kinds() -> engine::Kinds {
         .with(map::ExportCabral)
         .with(map::ExportKautzMcCool)
         .with(map::ExportViewMaps)
-        .with(material::ExportBrdfTable)
-        .with(mesh::ExportGltf)
         .with(engine_light::ExportLightRig)
         .with(map::ImportReflectionMaps)
         .with(map::ReferenceMap)

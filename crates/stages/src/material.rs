@@ -1,10 +1,8 @@
-//! Materials: files and measured tables in, their coefficients and tables out.
+//! Materials: files and measured tables in, their coefficients out.
 
 // The kinds.
-mod export_brdf_table;
 mod import_material;
 mod project_brdf;
-mod tabulate_brdf;
 
 // What they share.
 mod degree_pair;
@@ -13,10 +11,8 @@ mod material_file;
 mod material_schema;
 
 pub(crate) use degree_pair::DegreePair;
-pub(crate) use export_brdf_table::ExportBrdfTable;
 pub(crate) use import_material::ImportMaterial;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
 pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_schema::material_schema;
 pub(crate) use project_brdf::ProjectBrdf;
-pub(crate) use tabulate_brdf::TabulateBrdf;

@@ -6,14 +6,15 @@ mod preview;
 mod report;
 
 // What they share.
+mod exposure;
 mod material_picture;
 mod sheet;
 mod table_picture;
 
 pub(crate) use contact_sheet::ContactSheet;
+pub use exposure::picture_exposure;
 pub use material_picture::material_picture;
 pub(crate) use preview::Preview;
 pub(crate) use report::ReportKind;
 pub use sheet::Picture;
-pub(crate) use sheet::described;
 pub use table_picture::table_picture;

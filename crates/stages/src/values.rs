@@ -16,18 +16,22 @@ mod until_stopped;
 mod vector;
 mod window;
 
-pub(crate) use blended_frames::{blend, blended_frames};
+pub(crate) use blended_frames::blend;
+pub use blended_frames::blended_frames;
+pub use choices::{ChosenMaterial, Overflow, PrecisionName, STOPS};
 pub(crate) use choices::{
-    ChosenMaterial, DistributionName, Lamps, LampsName, MAX_RESOLUTION, MapLayoutName, MapsFormat,
-    NonNegative, Overflow, PlainName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
+    DistributionName, Lamps, LampsName, MAX_RESOLUTION, MapLayoutName, MapsFormat, NonNegative, PlainName,
+    Resolution, SHARE, ToneMapName, ViewName, edge_of,
 };
 pub use colour::Rgb;
 pub use exported_maps::ExportedMaps;
-pub(crate) use numbers::{FileFormat, Numbers};
-pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
+pub use numbers::{FileFormat, Numbers};
+pub use overflow::Content;
+pub(crate) use overflow::{Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;
-pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};
+pub use share::report_loss;
+pub(crate) use share::{LOSS, about, lamps_text, percent, share};
 pub(crate) use toml_text::{TomlText, is_integer, table_of};
-pub(crate) use until_stopped::UntilStopped;
-pub(crate) use vector::{Place, Vector};
+pub use until_stopped::UntilStopped;
+pub use vector::{Place, Vector};
 pub(crate) use window::Window;

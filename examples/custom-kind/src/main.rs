@@ -5,5 +5,5 @@ mod clamp_fireflies;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::main(stages::kinds().with(clamp_fireflies::ClampFireflies))
+    cli::main(cli::kinds().with(clamp_fireflies::ClampFireflies))
 }

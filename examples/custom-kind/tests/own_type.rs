@@ -73,7 +73,7 @@ fn a_program_receives_the_bytes_of_a_type_that_only_the_studio_knows() {
         output = { type = "file", format = "lut" }
         path = "warm"
     "#;
-    let kinds = stages::kinds().with(ImportColourTable);
+    let kinds = cli::kinds().with(ImportColourTable);
     let build = |stages: &str| {
         fs::write(&manifest, stages).unwrap();
         let plan = Plan::load(&manifest, &kinds).unwrap();

@@ -77,7 +77,7 @@ impl Project {
 
 /// The kinds of the program, which fail if they run.
 pub fn kinds() -> Kinds {
-    let all = stages::kinds();
+    let all = mesh_stages::add_to(stages::kinds());
     all.iter().fold(Kinds::new(), |list, kind| list.with_erased(Arc::new(Elsewhere(Arc::clone(kind)))))
 }
 

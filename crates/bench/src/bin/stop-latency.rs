@@ -32,7 +32,8 @@ fn main() {
     let stops = arguments.next().map_or(12, |stops| stops.parse().expect("a number of stops"));
     let folder = tempfile::tempdir().expect("a folder");
     let manifest = manifest.canonicalize().expect("the manifest exists");
-    let mut plan = Plan::load(&manifest, &stages::kinds()).expect("the manifest is valid");
+    let kinds = mesh_stages::add_to(stages::kinds());
+    let mut plan = Plan::load(&manifest, &kinds).expect("the manifest is valid");
     let place = |plan: &mut Plan, name: &str| {
         plan.state = folder.path().join(name);
         plan.out = folder.path().join(name).join("out");

@@ -262,7 +262,7 @@ mod tests {
     /// The words that complete a command line, whose words are separated by spaces.
     fn completed(line: &str) -> Vec<String> {
         let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
-        let found = of(&words, &stages::kinds());
+        let found = of(&words, &crate::kinds());
         found.iter().map(|found| found.to_string().split('\t').next().unwrap_or_default().into()).collect()
     }
 
@@ -316,7 +316,7 @@ mod tests {
         assert_eq!(with("environment refl"), ["reflection"], "several may be named");
         assert_eq!(with("--force envi"), ["environment"], "what is forced is named as what is built");
         let words = ["build", "--manifest", manifest, "environment ["].map(str::to_owned);
-        let items = of(&words, &stages::kinds());
+        let items = of(&words, &crate::kinds());
         assert!(items.contains(&pair("environment [sky]", "item")), "{items:?}");
         let explain = completed(&format!("explain --manifest={manifest} refl"));
         assert_eq!(explain, ["reflection", ":files"]);

@@ -591,6 +591,3 @@ fn sizes(exports: impl Iterator<Item = ExportedMaps> + Clone) -> MapSizes {
         slices: exports.clone().find_map(|maps| maps.slices).unwrap_or(default.slices),
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -8,15 +8,12 @@ use transfer::Frames;
 use super::artifacts;
 
 /// The frames of the mesh at the port `mesh`, with what the optional port `blend` says about the materials of
-/// a table.
+/// a table. If the table has one material, a warning says that a blend changes nothing.
 ///
 /// # Errors
-/// The errors of [`blend`]; also if a normal and a tangent are not orthonormal.
-pub(crate) fn blended_frames(
-    context: &Context<'_>,
-    mesh: &Mesh,
-    table: &BrdfTable,
-) -> Result<Frames, Failure> {
+/// If a normal and a tangent are not orthonormal, or the blend is of another mesh than the one at the port
+/// `mesh`, or missing where the table has several materials.
+pub fn blended_frames(context: &Context<'_>, mesh: &Mesh, table: &BrdfTable) -> Result<Frames, Failure> {
     let frames = Frames::of(mesh)?;
     Ok(match blend(context, mesh, table)? {
         Some(blend) => frames.with_blend(&blend),

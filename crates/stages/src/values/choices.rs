@@ -10,8 +10,8 @@ use shrm::{Distribution, MapLayout, Plain, View};
 /// The range of a share: above 0 and below 1.
 pub(crate) const SHARE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Excluded(1.0));
 
-/// The range of stops: factors of two.
-pub(crate) const STOPS: RangeInclusive<f64> = -100.0..=100.0;
+/// The range of a parameter that counts stops, which are factors of two.
+pub const STOPS: RangeInclusive<f64> = -100.0..=100.0;
 
 /// The largest resolution of a map: what a texture unit takes.
 pub(crate) const MAX_RESOLUTION: usize = 4096;
@@ -19,9 +19,9 @@ pub(crate) const MAX_RESOLUTION: usize = 4096;
 /// The edge of a cube's face or the rows of a lat-long map; `"auto"` is the least that meets an error.
 pub(crate) type Resolution = OrAuto<usize>;
 
-/// A material of a glTF file, by its name or its number.
+/// A material of a glTF file in a manifest, by its name or its number.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ChosenMaterial(pub(crate) MaterialChoice);
+pub struct ChosenMaterial(pub MaterialChoice);
 
 impl Parameter for ChosenMaterial {
     fn expected() -> String {
@@ -80,8 +80,8 @@ choice! {
 }
 
 choice! {
-    /// The numbers of a file.
-    pub(crate) enum PrecisionName {
+    /// How many bits the numbers of a file have.
+    pub enum PrecisionName {
         /// 16 bits, or 32 if a value exceeds the largest half.
         Auto = "auto",
         /// 16 bits.
@@ -93,7 +93,7 @@ choice! {
 
 choice! {
     /// What happens to values past the largest number of a file.
-    pub(crate) enum Overflow {
+    pub enum Overflow {
         /// Each becomes the largest number, unless the file can have 32-bit floats and no precision is named.
         Clamp = "clamp",
         /// The item fails.

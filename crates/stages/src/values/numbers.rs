@@ -7,9 +7,10 @@ use super::choices::{MapsFormat, Overflow, PrecisionName};
 use super::overflow::{Content, Excess, LARGEST_HALF, note_floats};
 
 parameters! {
-    /// The parameters `precision` and `overflow` of exports.
+    /// The parameters `precision` and `overflow` of kinds that export floats. A kind adds them to its own by
+    /// a last line `..numbers: Numbers`.
     #[derive(Copy)]
-    pub(crate) struct Numbers {
+    pub struct Numbers {
         /// Whether OpenEXR, KTX2 and DDS files hold 16-bit or 32-bit numbers. A half holds 3 digits, up to
         /// 65504. With "auto" all files of an item hold halves, or, if a value exceeds that, 32-bit floats,
         /// which a note says.
@@ -21,8 +22,8 @@ parameters! {
     }
 }
 
-/// The container of files that are exported.
-pub(crate) trait FileFormat: Choice {
+/// The container of exported files, as a kind's parameter `format` names it.
+pub trait FileFormat: Choice {
     /// Whether its files may hold floats of 16 or 32 bits, so that a precision can be chosen.
     fn has_precision(self) -> bool;
 }
@@ -34,8 +35,9 @@ impl FileFormat for MapsFormat {
 }
 
 impl Numbers {
-    /// The errors of parameters that files of this format do not use.
-    pub(crate) fn check<F: FileFormat>(self, format: F) -> Vec<(&'static str, String)> {
+    /// The errors of parameters that files of this format do not use, as [`Kind::check`](engine::Kind::check)
+    /// returns them.
+    pub fn check<F: FileFormat>(self, format: F) -> Vec<(&'static str, String)> {
         let mut errors = Vec::new();
         let holds_halves = format.has_precision() && self.precision != PrecisionName::Float;
         if self.overflow != Overflow::Clamp && !holds_halves {
@@ -55,7 +57,7 @@ impl Numbers {
     ///
     /// # Errors
     /// If a value does not fit a half and `overflow` says that the item fails.
-    pub(crate) fn precision(
+    pub fn precision(
         self,
         format: impl FileFormat,
         texels: &[[f32; 3]],

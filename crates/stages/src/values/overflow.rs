@@ -15,9 +15,9 @@ pub(crate) const LARGEST_HALF: f32 = 65504.0;
 /// The least number whose nearest half is not 65504: what is below is rounded as every other value is.
 const PAST_HALF: f32 = 65520.0;
 
-/// The kind of values of a file.
+/// What the values of a file are, which says how much each counts in the share that clamping loses.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Content {
+pub enum Content {
     /// Light from every direction: one map or several on this grid, weighed by solid angle.
     Light(MapGrid),
     /// Coefficients, tables and pictures of part of a sphere, weighed alike.

@@ -6,8 +6,9 @@ use sh::Light;
 /// The share of the light above which a loss is a warning.
 pub(crate) const LOSS: f64 = 0.01;
 
-/// Notes what a result loses; above [`LOSS`] it is a warning, with what helps.
-pub(crate) fn report_loss(context: &Context<'_>, lost: f64, what: &str, help: &str) {
+/// Notes the share of something that a result loses: `0.4 % of ` and then `what`, such as `the vertices are
+/// below zero`. If the share is above 1 %, this is a warning, which ends with `help`.
+pub fn report_loss(context: &Context<'_>, lost: f64, what: &str, help: &str) {
     if lost > LOSS {
         context.warn(format!("{} of {what}; {help}", about(lost)));
     } else {

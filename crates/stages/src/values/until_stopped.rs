@@ -3,8 +3,9 @@
 use engine::{Context, Failure, Steps};
 use sh::Stop;
 
-/// What tells the kernels of an item to stop.
-pub(crate) trait UntilStopped {
+/// Calls kernels so that they end early once their item is to stop. Every kernel that works for long takes a
+/// [`Stop`], which it asks again and again. With [`Steps`] each of these questions counts as a step.
+pub trait UntilStopped {
     /// Calls a kernel with the question whether the item is to stop.
     ///
     /// # Errors
@@ -26,7 +27,6 @@ impl UntilStopped for Context<'_> {
     }
 }
 
-/// Each question of the kernel counts as a step.
 impl UntilStopped for Steps<'_> {
     fn until_stopped<T, E: Into<Failure>>(
         &self,

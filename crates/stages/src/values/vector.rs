@@ -4,13 +4,13 @@ use engine::{Diagnostic, Parameter, Value, unexpected};
 use serde_json::json;
 use sphere::{DVec3, Direction};
 
-/// Three numbers [x, y, z] in Specula's frame, not all 0.
+/// A vector in a manifest: three numbers [x, y, z] in Specula's frame, not all 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Vector(pub(crate) [f64; 3]);
+pub struct Vector(pub [f64; 3]);
 
 impl Vector {
     /// The direction of the vector.
-    pub(crate) fn direction(self) -> Direction {
+    pub fn direction(self) -> Direction {
         Direction::new(DVec3::from_array(self.0)).unwrap_or(Direction::Z)
     }
 }
@@ -35,9 +35,9 @@ impl Parameter for Vector {
     }
 }
 
-/// A place [x, y, z] in Specula's frame, in the unit of a mesh.
+/// A place in a manifest: [x, y, z] in Specula's frame, in the unit of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place(pub(crate) [f64; 3]);
+pub struct Place(pub [f64; 3]);
 
 impl Parameter for Place {
     fn expected() -> String {

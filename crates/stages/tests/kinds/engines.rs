@@ -7,7 +7,7 @@ use sphere::{Cube, DVec3, Face, LatLong, to_cube, to_file};
 use stages::artifacts::{Environment, Prefiltered};
 use stages::{ENGINES, Engine};
 
-use crate::fixture::{Case, case, difference, environment, sky};
+use crate::fixture::{Case, case, difference, environment, kinds, sky};
 
 /// Where a texel looks that lies in this direction.
 type LooksAt = fn(DVec3) -> DVec3;
@@ -69,7 +69,7 @@ pub(crate) fn smallest(engine: &Engine) -> usize {
 
 /// d at c, as the manual of `export-engine` has it.
 fn direction_at(preset: &str) -> impl Fn(DVec3) -> DVec3 {
-    let manual = stages::kinds().get("export-engine").unwrap().manual();
+    let manual = kinds().get("export-engine").unwrap().manual();
     let (_, table) = manual.split_once("| `preset` | d at c |").unwrap();
     let rows = table
         .lines()

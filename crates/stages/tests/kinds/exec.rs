@@ -14,7 +14,7 @@ use envmap::Image;
 use stages::artifacts::Mesh;
 use tempfile::TempDir;
 
-use crate::fixture::{case, environment, exr, pixels, sky};
+use crate::fixture::{case, environment, exr, kinds, pixels, sky};
 
 #[cfg(unix)]
 mod tools;
@@ -76,7 +76,7 @@ impl Project {
     }
 
     fn plan(&self) -> Result<Plan, engine::Diagnostics> {
-        Plan::load(&self.path("pipeline.toml"), &stages::kinds())
+        Plan::load(&self.path("pipeline.toml"), &kinds())
     }
 
     /// The errors of the manifest, one per line.
@@ -212,7 +212,7 @@ fn a_mesh_travels_as_safetensors() {
     let knot = mesh::shape("torus-knot").unwrap();
     let copied = case("exec", parameters).input("mesh", Mesh(knot.clone())).artifact::<Mesh>();
     assert_eq!(copied.0, knot);
-    let exec = stages::kinds().get("exec").unwrap().ports_named(&["mesh"]);
+    let exec = kinds().get("exec").unwrap().ports_named(&["mesh"]);
     assert!(exec[0].takes("mesh") && exec[0].takes("a-type-of-a-studio"), "{exec:?}");
 }
 

@@ -2,7 +2,7 @@ use engine::Product;
 use serde_json::Value;
 use stages::artifacts::Lighting;
 
-use crate::fixture::{Case, case, environment, sky, sky_lighting};
+use crate::fixture::{Case, case, environment, kinds, sky, sky_lighting};
 
 fn export(parameters: &str) -> Case {
     case("export-sh", parameters).input("lighting", sky_lighting())
@@ -58,7 +58,7 @@ fn safetensors_take_no_preset() {
 /// The manual describes each preset as its files do.
 #[test]
 fn the_manual_holds_every_preset_in_full() {
-    let manual = stages::kinds().get("export-sh").unwrap().manual();
+    let manual = kinds().get("export-sh").unwrap().manual();
     let manual = manual.split_whitespace().collect::<Vec<_>>().join(" ");
     for preset in containers::lighting_json::Preset::ALL {
         let definition = preset.definition();

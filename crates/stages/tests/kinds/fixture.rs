@@ -6,12 +6,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use engine::{
-    Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Output,
-    Product, Read, Table,
+    Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Kinds,
+    Output, Product, Read, Table,
 };
 use sh::{Degree, Stop, Transform};
 use sphere::{DVec3, LatLong};
 use stages::artifacts;
+
+/// Every kind: those of this crate, and those for meshes.
+pub(crate) fn kinds() -> Kinds {
+    mesh_stages::add_to(stages::kinds())
+}
 
 /// A path in memory; the engine gives items absolute ones.
 fn absolute(path: &str) -> PathBuf {
@@ -130,8 +135,7 @@ impl Case {
     }
 
     fn configure(&self) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
-        let kinds = stages::kinds();
-        kinds.get(self.kind).unwrap().configure(&table(&self.parameters))
+        kinds().get(self.kind).unwrap().configure(&table(&self.parameters))
     }
 
     /// The kind.
@@ -185,7 +189,7 @@ impl Case {
             .with_cancel(self.cancel.clone())
             .with_folder(absolute(""))
             .with_recipe(format!("{{\"kind\":\"{}\"}}", self.kind));
-        if stages::kinds().get(self.kind).unwrap().shows_keys() {
+        if kinds().get(self.kind).unwrap().shows_keys() {
             context = context.with_key(ItemKey::from_iter([("environment", "sky")]));
         }
         if let Some(source) = &self.source {

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 
 use engine::{Product, Table, ValueKind};
 
+use crate::fixture::kinds;
+
 /// The TOML blocks of a manual, each with its stage tables.
 fn examples(manual: &str) -> Vec<Table> {
     let blocks = manual.split("```toml\n").skip(1);
@@ -15,7 +17,7 @@ const OWNED: [&str; 6] = ["kind", "source", "input", "inputs", "path", "per"];
 
 #[test]
 fn names_are_unique_and_in_kebab_case() {
-    let kinds = stages::kinds();
+    let kinds = kinds();
     let names: HashSet<_> = kinds.iter().map(|kind| kind.name()).collect();
     assert_eq!(names.len(), kinds.iter().count());
     assert!(names.iter().all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-')), "{names:?}");
@@ -23,7 +25,7 @@ fn names_are_unique_and_in_kebab_case() {
 
 #[test]
 fn every_manual_has_an_example_that_parses_with_its_kind() {
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         let mut found = 0;
         for example in examples(&kind.manual()) {
             let Some(entry) = example.get("stage") else { continue };
@@ -52,7 +54,7 @@ fn every_manual_has_an_example_that_parses_with_its_kind() {
 
 #[test]
 fn every_manual_begins_with_a_sentence() {
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         let manual = kind.manual();
         let first = manual.split("\n\n").next().unwrap();
         assert!(first.ends_with('.') && first.len() < 200 && !first.starts_with('#'), "{first}");
@@ -62,7 +64,7 @@ fn every_manual_begins_with_a_sentence() {
 
 #[test]
 fn no_parameter_has_the_name_of_a_key_that_the_engine_owns() {
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         for field in kind.fields() {
             let owned = ["kind", "source", "input", "inputs", "per", "path"].contains(&field.name.as_str());
             assert!(!owned, "{}: the engine would hide {:?}", kind.name(), field.name);
@@ -73,7 +75,7 @@ fn no_parameter_has_the_name_of_a_key_that_the_engine_owns() {
 #[test]
 fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
     let mut renamed = Vec::new();
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         let fields = kind.fields();
         for (was, field) in fields.iter().filter_map(|field| Some((field.was?, field))) {
             assert!(fields.iter().all(|field| field.name != was), "{}: {was} is a key", kind.name());
@@ -96,7 +98,7 @@ fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
 
 #[test]
 fn every_parameter_is_documented() {
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         for field in kind.fields() {
             assert!(field.doc.len() > 10 && field.doc.ends_with('.'), "{} {}", kind.name(), field.name);
         }
@@ -116,7 +118,7 @@ fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
 
 #[test]
 fn every_type_that_a_port_takes_has_a_producer() {
-    let kinds = stages::kinds();
+    let kinds = kinds();
     let made: HashSet<_> = kinds
         .iter()
         .flat_map(|kind| products(kind.as_ref()))
@@ -134,7 +136,7 @@ fn every_type_that_a_port_takes_has_a_producer() {
 
 #[test]
 fn every_default_is_in_its_range() {
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         for field in kind.fields() {
             let Some(default) = field.default.as_ref().and_then(serde_json::Value::as_f64) else { continue };
             let bound = |name: &str| field.schema[name].as_f64();
@@ -149,7 +151,7 @@ fn every_default_is_in_its_range() {
 
 #[test]
 fn every_default_is_one_of_its_words() {
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         for field in kind.fields() {
             let (Some(words), Some(default)) = (field.schema["enum"].as_array(), &field.default) else {
                 continue;
@@ -162,7 +164,7 @@ fn every_default_is_one_of_its_words() {
 
 #[test]
 fn the_schema_has_ranges_and_the_words_of_kernels() {
-    let schema = stages::kinds().schema();
+    let schema = kinds().schema();
     let parameter = |kind: &str, name: &str| schema["$defs"][kind]["properties"][name].clone();
     let resolution = parameter("import-environment", "resolution");
     assert_eq!((&resolution["minimum"], &resolution["maximum"]), (&1.into(), &8192.into()));

@@ -1,4 +1,4 @@
-//! Runs every kind in memory, through the engine's own interface.
+//! Runs every kind in memory, those of `mesh-stages` too, through the engine's own interface.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, missing_docs)] // a test may panic
 
@@ -31,6 +31,7 @@ mod parts;
 mod pipeline;
 mod prefilter;
 mod preview;
+mod preview_catalog;
 mod progress;
 mod project_sh;
 mod reference;

@@ -5,6 +5,8 @@ use std::path::Path;
 use engine::{BuildOptions, Cancel, Event, Plan, Summary, build};
 use tempfile::TempDir;
 
+use crate::fixture::kinds;
+
 /// A manifest in a folder of its own.
 pub(crate) struct Pipeline {
     folder: TempDir,
@@ -28,7 +30,7 @@ impl Pipeline {
 
     /// Builds all of it; nothing may fail.
     pub(crate) fn build(&self, jobs: usize) -> Summary {
-        let plan = Plan::load(&self.folder.path().join("pipeline.toml"), &stages::kinds())
+        let plan = Plan::load(&self.folder.path().join("pipeline.toml"), &kinds())
             .unwrap_or_else(|errors| panic!("{errors}"));
         let options = BuildOptions { jobs: Some(jobs), keep_going: true, ..BuildOptions::default() };
         let record = |event: Event| {

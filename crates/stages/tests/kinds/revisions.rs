@@ -13,7 +13,9 @@ use stages::artifacts::{
     Transfer, VertexBlend, VertexRadiance,
 };
 
-use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
+use crate::fixture::{
+    Case, case, environment, exr, kinds, lambert, phong, pixels, reflection, sky, sky_lighting,
+};
 
 /// What a kind computes in another way, as `kind, what`.
 pub(crate) const VARIANTS: [&str; 1] = ["reference, sampled"];
@@ -284,7 +286,7 @@ fn fingerprint(numbers: &[f64]) -> [f64; 5] {
 #[test]
 fn an_output_that_changes_has_a_new_revision() {
     let mut errors = Vec::new();
-    for kind in stages::kinds().iter() {
+    for kind in kinds().iter() {
         if kind.name() == "exec" && !cfg!(unix) {
             eprintln!("SKIPPED the revision of exec: its fixture is a shell's command");
             continue;
@@ -310,7 +312,7 @@ fn an_output_that_changes_has_a_new_revision() {
             }
         }
     }
-    let listed = |name: &str| stages::kinds().get(kind_of(name)).is_some();
+    let listed = |name: &str| kinds().get(kind_of(name)).is_some();
     errors.extend(TABLE.iter().filter(|(name, ..)| !listed(name)).map(|(name, ..)| format!("remove {name}")));
     assert!(errors.is_empty(), "\n{}", errors.join("\n"));
 }

@@ -11,6 +11,7 @@ use std::process::Command;
 
 use engine::{Output, Product};
 
+use crate::fixture::kinds;
 use crate::revisions::{VARIANTS, fixture, kind_of};
 
 /// Where a child writes the digests.
@@ -27,7 +28,7 @@ const MACHINES: [(&str, &[(&str, &str)]); 3] = [
 /// A line for each output: `kind, variant: ending digest`.
 fn digests() -> String {
     let mut lines = String::new();
-    for kind in stages::kinds().iter().filter(|kind| kind.name() != "exec" || cfg!(unix)) {
+    for kind in kinds().iter().filter(|kind| kind.name() != "exec" || cfg!(unix)) {
         let variants = VARIANTS.iter().filter(|variant| kind_of(variant) == kind.name());
         for name in std::iter::once(kind.name()).chain(variants.copied()) {
             let case = fixture(name);
@@ -74,7 +75,7 @@ fn every_kind_makes_the_same_bytes_on_every_machine() {
         }
         let expected = std::fs::read_to_string(&golden).unwrap();
         let (expected, found) = (by_output(&expected), by_output(&found));
-        assert!(found.len() >= stages::kinds().iter().count() - 1, "{machine}: {found:?}");
+        assert!(found.len() >= kinds().iter().count() - 1, "{machine}: {found:?}");
         for output in expected.keys().chain(found.keys().filter(|output| !expected.contains_key(*output))) {
             if expected.get(output) != found.get(output) {
                 errors.push(format!(

@@ -69,7 +69,7 @@ impl TestProject {
         fs::write(folder.path().join("paint/tin.toml"), "model = \"lambert\"\nalbedo = 0.5\n").unwrap();
         let screenshots = folder.path().join("screenshots");
         let project = project::Project { manifest: manifest.clone(), ..project::Project::default() };
-        Self { folder, kinds: stages::kinds(), manifest, screenshots, project }
+        Self { folder, kinds: crate::kinds(), manifest, screenshots, project }
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -61,7 +61,7 @@ impl Folder {
         }
         fs::write(path("pipeline.toml"), PIPELINE).unwrap();
         let project = Project { manifest: path("pipeline.toml"), ..Project::default() };
-        Self { screenshots: path("screenshots"), kinds: stages::kinds(), project, folder }
+        Self { screenshots: path("screenshots"), kinds: crate::kinds(), project, folder }
     }
 
     fn path(&self, name: &str) -> PathBuf {

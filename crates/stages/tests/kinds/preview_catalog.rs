@@ -1,14 +1,18 @@
+//! What a preview finds in a graph, and the scenes that it reads from results.
+
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
 use containers::{Precision, write_exr};
-use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
-use preview::{Look, Mode, Scene};
+use engine::{BuildOptions, Cancel, Event, ItemIndex, Plan, ResultsSnapshot};
+use preview::{Look, MapSizes, Mode, Scene};
 use sphere::{Direction, LatLong};
+use stages::{PreviewCatalog, SceneCache};
 
-use super::*;
+use crate::fixture::kinds;
 
 const SOURCES: &str = r#"
 schema = 1
@@ -65,13 +69,18 @@ fn project(stages: &str) -> (tempfile::TempDir, Plan) {
 }
 
 fn load(folder: &Path) -> Plan {
-    Plan::load(&folder.join("pipeline.toml"), &crate::kinds()).unwrap_or_else(|errors| panic!("{errors}"))
+    Plan::load(&folder.join("pipeline.toml"), &kinds()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 fn build(plan: &Plan) -> ResultsSnapshot {
     let failed = |event: Event| assert!(!matches!(event, Event::Failed { .. }), "{event:?}");
     engine::build(plan, &BuildOptions::default(), &Cancel::default(), &failed).unwrap();
     ResultsSnapshot::open(plan).unwrap()
+}
+
+/// The name of the stage of an item.
+fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
+    &plan.stages[plan.items[item].stage].name
 }
 
 /// Describes the subjects that can be shown, a line for each entry: its names and what exports it.
@@ -395,8 +404,8 @@ fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
         fs::write(path, bytes).unwrap();
     };
     write("metal/steel.toml", b"model = \"ward\"\nroughness = 0.2\nroughness_y = 0.5\n");
-    write("shapes/knot.glb", include_bytes!("../../../../../assets/meshes/knot.glb"));
-    write("pot.glb", include_bytes!("../../../../../examples/brushed/meshes/teapot.glb"));
+    write("shapes/knot.glb", include_bytes!("../../../../assets/meshes/knot.glb"));
+    write("pot.glb", include_bytes!("../../../../examples/brushed/meshes/teapot.glb"));
     write("lamps.toml", b"[[light]]\ndirection = [0, 1, 0]\nangular_radius = 20\nradiance = 3\n");
     write("pipeline.toml", format!("{SOURCES}{TABULATED}{stages}").as_bytes());
     let plan = load(folder.path());

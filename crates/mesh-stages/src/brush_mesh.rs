@@ -36,8 +36,8 @@ use std::path::Path;
 use containers::{Anisotropy, read_gltf_anisotropy};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use mesh::Mesh;
-
-use crate::values::{ChosenMaterial, Vector, artifacts};
+use stages::artifacts;
+use stages::plugin::{ChosenMaterial, Vector};
 
 parameters! {
     /// Parameters of `brush-mesh`.

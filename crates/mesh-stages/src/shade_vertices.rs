@@ -55,9 +55,9 @@ use brdf::BrdfTable;
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, Steps, parameters};
 use sh::{Degree, Expansion, Light, Lighting};
+use stages::artifacts;
+use stages::plugin::{Place, UntilStopped, Vector, blended_frames, report_loss};
 use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, shade_lights};
-
-use crate::values::{Place, UntilStopped, Vector, artifacts, blended_frames, report_loss};
 
 parameters! {
     /// Parameters of `shade-vertices`.

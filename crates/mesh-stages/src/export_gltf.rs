@@ -71,12 +71,9 @@ use containers::{GlbText, VertexAttribute, write_glb};
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, parameters};
 use mesh::Mesh;
 use sh::{Degree, Expansion};
+use stages::artifacts;
+use stages::plugin::{STOPS, picture_exposure, report_loss, size};
 use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
-
-use crate::light::light;
-use crate::picture::described;
-use crate::values::quantity::size;
-use crate::values::{STOPS, artifacts, report_loss};
 
 parameters! {
     /// Parameters of `export-gltf`.
@@ -198,9 +195,7 @@ fn exposure(parameters: &Parameters, context: &Context<'_>) -> Result<f64, Failu
     if context.type_at("environment").is_none() {
         return Ok(parameters.exposure);
     }
-    let usual = light(context)?.exposure();
-    context.note(described(usual, parameters.exposure));
-    Ok(usual.stops + parameters.exposure)
+    picture_exposure(context, parameters.exposure)
 }
 
 /// Makes the attributes `COLOR_0` and `_RADIANCE`.

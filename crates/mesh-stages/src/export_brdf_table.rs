@@ -41,8 +41,8 @@ use containers::{
     write_ktx2_rgba,
 };
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-
-use crate::values::{Content, FileFormat, Numbers, artifacts};
+use stages::artifacts;
+use stages::plugin::{Content, FileFormat, Numbers};
 
 choice! {
     /// The container.

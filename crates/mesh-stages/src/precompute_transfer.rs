@@ -73,13 +73,12 @@ use brdf::{BrdfTable, tabulate};
 use containers::tensors::OfMesh;
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::{Degree, Stop};
+use stages::artifacts;
+use stages::plugin::{UntilStopped, blended_frames, size};
 use transfer::{
     Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, ReflectingMesh, StoredTransfer,
     Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute, reflection_bytes,
 };
-
-use crate::values::quantity::size;
-use crate::values::{UntilStopped, artifacts, blended_frames};
 
 choice! {
     /// The form of a transfer.

@@ -27,8 +27,7 @@ use std::path::Path;
 use containers::tensors::OfMesh;
 use containers::{DataTexture, Wrap, read_gltf_attribute};
 use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, choice, parameters};
-
-use crate::values::artifacts;
+use stages::artifacts;
 
 choice! {
     /// A channel of a picture.

@@ -36,8 +36,7 @@ use std::io::{Seek as _, SeekFrom};
 use std::path::Path;
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
-
-use crate::values::artifacts;
+use stages::artifacts;
 
 parameters! {
     /// `import-mesh` has no parameters: the file says everything about a mesh.

@@ -72,9 +72,8 @@
 use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, nearest, parameters};
 use sh::Degree;
-
-use crate::values::quantity::size;
-use crate::values::{UntilStopped, artifacts};
+use stages::artifacts;
+use stages::plugin::{UntilStopped, size};
 
 parameters! {
     /// Parameters of `tabulate-brdf`.

@@ -1,0 +1,19 @@
+//! What kinds of other crates share with the kinds of this one.
+//!
+//! docs/plugins.md promises these items, and [`artifacts`](crate::artifacts), to everybody who writes a kind.
+//! Specula's kinds for meshes use nothing else of this crate.
+//!
+//! - Values of parameters: [`Place`], [`Vector`], [`Rgb`], [`ChosenMaterial`] and the range [`STOPS`].
+//! - Floats in exported files: [`Numbers`] adds the parameters `precision` and `overflow` to a kind whose
+//!   format is a [`FileFormat`].
+//! - Inputs: [`blended_frames`] and [`picture_exposure`].
+//! - Kernels that end early: [`UntilStopped`].
+//! - Messages: [`report_loss`] and [`size`].
+//! - The preview: [`ExportedMaps`].
+
+pub use crate::picture::picture_exposure;
+pub use crate::values::quantity::size;
+pub use crate::values::{
+    ChosenMaterial, Content, ExportedMaps, FileFormat, Numbers, Overflow, Place, PrecisionName, Rgb, STOPS,
+    UntilStopped, Vector, blended_frames, report_loss,
+};
