@@ -5,8 +5,8 @@ use engine::{Context, Failure};
 use super::sheet::described;
 use crate::light::light;
 
-/// The exposure, in stops, at which `preview` and `contact-sheet` show the light at the port `environment`, an
-/// environment or a lighting, and `more` stops beyond it. A note says it.
+/// The exposure, in stops, at which `preview` and `contact-sheet` show the light at the port `environment`
+/// (an environment or a lighting), and `more` stops beyond it. A note says it.
 ///
 /// # Errors
 /// If the port is not connected, or the light has a radiance that is not finite.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use containers::{Precision, write_exr};
 use engine::{BuildOptions, Cancel, Event, ItemIndex, Plan, ResultsSnapshot};
-use preview::{Look, MapSizes, Mode, Scene};
+use preview::{Aim, Look, MapSizes, Mode, Scene};
 use sphere::{Direction, LatLong};
 use stages::{PreviewCatalog, SceneCache};
 
@@ -507,4 +507,32 @@ fn a_mesh_has_the_blend_that_was_made_of_it() {
     assert_eq!(blend.len(), object.mesh.positions().len());
     assert!(blend.contains(&0.0) && blend.contains(&1.0), "the noise goes from end to end");
     assert!(scenes.scene(&catalog, &results, entry, "plane").unwrap().objects[0].blend.is_none());
+}
+
+#[test]
+fn the_sample_is_turned_in_all_its_pictures() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
+    let text = fs::read_to_string(root.join("pipeline.toml")).unwrap();
+    let text = text.replace("\"assets/", &format!("\"{}/assets/", root.display()));
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("pipeline.toml");
+    let catalog = |text: &str| {
+        fs::write(&manifest, text).unwrap();
+        PreviewCatalog::of(Plan::load(&manifest, &kinds()).unwrap_or_else(|errors| panic!("{errors}")))
+    };
+    let turned = catalog(&text);
+    let entry = turned.entry("sky", "gold").unwrap().unwrap();
+    let edit = turned.with_turned_light(entry, Aim { yaw: 1.0, pitch: 0.0 }, &text).unwrap();
+    assert_eq!(
+        edit.changes,
+        [
+            "[stage.environment-turned] is new: it turns environment (yaw = 57.3) for report, shaded-mesh, sheet, preview",
+            "[stage.lighting-turned] is new: it turns lighting (yaw = 57.3) for reflection, shine, received, shaded, sheet",
+            "this turns the light of sky, studio",
+        ]
+    );
+    let new = edit.text.lines().collect::<Vec<_>>();
+    let replaced = text.lines().filter(|line| !new.contains(line)).count();
+    assert_eq!(replaced, 8, "only the connections change");
+    catalog(&edit.text);
 }

@@ -231,28 +231,6 @@ fn an_environment_that_is_turned_before_the_reflection_is_not_turned_twice_besid
 }
 
 #[test]
-fn the_sample_is_turned_in_all_its_pictures() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
-    let text = fs::read_to_string(root.join("pipeline.toml")).unwrap();
-    let text = text.replace("\"assets/", &format!("\"{}/assets/", root.display()));
-    let catalog = catalog(&text);
-    let entry = catalog.entry("sky", "gold").unwrap().unwrap();
-    let edit = catalog.with_turned_light(entry, Aim { yaw: 1.0, pitch: 0.0 }, &text).unwrap();
-    assert_eq!(
-        edit.changes,
-        [
-            "[stage.environment-turned] is new: it turns environment (yaw = 57.3) for report, shaded-mesh, sheet, preview",
-            "[stage.lighting-turned] is new: it turns lighting (yaw = 57.3) for reflection, shine, received, shaded, sheet",
-            "this turns the light of sky, studio",
-        ]
-    );
-    let new = edit.text.lines().collect::<Vec<_>>();
-    let replaced = text.lines().filter(|line| !new.contains(line)).count();
-    assert_eq!(replaced, 8, "only the connections change");
-    self::catalog(&edit.text);
-}
-
-#[test]
 fn a_light_that_is_hardly_turned_is_not_written() {
     let text = manifest(TURNED);
     let catalog = catalog(&text);
