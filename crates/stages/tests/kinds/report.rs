@@ -287,7 +287,7 @@ fn figures_of_pictures_of_different_sizes_agree_within_their_uncertainty() {
             ([number("p95"), number("p95_uncertainty")], export["one_of"].as_u64().unwrap())
         })
     };
-    let (coarse, fine) = (figures(64), figures(112));
+    let (coarse, fine) = (figures(64), figures(160));
     for (([a, a_error], one_of), ([b, b_error], _)) in coarse.into_iter().zip(fine) {
         assert!((a - b).abs() < 4.0 * (a_error + b_error) + 0.01 * a, "{a} +- {a_error}, {b} +- {b_error}");
         assert!(one_of == 1 || a_error <= 0.02 * a.max(0.15), "{a} +- {a_error}");
