@@ -21,12 +21,13 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex};
 
-use super::{CAPITALS, Project, log};
+use super::{CAPITALS, Project, TextKind, assert_has, log};
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::{Change, Changed, Event, Summary};
+use crate::kinds::{Context, Failure};
 use crate::plan::ManifestFile;
-use crate::testkit::kinds;
+use crate::testkit::{Nothing, kinds};
 use crate::watch::{Backoff, ChangeCollector, WatchOptions, Watcher};
 
 /// The longest wait for anything.
@@ -96,7 +97,7 @@ impl<'a> Watched<'a> {
         Self::trying(project, options, collector, TRIES)
     }
 
-    /// The same, with other pauses before what the system refused is tried again.
+    /// A watcher with these pauses, the first and the longest, before what the system refused is tried again.
     fn trying(
         project: &'a Project,
         options: WatchOptions,

@@ -4,41 +4,26 @@ use std::fs::OpenOptions;
 use std::io::Write as _;
 
 use super::*;
-use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
-use crate::testkit::{Nothing, Text};
 use crate::watch::WritePauses;
 
 /// Reads a text, which is complete if it ends with a full stop, and removes the full stop; `wait PATH` is
 /// read after a file exists at that path.
 pub(super) struct Sentence;
 
-impl Kind for Sentence {
+impl TextKind for Sentence {
     type Parameters = Nothing;
     const NAME: &'static str = "sentence";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Reads a sentence.\n";
     const SOURCE: bool = true;
 
-    fn ports() -> Vec<Port> {
-        Vec::new()
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact(Text::TYPE)
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+    fn make(_: &Nothing, text: &str, _: &Context<'_>) -> Result<String, Failure> {
         if let Some(path) = text.strip_prefix("wait ") {
             let deadline = Instant::now() + DEADLINE;
             while !std::path::Path::new(path).exists() && Instant::now() < deadline {
                 std::thread::sleep(Duration::from_millis(1));
             }
         }
-        let sentence = text.strip_suffix('.');
-        Output::artifact(Text(
-            sentence.ok_or_else(|| Failure::new(format!("{text:?} is half a sentence")))?.into(),
-        ))
+        let sentence = text.strip_suffix('.').map(str::to_owned);
+        sentence.ok_or_else(|| Failure::new(format!("{text:?} is half a sentence")))
     }
 }
 
