@@ -5,7 +5,7 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-use crate::support::{Project, Run, TIMEOUT, files_below};
+use crate::support::{Project, Run, TIMEOUT, assert_has, files_below};
 
 /// They set the title and colours, by ESC and by C1's CSI, delete characters, and change the direction of
 /// text.
@@ -137,8 +137,7 @@ fn no_command_prints_the_name_of_a_file_raw() {
     project.write("turned/plain.toml", MATERIAL);
     assert!(clean(&project, &["verify"]).contains(r"maps/bidi\u{202e}txt.exr: left over"));
     let text = clean(&project, &["build", "--verbose"]);
-    assert!(text.contains(r"removed  maps/bidi\u{202e}txt.exr"), "{text}");
-    assert!(text.contains(r"turned/bidi\u{202e}txt.toml was "), "{text}");
+    assert_has(&text, [r"removed  maps/bidi\u{202e}txt.exr", r"turned/bidi\u{202e}txt.toml was "]);
 }
 
 #[test]

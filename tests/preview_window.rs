@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-use crate::support::{Project, root};
+use crate::support::{Project, assert_has, root};
 
 /// Longer than any step takes on two processors that draw everything in software.
 const TIMEOUT: Duration = Duration::from_secs(180);
@@ -69,7 +69,6 @@ impl Screen {
         Self { server, name: format!(":{}", number.trim()) }
     }
 
-    /// The image on the screen.
     fn image(&self) -> ScreenImage {
         let image = Command::new("import")
             .args(["-silent", "-window", "root", "-depth", "8", "rgb:-"])
@@ -95,7 +94,6 @@ impl Drop for Screen {
     }
 }
 
-/// An image of the screen.
 #[derive(Clone, PartialEq)]
 struct ScreenImage(Vec<[u8; 3]>);
 
@@ -176,7 +174,6 @@ fn has_contrast(picture: &[[u8; 3]]) -> bool {
     (spread / picture.len() as f64).sqrt() > 24.0
 }
 
-/// A running preview.
 struct Preview<'s> {
     screen: &'s Screen,
     child: Child,
@@ -304,7 +301,6 @@ impl<'s> Preview<'s> {
         image.save(&what.replace(' ', "-"));
     }
 
-    /// Waits for its end.
     fn exit(mut self) -> Option<i32> {
         let deadline = Instant::now() + TIMEOUT;
         loop {
@@ -329,7 +325,6 @@ impl Drop for Preview<'_> {
     }
 }
 
-/// The screenshots.
 fn screenshots(project: &Project) -> Vec<PathBuf> {
     let folder = fs::read_dir(project.path("screenshots"));
     let files = folder.into_iter().flatten().flatten().map(|entry| entry.path());
@@ -479,11 +474,7 @@ fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
     assert!(ended.success());
     let stderr = Arc::clone(&again.stderr);
     assert_eq!(again.exit(), Some(0));
-    let stderr = stderr.lock().unwrap();
-    assert!(
-        stderr.contains("warning: the changes of ") && stderr.contains("gold.toml were not saved"),
-        "{stderr}"
-    );
+    assert_has(stderr.lock().unwrap(), ["warning: the changes of ", "gold.toml were not saved"]);
     assert_eq!(file(), saved);
 }
 

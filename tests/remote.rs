@@ -6,7 +6,7 @@ use std::process::Stdio;
 use std::time::Instant;
 
 use crate::support::casd::{Server, assert_same, built, warnings};
-use crate::support::{Project, SMALL, files_below, ran, uniform};
+use crate::support::{Project, SMALL, assert_has, files_below, ran, uniform};
 
 fn blobs_of(project: &Project) -> usize {
     files_below(&project.path(".specula/blobs")).len()
@@ -29,10 +29,8 @@ fn another_folder_runs_nothing_and_receives_only_its_files() {
     assert!(
         events.iter().filter(|event| event["event"] == "up-to-date").all(|event| event["host"].is_string())
     );
-    let explained = there.ok(&["explain", "map"]).stdout;
-    assert!(explained.contains("its result came from the cache at 127.0.0.1:"), "{explained}");
-    let full = there.ok(&["explain", "map [studio, gold]"]).stdout;
-    assert!(full.contains("made by map [studio, gold] on "), "{full}");
+    assert_has(there.ok(&["explain", "map"]).stdout, ["its result came from the cache at 127.0.0.1:"]);
+    assert_has(there.ok(&["explain", "map [studio, gold]"]).stdout, ["made by map [studio, gold] on "]);
 
     // Without the server, nothing is out of date, and what is only there is not missed.
     let (third, _) = built(&there, &[]);
@@ -198,9 +196,7 @@ fn without_its_server_a_build_warns_once_or_fails_if_it_must_not() {
     let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
     assert!(warning.starts_with("cannot connect to grpc://127.0.0.1:"), "{warning}");
     assert!(warning.ends_with("; the build goes on without it"), "{warning}");
-    let run = project.specula(&["build", &address, "--remote-required"]);
-    assert_eq!(run.code, Some(4), "{}", run.stderr);
-    assert!(run.stderr.contains("error: cannot connect to grpc://"), "{}", run.stderr);
+    project.specula(&["build", &address, "--remote-required"]).ends(4, ["error: cannot connect to grpc://"]);
 }
 
 #[test]
@@ -212,9 +208,7 @@ fn wrong_options_are_refused_before_anything_runs() {
         (&["--remote-cache=grpc://cache:1", "--remote-header=secret1234"], "a header is not NAME=VALUE"),
         (&["--remote-cache=grpc://cache:1", "--tls-certificate=pipeline.toml"], "is not encrypted"),
     ] {
-        let run = project.specula(&[&["build"], arguments].concat());
-        assert_eq!(run.code, Some(2), "{}", run.stderr);
-        assert!(run.stderr.contains(expected), "{}", run.stderr);
+        let run = project.specula(&[&["build"], arguments].concat()).ends(2, [expected]);
         assert!(!run.stderr.contains("secret1234"), "{}", run.stderr);
     }
     assert!(!project.path(".specula").exists());

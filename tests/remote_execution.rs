@@ -144,8 +144,7 @@ fn a_failure_says_what_is_wrong_and_where() {
     project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = \"nine\"\n");
     let [executor, program] = server.executor();
     for _ in 0..2 {
-        let run = project.specula(&["build", &executor, &program]);
-        assert_eq!(run.code, Some(1), "{}", run.stderr);
+        let run = project.specula(&["build", &executor, &program]).ends(1, []);
         for expected in
             ["material [gold] failed", "source assets/materials/gold.toml", "of 127.0.0.1:", "exponent"]
         {
@@ -247,8 +246,7 @@ fn a_server_without_workers_is_only_a_cache() {
     let other = Project::small();
     other.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 7\n"));
     let [executor, program] = server.executor();
-    let run = other.specula(&["build", &executor, &program, "--remote-required"]);
-    assert!(run.code == Some(4) && run.stderr.contains("runs no actions"), "{run:?}");
+    other.specula(&["build", &executor, &program, "--remote-required"]).ends(4, ["runs no actions"]);
 }
 
 /// The programs of workers that run now in the sandboxes of a server.

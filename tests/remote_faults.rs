@@ -155,9 +155,7 @@ fn a_stalled_line_holds_a_build_up_for_the_time_limit_only() {
     println!("{TEST}: {longest:.2?} at most, {:.2?} without a fault", scene.times[1]);
     let proxy = Proxy::start(scene.full.port(), Fault::StallAfter(0));
     let options = ["build", &proxy.address(), limit[0], "--remote-required"];
-    let run = Project::small().specula(&options);
-    assert_eq!(run.code, Some(4), "{}", run.stderr);
-    assert!(run.stderr.contains("--remote-timeout"), "{}", run.stderr);
+    Project::small().specula(&options).ends(4, ["--remote-timeout"]);
 }
 
 /// A bit of a message is flipped, in what the server says or in what it is told. What it was told wrong it

@@ -14,14 +14,12 @@ use engine::{Diagnostic, Document, Table, Value, ValueKind, unexpected, unknown_
 use crate::command_error::CommandError;
 use crate::print::say;
 
-/// The name of a settings file.
 pub(crate) const FILE: &str = "specula.toml";
 
 /// The table `[remote]` of each file that there is; the first that has a key counts.
 #[derive(Default)]
 pub(crate) struct RemoteSettings(Vec<RemoteTable>);
 
-/// A table `[remote]`.
 struct RemoteTable {
     /// The folder that the table's paths are relative to.
     folder: PathBuf,

@@ -274,7 +274,6 @@ const PATTERNS: &[EditPattern] = &[
     }),
 ];
 
-/// The folder that is edited.
 struct EditedProject {
     /// The project is in a folder of this one, so that another one can take its place.
     folder: tempfile::TempDir,

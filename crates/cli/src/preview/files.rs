@@ -26,7 +26,6 @@ pub(crate) struct PreviewFiles {
 }
 
 impl PreviewFiles {
-    /// The files of a manifest.
     pub(crate) fn beside(manifest: &Path) -> Self {
         Self { folder: manifest.with_file_name(FOLDER), screenshots: manifest.with_file_name(SCREENSHOTS) }
     }

@@ -140,7 +140,6 @@ impl<'a> Ledger<'a> {
         let _ = self.wanted.set(sorted(subjects.into_iter()));
     }
 
-    /// The line of a file.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
         let subject = self.subject(file);
         let line = self.journal.get::<Published>(Tag::Published, subject);
@@ -271,7 +270,6 @@ impl<'a> Ledger<'a> {
         self.write(file, Published { digest, stamp: Some(stamp), settled, ..self.blank(item, file) })
     }
 
-    /// The line of a file that has been removed.
     pub(crate) fn removal(&self, file: &str) -> Line {
         Line::new::<()>(Tag::Published, self.subject(file), None)
     }
@@ -351,12 +349,10 @@ pub(crate) fn out_name(plan: &Plan) -> String {
     path_name(plan.manifest.parent().unwrap_or(Path::new(".")), &plan.out)
 }
 
-/// The subject of a file's line.
 fn subject_of(manifest: &str, out: &str, file: &str) -> Subject {
     subject(&[manifest, out, file])
 }
 
-/// Whether a file is at a place, or in a folder there.
 fn is_at_or_below(file: &str, place: &str) -> bool {
     file.strip_prefix(place).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }

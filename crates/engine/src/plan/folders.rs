@@ -24,9 +24,7 @@ pub struct Name {
 /// What a path leads to, links followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Found {
-    /// A file.
     File,
-    /// A folder.
     Folder,
     /// A device or a pipe: never a source.
     Other,
@@ -123,7 +121,6 @@ pub(crate) struct FolderQueries {
 pub(crate) struct RecordingFolders(RefCell<FolderQueries>);
 
 impl RecordingFolders {
-    /// The questions that were asked of the folders.
     pub(crate) fn queries(self) -> FolderQueries {
         self.0.into_inner()
     }

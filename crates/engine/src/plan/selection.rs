@@ -15,7 +15,6 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
-    /// Everything.
     pub(crate) fn all(plan: &Plan) -> Self {
         Self {
             items: vec![true; plan.items.len()],
@@ -74,12 +73,10 @@ impl Selection {
         Ok(self)
     }
 
-    /// Whether an item runs even if it is up to date.
     pub(crate) fn is_forced(&self, item: ItemIndex) -> bool {
         self.forced.get(item).copied().unwrap_or(false)
     }
 
-    /// Whether an item is selected.
     pub(crate) fn has(&self, item: ItemIndex) -> bool {
         self.items[item]
     }
@@ -89,7 +86,6 @@ impl Selection {
         self.stages[stage]
     }
 
-    /// The number of items.
     pub(crate) fn items(&self) -> usize {
         self.items.iter().filter(|selected| **selected).count()
     }

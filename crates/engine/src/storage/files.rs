@@ -140,7 +140,6 @@ pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     Ok(names)
 }
 
-/// The digest of a folder's listing.
 pub(crate) fn listing_digest(names: &[(String, bool)]) -> Digest {
     let mut hasher = blake3::Hasher::new();
     for (name, folder) in names {

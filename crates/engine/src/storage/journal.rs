@@ -387,7 +387,6 @@ impl Journal {
     }
 }
 
-/// The path of the index beside a journal.
 fn index_of(path: &Path) -> PathBuf {
     path.with_file_name("index")
 }

@@ -79,7 +79,6 @@ pub(crate) struct LockRequest<'a> {
     pub(crate) waiting: &'a dyn Fn(String),
 }
 
-/// A locked state folder.
 pub(crate) struct Lock {
     folder: PathBuf,
     purpose: LockPurpose,

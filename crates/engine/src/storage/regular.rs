@@ -173,7 +173,6 @@ pub(crate) fn check_own(path: &Path, folder: bool) -> io::Result<()> {
     }
 }
 
-/// The names in a folder that are links.
 pub(crate) fn links_in(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let links = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_symlink()));

@@ -53,13 +53,9 @@ impl std::ops::Add for Amount {
     }
 }
 
-/// The state of a blob's file.
 pub(crate) enum BlobFile {
-    /// The file contains the blob's bytes.
     Intact(Vec<u8>),
-    /// The file contains other bytes.
     Damaged,
-    /// The file does not exist.
     Missing,
 }
 
@@ -105,7 +101,6 @@ impl Hasher for DigestHasher {
     }
 }
 
-/// Which blobs exist.
 pub(crate) struct Presence<'a> {
     store: &'a Store,
     listed: Option<HashSet<Digest, BuildHasherDefault<DigestHasher>>>,
@@ -163,7 +158,6 @@ impl Store {
         Ok(blob)
     }
 
-    /// How many bytes have been stored so far.
     pub(crate) fn stored(&self) -> u64 {
         self.stored.load(Ordering::Relaxed)
     }
@@ -292,7 +286,6 @@ impl Store {
         amount
     }
 
-    /// Removes the scratch folders that were kept.
     pub(crate) fn remove_kept(&self) {
         let _ = fs::remove_dir_all(self.folder.join(KEPT));
     }

@@ -22,7 +22,6 @@ struct Worker {
     runs: AtomicUsize,
     /// The files of each run.
     sent: Mutex<Vec<Vec<String>>>,
-    /// What goes wrong.
     fault: Fault,
     has_told: AtomicBool,
 }

@@ -46,7 +46,6 @@ impl Memory {
         self.blobs.lock().get(&blob.hash).cloned()
     }
 
-    /// Changes the description of every result.
     fn forge(&self, change: impl Fn(&mut serde_json::Value)) {
         for result in self.results.lock().values_mut() {
             let mut description = serde_json::from_slice::<serde_json::Value>(&result.description).unwrap();

@@ -8,7 +8,6 @@ use super::*;
 
 const OUT: [(&str, &str); 2] = [("out/gold.txt", "WARM"), ("out/sky.txt", "BLUE")];
 
-/// A project that was built.
 fn built(source: &str, files: &[(&str, &str)]) -> Project {
     let project = Project::new(&CAPITALS.replace("in/*.txt", source));
     files.iter().for_each(|(file, text)| project.write(file, text));
@@ -20,7 +19,6 @@ fn has_kept(project: &Project) {
     OUT.iter().for_each(|(file, text)| assert_eq!(project.read(file), *text, "{file}"));
 }
 
-/// The errors of the manifest.
 fn rejected(project: &Project) -> String {
     let plan = Plan::load(&project.path("pipeline.toml"), &project.kinds);
     plan.map_or_else(|errors| errors.to_string(), |_| "no error".into())

@@ -48,7 +48,6 @@ resolution = 4
 
 const GOLD: &str = "model = \"phong\"\nexponent = 4\nspecular = [1.0, 0.8, 0.3]\n";
 
-/// A project in a temporary folder.
 struct TestProject {
     folder: tempfile::TempDir,
     kinds: Kinds,

@@ -17,7 +17,6 @@ use crate::values::shrm_metadata::centre_name;
 /// The numbers of a light: direction x, y, z, angular radius, irradiance RGB.
 const LIGHT: usize = 7;
 
-/// A file being written.
 pub(super) struct Writer {
     pub(super) metadata: BTreeMap<String, String>,
     /// The header's entry of each tensor. The format wants descending alignment; kinds mix no types.
@@ -116,7 +115,6 @@ impl Writer {
     }
 }
 
-/// A file being read.
 pub(super) struct TensorFile<'a> {
     pub(super) tensors: SafeTensors<'a>,
     pub(super) metadata: BTreeMap<String, String>,
@@ -221,7 +219,6 @@ impl<'a> TensorFile<'a> {
         values.chunks_exact(LIGHT).enumerate().map(light).collect()
     }
 
-    /// Whether there is a tensor of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.tensors.names().contains(&name)
     }

@@ -26,7 +26,6 @@ impl TextKind for WaitForFile {
     }
 }
 
-/// How often an item started to run.
 fn starts(events: &[Event], item: &str) -> usize {
     let is =
         |event: &&Event| matches!(event, Event::Started { item: started, .. } if started.to_string() == item);
