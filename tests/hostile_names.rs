@@ -17,40 +17,14 @@ const BIDIRECTIONAL: &str = "bidi\u{202e}txt";
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.environment]
-kind = "import-environment"
-source = "assets/environments/studio.exr"
-resolution = 32
-
-[stage.lighting]
-kind = "project-sh"
-input = "environment"
-degree = 4
-
-[stage.hostile]
-kind = "import-material"
-source = "hostile/*.toml"
-
-[stage.coefficients]
-kind = "project-brdf"
-input = "hostile"
-degree = [4, 0]
-
-[stage.turned]
-kind = "import-material"
-source = "turned/*.toml"
-
-[stage.brdf]
-kind = "project-brdf"
-input = "turned"
-degree = [4, 0]
-
-[stage.reflection]
-kind = "convolve"
-inputs = { lighting = "lighting", brdf = "brdf" }
-
+[stage]
+environment = { kind = "import-environment", source = "assets/environments/studio.exr", resolution = 32 }
+lighting = { kind = "project-sh", input = "environment", degree = 4 }
+hostile = { kind = "import-material", source = "hostile/*.toml" }
+coefficients = { kind = "project-brdf", input = "hostile", degree = [4, 0] }
+turned = { kind = "import-material", source = "turned/*.toml" }
+brdf = { kind = "project-brdf", input = "turned", degree = [4, 0] }
+reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "brdf" } }
 [stage.map]
 kind = "export-reflection-map"
 input = "reflection"

@@ -5,25 +5,15 @@ use crate::support::Project;
 /// 60 materials that fail, each with one dependent item, and another with ten.
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.material]
-kind = "import-material"
-source = "bad/*.toml"
-
-[stage.coefficients]
-kind = "project-brdf"
-input = "material"
-degree = [4, 0]
-
-[stage.root]
-kind = "import-material"
-source = "root.toml"
+[stage]
+material = { kind = "import-material", source = "bad/*.toml" }
+coefficients = { kind = "project-brdf", input = "material", degree = [4, 0] }
+root = { kind = "import-material", source = "root.toml" }
 "#;
 
 fn project() -> Project {
     let dependants = (0..10).map(|n| {
-        format!("[stage.of-root-{n}]\nkind = \"project-brdf\"\ninput = \"root\"\ndegree = [{}, 0]\n", n + 2)
+        format!("of-root-{n} = {{ kind = \"project-brdf\", input = \"root\", degree = [{}, 0] }}\n", n + 2)
     });
     let project = Project::new(&format!("{MANIFEST}{}", dependants.collect::<String>()));
     for n in 0..60 {

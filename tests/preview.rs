@@ -12,35 +12,13 @@ use crate::support::{Project, Run, TIMEOUT, assert_has};
 /// Two materials under one environment, small enough to be built and drawn in a moment.
 const TWO_MATERIALS: &str = r#"
 schema = 1
-out = "out"
-
-[stage.environment]
-kind = "import-environment"
-source = "assets/environments/studio.exr"
-resolution = 32
-
-[stage.material]
-kind = "import-material"
-source = "assets/materials/{gold,satin}.toml"
-
-[stage.lighting]
-kind = "project-sh"
-input = "environment"
-degree = 8
-
-[stage.coefficients]
-kind = "project-brdf"
-input = "material"
-degree = [8, 0]
-
-[stage.reflection]
-kind = "convolve"
-inputs = { lighting = "lighting", brdf = "coefficients" }
-
-[stage.map]
-kind = "export-shrm"
-input = "reflection"
-resolution = 16
+[stage]
+environment = { kind = "import-environment", source = "assets/environments/studio.exr", resolution = 32 }
+material = { kind = "import-material", source = "assets/materials/{gold,satin}.toml" }
+lighting = { kind = "project-sh", input = "environment", degree = 8 }
+coefficients = { kind = "project-brdf", input = "material", degree = [8, 0] }
+reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "coefficients" } }
+map = { kind = "export-shrm", input = "reflection", resolution = 16 }
 "#;
 
 const GOLD: &str = "assets/materials/gold.toml";
@@ -172,7 +150,7 @@ fn a_name_that_does_not_exist_is_an_error_with_the_nearest_name() {
 
 #[test]
 fn a_manifest_without_a_reflection_has_nothing_to_show() {
-    let project = Project::new(&TWO_MATERIALS[..TWO_MATERIALS.find("[stage.reflection]").unwrap()]);
+    let project = Project::new(&TWO_MATERIALS[..TWO_MATERIALS.find("reflection = ").unwrap()]);
     run(&project, &["preview"]).ends(3, ["pipeline.toml has nothing to preview", "convolve"]);
     let broken = Project::new("schema = 1\n[stage.a]\nkind = \"convolv\"\n");
     assert_eq!(run(&broken, &["preview"]).code, Some(3));
