@@ -178,8 +178,8 @@ struct Preview<'s> {
     screen: &'s Screen,
     child: Child,
     stderr: Arc<Mutex<String>>,
-    /// Its window, and the window's x, y, width and height.
     id: String,
+    /// The window's x, y, width and height.
     window: [usize; 4],
 }
 

@@ -16,7 +16,7 @@ use crate::support::{Project, SMALL, uniform};
 struct Scene {
     full: Server,
     expected: BTreeMap<String, Vec<u8>>,
-    /// Of a build that finds everything, and of one that finds nothing and stores everything.
+    /// The bytes and the time of a build that finds everything, and of one that stores everything.
     bytes: [u64; 2],
     times: [Duration; 2],
 }

@@ -144,7 +144,7 @@ fn a_changed_parameter_is_explained_with_old_and_new_value() {
     project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 6\n"));
     let before = project.ok(&["explain", "lighting"]).stdout;
     assert_has(&before, ["degree", "8", "6"]);
-    let dry = project.specula(&["build", "--dry-run"]).ends(0, ["degree changed from 8 to 6"]);
+    project.specula(&["build", "--dry-run"]).ends(0, ["degree changed from 8 to 6"]);
     assert_eq!(project.events(&["--dry-run"])[0]["dry_run"], true);
     assert!(before.contains(concat!("by version ", env!("CARGO_PKG_VERSION"))), "{before}");
     let events = project.events(&[]);

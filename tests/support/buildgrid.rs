@@ -30,7 +30,7 @@ fn program(test: &str) -> Option<&'static PathBuf> {
 /// Whom a server lets in.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Access<'a> {
-    /// It speaks TLS with a certificate of this authority.
+    /// The server speaks TLS with a certificate of this authority.
     pub tls: Option<&'a Authority>,
     /// Clients need a certificate of the same authority.
     pub needs_certificate: bool,

@@ -35,13 +35,13 @@ const AXES: usize = 64;
 /// The share of a lobe where its density is zero or negative.
 #[derive(Clone, Copy, Debug)]
 pub struct Lost {
-    /// Of the series; the same for every axis.
+    /// The share of the series: the same for every axis.
     pub harmonics: f64,
-    /// Of the wavelets, in the mean over axes.
+    /// The share of the wavelets, in the mean over axes.
     pub wavelets: f64,
-    /// Of the wavelets, for the axis where they lose most.
+    /// The share of the wavelets, for the axis where they lose most.
     pub wavelets_at_worst: f64,
-    /// That axis.
+    /// The axis where the wavelets lose most.
     pub worst: Direction,
 }
 
@@ -50,7 +50,7 @@ impl Case {
         Degree::new(self.degree)
     }
 
-    /// What no point reaches.
+    /// The shares of the lobe that no point reaches.
     ///
     /// # Errors
     /// If the degree is too high.

@@ -56,7 +56,7 @@ pub struct Render(Vec<[f32; 3]>);
 pub struct Scene {
     environment: Environment,
     light: TexelLight,
-    /// Of each pixel that sees the ball.
+    /// The reflected direction of each pixel that sees the ball.
     reflections: Vec<(usize, Direction)>,
 }
 

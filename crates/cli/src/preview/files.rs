@@ -30,7 +30,6 @@ impl PreviewFiles {
         Self { folder: manifest.with_file_name(FOLDER), screenshots: manifest.with_file_name(SCREENSHOTS) }
     }
 
-    /// These paths, with another folder for screenshots.
     pub(crate) fn with_screenshots(self, folder: &Path) -> Self {
         Self { screenshots: folder.into(), ..self }
     }

@@ -24,7 +24,9 @@ pub struct Name {
 /// What a path leads to, links followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Found {
+    /// A file.
     File,
+    /// A folder.
     Folder,
     /// A device or a pipe: never a source.
     Other,

@@ -222,7 +222,7 @@ impl Journal {
         self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
-    /// These subjects of a tag, each with the content of its last line, in the order of the file.
+    /// Some subjects of a tag, each with the content of its last line, in the order of the file.
     pub(crate) fn contents_of<T: DeserializeOwned>(
         &self,
         tag: Tag,

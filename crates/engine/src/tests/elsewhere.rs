@@ -29,15 +29,15 @@ struct Worker {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
     None,
-    /// It cannot run the program.
+    /// The worker cannot run the program.
     NoProgram,
-    /// It says that failures are known from before.
+    /// The worker says that failures are known from before.
     KnownFailures,
-    /// It does not keep what was made.
+    /// The worker does not keep what was made.
     Forgets,
-    /// It never ends.
+    /// The run never ends.
     Hangs,
-    /// Its server does not answer.
+    /// The server of the worker does not answer.
     Gone,
 }
 

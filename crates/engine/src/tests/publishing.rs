@@ -400,7 +400,7 @@ fn a_file_that_is_changed_right_after_it_was_published_is_put_back() {
     }
 }
 
-/// The same by another thread, which may write before the build reads the file's stamp again.
+/// Another thread changes the file, perhaps before the build reads the file's stamp again.
 #[test]
 fn a_file_that_is_changed_while_it_is_published_is_put_back() {
     let project = Project::new(PAIR);

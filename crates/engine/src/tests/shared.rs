@@ -176,7 +176,7 @@ fn an_input_that_is_only_there_is_received_when_an_item_runs() {
     assert!(memory.given.lock().contains(&b"light".to_vec()));
 }
 
-/// As a preview wants it: with the cache they are received, without it made.
+/// A preview needs every result on this machine: with the cache they are received, without it made.
 #[test]
 fn results_in_the_middle_are_here_if_all_have_to_be() {
     let memory = Arc::<Memory>::default();

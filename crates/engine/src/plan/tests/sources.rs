@@ -6,7 +6,7 @@ fn check(files: &str, source: &str, expected: Expect) {
     check_value(files, &format!("\"{source}\""), expected);
 }
 
-/// As TOML writes the source. Warnings come after the files.
+/// Checks a source that is written as TOML writes it. Warnings come after the files.
 fn check_value(files: &str, source: &str, expected: Expect) {
     expected.assert_eq(&found(files, source));
 }

@@ -107,7 +107,7 @@ fn a_new_file_that_is_copied_slowly_is_built_once_and_never_fails() {
     assert_eq!((failures(&events), made(&events), changes(&events).count()), (0, 2, 2), "{}", log(&events));
 }
 
-/// As of a writer on another machine, whose open files cannot be seen.
+/// The open files of a writer on another machine cannot be seen.
 #[cfg(not(target_os = "linux"))]
 #[test]
 fn without_close_events_a_slow_copy_fails_once() {
