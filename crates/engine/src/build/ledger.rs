@@ -59,9 +59,6 @@ impl Published {
     }
 
     /// Whether a file is as it was published.
-    ///
-    /// # Errors
-    /// If it cannot be read.
     pub(crate) fn describes(&self, found: &Metadata, place: &Path) -> io::Result<bool> {
         Ok(self.content(found, place)?.is_some_and(|content| self.published(content)))
     }
@@ -72,9 +69,6 @@ impl Published {
     }
 
     /// The digest of the file at the place of this one; a link or folder has none.
-    ///
-    /// # Errors
-    /// If it cannot be read.
     pub(crate) fn content(&self, found: &Metadata, place: &Path) -> io::Result<Option<Digest>> {
         if !found.is_file() {
             Ok(None)

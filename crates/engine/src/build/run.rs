@@ -251,9 +251,6 @@ impl RunContext<'_> {
     }
 
     /// Puts an item's files in place, and removes those that it no longer exports.
-    ///
-    /// # Errors
-    /// The errors of [`Publisher::publish`].
     pub(crate) fn publish(
         &self,
         item: ItemIndex,

@@ -24,9 +24,6 @@ impl Selection {
     }
 
     /// The stages and the items with these names, and all that they need; no names mean everything.
-    ///
-    /// # Errors
-    /// If there is no such stage or item.
     pub(crate) fn of(plan: &Plan, names: &[String]) -> Result<Self, Error> {
         if names.is_empty() {
             return Ok(Self::all(plan));
@@ -63,9 +60,6 @@ impl Selection {
 
     /// Makes the items with these names (no names mean all) run even if they are up to date, but not those
     /// that they need.
-    ///
-    /// # Errors
-    /// If there is no such stage or item.
     pub(crate) fn forced(mut self, plan: &Plan, names: &[String]) -> Result<Self, Error> {
         let named = if names.is_empty() { Self::all(plan) } else { Self::named(plan, names)? };
         let is_named = |(index, item): (ItemIndex, &Item)| named.items[index] || named.stages[item.stage];

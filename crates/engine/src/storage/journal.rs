@@ -157,9 +157,6 @@ impl Journal {
     }
 
     /// Compacts the file to what `retention` keeps.
-    ///
-    /// # Errors
-    /// The errors of [`Journal::compact`].
     pub(crate) fn compact_to(&mut self, mut retention: Retention) -> Result<(), Error> {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
@@ -258,9 +255,6 @@ impl Journal {
     }
 
     /// Appends all lines, or (if the process is killed or the disk is full) the first few.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
     pub(crate) fn append(&self, lines: &[Line]) -> Result<(), Error> {
         let Some(appender) = &self.appender else { return Ok(()) };
         if lines.is_empty() {

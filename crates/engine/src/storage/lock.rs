@@ -138,9 +138,6 @@ impl Lock {
     }
 
     /// Writes who holds the lock, and returns the file system's time in nanoseconds since 1970.
-    ///
-    /// # Errors
-    /// If the folder cannot be written.
     pub(crate) fn announce(&self) -> Result<i64, Error> {
         let path = self.folder.join("holder");
         let holder = Holder { process: std::process::id(), since: Timestamp::now(), purpose: self.purpose };

@@ -218,9 +218,6 @@ impl Store {
     }
 
     /// Reads a blob and compares it with its digest; nothing is written.
-    ///
-    /// # Errors
-    /// If the file exists and cannot be read.
     pub(crate) fn read(&self, digest: Digest) -> Result<BlobFile, Error> {
         let place = self.path(digest);
         match read_file(&place) {
@@ -237,9 +234,6 @@ impl Store {
     }
 
     /// Creates the folders, and removes what a killed build left in them.
-    ///
-    /// # Errors
-    /// If the folders cannot be created.
     pub(crate) fn prepare(&self) -> Result<(), Error> {
         let temporary_folder = self.temporary_folder();
         create_folder(&temporary_folder).map_err(|error| Error::io(&error, "create", &temporary_folder))?;
