@@ -52,6 +52,20 @@ fn pauses() -> WritePauses {
     }
 }
 
+/// Changes a file until six results of it were seen: a watcher that waited for a pause would wait for ever.
+fn is_built_while(project: &Project, way: Way, change: impl Fn(usize)) {
+    let watched = watched(project, way, WritePauses { failed: [FOR_EVER, FOR_EVER], ..pauses() });
+    let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
+    for number in 0.. {
+        change(number);
+        seen.insert(project.read("out/gold.txt"));
+        if seen.len() == 6 {
+            break;
+        }
+        assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
+    }
+}
+
 /// Watches, and waits until everything is built.
 fn watched(project: &Project, way: Way, pauses: WritePauses) -> Watched<'_> {
     let options = way.options();
@@ -204,35 +218,18 @@ each_way! {
 
     fn a_stable_file_that_is_replaced_again_and_again_is_built_meanwhile(way: Way) {
         let project = sentences();
-        let failed = [FOR_EVER, FOR_EVER];
-        let watched = watched(&project, way, WritePauses { failed, ..pauses() });
-        // It ends after some results: a watcher that waited for a pause would wait for ever.
-        let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
-        for number in 0.. {
+        is_built_while(&project, way, |number| {
             save(&project, "in/gold.txt", &format!("{number}."));
             std::thread::sleep(Duration::from_millis(30));
-            seen.insert(project.read("out/gold.txt"));
-            if seen.len() == 6 {
-                break;
-            }
-            assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
-        }
+        });
     }
 
     fn a_stable_file_that_is_saved_in_place_is_built_meanwhile(way: Way) {
         let project = capitals();
-        let failed = [FOR_EVER, FOR_EVER];
-        let watched = watched(&project, way, WritePauses { failed, ..pauses() });
-        let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
-        for number in 0.. {
+        is_built_while(&project, way, |number| {
             project.write("in/gold.txt", &number.to_string());
             std::thread::sleep(Duration::from_millis(3));
-            seen.insert(project.read("out/gold.txt"));
-            if seen.len() == 6 {
-                break;
-            }
-            assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
-        }
+        });
     }
 
     fn a_failure_on_a_file_that_has_changed_since_is_not_reported(way: Way) {
