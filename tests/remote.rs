@@ -5,7 +5,7 @@ use std::fs;
 use std::process::Stdio;
 use std::time::Instant;
 
-use crate::support::casd::{Server, assert_same, built, warnings};
+use crate::support::casd::{Server, assert_as_alone, assert_same, built, warnings};
 use crate::support::{Project, SMALL, assert_has, files_below, ran, uniform};
 
 fn blobs_of(project: &Project) -> usize {
@@ -254,23 +254,19 @@ fn a_client_that_is_killed_leaves_nothing_half_stored() {
     let (mut round, mut killed) = (0, 0);
     let kills = test_data::length(TEST, "kills", 50, 6);
     while killed < kills && round < 4 * kills {
-        let project = Project::small();
         // Each round has another light, so that there is something to store.
         let manifest = SMALL.replace("resolution = 32", &format!("resolution = {}", 33 + round));
-        project.write("pipeline.toml", &manifest);
+        let project = Project::new(&manifest);
         let mut child = project.start(&["build", &address]);
         std::thread::sleep(whole.mul_f64(1.2 * uniform(100 + round)));
         killed += u64::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
         // Another machine, with what was stored by then.
-        let (next, alone) = (Project::small(), Project::small());
-        next.write("pipeline.toml", &manifest);
+        let next = Project::new(&manifest);
         next.ok(&["build", &address]);
         if round % 5 == 0 {
-            alone.write("pipeline.toml", &manifest);
-            alone.ok(&["build"]);
-            assert_same(&next.outputs(), &alone.outputs(), round);
+            assert_as_alone(&next, round);
         }
         project.ok(&["build", &address]);
         assert_same(&project.outputs(), &next.outputs(), round);

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::support::casd::{Server, assert_same, built, warnings};
+use crate::support::casd::{Server, assert_as_alone, assert_same, built, warnings};
 use crate::support::faults::{Fault, Proxy};
 use crate::support::{Project, SMALL, uniform};
 
@@ -215,10 +215,8 @@ fn lost_connections_to_workers_cost_no_result() {
     let clean = Project::small();
     clean.ok(&["build"]);
     for round in 0..test_data::length(TEST, "rounds", 6, 3) {
-        let project = Project::small();
         // Each round has another light, so that there is something to run.
-        let manifest = SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round));
-        project.write("pipeline.toml", &manifest);
+        let project = Project::new(&SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round)));
         let proxy = Proxy::start(server.port(), Fault::None);
         let [_, program] = server.executor();
         let (executor, done) = (format!("--remote-executor={}", proxy.url()), AtomicBool::new(false));
@@ -245,10 +243,7 @@ fn lost_connections_to_workers_cost_no_result() {
         );
         assert_eq!(summary["failed"], 0, "round {round}: {events:#?}");
         assert!(warnings(&events).len() <= 2, "round {round}: {:?}", warnings(&events));
-        let alone = Project::small();
-        alone.write("pipeline.toml", &manifest);
-        alone.ok(&["build"]);
-        assert_same(&project.outputs(), &alone.outputs(), round);
+        assert_as_alone(&project, round);
     }
 }
 

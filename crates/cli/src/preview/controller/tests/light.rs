@@ -74,7 +74,7 @@ fn files_without_a_manifest_have_none_to_write_to() {
     let mut project = TestProject::built();
     project.project.files = vec![project.path("paint/gold.toml")];
     let around = project.surroundings(true);
-    let (mut controller, updates) =
+    let (_controller, updates) =
         around.with_window([planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let line = received(&updates).into_iter().find(|line| line.starts_with("toast: ")).unwrap();
     assert!(
