@@ -6,91 +6,45 @@ use crate::support::{Project, copy_folder};
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.photograph]
-kind = "import-environment"
-source = "{corpus}/env/cc0/*.hdr"
-resolution = 256
-
+[stage]
+photograph = { kind = "import-environment", source = "{corpus}/env/cc0/*.hdr", resolution = 256 }
+cube = { kind = "import-environment", source = "{corpus}/env/pisa_cube", resolution = 256 }
+material = { kind = "import-material", source = "assets/materials/*.toml" }
+photograph-lighting = { kind = "project-sh", input = "photograph" }
+probe-lighting = { kind = "project-sh", input = "probe", degree = 30, window = "non-negative" }
+cube-lighting = { kind = "project-sh", input = "cube", degree = 30 }
+turned = { kind = "rotate", input = "cube-lighting", yaw = 30.0 }
+coefficients = { kind = "project-brdf", input = "material" }
+probe-reflection = { kind = "convolve", inputs = { lighting = "probe-lighting", brdf = "coefficients" } }
+cube-reflection = { kind = "convolve", inputs = { lighting = "turned", brdf = "coefficients" } }
+photograph-sh = { kind = "export-sh", input = "photograph-lighting" }
 [stage.probe]
 kind = "import-environment"
 source = "{corpus}/env/probes/*.hdr"
 layout = "probe"
 resolution = 256
-
-[stage.cube]
-kind = "import-environment"
-source = "{corpus}/env/pisa_cube"
-resolution = 256
-
-[stage.material]
-kind = "import-material"
-source = "assets/materials/*.toml"
-
-[stage.photograph-lighting]
-kind = "project-sh"
-input = "photograph"
-
-[stage.probe-lighting]
-kind = "project-sh"
-input = "probe"
-degree = 30
-window = "non-negative"
-
-[stage.cube-lighting]
-kind = "project-sh"
-input = "cube"
-degree = 30
-
-[stage.turned]
-kind = "rotate"
-input = "cube-lighting"
-yaw = 30.0
-
-[stage.coefficients]
-kind = "project-brdf"
-input = "material"
-
 [stage.photograph-reflection]
 kind = "convolve"
 inputs = { lighting = "photograph-lighting", brdf = "coefficients" }
-
-[stage.probe-reflection]
-kind = "convolve"
-inputs = { lighting = "probe-lighting", brdf = "coefficients" }
-
-[stage.cube-reflection]
-kind = "convolve"
-inputs = { lighting = "turned", brdf = "coefficients" }
-
 [stage.photograph-map]
 kind = "export-reflection-map"
 input = "photograph-reflection"
 layout = "cube"
 resolution = 32
-
 [stage.cube-map]
 kind = "export-reflection-map"
 input = "cube-reflection"
 layout = "lat-long"
 resolution = 64
 format = "rgbe"
-
-[stage.photograph-sh]
-kind = "export-sh"
-input = "photograph-lighting"
-
 [stage.photograph-sheet]
 kind = "contact-sheet"
 inputs = { environment = "photograph", lighting = "photograph-lighting", reflection = "photograph-reflection" }
 path = "sheets/{photograph}"
-
 [stage.probe-sheet]
 kind = "contact-sheet"
 inputs = { environment = "probe", lighting = "probe-lighting", reflection = "probe-reflection" }
 path = "sheets/{probe}"
-
 [stage.cube-sheet]
 kind = "contact-sheet"
 inputs = { environment = "cube", lighting = "cube-lighting", reflection = "cube-reflection" }

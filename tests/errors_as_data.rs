@@ -129,8 +129,7 @@ fn errors_of_the_command_line_are_data_too() {
         (&["verify", "nowhere.exr", "--json"], "specula build"),
         (&["inspect", "pipeline.toml", "--json"], "specula graph"),
     ] {
-        let run = project.specula(arguments);
-        assert_eq!(run.code, Some(2), "{run:?}");
+        let run = project.specula(arguments).ends(2, []);
         let error = error_of(&run, arguments);
         assert!(error["help"].as_str().unwrap().contains(named), "{error:#}");
     }
@@ -142,14 +141,12 @@ fn errors_of_the_system_are_data_too() {
     project.ok(&["build"]);
     let lock = File::options().write(true).open(project.path(".specula/lock")).unwrap();
     lock.lock().unwrap();
-    let run = project.specula(&["build", "--json", "--wait=0"]);
-    assert_eq!(run.code, Some(4), "{run:?}");
+    let run = project.specula(&["build", "--json", "--wait=0"]).ends(4, []);
     assert!(error_of(&run, &["build"])["error"][0].as_str().unwrap().contains("at work"), "{run:?}");
     drop(lock);
 
     project.write("taken", "a file, not a folder");
-    let run = project.specula(&["build", "--json", "--timings=taken"]);
-    assert_eq!(run.code, Some(4), "{run:?}");
+    let run = project.specula(&["build", "--json", "--timings=taken"]).ends(4, []);
     assert!(error_of(&run, &["build"])["error"][0].as_str().unwrap().contains("timings"), "{run:?}");
 
     fs::remove_dir_all(project.path(".specula")).unwrap();
@@ -171,9 +168,7 @@ fn settings_that_cannot_be_read_stop_nothing_and_those_with_errors_stop_a_build(
         for (name, value) in variables {
             command.env(name, if *value == "file" { project.path("file") } else { (*value).into() });
         }
-        let output = command.output().unwrap();
-        let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        Run { code: output.status.code(), stdout, stderr }
+        Run::from(command.output().unwrap())
     };
     let long = "/x".repeat(3000);
     for variables in [

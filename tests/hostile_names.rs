@@ -5,7 +5,7 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-use crate::support::{Project, Run, TIMEOUT, files_below};
+use crate::support::{Project, Run, TIMEOUT, assert_has, files_below};
 
 /// They set the title and colours, by ESC and by C1's CSI, delete characters, and change the direction of
 /// text.
@@ -17,40 +17,14 @@ const BIDIRECTIONAL: &str = "bidi\u{202e}txt";
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.environment]
-kind = "import-environment"
-source = "assets/environments/studio.exr"
-resolution = 32
-
-[stage.lighting]
-kind = "project-sh"
-input = "environment"
-degree = 4
-
-[stage.hostile]
-kind = "import-material"
-source = "hostile/*.toml"
-
-[stage.coefficients]
-kind = "project-brdf"
-input = "hostile"
-degree = [4, 0]
-
-[stage.turned]
-kind = "import-material"
-source = "turned/*.toml"
-
-[stage.brdf]
-kind = "project-brdf"
-input = "turned"
-degree = [4, 0]
-
-[stage.reflection]
-kind = "convolve"
-inputs = { lighting = "lighting", brdf = "brdf" }
-
+[stage]
+environment = { kind = "import-environment", source = "assets/environments/studio.exr", resolution = 32 }
+lighting = { kind = "project-sh", input = "environment", degree = 4 }
+hostile = { kind = "import-material", source = "hostile/*.toml" }
+coefficients = { kind = "project-brdf", input = "hostile", degree = [4, 0] }
+turned = { kind = "import-material", source = "turned/*.toml" }
+brdf = { kind = "project-brdf", input = "turned", degree = [4, 0] }
+reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "brdf" } }
 [stage.map]
 kind = "export-reflection-map"
 input = "reflection"
@@ -137,8 +111,7 @@ fn no_command_prints_the_name_of_a_file_raw() {
     project.write("turned/plain.toml", MATERIAL);
     assert!(clean(&project, &["verify"]).contains(r"maps/bidi\u{202e}txt.exr: left over"));
     let text = clean(&project, &["build", "--verbose"]);
-    assert!(text.contains(r"removed  maps/bidi\u{202e}txt.exr"), "{text}");
-    assert!(text.contains(r"turned/bidi\u{202e}txt.toml was "), "{text}");
+    assert_has(&text, [r"removed  maps/bidi\u{202e}txt.exr", r"turned/bidi\u{202e}txt.toml was "]);
 }
 
 #[test]

@@ -15,7 +15,6 @@ fn size(file: &Path) -> [usize; 2] {
     [image.width(), image.height()]
 }
 
-/// The names in a folder.
 fn names(folder: &Path) -> Vec<String> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
@@ -109,9 +108,7 @@ fn a_file_that_is_not_a_material_has_no_picture() {
 fn the_name_of_a_picture_ends_in_png() {
     let project = Project::small();
     for arguments in [&["inspect", GOLD, "--picture", "gold.jpg"][..], &["inspect", "--picture", GOLD]] {
-        let run = project.specula(arguments);
-        assert_eq!(run.code, Some(2));
-        assert!(run.stderr.contains("its name ends in .png"), "{}", run.stderr);
+        project.specula(arguments).ends(2, ["its name ends in .png"]);
     }
 }
 

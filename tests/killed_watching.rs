@@ -10,7 +10,6 @@ use test_data::{length, say};
 /// The number of versions of the material.
 const VERSIONS: u64 = 12;
 
-/// A version of the material.
 fn material(version: u64) -> String {
     format!("model = \"phong\"\nexponent = {}\nspecular = 1\n", 4.0 + version as f64 / 2.0)
 }

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-use crate::support::{Project, root};
+use crate::support::{Project, Run, assert_has, root};
 
 /// Longer than any step takes on two processors that draw everything in software.
 const TIMEOUT: Duration = Duration::from_secs(180);
@@ -56,7 +56,12 @@ struct Screen {
 }
 
 impl Screen {
-    fn new() -> Self {
+    /// `None`, and that the test is skipped is reported, if this machine lacks something for it.
+    fn start(test: &str) -> Option<Self> {
+        if let Some(missing) = missing() {
+            test_data::skip(test, &missing);
+            return None;
+        }
         // The server chooses a free number and prints it.
         let size = format!("{}x{}x24", SCREEN[0], SCREEN[1]);
         let mut command = Command::new("Xvfb");
@@ -66,10 +71,9 @@ impl Screen {
         let mut number = String::new();
         BufReader::new(server.stdout.as_mut().unwrap()).read_line(&mut number).unwrap();
         assert!(!number.trim().is_empty(), "Xvfb gave no display");
-        Self { server, name: format!(":{}", number.trim()) }
+        Some(Self { server, name: format!(":{}", number.trim()) })
     }
 
-    /// The image on the screen.
     fn image(&self) -> ScreenImage {
         let image = Command::new("import")
             .args(["-silent", "-window", "root", "-depth", "8", "rgb:-"])
@@ -95,7 +99,6 @@ impl Drop for Screen {
     }
 }
 
-/// An image of the screen.
 #[derive(Clone, PartialEq)]
 struct ScreenImage(Vec<[u8; 3]>);
 
@@ -176,17 +179,21 @@ fn has_contrast(picture: &[[u8; 3]]) -> bool {
     (spread / picture.len() as f64).sqrt() > 24.0
 }
 
-/// A running preview.
 struct Preview<'s> {
     screen: &'s Screen,
     child: Child,
     stderr: Arc<Mutex<String>>,
-    /// Its window, and the window's x, y, width and height.
     id: String,
+    /// The window's x, y, width and height.
     window: [usize; 4],
 }
 
 impl<'s> Preview<'s> {
+    fn of_gold(project: &Project, screen: &'s Screen, more: &[&str]) -> Self {
+        let item = ["preview", "--item", "environment=studio,material=gold,mesh=sphere"];
+        Self::open(project, screen, &[&item[..], more].concat())
+    }
+
     fn open(project: &Project, screen: &'s Screen, arguments: &[&str]) -> Self {
         let mut command = project.command(arguments);
         command.env("DISPLAY", &screen.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
@@ -304,7 +311,12 @@ impl<'s> Preview<'s> {
         image.save(&what.replace(' ', "-"));
     }
 
-    /// Waits for its end.
+    /// Ctrl-C.
+    fn interrupt(&self) {
+        let ended = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap();
+        assert!(ended.success());
+    }
+
     fn exit(mut self) -> Option<i32> {
         let deadline = Instant::now() + TIMEOUT;
         loop {
@@ -329,7 +341,6 @@ impl Drop for Preview<'_> {
     }
 }
 
-/// The screenshots.
 fn screenshots(project: &Project) -> Vec<PathBuf> {
     let folder = fs::read_dir(project.path("screenshots"));
     let files = folder.into_iter().flatten().flatten().map(|entry| entry.path());
@@ -338,15 +349,12 @@ fn screenshots(project: &Project) -> Vec<PathBuf> {
 
 #[test]
 fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
-    if let Some(missing) = missing() {
-        return test_data::skip("a_user_opens_turns_edits_saves_closes_and_opens_again", &missing);
-    }
-    let (project, screen) = (Project::new(&sample()), Screen::new());
+    let Some(screen) = Screen::start("a_user_opens_turns_edits_saves_closes_and_opens_again") else { return };
+    let project = Project::new(&sample());
     // The window is small, because two processors draw all of it. The inspector opens at the end.
     project
         .write(".specula/preview.json", r#"{"version":1,"settings":{"size":[960,640],"inspector":false}}"#);
-    let item = ["preview", "--item", "environment=studio,material=gold,mesh=sphere", "--mode", "local-shrm"];
-    let mut preview = Preview::open(&project, &screen, &item);
+    let mut preview = Preview::of_gold(&project, &screen, &["--mode", "local-shrm"]);
     preview.built(1);
     let gold = preview.see("the picture is there", has_contrast);
 
@@ -395,8 +403,7 @@ fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
 
     let mut again = Preview::open(&project, &screen, &["preview"]);
     again.see("it opens with the last view", |now| is_same(now, &last));
-    let ended = Command::new("kill").args(["-INT", &again.child.id().to_string()]).status().unwrap();
-    assert!(ended.success());
+    again.interrupt();
     assert_eq!(again.exit(), Some(0), "Ctrl-C ends with success");
 }
 
@@ -409,23 +416,16 @@ const GLASS: &str = "# Black glass.\nmodel = \"standard\"\nbase_color = 0.01   #
 
 #[test]
 fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
-    if let Some(missing) = missing() {
-        return test_data::skip(
-            "a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved",
-            &missing,
-        );
-    }
-    let (project, screen) = (Project::new(&sample()), Screen::new());
+    let Some(screen) = Screen::start("a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved")
+    else {
+        return;
+    };
+    let project = Project::new(&sample());
     project.write(".specula/preview.json", r#"{"version":1,"settings":{"size":[960,640],"lists":false}}"#);
     project.write(GOLD, GLASS);
     let file = || fs::read_to_string(project.path(GOLD)).unwrap();
-    let item = ["preview", "--item", "environment=studio,material=gold,mesh=sphere"];
     // The processors draw the pictures, so that the panels follow the pointer at once.
-    let mut preview = Preview::open(
-        &project,
-        &screen,
-        &[&item[..], &["--mode", "prefiltered", "--backend", "cpu"]].concat(),
-    );
+    let mut preview = Preview::of_gold(&project, &screen, &["--mode", "prefiltered", "--backend", "cpu"]);
     let brightness = |picture: &[[u8; 3]]| {
         picture.as_flattened().iter().map(|code| f64::from(*code)).sum::<f64>() / (3 * picture.len()) as f64
     };
@@ -471,41 +471,30 @@ fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
 
     // Ctrl-C does not ask.
     let saved = file();
-    let mut again = Preview::open(&project, &screen, &[&item[..], &["--backend", "cpu"]].concat());
+    let mut again = Preview::of_gold(&project, &screen, &["--backend", "cpu"]);
     again.see("the window is there again", |_| true);
     again.drag(IOR[0], IOR[1]);
     again.glimpse("it is edited again", is_bright);
-    let ended = Command::new("kill").args(["-INT", &again.child.id().to_string()]).status().unwrap();
-    assert!(ended.success());
+    again.interrupt();
     let stderr = Arc::clone(&again.stderr);
     assert_eq!(again.exit(), Some(0));
-    let stderr = stderr.lock().unwrap();
-    assert!(
-        stderr.contains("warning: the changes of ") && stderr.contains("gold.toml were not saved"),
-        "{stderr}"
-    );
+    assert_has(&*stderr.lock().unwrap(), ["warning: the changes of ", "gold.toml were not saved"]);
     assert_eq!(file(), saved);
 }
 
 #[test]
 fn a_turned_light_is_written_to_the_manifest_and_the_picture_does_not_turn_twice() {
-    if let Some(missing) = missing() {
-        return test_data::skip(
-            "a_turned_light_is_written_to_the_manifest_and_the_picture_does_not_turn_twice",
-            &missing,
-        );
-    }
-    let (project, screen) = (Project::new(&sample()), Screen::new());
+    let Some(screen) =
+        Screen::start("a_turned_light_is_written_to_the_manifest_and_the_picture_does_not_turn_twice")
+    else {
+        return;
+    };
+    let project = Project::new(&sample());
     project
         .write(".specula/preview.json", r#"{"version":1,"settings":{"size":[960,640],"inspector":false}}"#);
     let manifest = || fs::read_to_string(project.path("pipeline.toml")).unwrap();
     let before = manifest();
-    let item = ["preview", "--item", "environment=studio,material=gold,mesh=sphere"];
-    let mut preview = Preview::open(
-        &project,
-        &screen,
-        &[&item[..], &["--mode", "prefiltered", "--backend", "cpu"]].concat(),
-    );
+    let mut preview = Preview::of_gold(&project, &screen, &["--mode", "prefiltered", "--backend", "cpu"]);
     preview.built(1);
     let gold = preview.see("gold is there", has_contrast);
     (0..12).for_each(|_| preview.key("shift+Right"));
@@ -534,18 +523,14 @@ fn a_turned_light_is_written_to_the_manifest_and_the_picture_does_not_turn_twice
 
 #[test]
 fn without_a_device_for_the_window_a_still_is_drawn() {
-    if let Some(missing) = missing() {
-        return test_data::skip("without_a_device_for_the_window_a_still_is_drawn", &missing);
-    }
-    let (project, screen) = (Project::new(&sample()), Screen::new());
+    let Some(screen) = Screen::start("without_a_device_for_the_window_a_still_is_drawn") else { return };
+    let project = Project::new(&sample());
     let mut command = project.command(&["preview", "--item", "material=satin"]);
     command.env("DISPLAY", &screen.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     // There is no driver.
     command.env("VK_DRIVER_FILES", "/dev/null").env("WGPU_BACKEND", "vulkan");
     let output = command.output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(4), "{stderr}");
-    assert!(stderr.contains("error: cannot open a window: no graphics device"), "{stderr}");
-    assert!(stderr.contains("preview.png: satin under sky on sphere"), "{stderr}");
+    let texts = ["error: cannot open a window: no graphics device", "preview.png: satin under sky on sphere"];
+    Run::from(output).ends(4, texts);
     assert!(project.path(".specula/preview.png").exists());
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::process::{Command, Stdio};
 
-use crate::support::{Project, Run, Watcher};
+use crate::support::{Project, Run, Watcher, assert_has};
 
 const GRADE: &str = r#"
 schema = 1
@@ -52,12 +52,7 @@ fn path(project: &Project, folders: &[&str]) -> std::ffi::OsString {
 }
 
 fn specula(project: &Project, folders: &[&str], arguments: &[&str]) -> Run {
-    let output = project.command(arguments).env("PATH", path(project, folders)).output().unwrap();
-    Run {
-        code: output.status.code(),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
+    project.command(arguments).env("PATH", path(project, folders)).output().unwrap().into()
 }
 
 /// What the stage `graded` published after a build that succeeded, and how many items ran.
@@ -100,9 +95,7 @@ fn another_program_of_that_name_reruns_the_item() {
 fn a_program_that_is_gone_fails_the_item_and_its_output_stays() {
     let project = project();
     build(&project, &["one"]);
-    let run = specula(&project, &[], &["build"]);
-    assert_eq!(run.code, Some(1), "{}", run.stderr);
-    assert!(run.stderr.contains("there is no program \"grade\" in PATH"), "{}", run.stderr);
+    specula(&project, &[], &["build"]).ends(1, ["there is no program \"grade\" in PATH"]);
     assert_eq!(graded(&project), "one");
     assert_eq!(build(&project, &["one"]), ("one".into(), 0));
 }
@@ -116,8 +109,7 @@ fn dry_runs_explain_and_verify_say_what_path_finds() {
         run.stdout + &run.stderr
     };
     let expected = "PATH finds two/grade instead of one/grade";
-    let planned = text(&["two", "one"], &["build", "--dry-run", "--verbose"]);
-    assert!(planned.contains(expected), "{planned}");
+    assert_has(text(&["two", "one"], &["build", "--dry-run", "--verbose"]), [expected]);
     let explained = text(&["two", "one"], &["explain", "graded"]);
     assert!(explained.contains(expected), "{explained}");
     assert!(explained.contains("PATH finds one/grade for grade"), "{explained}");
@@ -223,13 +215,7 @@ fn a_watcher_notices_files_inside_arguments() {
 fn a_failed_program_is_kept_for_a_run_by_hand() {
     let project = project();
     script(&project, "one/grade", "#!/bin/sh\necho why >&2; exit 3\n");
-    let run = specula(&project, &["one"], &["build"]);
-    assert_eq!(run.code, Some(1));
-    assert!(
-        run.stderr.contains("/one/grade output.txt") && run.stderr.contains("--keep-scratch"),
-        "{}",
-        run.stderr
-    );
+    specula(&project, &["one"], &["build"]).ends(1, ["/one/grade output.txt", "--keep-scratch"]);
     let run = specula(&project, &["one"], &["build", "--keep-scratch"]);
     let line = run.stderr.lines().find(|line| line.trim_start().starts_with("cd ")).unwrap();
     assert!(line.contains(".specula/kept/graded-") && line.contains("PATH=\"$PATH\""), "{}", run.stderr);
@@ -255,8 +241,7 @@ fn a_link_into_out_is_refused_until_it_leads_elsewhere() {
     fs::remove_file(&film).unwrap();
     symlink("out/other.txt", &film).unwrap();
     let events = watcher.wait("rejected", |_| true);
-    let text = events.last().unwrap().to_string();
-    assert!(text.contains("is inside \\\"out\\\", the folder for exports"), "{text}");
+    assert_has(events.last().unwrap().to_string(), ["is inside \\\"out\\\", the folder for exports"]);
     assert_eq!(specula(&project, &[], &["check"]).code, Some(3));
     project.write("luts/film.cube", "two\n");
     fs::remove_file(&film).unwrap();

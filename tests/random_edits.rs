@@ -18,7 +18,6 @@ use test_data::{length, say};
 
 const MANIFEST: &str = r#"
 schema = 1
-
 [stage.env]
 kind = "import-environment"
 source = ["env/**/*.hdr", "env/linked/*.hdr", "!**/none_*"]

@@ -5,8 +5,8 @@ use std::fs;
 use std::process::Stdio;
 use std::time::Instant;
 
-use crate::support::casd::{Server, assert_same, built, warnings};
-use crate::support::{Project, SMALL, files_below, ran, uniform};
+use crate::support::casd::{Server, assert_as_alone, assert_same, built, warnings};
+use crate::support::{Project, SMALL, assert_has, files_below, ran, uniform};
 
 fn blobs_of(project: &Project) -> usize {
     files_below(&project.path(".specula/blobs")).len()
@@ -29,10 +29,8 @@ fn another_folder_runs_nothing_and_receives_only_its_files() {
     assert!(
         events.iter().filter(|event| event["event"] == "up-to-date").all(|event| event["host"].is_string())
     );
-    let explained = there.ok(&["explain", "map"]).stdout;
-    assert!(explained.contains("its result came from the cache at 127.0.0.1:"), "{explained}");
-    let full = there.ok(&["explain", "map [studio, gold]"]).stdout;
-    assert!(full.contains("made by map [studio, gold] on "), "{full}");
+    assert_has(there.ok(&["explain", "map"]).stdout, ["its result came from the cache at 127.0.0.1:"]);
+    assert_has(there.ok(&["explain", "map [studio, gold]"]).stdout, ["made by map [studio, gold] on "]);
 
     // Without the server, nothing is out of date, and what is only there is not missed.
     let (third, _) = built(&there, &[]);
@@ -198,9 +196,7 @@ fn without_its_server_a_build_warns_once_or_fails_if_it_must_not() {
     let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
     assert!(warning.starts_with("cannot connect to grpc://127.0.0.1:"), "{warning}");
     assert!(warning.ends_with("; the build goes on without it"), "{warning}");
-    let run = project.specula(&["build", &address, "--remote-required"]);
-    assert_eq!(run.code, Some(4), "{}", run.stderr);
-    assert!(run.stderr.contains("error: cannot connect to grpc://"), "{}", run.stderr);
+    project.specula(&["build", &address, "--remote-required"]).ends(4, ["error: cannot connect to grpc://"]);
 }
 
 #[test]
@@ -212,9 +208,7 @@ fn wrong_options_are_refused_before_anything_runs() {
         (&["--remote-cache=grpc://cache:1", "--remote-header=secret1234"], "a header is not NAME=VALUE"),
         (&["--remote-cache=grpc://cache:1", "--tls-certificate=pipeline.toml"], "is not encrypted"),
     ] {
-        let run = project.specula(&[&["build"], arguments].concat());
-        assert_eq!(run.code, Some(2), "{}", run.stderr);
-        assert!(run.stderr.contains(expected), "{}", run.stderr);
+        let run = project.specula(&[&["build"], arguments].concat()).ends(2, [expected]);
         assert!(!run.stderr.contains("secret1234"), "{}", run.stderr);
     }
     assert!(!project.path(".specula").exists());
@@ -260,23 +254,19 @@ fn a_client_that_is_killed_leaves_nothing_half_stored() {
     let (mut round, mut killed) = (0, 0);
     let kills = test_data::length(TEST, "kills", 50, 6);
     while killed < kills && round < 4 * kills {
-        let project = Project::small();
         // Each round has another light, so that there is something to store.
         let manifest = SMALL.replace("resolution = 32", &format!("resolution = {}", 33 + round));
-        project.write("pipeline.toml", &manifest);
+        let project = Project::new(&manifest);
         let mut child = project.start(&["build", &address]);
         std::thread::sleep(whole.mul_f64(1.2 * uniform(100 + round)));
         killed += u64::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
         // Another machine, with what was stored by then.
-        let (next, alone) = (Project::small(), Project::small());
-        next.write("pipeline.toml", &manifest);
+        let next = Project::new(&manifest);
         next.ok(&["build", &address]);
         if round % 5 == 0 {
-            alone.write("pipeline.toml", &manifest);
-            alone.ok(&["build"]);
-            assert_same(&next.outputs(), &alone.outputs(), round);
+            assert_as_alone(&next, round);
         }
         project.ok(&["build", &address]);
         assert_same(&project.outputs(), &next.outputs(), round);

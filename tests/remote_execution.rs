@@ -1,12 +1,11 @@
 //! Items that run on the workers of a real server (buildbox-casd, in a sandbox): the same bytes as here, and
 //! what becomes of a build whose worker or server fails.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::support::casd::{SANDBOX_PATH, Server, assert_same, built, warnings};
+use crate::support::casd::{SANDBOX_PATH, Server, assert_as_alone, assert_same, built, warnings};
 use crate::support::{Project, SMALL, files_below, ran, uniform};
 
 /// How many items ran, and how many of them elsewhere.
@@ -144,8 +143,7 @@ fn a_failure_says_what_is_wrong_and_where() {
     project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = \"nine\"\n");
     let [executor, program] = server.executor();
     for _ in 0..2 {
-        let run = project.specula(&["build", &executor, &program]);
-        assert_eq!(run.code, Some(1), "{}", run.stderr);
+        let run = project.specula(&["build", &executor, &program]).ends(1, []);
         for expected in
             ["material [gold] failed", "source assets/materials/gold.toml", "of 127.0.0.1:", "exponent"]
         {
@@ -247,8 +245,7 @@ fn a_server_without_workers_is_only_a_cache() {
     let other = Project::small();
     other.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 7\n"));
     let [executor, program] = server.executor();
-    let run = other.specula(&["build", &executor, &program, "--remote-required"]);
-    assert!(run.code == Some(4) && run.stderr.contains("runs no actions"), "{run:?}");
+    other.specula(&["build", &executor, &program, "--remote-required"]).ends(4, ["runs no actions"]);
 }
 
 /// The programs of workers that run now in the sandboxes of a server.
@@ -329,16 +326,14 @@ fn a_server_that_is_killed_costs_no_result() {
     let Some(mut server) = Server::with_workers(TEST) else { return };
     let clean = Project::small();
     clean.ok(&["build"]);
-    let expected: BTreeMap<String, Vec<u8>> = clean.outputs();
+    let expected = clean.outputs();
     let start = Instant::now();
     build_on(&Project::small(), &server);
     let whole = start.elapsed();
     let [executor, program] = server.executor();
     for round in 0..test_data::length(TEST, "kills", 20, 4) {
-        let project = Project::small();
         // Each round has another light, so that there is something to run.
-        let manifest = SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round % 20));
-        project.write("pipeline.toml", &manifest);
+        let project = Project::new(&SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round % 20)));
         let build = project.command(&["build", &executor, &program]).stderr(Stdio::piped()).spawn().unwrap();
         std::thread::sleep(whole.mul_f64(1.2 * uniform(round)));
         server.kill();
@@ -348,10 +343,7 @@ fn a_server_that_is_killed_costs_no_result() {
         let output = build.wait_with_output().unwrap();
         assert!(output.status.success(), "round {round}: {}", String::from_utf8_lossy(&output.stderr));
         if round % 5 == 0 {
-            let alone = Project::small();
-            alone.write("pipeline.toml", &manifest);
-            alone.ok(&["build"]);
-            assert_same(&project.outputs(), &alone.outputs(), round);
+            assert_as_alone(&project, round);
         }
         if round % 2 == 1 {
             server.restart();

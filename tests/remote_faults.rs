@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::support::casd::{Server, assert_same, built, warnings};
+use crate::support::casd::{Server, assert_as_alone, assert_same, built, warnings};
 use crate::support::faults::{Fault, Proxy};
 use crate::support::{Project, SMALL, uniform};
 
@@ -16,7 +16,7 @@ use crate::support::{Project, SMALL, uniform};
 struct Scene {
     full: Server,
     expected: BTreeMap<String, Vec<u8>>,
-    /// Of a build that finds everything, and of one that finds nothing and stores everything.
+    /// The bytes and the time of a build that finds everything, and of one that stores everything.
     bytes: [u64; 2],
     times: [Duration; 2],
 }
@@ -155,9 +155,7 @@ fn a_stalled_line_holds_a_build_up_for_the_time_limit_only() {
     println!("{TEST}: {longest:.2?} at most, {:.2?} without a fault", scene.times[1]);
     let proxy = Proxy::start(scene.full.port(), Fault::StallAfter(0));
     let options = ["build", &proxy.address(), limit[0], "--remote-required"];
-    let run = Project::small().specula(&options);
-    assert_eq!(run.code, Some(4), "{}", run.stderr);
-    assert!(run.stderr.contains("--remote-timeout"), "{}", run.stderr);
+    Project::small().specula(&options).ends(4, ["--remote-timeout"]);
 }
 
 /// A bit of a message is flipped, in what the server says or in what it is told. What it was told wrong it
@@ -217,10 +215,8 @@ fn lost_connections_to_workers_cost_no_result() {
     let clean = Project::small();
     clean.ok(&["build"]);
     for round in 0..test_data::length(TEST, "rounds", 6, 3) {
-        let project = Project::small();
         // Each round has another light, so that there is something to run.
-        let manifest = SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round));
-        project.write("pipeline.toml", &manifest);
+        let project = Project::new(&SMALL.replace("degree = 8\n", &format!("degree = {}\n", 9 + round)));
         let proxy = Proxy::start(server.port(), Fault::None);
         let [_, program] = server.executor();
         let (executor, done) = (format!("--remote-executor={}", proxy.url()), AtomicBool::new(false));
@@ -247,10 +243,7 @@ fn lost_connections_to_workers_cost_no_result() {
         );
         assert_eq!(summary["failed"], 0, "round {round}: {events:#?}");
         assert!(warnings(&events).len() <= 2, "round {round}: {:?}", warnings(&events));
-        let alone = Project::small();
-        alone.write("pipeline.toml", &manifest);
-        alone.ok(&["build"]);
-        assert_same(&project.outputs(), &alone.outputs(), round);
+        assert_as_alone(&project, round);
     }
 }
 

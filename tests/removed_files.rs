@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::{Project, SMALL};
+use crate::support::{Project, SMALL, assert_has};
 use serde_json::{Value, json};
 
 const MATERIALS: &str = "assets/materials";
@@ -58,8 +58,7 @@ fn a_deleted_source_is_named_once_with_the_number_of_its_files() {
 
     let project = built();
     fs::remove_file(project.path(&material("brass"))).unwrap();
-    let verbose = project.ok(&["build", "--verbose"]).stderr;
-    assert!(verbose.contains("removed  maps/brass.exr\n"), "{verbose}");
+    assert_has(project.ok(&["build", "--verbose"]).stderr, ["removed  maps/brass.exr\n"]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use crate::support::{Project, SMALL, copy_folder, files_below, ran, root};
+use crate::support::{Project, SMALL, assert_has, copy_folder, files_below, ran, root};
 
 #[test]
 fn the_sample_builds_and_is_then_up_to_date() {
@@ -15,8 +15,7 @@ fn the_sample_builds_and_is_then_up_to_date() {
     assert!(outputs.keys().any(|name| name.ends_with(".png")), "{:?}", outputs.keys());
     assert!(first.stderr.contains("published"), "{}", first.stderr);
 
-    let second = project.ok(&["build"]);
-    assert!(second.stderr.contains("Up to date: all "), "{}", second.stderr);
+    project.specula(&["build"]).ends(0, ["Up to date: all "]);
     assert_eq!(project.outputs(), outputs);
     // Building the sample takes long, so other checks of a whole build use this one.
     every_digest_is_that_of_every_machine(&project);
@@ -73,8 +72,7 @@ fn a_dry_run_distinguishes_an_input_that_is_gone_from_one_that_would_run(project
     fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
     project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 0.25\n");
     let why = "reflection [sky, gold] is no longer an input; after reflection [sky, chalk]";
-    let dry = project.ok(&["build", "--dry-run"]).stderr;
-    assert!(dry.contains(&format!("sheet [sky]: {why}")), "{dry}");
+    assert_has(project.ok(&["build", "--dry-run"]).stderr, [&format!("sheet [sky]: {why}")]);
     let explained = project.ok(&["explain", "sky/sheet.png"]).stdout;
     for line in why.split("; ") {
         assert!(explained.contains(&format!("    {line}\n")), "{explained}");
@@ -150,9 +148,8 @@ fn a_changed_parameter_is_explained_with_old_and_new_value() {
     project.ok(&["build"]);
     project.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 6\n"));
     let before = project.ok(&["explain", "lighting"]).stdout;
-    assert!(before.contains("degree") && before.contains('8') && before.contains('6'), "{before}");
-    let dry = project.ok(&["build", "--dry-run"]);
-    assert!(dry.stderr.contains("degree changed from 8 to 6"), "{}", dry.stderr);
+    assert_has(&before, ["degree", "8", "6"]);
+    project.specula(&["build", "--dry-run"]).ends(0, ["degree changed from 8 to 6"]);
     assert_eq!(project.events(&["--dry-run"])[0]["dry_run"], true);
     assert!(before.contains(concat!("by version ", env!("CARGO_PKG_VERSION"))), "{before}");
     let events = project.events(&[]);
@@ -274,8 +271,7 @@ fn one_failing_item_stops_only_its_dependants() {
     let outputs = project.outputs();
     project.write("assets/materials/gold.toml", "model = \"fong\"\nexponent = -3\n");
     project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 0.25\n");
-    let run = project.specula(&["build"]);
-    assert_eq!(run.code, Some(1), "{run:?}");
+    let run = project.specula(&["build"]).ends(1, []);
     for word in ["gold.toml", "fong", "phong", "not run because of it", "reflection [studio, gold]"] {
         assert!(run.stderr.contains(word), "no {word:?} in:\n{}", run.stderr);
     }
@@ -306,12 +302,9 @@ fn graphs_and_manual_pages_are_printed() {
     let kinds = project.ok(&["stages"]).stdout;
     for line in kinds.lines() {
         let kind = line.split_whitespace().next().unwrap();
-        let page = project.ok(&["stages", kind]).stdout;
-        assert!(page.contains("## Parameters") && page.contains("```toml"), "{page}");
+        assert_has(project.ok(&["stages", kind]).stdout, ["## Parameters", "```toml"]);
     }
-    let run = project.specula(&["stages", "projct-sh"]);
-    assert_eq!(run.code, Some(2));
-    assert!(run.stderr.contains("project-sh"), "{}", run.stderr);
+    project.specula(&["stages", "projct-sh"]).ends(2, ["project-sh"]);
 }
 
 #[test]

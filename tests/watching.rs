@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use crate::support::{Project, SMALL, TIMEOUT, ran};
+use crate::support::{Project, SMALL, TIMEOUT, assert_has, ran};
 use serde_json::Value;
 
 /// The number of files that depend on one material: a map and six faces.
@@ -72,8 +72,7 @@ fn errors_of_a_manifest_are_reported_and_the_last_valid_one_is_used_until_they_a
     watcher.wait_until_it_watches();
     project.write("pipeline.toml", &SMALL.replace("resolution = 16", "resolutoin = 16"));
     let events = watcher.wait("rejected", |event| event.to_string().contains("resolutoin"));
-    let text = events[events.len() - 1].to_string();
-    assert!(text.contains("did you mean"), "{text}");
+    assert_has(events[events.len() - 1].to_string(), ["did you mean"]);
     // Meanwhile edits are built with the last valid manifest.
     project.write(GOLD, &phong(7));
     watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == PUBLISHED);
@@ -106,8 +105,7 @@ fn a_build_beside_a_watcher_and_two_watchers_get_along() {
     first.wait_until_it_watches();
     second.wait_until_it_watches();
     // An idle watcher does not hold the lock.
-    let run = project.ok(&["build"]);
-    assert!(run.stderr.contains("Up to date: all "), "{}", run.stderr);
+    project.specula(&["build"]).ends(0, ["Up to date: all "]);
     for exponent in 10..15 {
         project.write(GOLD, &phong(exponent));
         // One of them runs the items, the other finds them up to date. The build may find the folder locked.
@@ -157,9 +155,7 @@ fn polling_finds_changes() {
 
 #[test]
 fn an_unknown_stage_ends_the_watcher_with_the_nearest_name() {
-    let run = Project::small().specula(&["watch", "reflecton"]);
-    assert_eq!(run.code, Some(2), "{}", run.stderr);
-    assert!(run.stderr.contains("did you mean \"reflection\""), "{}", run.stderr);
+    Project::small().specula(&["watch", "reflecton"]).ends(2, ["did you mean \"reflection\""]);
 }
 
 #[test]

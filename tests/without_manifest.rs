@@ -69,8 +69,7 @@ fn six_faces_and_textures_are_found_to_be_environments() {
         let run = project.ok(&["convert", "dome.hdr", "-o", "dome.exr", "--fill", fill]);
         assert!(run.stderr.contains(words), "{fill}: {}", run.stderr);
     }
-    let run = project.specula(&["convert", "dome.hdr", "-o", "dome.exr", "--fill", "grey"]);
-    assert!(run.code == Some(2) && run.stderr.contains("\"edge\""), "{}", run.stderr);
+    project.specula(&["convert", "dome.hdr", "-o", "dome.exr", "--fill", "grey"]).ends(2, ["\"edge\""]);
 
     let run = project.specula(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "rec601"]);
     assert!(run.stderr.contains("rec2020"), "{}", run.stderr);
@@ -148,8 +147,7 @@ fn files_are_previewed_without_a_manifest() {
     let text = project.ok(&["preview", STUDIO, "assets/materials/gold.toml", "--manifest"]).stdout;
     project.write("pipeline.toml", &text);
     project.ok(&["build"]);
-    let run = project.specula(&["preview", "notes.txt"]);
-    assert_eq!(run.code, Some(2), "{run:?}");
+    project.specula(&["preview", "notes.txt"]).ends(2, []);
 }
 
 #[test]
@@ -157,12 +155,7 @@ fn init_writes_a_manifest_for_what_is_in_a_folder() {
     let project = assets_alone();
     fs::remove_dir_all(project.path("assets/finishes")).unwrap();
     fs::remove_file(project.path("assets/white.toml")).unwrap();
-    let run = project.ok(&["init"]);
-    assert!(
-        run.stderr.contains("The manifest names 2 environments, 7 materials and 1 mesh file."),
-        "{}",
-        run.stderr
-    );
+    project.specula(&["init"]).ends(0, ["The manifest names 2 environments, 7 materials and 1 mesh file."]);
     // The lamps below assets/lights are a TOML file too, and no material.
     project.ok(&["build", "map"]);
     assert_eq!(project.outputs().len(), 2 * 7 * 6);
@@ -191,29 +184,22 @@ fn the_manifest_is_found_from_a_folder_below_it() {
     let nowhere = tempfile::tempdir().unwrap();
     let run = project.command(&["build"]).current_dir(nowhere.path()).output().unwrap();
     assert_eq!(run.status.code(), Some(3), "there is none around it");
-    let run = project.specula(&["-C", "nowhere", "build"]);
-    assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.stderr.contains("cannot work in nowhere"), "{}", run.stderr);
+    project.specula(&["-C", "nowhere", "build"]).ends(2, ["cannot work in nowhere"]);
 }
 
 #[test]
 fn one_item_is_built_with_what_it_needs() {
     let project = Project::small();
-    let run = project.ok(&["build", "map [studio, gold]", "-j", "1"]);
-    assert!(run.stderr.contains("6 items ran"), "{}", run.stderr);
+    project.specula(&["build", "map [studio, gold]", "-j", "1"]).ends(0, ["6 items ran"]);
     assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["maps/gold.exr"]);
     // The rest stays as it is when one of its items is built again.
     project.ok(&["build"]);
     let all = project.outputs();
     project.ok(&["build", "map [studio, gold]", "faces[studio,chalk]"]);
     assert_eq!(project.outputs(), all);
-    let run = project.specula(&["build", "map [studio, silver]"]);
-    assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(
-        run.stderr.contains("no item \"map [studio, silver]\"") && run.stderr.contains("map [studio, chalk]"),
-        "{}",
-        run.stderr
-    );
+    project
+        .specula(&["build", "map [studio, silver]"])
+        .ends(2, ["no item \"map [studio, silver]\"", "map [studio, chalk]"]);
 }
 
 #[test]
@@ -308,12 +294,9 @@ fn a_test_pattern_is_written_for_each_engine() {
 fn lighting_is_converted_between_engines() {
     let project = assets_alone();
     project.ok(&["test-pattern", "--preset", "babylon", "-r", "32", "babylon"]);
-    let run = project.ok(&["convert-sh", "babylon/pattern-orient.env", "--to", "filament", "-o", "sh.txt"]);
-    assert!(
-        run.stderr.contains("from  babylon-env\n") && run.stderr.contains("to    filament\n"),
-        "{}",
-        run.stderr
-    );
+    project
+        .specula(&["convert-sh", "babylon/pattern-orient.env", "--to", "filament", "-o", "sh.txt"])
+        .ends(0, ["from  babylon-env\n", "to    filament\n"]);
     let mut last = "sh.txt".to_owned();
     let mut from = "filament".to_owned();
     for to in ["three", "unity", "directx", "unreal", "gltf", "babylon", "specula", "babylon-env", "filament"]
@@ -432,10 +415,7 @@ fn convert_names_its_own_options() {
     assert!(!run.stderr.contains("layout ="), "{}", run.stderr);
     // A shape that shows its layout needs no option.
     project.ok(&["convert", STUDIO, "-o", "strip.exr", "--layout", "cube-strip", "-r", "32"]);
-    let run = project.specula(&["convert", "strip.exr", "-o", "from_strip.exr"]);
-    assert!(
-        run.code == Some(0) && run.stderr.contains("strip.exr is taken for cube-strip"),
-        "{}",
-        run.stderr
-    );
+    project
+        .specula(&["convert", "strip.exr", "-o", "from_strip.exr"])
+        .ends(0, ["strip.exr is taken for cube-strip"]);
 }

@@ -9,28 +9,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use tempfile::TempDir;
 
-use super::casd::free_port;
-use super::root;
-
-/// The server's program; `None` if it cannot be had here.
-fn program(test: &str) -> Option<&'static PathBuf> {
-    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let program = PROGRAM.get_or_init(|| {
-        let install = Command::new("bash").arg(root().join("tests/remote/install-buildgrid.sh")).output();
-        let install = install.ok()?;
-        let path = PathBuf::from(String::from_utf8(install.stdout).ok()?.trim());
-        install.status.success().then_some(path)
-    });
-    if program.is_none() {
-        test_data::skip(test, "BuildGrid cannot be installed (tests/remote/install-buildgrid.sh says why)");
-    }
-    program.as_ref()
-}
+use super::casd::{free_port, installed};
 
 /// Whom a server lets in.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Access<'a> {
-    /// It speaks TLS with a certificate of this authority.
+    /// The server speaks TLS with a certificate of this authority.
     pub tls: Option<&'a Authority>,
     /// Clients need a certificate of the same authority.
     pub needs_certificate: bool,
@@ -47,7 +31,8 @@ pub struct BuildGrid {
 
 impl BuildGrid {
     pub fn start(test: &str, access: Access<'_>) -> Option<Self> {
-        let program = program(test)?;
+        static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
+        let program = installed(test, "BuildGrid", "tests/remote/install-buildgrid.sh", &PROGRAM)?;
         let (port, folder) = (free_port(), tempfile::tempdir().unwrap());
         let configuration = folder.path().join("cache.yml");
         fs::write(&configuration, self::configuration(port, folder.path(), access)).unwrap();

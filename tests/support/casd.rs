@@ -11,16 +11,25 @@ use tempfile::TempDir;
 
 use super::{Project, files_below, root};
 
-/// The server's program; `None` if it cannot be had here.
 fn program(test: &str) -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let program = PROGRAM.get_or_init(|| {
-        let install = Command::new("bash").arg(root().join("tests/remote/install-casd.sh")).output().ok()?;
+    installed(test, "buildbox-casd", "tests/remote/install-casd.sh", &PROGRAM)
+}
+
+/// The program of a server, which a script installs at its first use; `None` if it cannot be had here.
+pub fn installed(
+    test: &str,
+    server: &str,
+    script: &str,
+    program: &'static OnceLock<Option<PathBuf>>,
+) -> Option<&'static PathBuf> {
+    let program = program.get_or_init(|| {
+        let install = Command::new("bash").arg(root().join(script)).output().ok()?;
         let path = PathBuf::from(String::from_utf8(install.stdout).ok()?.trim());
         install.status.success().then_some(path)
     });
     if program.is_none() {
-        test_data::skip(test, "buildbox-casd cannot be installed (tests/remote/install-casd.sh says why)");
+        test_data::skip(test, &format!("{server} cannot be installed ({script} says why)"));
     }
     program.as_ref()
 }
@@ -146,6 +155,13 @@ pub fn built(project: &Project, arguments: &[&str]) -> (serde_json::Value, Vec<s
 pub fn warnings(events: &[serde_json::Value]) -> Vec<&str> {
     let of_cache = events.iter().filter(|event| event["event"] == "shared-cache");
     of_cache.map(|event| event["message"].as_str().unwrap()).collect()
+}
+
+/// Asserts that a project has what a build of its manifest makes without a server.
+pub fn assert_as_alone(project: &Project, round: u64) {
+    let alone = Project::new(&std::fs::read_to_string(project.path("pipeline.toml")).unwrap());
+    alone.ok(&["build"]);
+    assert_same(&project.outputs(), &alone.outputs(), round);
 }
 
 pub fn assert_same(found: &BTreeMap<String, Vec<u8>>, expected: &BTreeMap<String, Vec<u8>>, round: u64) {

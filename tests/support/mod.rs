@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -85,6 +85,30 @@ pub struct Run {
     pub stderr: String,
 }
 
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        Self { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+}
+
+impl Run {
+    /// The run, which must have ended with this code and these texts on standard error.
+    #[track_caller]
+    pub fn ends<const N: usize>(self, code: i32, texts: [&str; N]) -> Self {
+        assert_eq!(self.code, Some(code), "{}{}", self.stdout, self.stderr);
+        assert_has(&self.stderr, texts);
+        self
+    }
+}
+
+/// Asserts that a text contains each of these parts.
+#[track_caller]
+pub fn assert_has<const N: usize>(text: impl AsRef<str>, parts: [&str; N]) {
+    let text = text.as_ref();
+    parts.iter().for_each(|part| assert!(text.contains(part), "no {part:?} in:\n{text}"));
+}
+
 impl Project {
     /// The repository's own pipeline and assets.
     pub fn sample() -> Self {
@@ -140,12 +164,7 @@ impl Project {
 
     /// Runs the binary to its end.
     pub fn specula(&self, arguments: &[&str]) -> Run {
-        let output = self.command(arguments).output().unwrap();
-        Run {
-            code: output.status.code(),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
+        self.command(arguments).output().unwrap().into()
     }
 
     /// Runs the binary, which must succeed.

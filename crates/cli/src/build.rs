@@ -70,7 +70,6 @@ fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     }
 }
 
-/// Writes the files of `--timings`.
 fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> Result<(), CommandError> {
     let beside = || arguments.manifest.manifest.with_file_name(".specula");
     let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
@@ -81,7 +80,6 @@ fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> Result<(), C
     Ok(())
 }
 
-/// The exit code of a build.
 pub(crate) fn exit_of(summary: &Summary) -> Exit {
     if summary.cancelled {
         Exit::Interrupted

@@ -18,7 +18,6 @@ pub(crate) struct CommandError {
     exit: Exit,
     /// What happened, then its causes.
     chain: Vec<String>,
-    /// What to do.
     help: Option<String>,
     /// The errors of a text file, if the command cannot continue because of them.
     diagnostics: Option<Box<Diagnostics>>,
@@ -37,13 +36,11 @@ impl CommandError {
         Self::new(Exit::System, vec![message.into(), cause.to_string()])
     }
 
-    /// The error of a manifest that has errors.
     pub(crate) fn manifest(diagnostics: Diagnostics) -> Self {
         let chain = vec![drawn_errors::counted(&diagnostics)];
         Self { diagnostics: Some(Box::new(diagnostics)), ..Self::new(Exit::Manifest, chain) }
     }
 
-    /// The error of a `specula.toml` that has errors.
     pub(crate) fn settings(diagnostics: Diagnostics) -> Self {
         let chain = diagnostics.to_string().lines().map(str::to_owned).collect();
         Self {
@@ -68,7 +65,6 @@ impl CommandError {
         self.print()
     }
 
-    /// Prints the error for programs.
     pub(crate) fn report_json(&self, json: JsonOutput) {
         let Self { chain, help, diagnostics, .. } = self;
         match json {

@@ -35,7 +35,6 @@ const OPTIONS: [StageOption; 11] = [
     StageOption { stage: "converted", parameter: "exposure", option: "--exposure" },
 ];
 
-/// A request to convert files.
 struct Request {
     /// The source of the import, absolute or relative to the current folder.
     files: Vec<PathBuf>,

@@ -24,9 +24,6 @@ pub(crate) fn find(manifest: &mut PathBuf) {
 }
 
 /// The plan of a manifest.
-///
-/// # Errors
-/// If the manifest has errors or does not exist.
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, CommandError> {
     let manifest = &argument.manifest;
     Plan::load(manifest, kinds).map_err(|diagnostics| {

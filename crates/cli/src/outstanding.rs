@@ -19,7 +19,6 @@ pub(crate) struct OutstandingErrors {
     seen: BTreeSet<ItemName>,
 }
 
-/// An item's failure.
 struct FailedItem {
     error: Vec<String>,
     help: Option<String>,
@@ -36,7 +35,6 @@ pub(crate) enum Transition {
     None,
     /// An error is new, or differs from the one before.
     Failed,
-    /// An error is gone.
     Fixed,
 }
 

@@ -77,7 +77,6 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
     open(arguments, kinds, catalog, project, screenshots, request)
 }
 
-/// Opens the window.
 #[cfg(feature = "window")]
 fn open(
     arguments: &PreviewArguments,

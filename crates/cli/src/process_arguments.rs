@@ -29,7 +29,6 @@ pub(crate) fn parse() -> Result<Arguments, ExitCode> {
     })
 }
 
-/// The value of `--color`.
 fn colour(words: &[Cow<'_, str>]) -> Option<Colour> {
     let value = words.iter().enumerate().find_map(|(index, word)| match word.strip_prefix("--color")? {
         "" => words.get(index + 1).map(Cow::as_ref),

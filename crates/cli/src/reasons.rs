@@ -39,7 +39,6 @@ pub(crate) fn origin(cause: &Cause) -> String {
     }
 }
 
-/// A reason as a line.
 pub(crate) fn line(reason: &Reason) -> String {
     // A port that has the name of the stage that feeds it is not repeated.
     let at = |port: &str, from: &ItemName| {

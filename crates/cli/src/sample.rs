@@ -1,6 +1,5 @@
 //! The sample project, which the program carries with it: its manifest and its assets.
 
-/// The sample's manifest.
 pub(crate) const MANIFEST: &str = include_str!("../../../pipeline.toml");
 
 macro_rules! assets {

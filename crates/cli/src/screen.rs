@@ -71,7 +71,6 @@ impl Screen {
         self.live.is_some()
     }
 
-    /// The columns to fill.
     pub(crate) fn width(&self) -> usize {
         (self.width)()
     }

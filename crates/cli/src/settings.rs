@@ -14,14 +14,12 @@ use engine::{Diagnostic, Document, Table, Value, ValueKind, unexpected, unknown_
 use crate::command_error::CommandError;
 use crate::print::say;
 
-/// The name of a settings file.
 pub(crate) const FILE: &str = "specula.toml";
 
 /// The table `[remote]` of each file that there is; the first that has a key counts.
 #[derive(Default)]
 pub(crate) struct RemoteSettings(Vec<RemoteTable>);
 
-/// A table `[remote]`.
 struct RemoteTable {
     /// The folder that the table's paths are relative to.
     folder: PathBuf,
@@ -31,9 +29,6 @@ struct RemoteTable {
 
 impl RemoteSettings {
     /// The tables of the file beside a manifest and of the user's file, whose keys are among `known`.
-    ///
-    /// # Errors
-    /// If one of the files has errors.
     pub(crate) fn read(manifest: &Path, known: &[&str]) -> Result<Self, CommandError> {
         let beside = manifest.parent().unwrap_or(Path::new("")).join(FILE);
         let of_user = dirs::config_dir().map(|folder| folder.join("specula").join(FILE));
@@ -46,25 +41,16 @@ impl RemoteSettings {
     }
 
     /// The value of a key as text.
-    ///
-    /// # Errors
-    /// If it is something else.
     pub(crate) fn text(&self, key: &str) -> Result<Option<String>, CommandError> {
         self.value(key, "a text", |_, value| as_text(value))
     }
 
     /// The value of a key as a path, relative to its file.
-    ///
-    /// # Errors
-    /// If it is something else.
     pub(crate) fn path(&self, key: &str) -> Result<Option<PathBuf>, CommandError> {
         self.value(key, "a path", |folder, value| Some(folder.join(as_text(value)?)))
     }
 
     /// The value of a key as a switch.
-    ///
-    /// # Errors
-    /// If it is something else.
     pub(crate) fn switch(&self, key: &str) -> Result<Option<bool>, CommandError> {
         self.value(key, "true or false", |_, value| match value.kind {
             ValueKind::Boolean(value) => Some(value),
@@ -73,9 +59,6 @@ impl RemoteSettings {
     }
 
     /// The value of a key as a number of `what`, within a range.
-    ///
-    /// # Errors
-    /// If it is something else.
     pub(crate) fn number(
         &self,
         key: &str,
@@ -92,9 +75,6 @@ impl RemoteSettings {
     }
 
     /// The value of a key as one of these words, each with its meaning.
-    ///
-    /// # Errors
-    /// If it is something else.
     pub(crate) fn choice<T: Copy>(&self, key: &str, words: &[(&str, T)]) -> Result<Option<T>, CommandError> {
         let expected = words.iter().map(|(word, _)| format!("{word:?}")).collect::<Vec<_>>().join(" or ");
         self.value(key, &expected, |_, value| {
@@ -104,9 +84,6 @@ impl RemoteSettings {
     }
 
     /// The value of a key as a table of texts.
-    ///
-    /// # Errors
-    /// If it is something else.
     pub(crate) fn texts(&self, key: &str) -> Result<Option<Vec<(String, String)>>, CommandError> {
         self.value(key, "a table of texts", |_, value| match &value.kind {
             ValueKind::Table(table) => {

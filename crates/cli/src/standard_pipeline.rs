@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use crate::assets::{Assets, Environments, Recognised, glob_of, source_of};
 
-/// The starter manifest.
 pub(crate) const STARTER: &str = include_str!("starter/pipeline.toml");
 
 /// The sources of the starter manifest.

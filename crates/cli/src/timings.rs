@@ -13,9 +13,6 @@ use std::{fs, io};
 pub(crate) use self::timeline::Timeline;
 
 /// Writes `timings.html` and `timings.json` into a folder, each whole or not at all, and returns their paths.
-///
-/// # Errors
-/// If the folder or a file cannot be written; with its path.
 pub(crate) fn write(mut timeline: Timeline, folder: &Path) -> Result<[PathBuf; 2], (PathBuf, io::Error)> {
     timeline.settle();
     fs::create_dir_all(folder).map_err(|error| (folder.to_path_buf(), error))?;

@@ -50,7 +50,6 @@ struct WatchReporterState {
     watching: String,
     /// When the first of the current changes was noticed.
     noticed: f64,
-    /// The files that changed.
     changed: Vec<String>,
     /// Whether there was a build before.
     built: bool,

@@ -11,9 +11,6 @@ use std::sync::OnceLock;
 static ENTERED: OnceLock<PathBuf> = OnceLock::new();
 
 /// Makes a folder the working folder.
-///
-/// # Errors
-/// If it does not exist, or may not be entered.
 pub(crate) fn enter(folder: &Path) -> io::Result<()> {
     let named = named().join(folder);
     std::env::set_current_dir(folder)?;

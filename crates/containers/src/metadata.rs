@@ -16,7 +16,6 @@ pub(crate) const EXIF: &[u8] = b"Exif\0\0";
 pub(crate) struct Metadata {
     /// How the pixels are turned upright.
     pub(crate) orientation: Orientation,
-    /// The text of XMP.
     pub(crate) xmp: Option<String>,
 }
 

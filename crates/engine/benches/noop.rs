@@ -19,38 +19,18 @@ mod testkit;
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "texts/*.txt"
-
-[stage.loud]
-kind = "suffix"
-input = "text"
-text = "!"
-
-[stage.louder]
-kind = "suffix"
-input = "loud"
-text = "!!"
-
-[stage.file]
-kind = "write"
-input = "louder"
+[stage]
+text = { kind = "text-source", source = "texts/*.txt" }
+loud = { kind = "suffix", input = "text", text = "!" }
+louder = { kind = "suffix", input = "loud", text = "!!" }
+file = { kind = "write", input = "louder" }
 "#;
 
 const SHORT: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "texts/*.txt"
-
-[stage.file]
-kind = "write"
-input = "text"
+[stage]
+text = { kind = "text-source", source = "texts/*.txt" }
+file = { kind = "write", input = "text" }
 "#;
 
 /// Reads the manifest and builds; returns how many items ran.

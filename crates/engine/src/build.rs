@@ -126,9 +126,6 @@ impl BuildSession {
 
     /// Builds for a watcher, which sends the changes that it hears of while the build runs. The failure of an
     /// item on a file that has changed since is not reported: the watcher will build again.
-    ///
-    /// # Errors
-    /// The errors of [`BuildSession::build`].
     pub(crate) fn build_while_watched(
         &self,
         plan: &Plan,

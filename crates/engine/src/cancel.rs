@@ -30,13 +30,11 @@ impl Cancel {
 
 /// Whether a change has made one item of a running build stale.
 pub(crate) struct StaleFlag {
-    /// The flags of all items of the build.
     flags: Arc<[AtomicBool]>,
     item: usize,
 }
 
 impl StaleFlag {
-    /// The flag of an item of a build.
     pub(crate) fn new(flags: &Arc<[AtomicBool]>, item: usize) -> Self {
         Self { flags: Arc::clone(flags), item }
     }

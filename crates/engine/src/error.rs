@@ -73,7 +73,6 @@ impl Error {
         Self { kind, chain, help: help.map(str::to_owned) }
     }
 
-    /// Adds a cause.
     #[must_use]
     pub(crate) fn because(mut self, cause: impl Into<String>) -> Self {
         self.chain.push(cause.into());

@@ -35,7 +35,6 @@ pub(crate) fn shown(diagnostics: &Diagnostics) -> String {
     text
 }
 
-/// A text on an edge of the graph.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Text(pub(crate) String);
 
@@ -51,7 +50,6 @@ impl Artifact for Text {
     }
 }
 
-/// A number on an edge of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Number(pub(crate) u64);
 
@@ -138,7 +136,6 @@ impl Kind for Private {
     }
 }
 
-/// Makes a text upper case.
 pub(crate) struct Upper;
 
 impl Kind for Upper {

@@ -31,42 +31,80 @@ use crate::build::{BuildOptions, BuildSession};
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::{Event, Reason, Summary};
-use crate::kinds::{Kinds, Product};
+use crate::kinds::{Artifact as _, Context, Failure, Kind, Kinds, Output, Port, Product};
+use crate::manifest::Parameters;
 use crate::plan::Plan;
-use crate::testkit::kinds;
+use crate::testkit::{Nothing, Text, kinds};
 
 /// Exports every text in capitals.
 const CHAIN: &str = r#"
 schema = 1
 out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.file]
-kind = "write"
-input = "loud"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+loud = { kind = "upper", input = "text" }
+file = { kind = "write", input = "loud" }
 "#;
 
 /// Exports every text of `in` in capitals, under its name.
 const CAPITALS: &str = r#"
 schema = 1
-[stage.text]
-kind = "text-source"
-source = "in/*.txt"
-[stage.upper]
-kind = "upper"
-input = "text"
-[stage.write]
-kind = "write"
-input = "upper"
-path = "{text}"
+[stage]
+text = { kind = "text-source", source = "in/*.txt" }
+upper = { kind = "upper", input = "text" }
+write = { kind = "write", input = "upper", path = "{text}" }
 "#;
+
+/// A kind that makes a text of a text: of its source if it has one, otherwise of its input.
+#[allow(unreachable_pub, reason = "`Kind`, which all of them are, is public")]
+pub trait TextKind: Send + Sync + 'static {
+    type Parameters: Parameters;
+    const NAME: &'static str;
+    const REVISION: u32 = 1;
+    const SOURCE: bool = false;
+
+    fn make(parameters: &Self::Parameters, text: &str, context: &Context<'_>) -> Result<String, Failure>;
+}
+
+impl<K: TextKind> Kind for K {
+    type Parameters = K::Parameters;
+    const NAME: &'static str = K::NAME;
+    const REVISION: u32 = K::REVISION;
+    const TEXT: &'static str = "//! Makes a text.\n";
+    const SOURCE: bool = K::SOURCE;
+
+    fn ports() -> Vec<Port> {
+        if K::SOURCE { Vec::new() } else { vec![Port::one::<Text>("text")] }
+    }
+
+    fn product(_: &K::Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(parameters: &K::Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let made = if K::SOURCE {
+            let bytes = context.read(context.source()?)?.to_vec();
+            K::make(parameters, &String::from_utf8(bytes)?, context)
+        } else {
+            K::make(parameters, &context.get::<Text>("text")?.0, context)
+        };
+        Output::artifact(Text(made?))
+    }
+}
+
+/// The kinds of the tests, with one in place of that of its name.
+fn replacing<K: Kind>(kind: K) -> Kinds {
+    let kinds = kinds();
+    let others = kinds.iter().filter(|other| other.name() != K::NAME).cloned();
+    others.fold(Kinds::new(), Kinds::with_erased).with(kind)
+}
+
+/// Asserts that a text contains each of these parts.
+#[track_caller]
+fn assert_has<const N: usize>(text: impl AsRef<str>, parts: [&str; N]) {
+    let text = text.as_ref();
+    parts.iter().for_each(|part| assert!(text.contains(part), "no {part:?} in {text}"));
+}
 
 /// A project of two texts, which is not built yet.
 fn two_texts(manifest: &str) -> Project {
@@ -144,11 +182,20 @@ impl Project {
     }
 
     fn try_build(&self) -> (Vec<Event>, Result<Summary, Error>) {
+        self.try_build_of(&self.plan(), &self.options)
+    }
+
+    fn try_build_of(&self, plan: &Plan, options: &BuildOptions) -> (Vec<Event>, Result<Summary, Error>) {
         let events = Mutex::new(Vec::new());
-        let summary = crate::build::build(&self.plan(), &self.options, &self.cancel, &|event| {
-            events.lock().push(event)
-        });
+        let summary = crate::build::build(plan, options, &self.cancel, &|event| events.lock().push(event));
         (events.into_inner(), summary)
+    }
+
+    /// The events and the summary of a dry run.
+    fn rehearse(&self) -> (Vec<Event>, Summary) {
+        let options = BuildOptions { dry_run: true, ..self.options.clone() };
+        let (events, summary) = self.try_build_of(&self.plan(), &options);
+        (events, summary.unwrap())
     }
 
     /// Builds, and returns the events as lines.
@@ -158,12 +205,14 @@ impl Project {
         log(&events)
     }
 
-    /// The same, by a session that may have built before.
+    /// Builds by a session that may have built before, and returns the events as lines.
     fn build_on(&self, session: &BuildSession) -> String {
+        self.build_of(session, &self.plan(), &self.options)
+    }
+
+    fn build_of(&self, session: &BuildSession, plan: &Plan, options: &BuildOptions) -> String {
         let events = Mutex::new(Vec::new());
-        let built =
-            session.build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
-        built.unwrap();
+        session.build(plan, options, &self.cancel, &|event| events.lock().push(event)).unwrap();
         log(&events.into_inner())
     }
 

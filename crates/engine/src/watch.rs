@@ -115,7 +115,6 @@ pub fn watch(
     Watcher::new(manifest, kinds, options, cancel, events, collector)?.run()
 }
 
-/// A running watcher.
 pub(crate) struct Watcher<'a> {
     manifest: PathBuf,
     options: &'a WatchOptions,
@@ -145,13 +144,11 @@ pub(crate) struct Watcher<'a> {
     has_unanswered_change: bool,
     /// The last valid plan.
     plan: Option<Plan>,
-    /// Finds builds that cause themselves.
     rebuild_loop: RebuildLoop,
     /// The changes that such builds have made.
     held_changes: Hints,
 }
 
-/// How a pass ended.
 #[derive(Clone, Default)]
 struct PassResult {
     /// Whether there was a build and it was not stopped: it succeeded or failed.

@@ -23,28 +23,12 @@ const TEST: &str = "resident_memory_stays_flat_over_a_thousand_rebuilds";
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "texts/*.txt"
-
-[stage.word]
-kind = "text-source"
-source = "words/*.txt"
-
-[stage.upper]
-kind = "upper"
-input = "text"
-
-[stage.pair]
-kind = "concat"
-inputs = { left = "upper", right = "word" }
-
-[stage.file]
-kind = "write"
-input = "pair"
-path = "{text}/{word}"
+[stage]
+text = { kind = "text-source", source = "texts/*.txt" }
+word = { kind = "text-source", source = "words/*.txt" }
+upper = { kind = "upper", input = "text" }
+pair = { kind = "concat", inputs = { left = "upper", right = "word" } }
+file = { kind = "write", input = "pair", path = "{text}/{word}" }
 "#;
 
 /// The KiB that the index of earlier results may take; it reaches this limit after some 200 rebuilds

@@ -25,72 +25,23 @@ use watching::{Random, TIMEOUT, Watcher, clean_build, copy_sources, files_below}
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = ["texts/**/*.txt", "!**/nothing.txt"]
-
-[stage.word]
-kind = "text-source"
-source = "words/*.{txt,md}"
-
-[stage.single]
-kind = "text-source"
-source = "single.txt"
-
-[stage.names]
-kind = "text-source"
-source = "faces"
-
-[stage.upper]
-kind = "upper"
-input = "text"
-
-[stage.checked]
-kind = "refuse"
-input = "upper"
-word = "BAD"
-
-[stage.marked]
-kind = "suffix"
-input = "checked"
-text = "!"
-times = 1
-
-[stage.pair]
-kind = "concat"
-inputs = { left = "marked", right = "word", end = "single" }
-
-[stage.pair-file]
-kind = "write"
-input = "pair"
-path = "pairs/{text}/{word}"
-
-[stage.body]
-kind = "write-pair"
-input = "marked"
-path = "bodies/{text}"
-
-[stage.list]
-kind = "collect"
-inputs = { texts = "marked", title = "names" }
-
-[stage.list-file]
-kind = "write"
-input = "list"
-path = "list"
+[stage]
+text = { kind = "text-source", source = ["texts/**/*.txt", "!**/nothing.txt"] }
+word = { kind = "text-source", source = "words/*.{txt,md}" }
+single = { kind = "text-source", source = "single.txt" }
+names = { kind = "text-source", source = "faces" }
+upper = { kind = "upper", input = "text" }
+checked = { kind = "refuse", input = "upper", word = "BAD" }
+marked = { kind = "suffix", input = "checked", text = "!", times = 1 }
+pair = { kind = "concat", inputs = { left = "marked", right = "word", end = "single" } }
+pair-file = { kind = "write", input = "pair", path = "pairs/{text}/{word}" }
+body = { kind = "write-pair", input = "marked", path = "bodies/{text}" }
+list = { kind = "collect", inputs = { texts = "marked", title = "names" } }
+list-file = { kind = "write", input = "list", path = "list" }
 "#;
 
-const MORE: &str = r#"
-[stage.count]
-kind = "count"
-input = "word"
-
-[stage.count-file]
-kind = "write"
-input = "count"
-path = "counts/{word}"
+const MORE: &str = r#"count = { kind = "count", input = "word" }
+count-file = { kind = "write", input = "count", path = "counts/{word}" }
 "#;
 
 /// The number of files that a checkout changes.
@@ -323,7 +274,6 @@ const PATTERNS: &[EditPattern] = &[
     }),
 ];
 
-/// The folder that is edited.
 struct EditedProject {
     /// The project is in a folder of this one, so that another one can take its place.
     folder: tempfile::TempDir,

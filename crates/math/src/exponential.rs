@@ -73,7 +73,6 @@ fn exp_of_sum(x: f64, tail: f64) -> f64 {
     scaled(shifted.to_bits(), |error| error + r + r2 * (c2 + r * c3) + r2 * r2 * (c4 + r * c5))
 }
 
-/// e^x.
 #[inline]
 pub(crate) fn exp(x: f64) -> f64 {
     if x.abs() < 512.0 { exp_of_sum(x, 0.0) } else { libm::exp(x) }
@@ -90,7 +89,6 @@ fn exp2_of(x: f64) -> f64 {
     scaled(shifted.to_bits(), |error| error + r * c1 + r2 * (c2 + r * c3) + r2 * r2 * (c4 + r * c5))
 }
 
-/// 2^x.
 #[inline]
 pub(crate) fn exp2(x: f64) -> f64 {
     if x.abs() < 512.0 { exp2_of(x) } else { libm::exp2(x) }
@@ -128,7 +126,6 @@ fn ln_in_two(bits: u64) -> (f64, f64) {
     (ln, upper - ln + lower)
 }
 
-/// The natural logarithm.
 #[inline]
 pub(crate) fn ln(x: f64) -> f64 {
     let bits = x.to_bits();
@@ -151,7 +148,6 @@ fn ln_of_plain(bits: u64) -> f64 {
     upper + (lower + half_r2 + higher)
 }
 
-/// x^y.
 #[inline]
 pub(crate) fn pow(x: f64, y: f64) -> f64 {
     let bits = x.to_bits();
@@ -199,37 +195,31 @@ pub(crate) mod single {
         x > 0.0 && x < f32::INFINITY
     }
 
-    /// e^x.
     #[inline]
     pub(crate) fn exp(x: f32) -> f32 {
         exp_of(x.into()) as f32
     }
 
-    /// 2^x.
     #[inline]
     pub(crate) fn exp2(x: f32) -> f32 {
         exp_of(f64::from(x) * LN_2) as f32
     }
 
-    /// The natural logarithm.
     #[inline]
     pub(crate) fn ln(x: f32) -> f32 {
         if is_plain(x) { ln_of(x) as f32 } else { libm::logf(x) }
     }
 
-    /// The logarithm to base 2.
     #[inline]
     pub(crate) fn log2(x: f32) -> f32 {
         if is_plain(x) { (ln_of(x) * LOG2_E) as f32 } else { libm::logf(x) }
     }
 
-    /// The logarithm to base 10.
     #[inline]
     pub(crate) fn log10(x: f32) -> f32 {
         if is_plain(x) { (ln_of(x) * LOG10_E) as f32 } else { libm::logf(x) }
     }
 
-    /// x^y.
     #[inline]
     pub(crate) fn pow(x: f32, y: f32) -> f32 {
         if is_plain(x) && y.is_finite() { exp_of(f64::from(y) * ln_of(x)) as f32 } else { libm::powf(x, y) }

@@ -78,7 +78,6 @@ fn plane() -> Mesh {
     })
 }
 
-/// A vertex of a shape.
 struct Point {
     position: DVec3,
     normal: DVec3,

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 
 use preview::{Mode, Show};
 
-/// The resolution of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quality {
     /// The divisor of the picture's width and height.
@@ -64,7 +63,6 @@ struct Timing {
 }
 
 impl AdaptiveQuality {
-    /// Records the time of a picture.
     pub(crate) fn record(&mut self, show: Show, size: [u32; 2], quality: Quality, seconds: f64) {
         let samples = quality.sample_count(size);
         let now = [samples, seconds];

@@ -27,7 +27,6 @@ const SAVE_AFTER: f64 = 1.0;
 /// The reason for the loss of the device, for [`crate::open`].
 pub(crate) type DeviceLoss = Arc<Mutex<Option<String>>>;
 
-/// The window.
 pub(crate) struct App {
     state: State,
     host: Box<dyn Host>,

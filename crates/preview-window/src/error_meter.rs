@@ -43,7 +43,6 @@ pub(crate) enum ModeError {
     None(String),
 }
 
-/// The results so far.
 #[derive(Debug, Default)]
 pub(crate) struct Measurements {
     statistics: Option<(u64, Arc<SceneStatistics>)>,

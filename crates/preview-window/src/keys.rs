@@ -17,7 +17,6 @@ pub(crate) struct Chord {
     pub(crate) command: bool,
 }
 
-/// A key and its action.
 #[derive(Clone, Debug)]
 pub(crate) struct Binding {
     pub(crate) chord: Chord,

@@ -3,7 +3,6 @@
 use brdf::Value;
 use preview::{FormField, MaterialForm};
 
-/// A material that is edited.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MaterialEditor {
     /// The values in the file.
@@ -28,7 +27,6 @@ impl MaterialEditor {
         Self { file, saving: None, form, undo, redo: Vec::new(), dragged: None, conflict: None }
     }
 
-    /// The values in the window.
     pub(crate) fn form(&self) -> &MaterialForm {
         &self.form
     }
@@ -48,7 +46,6 @@ impl MaterialEditor {
         self.conflict.as_ref()
     }
 
-    /// Whether a parameter is being dragged.
     pub(crate) fn is_dragged(&self) -> bool {
         self.dragged.is_some()
     }
@@ -77,7 +74,6 @@ impl MaterialEditor {
         self.dragged = None;
     }
 
-    /// Goes back a step.
     pub(crate) fn undo(&mut self) {
         self.dragged = None;
         if let Some(form) = self.undo.pop() {
@@ -85,7 +81,6 @@ impl MaterialEditor {
         }
     }
 
-    /// Goes forward again.
     pub(crate) fn redo(&mut self) {
         self.dragged = None;
         if let Some(form) = self.redo.pop() {

@@ -97,7 +97,6 @@ pub(crate) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Ve
     });
 }
 
-/// Why the picture cannot be drawn.
 pub(crate) fn render_error(ui: &Ui, picture: Rect, reason: &str) {
     over(ui, "render error", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
         ui.set_max_width((picture.width() - AROUND).clamp(120.0, 560.0));
@@ -128,7 +127,6 @@ pub(crate) fn toasts(ui: &Ui, state: &State, picture: Rect) {
     });
 }
 
-/// All keys.
 pub(crate) fn help(ui: &Ui, picture: Rect) {
     over(ui, "help", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
         let [width, height] = [picture.width(), picture.height()].map(|side| (side - AROUND).max(0.0));

@@ -21,7 +21,6 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-/// A duration.
 pub(crate) fn seconds(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", three_digits(1000.0 * seconds))
@@ -30,7 +29,6 @@ pub(crate) fn seconds(seconds: f64) -> String {
     }
 }
 
-/// A relative error.
 pub(crate) fn error(relative: f64) -> String {
     format!("{} %", three_digits(100.0 * relative))
 }
@@ -41,13 +39,11 @@ pub(crate) fn apart([p95, p99]: [f64; 2], rms: f64) -> String {
     format!("95 % within {p95:.2} stops, 99 % within {p99:.2}; RMS {}", error(rms))
 }
 
-/// An angle in degrees.
 pub(crate) fn degrees(radians: f64) -> String {
     // Adding 0 removes the sign of -0.
     format!("{:.1}°", (radians.to_degrees() * 10.0).round() / 10.0 + 0.0)
 }
 
-/// An exposure.
 pub(crate) fn stops(exposure: f64) -> String {
     format!("{:+.2} stops", (exposure * 100.0).round() / 100.0 + 0.0)
 }

@@ -31,7 +31,6 @@ impl PictureTexture {
         self.frame.as_ref().map(|(texture, frame)| (*texture, frame))
     }
 
-    /// Replaces the picture.
     pub(crate) fn put(&mut self, context: &Context, frame: RenderedFrame) {
         let texture = match &frame.image {
             FrameImage::Codes(picture) => {

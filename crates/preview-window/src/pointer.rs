@@ -67,7 +67,6 @@ impl PictureArea<'_> {
 }
 
 impl Pointer {
-    /// The target of the present drag.
     pub(crate) fn dragged(&self) -> Option<DragTarget> {
         self.drag.map(|(_, target)| target)
     }

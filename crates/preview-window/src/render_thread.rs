@@ -14,7 +14,6 @@ use crate::panics::guarded;
 use crate::renderer_adapter::{FrameImage, PartialFrame, RenderRequest, RendererAdapter, has_same_radiance};
 use preview::{Mode, Picture, RenderError, Shot, Subject};
 
-/// A picture for the window.
 #[derive(Clone, Debug)]
 pub(crate) struct RenderedFrame {
     pub(crate) image: FrameImage,
@@ -26,7 +25,6 @@ pub(crate) struct RenderedFrame {
     pub(crate) full: bool,
     /// How long the picture took, in seconds.
     pub(crate) seconds: f64,
-    /// The name of the renderer that drew the picture.
     pub(crate) renderer: String,
     /// Why the graphics device did not draw the picture.
     pub(crate) fallback_reason: Option<String>,
@@ -38,7 +36,6 @@ pub(crate) struct RenderedFrame {
 /// The results since the last call of [`RenderThread::take`].
 #[derive(Debug, Default)]
 pub(crate) struct RenderResults {
-    /// The latest picture.
     pub(crate) frame: Option<RenderedFrame>,
     /// Why the latest request cannot be drawn.
     pub(crate) error: Option<RenderError>,
@@ -113,7 +110,6 @@ impl RenderThread {
         self.last.as_ref().map(|request| request.shot.size)
     }
 
-    /// Requests a screenshot of a subject.
     pub(crate) fn screenshot(&mut self, subject: Subject, request: RenderRequest) {
         let then = self.last.get_or_insert_with(|| request.clone()).clone();
         let mut screenshots = self.shared.screenshots();
@@ -124,17 +120,14 @@ impl RenderThread {
         self.shared.requests.put(then);
     }
 
-    /// Whether a screenshot is being drawn.
     pub(crate) fn has_screenshots(&self) -> bool {
         !self.shared.screenshots().pending.is_empty()
     }
 
-    /// Cancels the screenshots that are not finished.
     pub(crate) fn cancel_screenshots(&self) {
         self.shared.screenshots().pending.clear();
     }
 
-    /// The results since the last call.
     pub(crate) fn take(&self) -> RenderResults {
         std::mem::take(&mut *self.shared.results.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -161,7 +154,6 @@ impl SharedResults {
     }
 }
 
-/// The state of the thread.
 struct Worker {
     renderer: Box<dyn RendererAdapter>,
     /// Draws what `renderer` cannot.

@@ -8,7 +8,6 @@ use sh::Stop;
 use preview::shading::develop::{codes, develop};
 use preview::{Background, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
 
-/// A picture to draw.
 #[derive(Clone, Debug)]
 pub(crate) struct RenderRequest {
     /// A number of its own for every scene.
@@ -18,7 +17,6 @@ pub(crate) struct RenderRequest {
     pub(crate) shot: Shot,
 }
 
-/// A picture in memory or on the graphics device.
 #[derive(Clone, Debug)]
 pub(crate) enum FrameImage {
     /// A picture in this machine's memory.

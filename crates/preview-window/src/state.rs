@@ -49,7 +49,6 @@ pub(crate) enum Action {
     /// Multiplies the magnification.
     ZoomBy(f64),
     ResetCamera,
-    /// Sets a parameter of the material.
     SetParameter(FormField, Value),
     /// Ends a step of [`Action::SetParameter`].
     EndDrag,
@@ -78,7 +77,6 @@ pub(crate) enum Action {
     ReturnFromDropped,
     /// Closes the window, if necessary after a question.
     Close,
-    /// Answers the question of the dialog.
     Answer(Answer),
 }
 
@@ -134,7 +132,6 @@ pub(crate) struct Toast {
     pub(crate) until: Option<f64>,
 }
 
-/// The scene in the window.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownScene {
     pub(crate) subject: Subject,
@@ -147,7 +144,6 @@ pub(crate) struct ShownScene {
     pub(crate) first_scene_id: u64,
 }
 
-/// The state of the window.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct State {
     pub(crate) settings: ViewSettings,
@@ -161,11 +157,9 @@ pub(crate) struct State {
     /// Whether the failure is only in the status line.
     pub(crate) failure_hidden: bool,
     pub(crate) help: bool,
-    /// The question that waits for an answer.
     pub(crate) dialog: Option<Dialog>,
     /// The materials that are being saved before the window closes.
     closing: BTreeSet<String>,
-    /// Whether a screenshot is being drawn.
     pub(crate) taking_screenshot: bool,
     pub(crate) fullscreen: bool,
     /// The environment whose disks were moved, and where they are now.

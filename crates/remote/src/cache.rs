@@ -73,7 +73,6 @@ impl RemoteCache {
         found
     }
 
-    /// Receives a list.
     fn load(&self, server: &Server, list: &[u8]) {
         let first = self.find_each(server, &[part_name(list, 0)]).pop().flatten();
         let count = first.as_ref().map_or(0, part_count);

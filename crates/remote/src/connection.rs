@@ -50,7 +50,6 @@ pub enum ConnectionError {
     Threads(String),
 }
 
-/// The purpose of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// Storing and reading blobs and results.
@@ -70,7 +69,6 @@ pub(crate) struct Server {
     pub(crate) batch: u64,
 }
 
-/// A connection to a server.
 #[derive(Debug)]
 pub(crate) struct Connection {
     pub(crate) runtime: Runtime,

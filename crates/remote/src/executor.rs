@@ -76,9 +76,7 @@ struct Messages {
 
 /// Why an attempt ended without a result.
 enum Broken {
-    /// The attempt was cancelled.
     Stopped,
-    /// An input is gone.
     Gone(usize),
     /// The attempt failed, and may succeed a little later.
     Passing(Status),

@@ -44,7 +44,6 @@ pub(crate) struct ActionMessages {
     pub(crate) others: [Vec<u8>; 2],
 }
 
-/// The messages of an action.
 pub(crate) fn action(text: &[u8]) -> ActionMessages {
     let command = re::Command {
         arguments: vec!["specula".into(), "run-item".into(), String::from_utf8_lossy(text).into_owned()],
@@ -83,7 +82,6 @@ pub(crate) fn outputs(result: &re::ActionResult) -> Option<Vec<SharedBlob>> {
     outputs.into_iter().collect()
 }
 
-/// A result with its description.
 pub(crate) fn shared_result(result: &re::ActionResult, description: Vec<u8>) -> Option<SharedResult> {
     Some(SharedResult { description, outputs: outputs(result)? })
 }

@@ -25,7 +25,6 @@ const MOST_IN_GROUP: usize = 256;
 /// A job for the thread that uploads.
 pub(crate) enum Job {
     Upload(Upload),
-    /// Store a list of results.
     List(Vec<u8>),
     /// Answer when everything before is stored.
     Flush(SyncSender<()>),

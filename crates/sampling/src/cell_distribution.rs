@@ -116,7 +116,6 @@ impl CellDistribution {
         }
     }
 
-    /// The probability of a cell.
     pub(crate) fn probability(&self, row: usize, column: usize) -> f32 {
         let (_, row_probability) = interval(&self.rows.sums, self.rows.count, row);
         let (_, probability) = interval(self.row(row).0, self.columns, column);

@@ -60,7 +60,6 @@ impl LeafGrid {
         [2e-7 * self.rows as f32, 3e-7 * self.rows as f32]
     }
 
-    /// The place of a unit vector.
     pub(crate) fn locate(self, direction: [f32; 3]) -> LeafPlace {
         let [x, y, z] = direction.map(f64::from);
         let square = x * x + y * y;
@@ -77,7 +76,6 @@ impl LeafGrid {
         LeafPlace { row, column, t: t as f32, s: (along - column as f64) as f32 }
     }
 
-    /// The unit vector of a place.
     #[inline(always)]
     pub(crate) fn direction(self, row: u32, column: u32, t: f32, s: f32) -> [f32; 3] {
         let (rows, columns) = (self.rows as u32, 2 * self.rows as u32);

@@ -273,7 +273,6 @@ impl pulp::WithSimd for RunningColumns<'_> {
 }
 
 impl Leaves {
-    /// Whether a leaf is flat.
     #[inline(always)]
     pub(crate) fn is_flat(&self, row: usize, column: usize, columns: usize) -> bool {
         let leaf = row * columns + column;

@@ -32,9 +32,7 @@ pub use leaves::Density;
 pub use points::{GivenPoints, GivenPointsError, Points};
 pub use product::{ProductMasses, ProductOptions, ProductSampler, ProductTables};
 pub use rig::{Irradiance, LightMasses, Method, Rig, rig, rig_within};
-pub use sampler::{
-    ChannelWeights, LUMINANCE, LeafShape, Options, SUM, Sample, Sampler, UniformShare, Warp, weigh,
-};
+pub use sampler::{ChannelWeights, LeafShape, Options, SUM, Sample, Sampler, UniformShare, Warp, weigh};
 pub use tables::Tables;
 pub use texel_light::TexelLight;
 

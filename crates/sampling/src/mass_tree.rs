@@ -58,7 +58,6 @@ impl MassTree {
         }
     }
 
-    /// The probability of a cell.
     pub(crate) fn probability(&self, row: usize, column: usize) -> f32 {
         let mut probability = 1.0;
         self.ascend(row, column, |_, _, width| probability *= width);

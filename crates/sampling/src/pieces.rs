@@ -117,7 +117,6 @@ impl Pieces {
         Self { rows, columns, drawn_rows, drawn_columns }
     }
 
-    /// The place of a unit vector.
     pub(crate) fn locate(&self, direction: [f32; 3]) -> PiecePlace {
         let [x, y, z] = direction.map(f64::from);
         let square = x * x + y * y;
@@ -144,7 +143,6 @@ impl Pieces {
         [t.max(edge_t).min(1.0 - edge_t), s.max(edge_s).min(1.0 - edge_s)]
     }
 
-    /// The unit vector of a place.
     #[inline(always)]
     pub(crate) fn direction(&self, row: usize, column: usize, [t, s]: [f32; 2]) -> [f32; 3] {
         let DrawnRow { near, height, is_south, .. } = self.drawn_rows[row];

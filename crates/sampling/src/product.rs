@@ -278,14 +278,6 @@ impl ProductSampler {
         probability * given * pieces.inverse_area(row, column) * relative
     }
 
-    /// [`ProductSampler::density`] of many directions.
-    ///
-    /// # Panics
-    /// If the slices have different lengths.
-    pub fn density_into(&self, directions: &[[f32; 3]], densities: &mut [f32]) {
-        map_into(directions, densities, |direction| self.density(direction));
-    }
-
     /// The point whose direction this is: the inverse of [`ProductSampler::sample`], to 1e-5 and what the
     /// rounding of a direction is in its texel, times the texel's probability. Of a direction that is never
     /// drawn, the point at which its neighbours meet.

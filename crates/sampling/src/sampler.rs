@@ -131,14 +131,11 @@ pub struct Sampler {
 
 /// One number from three channels.
 ///
-/// [`SUM`] is what a renderer that carries colour samples by; [`LUMINANCE`] that of Rec. 709.
+/// [`SUM`] is what a renderer that carries colour samples by.
 pub type ChannelWeights = [f64; 3];
 
 /// The sum of the channels.
 pub const SUM: ChannelWeights = [1.0; 3];
-
-/// The luminance of Rec. 709 primaries.
-pub const LUMINANCE: ChannelWeights = [0.2126, 0.7152, 0.0722];
 
 /// The coefficients of a weighted sum of an expansion's channels.
 pub fn weigh(expansion: &Expansion, weights: ChannelWeights) -> Vec<f64> {
@@ -277,14 +274,6 @@ impl Sampler {
             _ => 1.0,
         };
         probability * (grid.area() as f32).recip() * relative
-    }
-
-    /// [`Sampler::density`] of many directions.
-    ///
-    /// # Panics
-    /// If the slices have different lengths.
-    pub fn density_into(&self, directions: &[[f32; 3]], densities: &mut [f32]) {
-        map_into(directions, densities, |direction| self.density(direction));
     }
 
     /// The point whose direction this is: the inverse of [`Sampler::sample`], to 1e-5. Of a direction that

@@ -79,7 +79,6 @@ impl TexelDistribution {
         Self { leaf_columns, leaf_rows, first_columns, rows, columns, width }
     }
 
-    /// The mass of a leaf.
     #[inline(always)]
     pub(crate) fn mass(&self, row: usize, column: usize) -> f32 {
         let LeafRow { start, length, .. } = self.leaf_rows[row];
@@ -101,7 +100,6 @@ impl TexelDistribution {
         }
     }
 
-    /// The probability of a piece given its leaf.
     pub(crate) fn probability(&self, leaf: [usize; 2], piece: [usize; 2]) -> f32 {
         let [(_, share_t), (_, share_s)] = self.intervals(leaf, piece);
         if share_t > 0.0 { share_t * share_s } else { 0.0 }

@@ -277,8 +277,8 @@ impl CellTransform {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testkit::Noise;
-    use crate::{Expansion, Transform, integrate_rectangle};
+    use crate::testkit::{Noise, integrate_rectangle};
+    use crate::{Expansion, Transform};
     use test_data::tensors;
 
     fn grids() -> Vec<CellGrid> {

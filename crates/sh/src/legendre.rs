@@ -167,7 +167,6 @@ impl LegendreRecurrence {
         }
     }
 
-    /// The order m.
     pub(crate) fn order(&self) -> usize {
         self.m
     }

@@ -156,66 +156,11 @@ impl ZoneIntegrals {
     }
 }
 
-/// The integrals of cos(m phi) and sin(m phi) over an interval: \[phi1 - phi0, 0\] for m = 0.
-///
-/// \[sin m phi\] / m = cos(m c) 2 sin(m w / 2) / m with the centre c and the width w, in which nothing
-/// cancels.
-pub(crate) fn azimuth(m: usize, phi0: f64, phi1: f64) -> [f64; 2] {
-    let width = phi1 - phi0;
-    if m == 0 {
-        return [width, 0.0];
-    }
-    let m = m as f64;
-    let (sine, cosine) = math::sin_cos(m * (0.5 * (phi0 + phi1)));
-    let length = 2.0 * math::sin(0.5 * m * width) / m;
-    [cosine * length, sine * length]
-}
-
-/// The integral of Y_lm dOmega over the rectangle between two parallels and two meridians, for each row l*l +
-/// l + m.
-///
-/// Absolute error below 1e-13 up to degree 256.
-///
-/// # Panics
-/// If `rows` does not have (degree + 1)^2 elements.
-///
-/// # Example: over the whole sphere only the constant harmonic has an integral
-/// ```
-/// use sh::{Degree, Parallel, ZoneIntegrals, integrate_rectangle};
-///
-/// let zones = ZoneIntegrals::new(Degree::new(3)?);
-/// let [south, north] = [-1.0, 1.0].map(Parallel::from_z);
-/// let mut rows = [0.0; 16];
-/// integrate_rectangle(&zones, [south, north], [0.0, std::f64::consts::TAU], &mut rows);
-/// assert!((rows[0] - (4.0 * std::f64::consts::PI).sqrt()).abs() < 1e-15);
-/// assert!(rows[1..].iter().all(|row| row.abs() < 1e-15));
-/// # Ok::<(), sh::DegreeTooHigh>(())
-/// ```
-pub fn integrate_rectangle(
-    zones: &ZoneIntegrals,
-    [south, north]: [Parallel; 2],
-    [phi0, phi1]: [f64; 2],
-    rows: &mut [f64],
-) {
-    let top = zones.degree().get();
-    assert_eq!(rows.len(), zones.degree().rows(), "one element for each row");
-    let mut integrals = vec![0.0; (top + 1) * (top + 2) / 2];
-    zones.evaluate_into(south, north, &mut integrals);
-    let mut integrals = integrals.into_iter();
-    for m in 0..=top {
-        let [cosine, sine] = azimuth(m, phi0, phi1);
-        for (l, integral) in (m..=top).zip(integrals.by_ref()) {
-            rows[l * l + l - m] = integral * sine;
-            rows[l * l + l + m] = integral * cosine;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::quadrature::gauss_legendre;
-    use crate::testkit::legendre;
+    use crate::testkit::{integrate_rectangle, legendre};
     use test_data::tensors;
 
     #[test]

@@ -1,6 +1,6 @@
 //! Slow, obvious forms that tests compare with, and what tests share.
 
-use crate::{Degree, Expansion};
+use crate::{Degree, Expansion, Parallel, ZoneIntegrals};
 
 /// P_lm(cos(theta)) for l = m ..= degree of the orthonormal real harmonics (sqrt(2) of m > 0 included), by
 /// the textbook recurrence in x with the logarithm of a common scale beside it.
@@ -81,4 +81,41 @@ pub(crate) fn relative_error(actual: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 
     let worst =
         differences.fold(0.0, |max: f64, value| if value.is_nan() { f64::NAN } else { value.max(max) });
     worst / largest(expected)
+}
+
+/// The integral of Y_lm dOmega over the rectangle between two parallels and two meridians, for each row l*l +
+/// l + m: absolute error below 1e-13 up to degree 256.
+pub(crate) fn integrate_rectangle(
+    zones: &ZoneIntegrals,
+    [south, north]: [Parallel; 2],
+    [phi0, phi1]: [f64; 2],
+    rows: &mut [f64],
+) {
+    let top = zones.degree().get();
+    assert_eq!(rows.len(), zones.degree().rows(), "one element for each row");
+    let mut integrals = vec![0.0; (top + 1) * (top + 2) / 2];
+    zones.evaluate_into(south, north, &mut integrals);
+    let mut integrals = integrals.into_iter();
+    for m in 0..=top {
+        let [cosine, sine] = azimuth(m, phi0, phi1);
+        for (l, integral) in (m..=top).zip(integrals.by_ref()) {
+            rows[l * l + l - m] = integral * sine;
+            rows[l * l + l + m] = integral * cosine;
+        }
+    }
+}
+
+/// The integrals of cos(m phi) and sin(m phi) over an interval: \[phi1 - phi0, 0\] for m = 0.
+///
+/// \[sin m phi\] / m = cos(m c) 2 sin(m w / 2) / m with the centre c and the width w, in which nothing
+/// cancels.
+fn azimuth(m: usize, phi0: f64, phi1: f64) -> [f64; 2] {
+    let width = phi1 - phi0;
+    if m == 0 {
+        return [width, 0.0];
+    }
+    let m = m as f64;
+    let (sine, cosine) = math::sin_cos(m * (0.5 * (phi0 + phi1)));
+    let length = 2.0 * math::sin(0.5 * m * width) / m;
+    [cosine * length, sine * length]
 }

@@ -27,7 +27,7 @@ pub fn folder(test: &str, variable: &str) -> Option<PathBuf> {
 /// A file of the reference values; `None` if the test is to be skipped.
 ///
 /// # Panics
-/// As [`folder`], and if the file cannot be read or is not JSON.
+/// If there is no folder and `SPECULA_REQUIRE` is set; if the file cannot be read or is not JSON.
 pub fn reference(test: &str, file: &str) -> Option<Value> {
     let path = folder(test, "SPECULA_REFERENCE")?.join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -38,7 +38,7 @@ pub fn reference(test: &str, file: &str) -> Option<Value> {
 /// to be skipped.
 ///
 /// # Panics
-/// As [`folder`], and if the file cannot be read or holds something else.
+/// If there is no folder and `SPECULA_REQUIRE` is set; if the file cannot be read or holds something else.
 pub fn tensors(test: &str, file: &str) -> Option<BTreeMap<String, Vec<f64>>> {
     let path = folder(test, "SPECULA_REFERENCE")?.join(file);
     let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

@@ -141,7 +141,7 @@ fn check_matrix(transfer: &Transfer, vertex: usize, expected: &Value) {
 }
 
 /// Floor and wall of 4^last and twice that; the vertex is the one at x = `place` in the middle of the floor.
-/// Of what it should not see, it sees beyond their ends a share of place / 4^last.
+/// Beyond their ends, the vertex sees a share of place / 4^last of what it should not see.
 fn corner(last: i32) -> ([Mesh; 2], impl Fn(f64) -> usize) {
     let (near, wide) = (powers(last, false), powers(last, true));
     let floor = grid(DVec3::ZERO, [DVec3::X, DVec3::Y], &near, &wide);

@@ -19,7 +19,7 @@ const FIRST: f64 = -2.25;
 const ENTRIES: usize = 34;
 const PHASES: usize = 16;
 
-/// Of a level, in texels: `EvenCube::VARIANCE` and `PASSES`.
+/// `EvenCube::VARIANCE` of a level, in texels, and `EvenCube::PASSES`.
 const VARIANCE: f64 = 2.0;
 const PASSES: i32 = 4;
 

@@ -95,8 +95,8 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
         let exact = scene.exact();
         let harmonics = scene.by_harmonics()?;
         let error = harmonics.error(&exact);
-        let (small, at_equal_memory) = scene.at_equal_memory(&exact)?;
-        let (large, at_equal_quality) = scene.at_equal_quality(&exact, error)?;
+        let (small, at_equal_memory) = scene.at_equal_memory(&exact);
+        let (large, at_equal_quality) = scene.at_equal_quality(&exact, error);
         let picture = scene.draw(&[&harmonics, &at_equal_memory, &at_equal_quality, &exact]);
         write(&format!("renders-{name}.png"), &picture.png()?)?;
         let wavelets = |stored: Stored, error: f64| {

@@ -314,7 +314,7 @@ mod tests {
         }
     }
 
-    /// The same light in pixels of a sixteenth of the size, under lobes that are narrower than either.
+    /// One light is given in pixels and in pixels of a sixteenth of the size; the lobes are narrower than either.
     #[test]
     fn finer_pixels_of_the_same_light_change_no_sharp_reflection() {
         let value = |row: usize, column: usize| {
@@ -376,7 +376,7 @@ mod tests {
         }
     }
 
-    /// As many views that are uniform over the sphere are up to 14 % off here.
+    /// Views that are uniform over the sphere, as many, are up to 14 % off here.
     #[test]
     fn twice_as_many_views_do_not_change_the_mean_of_a_sharp_lobe() {
         let plastic = StandardParameters { roughness: 0.2, base_color: [0.05; 3], ..Default::default() };

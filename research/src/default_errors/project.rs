@@ -94,7 +94,7 @@ impl Project {
     /// Builds with a program.
     ///
     /// # Errors
-    /// If it does not succeed.
+    /// If the program does not succeed.
     pub fn build_with(&self, program: &Path) -> Result<Built<'_>, Failure> {
         let mut command = Command::new(program);
         command.current_dir(self.folder.path()).args(["build", "--json"]).stdin(Stdio::null());
@@ -109,7 +109,7 @@ impl Project {
     /// Builds in this process.
     ///
     /// # Errors
-    /// As [`Project::build_with`].
+    /// If the build does not succeed.
     pub fn build(&self) -> Result<Built<'_>, Failure> {
         let plan = Plan::load(&self.folder.path().join("pipeline.toml"), &stages::kinds())?;
         let events = Mutex::new(Vec::new());

@@ -5,9 +5,10 @@
 
 use sampling::{Options, Sampler};
 use sampling::{ProductOptions, ProductSampler, ProductTables, Sample, Tables, TexelLight};
-use sh::{Degree, Haar};
+use sh::Degree;
 use sphere::{DVec3, Direction, LatLong, spiral};
 
+use super::haar::Haar;
 use super::phong::Phong;
 use super::picture::{Picture, grey, mix};
 use super::{first, vector};
@@ -34,13 +35,13 @@ const AXES: usize = 64;
 /// The share of a lobe where its density is zero or negative.
 #[derive(Clone, Copy, Debug)]
 pub struct Lost {
-    /// Of the series; the same for every axis.
+    /// The share of the series: the same for every axis.
     pub harmonics: f64,
-    /// Of the wavelets, in the mean over axes.
+    /// The share of the wavelets, in the mean over axes.
     pub wavelets: f64,
-    /// Of the wavelets, for the axis where they lose most.
+    /// The share of the wavelets, for the axis where they lose most.
     pub wavelets_at_worst: f64,
-    /// That axis.
+    /// The axis where the wavelets lose most.
     pub worst: Direction,
 }
 
@@ -49,7 +50,7 @@ impl Case {
         Degree::new(self.degree)
     }
 
-    /// What no point reaches.
+    /// The shares of the lobe that no point reaches.
     ///
     /// # Errors
     /// If the degree is too high.
@@ -57,7 +58,7 @@ impl Case {
         let harmonics = Phong { exponent: self.exponent, axis: Direction::Z }.lost(self.degree()?);
         let of = |axis| {
             let phong = Phong { exponent: self.exponent, axis };
-            Ok((lost(&phong, &wavelets(&phong, self.degree()?.rows())?), axis))
+            Ok((lost(&phong, &wavelets(&phong, self.degree()?.rows())), axis))
         };
         let shares = (0..AXES)
             .map(|index| of(spiral(index, AXES)))
@@ -73,12 +74,12 @@ impl Case {
 }
 
 /// The `count` largest wavelets of a lobe's texels, as the values they add up to.
-pub(super) fn wavelets(phong: &Phong, count: usize) -> Result<Vec<f64>, sh::NotPowersOfTwo> {
+pub(super) fn wavelets(phong: &Phong, count: usize) -> Vec<f64> {
     let texel = |index: usize| [phong.value(texel_direction(index))];
     let texels: Vec<[f64; 1]> = (0..GRID.len()).map(texel).collect();
-    let mut haar = Haar::of(GRID.height, GRID.width, &texels)?;
+    let mut haar = Haar::of(GRID.height, GRID.width, &texels);
     haar.keep_largest(count);
-    Ok(haar.values().into_iter().map(|[value]| value).collect())
+    haar.values().into_iter().map(|[value]| value).collect()
 }
 
 fn texel_direction(index: usize) -> DVec3 {
@@ -130,7 +131,7 @@ pub fn draw() -> Result<Picture, Box<dyn std::error::Error>> {
             })
             .collect();
         above.push(map(&phong, &series, points.iter().map(|point| harmonics.sample(*point))));
-        let values = wavelets(&phong, degree.rows())?;
+        let values = wavelets(&phong, degree.rows());
         let sampler = texel_sampler(&values)?;
         below.push(map(&phong, &values, points.iter().map(|point| sampler.sample(*point))));
     }
@@ -171,19 +172,19 @@ mod tests {
     #[test]
     fn all_wavelets_are_the_lobe_and_few_lose_some_of_it() {
         let phong = Phong { exponent: 20, axis: Direction::from_angles(1.1, 0.4) };
-        let all = wavelets(&phong, GRID.len()).unwrap();
+        let all = wavelets(&phong, GRID.len());
         for (index, value) in all.iter().enumerate() {
             assert!((value - phong.value(texel_direction(index))).abs() < 1e-12);
         }
         assert!(lost(&phong, &all) < 1e-12);
-        let few = lost(&phong, &wavelets(&phong, 169).unwrap());
+        let few = lost(&phong, &wavelets(&phong, 169));
         assert!((1e-5..1e-2).contains(&few), "{few}");
     }
 
     #[test]
     fn the_points_of_wavelets_are_where_their_sum_is_positive() {
         let phong = Phong { exponent: 10, axis: Direction::from_angles(1.1, 0.4) };
-        let values = wavelets(&phong, 64).unwrap();
+        let values = wavelets(&phong, 64);
         let sampler = texel_sampler(&values).unwrap();
         for point in first(super::super::POINTS[0], 2000) {
             let w = Direction::normalised(vector(sampler.sample(point).direction));

@@ -56,7 +56,7 @@ pub struct Render(Vec<[f32; 3]>);
 pub struct Scene {
     environment: Environment,
     light: TexelLight,
-    /// Of each pixel that sees the ball.
+    /// The reflected direction of each pixel that sees the ball.
     reflections: Vec<(usize, Direction)>,
 }
 
@@ -167,57 +167,44 @@ impl Scene {
     }
 
     /// By wavelets of the lobe for the nearest of several reflection vectors.
-    ///
-    /// # Errors
-    /// If the grid does not fit.
-    pub fn by_wavelets(&self, stored: Stored) -> Result<Render, sh::NotPowersOfTwo> {
+    pub fn by_wavelets(&self, stored: Stored) -> Render {
         let axes: Vec<Direction> =
             (0..stored.orientations).map(|index| spiral(index, stored.orientations)).collect();
         let index = NearestDirection::new(&axes.iter().map(|axis| axis.vector()).collect::<Vec<_>>());
         let samplers = axes.par_iter().map(|&axis| {
-            let lobe = wavelets(&Phong { exponent: EXPONENT, axis }, stored.wavelets)?;
+            let lobe = wavelets(&Phong { exponent: EXPONENT, axis }, stored.wavelets);
             let product = lobe.iter().enumerate().map(|(index, value)| {
                 value.max(0.0) * self.light.value(index / GRID.width, index % GRID.width)
             });
             // None where the product is black.
-            Ok(texel_sampler(&product.collect::<Vec<_>>()).ok())
+            texel_sampler(&product.collect::<Vec<_>>()).ok()
         });
-        let samplers = samplers.collect::<Result<Vec<Option<ProductSampler>>, _>>()?;
-        Ok(self.render(|pixel, axis| {
+        let samplers = samplers.collect::<Vec<Option<ProductSampler>>>();
+        self.render(|pixel, axis| {
             let sampler = index.nearest(axis.vector()).and_then(|nearest| samplers[nearest].as_ref());
             sampler.map_or([0.0; 3], |sampler| self.estimate(pixel, axis, |point| sampler.sample(point)))
-        }))
+        })
     }
 
     /// The split of as many bytes as the harmonics have whose render is nearest to the truth, and that
     /// render.
-    ///
-    /// # Errors
-    /// If the grid does not fit.
-    pub fn at_equal_memory(&self, exact: &Render) -> Result<(Stored, Render), sh::NotPowersOfTwo> {
+    pub fn at_equal_memory(&self, exact: &Render) -> (Stored, Render) {
         let all = BYTES_OF_HARMONICS / BYTES_PER_WAVELET;
         let mut best: Option<(f64, Stored, Render)> = None;
         for orientations in [1, 2, 4, 7, 14, 28, 56] {
             let stored = Stored { orientations, wavelets: all / orientations };
-            let render = self.by_wavelets(stored)?;
+            let render = self.by_wavelets(stored);
             let error = render.error(exact);
             if best.as_ref().is_none_or(|best| error < best.0) {
                 best = Some((error, stored, render));
             }
         }
         let best = best.map(|(_, stored, render)| (stored, render));
-        Ok(best.unwrap_or((Stored { orientations: 0, wavelets: 0 }, Render(vec![[0.0; 3]; SIZE * SIZE]))))
+        best.unwrap_or((Stored { orientations: 0, wavelets: 0 }, Render(vec![[0.0; 3]; SIZE * SIZE])))
     }
 
     /// The fewest bytes of a ladder of sizes whose render is within 5 % of an error, or the largest.
-    ///
-    /// # Errors
-    /// If the grid does not fit.
-    pub fn at_equal_quality(
-        &self,
-        exact: &Render,
-        error: f64,
-    ) -> Result<(Stored, Render), sh::NotPowersOfTwo> {
+    pub fn at_equal_quality(&self, exact: &Render, error: f64) -> (Stored, Render) {
         let mut ladder: Vec<Stored> = [64, 256, 1024, 4096, 16384]
             .into_iter()
             .flat_map(|orientations| [16, 64, 256, 1024].map(|wavelets| Stored { orientations, wavelets }))
@@ -225,14 +212,14 @@ impl Scene {
         ladder.sort_by_key(|stored| stored.bytes());
         let mut last = None;
         for stored in ladder {
-            let render = self.by_wavelets(stored)?;
+            let render = self.by_wavelets(stored);
             let reached = render.error(exact) <= 1.05 * error;
             last = Some((stored, render));
             if reached {
                 break;
             }
         }
-        Ok(last.unwrap_or((Stored { orientations: 0, wavelets: 0 }, Render(vec![[0.0; 3]; SIZE * SIZE]))))
+        last.unwrap_or((Stored { orientations: 0, wavelets: 0 }, Render(vec![[0.0; 3]; SIZE * SIZE])))
     }
 
     /// The pictures beside each other, in the exposure of the environment.
@@ -288,8 +275,8 @@ mod tests {
         let scene = scene();
         let exact = scene.exact();
         let harmonics = scene.by_harmonics().unwrap().error(&exact);
-        let few = scene.by_wavelets(Stored { orientations: 7, wavelets: 16 }).unwrap().error(&exact);
-        let many = scene.by_wavelets(Stored { orientations: 1024, wavelets: 256 }).unwrap().error(&exact);
+        let few = scene.by_wavelets(Stored { orientations: 7, wavelets: 16 }).error(&exact);
+        let many = scene.by_wavelets(Stored { orientations: 1024, wavelets: 256 }).error(&exact);
         assert!(harmonics < 0.1 && harmonics < 0.5 * few, "{harmonics} {few}");
         assert!(many < 0.5 * few, "{many} {few}");
     }

@@ -125,7 +125,7 @@ impl Model {
         locked(&self.blobs).contains_key(hash)
     }
 
-    /// Those of the blobs that are not here.
+    /// The digests, among these, of blobs that are not here.
     pub(crate) fn missing(&self, digests: Vec<re::Digest>) -> Result<Vec<re::Digest>, Status> {
         let keys = digests.iter().map(key).collect::<Result<Vec<_>, _>>()?;
         let blobs = locked(&self.blobs);

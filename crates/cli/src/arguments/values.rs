@@ -89,7 +89,6 @@ pub(super) fn modes() -> String {
     format!("How to shade it first: {} or {last}", first.join(", "))
 }
 
-/// A mode by its name.
 pub(super) fn mode(text: &str) -> Result<Mode, String> {
     Mode::from_name(text).ok_or_else(|| unknown("such mode", text, &Mode::ALL.map(Mode::name)))
 }
@@ -108,7 +107,6 @@ pub(super) fn exposure(text: &str) -> Result<f64, String> {
     stops.ok_or_else(|| "expected a number of stops from -24 to 24, such as -1.5".into())
 }
 
-/// The name of a PNG file.
 pub(super) fn png_file(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     let is_png = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));

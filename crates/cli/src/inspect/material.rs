@@ -36,7 +36,6 @@ pub(super) fn of_artifact(bytes: &[u8]) -> Option<Material> {
     tensors::decode_material(bytes).ok()
 }
 
-/// The facts of a material file.
 pub(super) fn facts(file: &Path, bytes: &[u8], found: &MaterialFile) -> Facts {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let format = MeasuredFormat::of_name(&name).map_or("TOML", MeasuredFormat::name);

@@ -10,9 +10,6 @@ use crate::png_file;
 
 /// Draws to the PNG file `place` and returns the file's path and size; `None` if there is nothing to draw.
 /// The title is the name of the inspected file.
-///
-/// # Errors
-/// If the file cannot be written.
 pub(super) fn draw(
     file: &Path,
     picture: impl Fn(&str) -> Option<Picture>,

@@ -35,7 +35,6 @@ pub(crate) use edits::MaterialEdit;
 /// Sends updates to a window.
 type Window = Box<dyn Fn(PreviewUpdate) + Send>;
 
-/// A message that the controller reacts to.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends some of these"))]
 pub(crate) enum PreviewMessage {
     /// An event of the watcher, and when it came.
@@ -44,18 +43,14 @@ pub(crate) enum PreviewMessage {
     Opened(Window),
     /// No window can be opened: draw what it would have shown.
     NoWindow(Box<InitialView>),
-    /// Show this subject.
     Show(Subject),
     /// The watcher begins with the project of this manifest.
     Watched(PathBuf),
-    /// Show these files.
     Dropped(Vec<PathBuf>),
     /// Show what was shown before files were dropped.
     ReturnFromDropped,
-    /// Save the window's state.
     SaveState(String),
     SavePicture(Subject, Picture),
-    /// Edit a material.
     Edit(String, MaterialEdit),
     /// Say how a turn of the light would be written to the manifest.
     ProposeLight(Aim),
@@ -105,7 +100,6 @@ pub(crate) struct PreviewController<'a> {
     /// Stops the watcher: without a window, after a still is drawn.
     cancel: &'a Cancel,
     watched: &'a WatchedProject,
-    /// The project in the window.
     project: Project,
     /// Whether the watcher of the project in the window has not begun.
     awaits_watcher: bool,

@@ -37,9 +37,6 @@ pub(super) struct DroppedProject {
 
 /// The project of files that were dropped, and of those that are shown; or the manifest that was dropped.
 /// Projects of files are written below `cache`.
-///
-/// # Errors
-/// If a file cannot be shown, or the project cannot be written.
 pub(super) fn project_of(
     files: &[PathBuf],
     shown: &Shown<'_>,

@@ -26,12 +26,10 @@ pub(crate) struct PreviewFiles {
 }
 
 impl PreviewFiles {
-    /// The files of a manifest.
     pub(crate) fn beside(manifest: &Path) -> Self {
         Self { folder: manifest.with_file_name(FOLDER), screenshots: manifest.with_file_name(SCREENSHOTS) }
     }
 
-    /// These paths, with another folder for screenshots.
     pub(crate) fn with_screenshots(self, folder: &Path) -> Self {
         Self { screenshots: folder.into(), ..self }
     }
@@ -54,9 +52,6 @@ impl PreviewFiles {
     }
 
     /// Saves the state of a window.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
     pub(crate) fn save_state(&self, json: &str) -> io::Result<()> {
         self.prepare()?;
         engine::replace_file(&self.state_file(), json.as_bytes())
@@ -72,18 +67,12 @@ impl PreviewFiles {
     }
 
     /// Saves that picture.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
     pub(crate) fn save_still(&self, picture: &Picture) -> io::Result<()> {
         self.prepare()?;
         write_picture(&self.still(), picture)
     }
 
     /// Saves a picture of a subject to a new file, `gold-sky-sphere-2.png`, and returns its path.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
     pub(crate) fn save_picture(&self, subject: &Subject, picture: &Picture) -> io::Result<PathBuf> {
         let name = format!("{}-{}-{}", subject.material, subject.environment, subject.mesh);
         let plain = |letter: char| if letter.is_alphanumeric() || letter == '.' { letter } else { '-' };
@@ -121,9 +110,6 @@ impl PreviewFiles {
 }
 
 /// Writes a picture as a PNG.
-///
-/// # Errors
-/// If the file cannot be written.
 pub(crate) fn write_picture(file: &Path, picture: &Picture) -> io::Result<()> {
     png_file::write(file, picture.size.map(|side| side as usize), &picture.codes)
 }

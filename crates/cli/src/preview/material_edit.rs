@@ -106,9 +106,6 @@ impl MaterialEdits {
 
     /// The material with the values that the window gave it, if they are not those of its results: `built` is
     /// what the last build made of the file.
-    ///
-    /// # Errors
-    /// If there is no such material.
     pub(crate) fn material(
         &mut self,
         material: &str,

@@ -36,9 +36,6 @@ pub(crate) struct Project {
 
 impl Project {
     /// The project of some files.
-    ///
-    /// # Errors
-    /// If a file is of no use, or the project cannot be written.
     pub(super) fn of_files(files: &[PathBuf]) -> Result<Self, Exit> {
         let failed = |error: io::Error| {
             print::error(&["cannot prepare a project for these files".into(), error.to_string()], None);
@@ -50,9 +47,6 @@ impl Project {
     }
 
     /// The project of files with absolute paths, in a folder of its own below `cache`.
-    ///
-    /// # Errors
-    /// If it cannot be written.
     pub(super) fn of_assets(
         mut assets: Assets,
         parameters: &ImportParameters,
@@ -95,9 +89,6 @@ fn is_writable(folder: &Path) -> bool {
 }
 
 /// The manifest for some files, relative to the current folder if it is to be kept.
-///
-/// # Errors
-/// If a file is of no use.
 pub(super) fn manifest_to_keep(files: &[PathBuf]) -> Result<String, Exit> {
     let mut assets = named(files)?;
     let parameters = with_layout(&mut assets, &ImportParameters::default());

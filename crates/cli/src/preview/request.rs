@@ -11,9 +11,7 @@ use crate::print::say;
 
 /// A request for a window: what it shows, and how.
 pub(crate) struct WindowRequest<'a> {
-    /// The project that the window shows first.
     pub(crate) project: &'a Project,
-    /// The folder for pictures that somebody takes.
     pub(crate) screenshots: &'a Path,
     pub(crate) kinds: &'a Kinds,
     /// The subject that the window shows first.

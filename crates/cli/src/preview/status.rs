@@ -47,7 +47,6 @@ pub(crate) struct BuildStatus {
     removals: Removals,
 }
 
-/// Changes that were noticed.
 #[derive(Default)]
 struct Changes {
     /// When the first of the changes was noticed, in milliseconds.

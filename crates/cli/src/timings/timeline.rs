@@ -16,7 +16,6 @@ pub(super) type Nanoseconds = u64;
 /// The index of an item in the plan.
 pub(super) type Index = usize;
 
-/// An item of the plan.
 #[derive(Clone, Debug)]
 pub(super) struct TimelineItem {
     pub(super) name: String,

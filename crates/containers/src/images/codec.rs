@@ -45,7 +45,6 @@ pub(crate) enum KnownBy {
     Header(fn(&[u8]) -> bool),
 }
 
-/// What the header of a picture says.
 #[derive(Default)]
 pub(crate) struct HeaderFacts {
     /// Columns and rows as they are stored, before the picture is turned upright.

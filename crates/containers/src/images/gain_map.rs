@@ -48,7 +48,6 @@ pub(crate) struct Parameters {
 }
 
 impl Parameters {
-    /// Checks the numbers.
     pub(crate) fn checked(self) -> Result<Self, Error> {
         let damaged = |channel: usize, what: String| {
             let channel = ["red", "green", "blue"][channel];
@@ -118,7 +117,6 @@ impl GainMap {
         });
     }
 
-    /// The map in a few words.
     pub(crate) fn description(&self) -> String {
         let Parameters { source, gains, base_is_hdr, .. } = &self.parameters;
         let least = gains.iter().fold(f64::INFINITY, |least, gain| least.min(gain.min));

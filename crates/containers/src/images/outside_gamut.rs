@@ -6,7 +6,6 @@ const UNNOTICED: f64 = 1e-4;
 /// The pixels that lay outside of Rec. 709 before they were brought in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct OutsideGamut {
-    /// The number of these pixels.
     pub(crate) pixels: usize,
     /// The number of all pixels.
     pub(crate) of: usize,

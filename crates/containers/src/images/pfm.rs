@@ -17,7 +17,6 @@ use crate::file_part::beginning;
 use crate::format::Format;
 use crate::limits;
 
-/// The longest header that is read.
 const MAX_HEADER: usize = 1 << 12;
 
 pub(crate) const CODEC: Codec = Codec {

@@ -43,7 +43,6 @@ fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     Ok(decoded)
 }
 
-/// The samples of a PNG.
 pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
     let raster = Raster::decoded_by(open(Cursor::new(bytes), bytes.len())?, bytes.len())?;
     let metadata = metadata(&mut Cursor::new(bytes));

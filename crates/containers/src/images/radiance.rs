@@ -199,7 +199,6 @@ fn recipe_parts(mut recipe: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The facts in the header.
 struct Header {
     divisor: [f64; 3],
     chromaticities: Option<Chromaticities>,

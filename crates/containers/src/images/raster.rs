@@ -36,11 +36,9 @@ pub(crate) struct Raster {
     pub(crate) floats: bool,
     /// The samples, native endian, channel by channel within a pixel and row by row from the top.
     pub(crate) samples: Vec<u8>,
-    /// The ICC profile.
     pub(crate) profile: Option<Vec<u8>>,
     /// PNG's cICP, which replaces a profile, as one in the profile itself does.
     pub(crate) code_points: Option<[u8; 4]>,
-    /// JPEG's gain map.
     pub(crate) gain_map: Option<GainMap>,
     /// The other metadata of the file that concern its pixels.
     pub(crate) metadata: Metadata,

@@ -68,7 +68,6 @@ fn metadata(file: &mut (impl BufRead + Seek), page: &Page) -> Metadata {
     metadata
 }
 
-/// The samples of a page.
 fn raster(bytes: &[u8], page: &Page) -> Result<Raster, Error> {
     let planes = if page.planar { page.channels() } else { 1 };
     let size = page.decoded_size().saturating_mul(planes);

@@ -35,7 +35,6 @@ fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
     raster(bytes)?.decode(Format::WebP, wanted)
 }
 
-/// The samples of a WebP.
 pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
     let raster = Raster::decoded_by(open(Cursor::new(bytes), bytes.len())?, bytes.len())?;
     Ok(Raster { metadata: metadata(&mut Cursor::new(bytes)), ..raster })

@@ -100,7 +100,6 @@ fn pieces(mut xml: &str) -> Vec<Piece<'_>> {
     found
 }
 
-/// The names and values of a tag's attributes.
 fn attributes(tag: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = tag;
     std::iter::from_fn(move || {

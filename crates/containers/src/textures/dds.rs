@@ -16,8 +16,7 @@ use std::collections::BTreeMap;
 use super::container::Container;
 use super::texel::{ByteFormat, TexelFormat, foreign_dxgi};
 use super::texture::{Texture, TextureFile};
-use crate::error::{Error, ErrorKind};
-use crate::format::refuse_non_files;
+use crate::error::Error;
 use crate::header_word::{size, word};
 use crate::images::Encoded;
 
@@ -29,7 +28,7 @@ pub(crate) const CONTAINER: Container = Container {
     ending: "dds",
     signature: &MAGIC,
     declares_cube: |first| word(first, 112).is_some_and(|caps| caps & OLD_CUBE != 0),
-    read,
+    parse,
     recipe: |_| None,
 };
 
@@ -128,7 +127,7 @@ pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<En
 /// # Errors
 /// If the file is truncated, damaged, too large, or of another pixel format.
 pub fn read_dds(bytes: &[u8]) -> Result<Texture, Error> {
-    read(bytes).map(|file| file.texture)
+    CONTAINER.read(bytes).map(|file| file.texture)
 }
 
 /// The format of the codes of sRGB with the same bytes: of R8G8B8A8, B8G8R8A8 and B8G8R8X8.
@@ -140,19 +139,7 @@ fn encoded(format: u32) -> u32 {
     }
 }
 
-fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
-    parse(bytes).map_err(|error| error.within(CONTAINER.name))
-}
-
 fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
-    refuse_non_files(bytes)?;
-    if !bytes.starts_with(&MAGIC) {
-        return Err(if MAGIC.starts_with(bytes) {
-            Error::truncated("the file ends before its data does")
-        } else {
-            Error::new(ErrorKind::UnknownFormat, "expected a DDS file, found other first bytes")
-        });
-    }
     let words: Vec<u32> = (1..LENGTH / 4).map_while(|position| word(bytes, 4 * position)).collect();
     let at = |position: usize| {
         words.get(position).copied().ok_or_else(|| Error::truncated("the file ends within its header"))

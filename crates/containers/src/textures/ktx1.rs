@@ -12,7 +12,6 @@ use super::container::Container;
 use super::texel::{ByteFormat, TexelFormat};
 use super::texture::{Texture, TextureFile};
 use crate::error::{Error, ErrorKind};
-use crate::format::refuse_non_files;
 use crate::header_word::{size, word};
 use crate::images::Encoded;
 use crate::recipe;
@@ -26,7 +25,7 @@ pub(crate) const CONTAINER: Container = Container {
     ending: "ktx",
     signature: &IDENTIFIER,
     declares_cube: |first| word(first, 52) == Some(6),
-    read,
+    parse,
     recipe: read_recipe,
 };
 
@@ -150,12 +149,7 @@ fn read_recipe(bytes: &[u8]) -> Option<String> {
     read_key_values(bytes).ok()?.0.remove(KEY)
 }
 
-fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
-    parse(bytes).map_err(|error| error.within(CONTAINER.name))
-}
-
 fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
-    refuse_non_files(bytes)?;
     let header: Vec<u32> = (0..13).map_while(|position| word(bytes, 12 + 4 * position)).collect();
     let &[order, kind, _, _, internal, _, width, height, depth, layers, faces, levels, _] = header.as_slice()
     else {

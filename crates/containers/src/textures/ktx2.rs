@@ -22,7 +22,6 @@ use super::container::Container;
 use super::texel::{ByteFormat, Packed, TexelFormat, foreign_vulkan};
 use super::texture::{Texture, TextureFile, pack_rgba};
 use crate::error::{Error, ErrorKind};
-use crate::format::refuse_non_files;
 use crate::header_word::{size, word};
 use crate::images::Encoded;
 use crate::precision::Precision;
@@ -37,7 +36,7 @@ pub(crate) const CONTAINER: Container = Container {
     ending: "ktx2",
     signature: &IDENTIFIER,
     declares_cube: |first| word(first, 36) == Some(6),
-    read,
+    parse,
     recipe: read_recipe,
 };
 
@@ -123,7 +122,7 @@ pub fn write_ktx2_rgba(
 /// # Errors
 /// If the file is truncated, damaged, too large, or of another pixel format or compression.
 pub fn read_ktx2(bytes: &[u8]) -> Result<Texture, Error> {
-    read(bytes).map(|file| file.texture)
+    CONTAINER.read(bytes).map(|file| file.texture)
 }
 
 fn write_levels(
@@ -298,19 +297,7 @@ fn read_recipe(bytes: &[u8]) -> Option<String> {
     read_key_values(bytes).ok()?.remove(KEY)
 }
 
-fn read(bytes: &[u8]) -> Result<TextureFile, Error> {
-    parse(bytes).map_err(|error| error.within(CONTAINER.name))
-}
-
 fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
-    refuse_non_files(bytes)?;
-    if !bytes.starts_with(&IDENTIFIER) {
-        return Err(if IDENTIFIER.starts_with(bytes) {
-            Error::truncated("the file ends before its data does")
-        } else {
-            Error::new(ErrorKind::UnknownFormat, "expected a KTX2 file, found other first bytes")
-        });
-    }
     let [format, _, width, height, depth, layers, faces, levels, scheme] = [0, 1, 2, 3, 4, 5, 6, 7, 8]
         .map(|position| word(bytes, 12 + 4 * position))
         .into_iter()

@@ -18,7 +18,7 @@ pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
     let container = container_of(bytes);
     let container =
         container.ok_or_else(|| Error::new(ErrorKind::UnknownFormat, "neither a KTX nor a DDS file"))?;
-    (container.read)(bytes)
+    container.read(bytes)
 }
 
 /// The container that the bytes begin as.

@@ -216,9 +216,6 @@ pub struct TextureFile {
 }
 
 /// Four channels of a texture of these sizes, little endian.
-///
-/// # Errors
-/// The errors of [`Texture::pack`].
 pub(crate) fn pack_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision) -> Result<Packed, Error> {
     if let Some(error) = sizes.size_error(1) {
         return Err(Error::new(ErrorKind::Unwritable, error.to_string()));

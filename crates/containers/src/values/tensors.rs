@@ -53,7 +53,7 @@ mod transfer;
 
 use crate::error::{Error, ErrorKind};
 use crate::recipe::KEY;
-use file::{TensorFile, Writer, not_finite, wrong_shape};
+use file::{TensorFile, Writer, check_finite, colours, wrong_shape};
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use light_field::{decode_light_field, encode_light_field};
@@ -240,12 +240,10 @@ pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
 pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let LatLong { width, height } = environment.grid();
     let values = environment.pixels().as_flattened();
-    if let Some(first) = values.iter().position(|value| !value.is_finite()) {
-        return Err(not_finite("radiance", first, ErrorKind::Unwritable));
-    }
+    check_finite("radiance", values, ErrorKind::Unwritable)?;
     let mut file = Writer::new("environment", recipe);
     file.data.reserve_exact(4 * values.len());
-    file.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    file.extend_f32(values);
     file.tensor("radiance", "F32", &[height, width, 3]);
     Ok(file.finish())
 }
@@ -261,15 +259,8 @@ pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
     let &[height, width, 3] = tensor.shape() else {
         return Err(wrong_shape(NAME, "[height, width, 3]", tensor.shape()));
     };
-    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-    let pixels: Vec<[f32; 3]> = tensor
-        .data()
-        .chunks_exact(12)
-        .map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])])
-        .collect();
-    if let Some(first) = pixels.as_flattened().iter().position(|value| !value.is_finite()) {
-        return Err(not_finite(NAME, first, ErrorKind::Damaged));
-    }
+    let pixels = colours(&tensor);
+    check_finite(NAME, pixels.as_flattened(), ErrorKind::Damaged)?;
     Environment::new(LatLong { width, height }, pixels)
         .ok_or_else(|| wrong_shape(NAME, "[height, width, 3], none of them 0", tensor.shape()))
 }

@@ -151,8 +151,8 @@ fn intensity_multiplies_the_cube() {
     }
 }
 
-/// The same document as a `.glb` whose images are parts of the binary chunk, behind white space as JSON, and
-/// beside a file.
+/// A document whose images are in data URIs is also read as a `.glb` whose images are parts of the binary
+/// chunk, as JSON behind white space, and with its images in files beside it.
 #[test]
 fn images_are_read_from_the_binary_chunk() {
     use base64::Engine as _;

@@ -6,34 +6,13 @@ use std::path::Path;
 /// Joins every text of one folder with every text of another.
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.left]
-kind = "text-source"
-source = "left/*.txt"
-
-[stage.right]
-kind = "text-source"
-source = "right/*.txt"
-
-[stage.loud-left]
-kind = "suffix"
-input = "left"
-text = "!"
-
-[stage.loud-right]
-kind = "suffix"
-input = "right"
-text = "!!"
-
-[stage.pair]
-kind = "concat"
-inputs = { left = "loud-left", right = "loud-right" }
-
-[stage.file]
-kind = "write"
-input = "pair"
-path = "{left}/{right}/text"
+[stage]
+left = { kind = "text-source", source = "left/*.txt" }
+right = { kind = "text-source", source = "right/*.txt" }
+loud-left = { kind = "suffix", input = "left", text = "!" }
+loud-right = { kind = "suffix", input = "right", text = "!!" }
+pair = { kind = "concat", inputs = { left = "loud-left", right = "loud-right" } }
+file = { kind = "write", input = "pair", path = "{left}/{right}/text" }
 "#;
 
 /// Writes a project of 200 texts by 200 others: 80,800 items, of which 40,000 are files.

@@ -136,7 +136,6 @@ struct Trial {
     _folder: TempDir,
 }
 
-/// The results of a trial.
 struct Results {
     records: Vec<Option<Record>>,
     state: State,

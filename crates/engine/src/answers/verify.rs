@@ -157,10 +157,8 @@ pub fn verify(
     })
 }
 
-/// The content of a file that is to be verified.
 struct FileContent {
     digest: Digest,
-    /// The recipe that the file holds.
     recipe: Option<String>,
 }
 

@@ -56,12 +56,10 @@ impl UpToDateCheck<'_> {
         causes
     }
 
-    /// The causes of the last run of an item.
     pub(crate) fn last_causes(&self, item: ItemIndex) -> Vec<Cause> {
         self.record(item).map_or_else(Vec::new, |record| self.causes_of(item, &record))
     }
 
-    /// The causes of a run, by its record.
     pub(crate) fn causes_of(&self, item: ItemIndex, record: &Record) -> Vec<Cause> {
         if record.causes.is_empty() {
             // Each reason is a cause itself, or the record is older than causes are.

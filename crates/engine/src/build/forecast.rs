@@ -86,7 +86,6 @@ pub(crate) enum Forecast {
         /// Whether the result is that of an earlier run than the last.
         restored: bool,
     },
-    /// The item would run, for these reasons.
     Runs(Vec<Reason>),
 }
 

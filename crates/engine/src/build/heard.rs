@@ -6,7 +6,6 @@ use std::sync::mpsc::Receiver;
 
 /// A watcher's part in a build.
 pub(crate) struct WatchedBuild<'w> {
-    /// What the watcher has heard of.
     pub(crate) heard: HeardChanges,
     /// Becomes the exported files, relative to `out`, that the build removed, even if it fails afterwards.
     pub(crate) removed: &'w mut HashSet<String>,

@@ -22,7 +22,6 @@ pub(crate) const ITEM: &str = "item.json";
 pub(crate) const FILES: &str = "files";
 pub(crate) const REPORT: &str = "outputs/report.json";
 
-/// The place of an input artifact.
 pub(crate) fn artifact_place(digest: Digest) -> String {
     format!("artifacts/{digest}")
 }
@@ -43,7 +42,6 @@ pub(crate) fn file_place(name: &str) -> String {
     format!("elsewhere/{}/{file}", &folder[..16])
 }
 
-/// An item to run.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ItemRequest {
     pub(crate) format: u32,
@@ -71,14 +69,12 @@ pub(crate) struct ItemRequest {
     pub(crate) folders: Vec<KnownFolder>,
 }
 
-/// The artifacts at a port.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PortInputs {
     pub(crate) port: String,
     pub(crate) items: Vec<InputArtifact>,
 }
 
-/// An artifact at a port.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputArtifact {
     /// The key of the item that made the artifact, for a kind that shows names; otherwise empty.
@@ -104,7 +100,6 @@ pub(crate) struct KnownFolder {
     pub(crate) entries: Option<Vec<(String, bool)>>,
 }
 
-/// The report on a run of an item.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ItemReport {
     pub(crate) end: ItemEnd,
@@ -114,11 +109,9 @@ pub(crate) struct ItemReport {
     pub(crate) reads: Vec<FileRead>,
 }
 
-/// The end of a run.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ItemEnd {
-    /// The item made these outputs.
     Made(Vec<Blob>),
     /// The item reads what was not sent: the names of files and folders, and what is asked of each.
     Needs(Vec<(String, ReadKind)>),

@@ -59,9 +59,6 @@ impl Published {
     }
 
     /// Whether a file is as it was published.
-    ///
-    /// # Errors
-    /// If it cannot be read.
     pub(crate) fn describes(&self, found: &Metadata, place: &Path) -> io::Result<bool> {
         Ok(self.content(found, place)?.is_some_and(|content| self.published(content)))
     }
@@ -72,9 +69,6 @@ impl Published {
     }
 
     /// The digest of the file at the place of this one; a link or folder has none.
-    ///
-    /// # Errors
-    /// If it cannot be read.
     pub(crate) fn content(&self, found: &Metadata, place: &Path) -> io::Result<Option<Digest>> {
         if !found.is_file() {
             Ok(None)
@@ -140,7 +134,6 @@ impl<'a> Ledger<'a> {
         let _ = self.wanted.set(sorted(subjects.into_iter()));
     }
 
-    /// The line of a file.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
         let subject = self.subject(file);
         let line = self.journal.get::<Published>(Tag::Published, subject);
@@ -271,7 +264,6 @@ impl<'a> Ledger<'a> {
         self.write(file, Published { digest, stamp: Some(stamp), settled, ..self.blank(item, file) })
     }
 
-    /// The line of a file that has been removed.
     pub(crate) fn removal(&self, file: &str) -> Line {
         Line::new::<()>(Tag::Published, self.subject(file), None)
     }
@@ -351,12 +343,10 @@ pub(crate) fn out_name(plan: &Plan) -> String {
     path_name(plan.manifest.parent().unwrap_or(Path::new(".")), &plan.out)
 }
 
-/// The subject of a file's line.
 fn subject_of(manifest: &str, out: &str, file: &str) -> Subject {
     subject(&[manifest, out, file])
 }
 
-/// Whether a file is at a place, or in a folder there.
 fn is_at_or_below(file: &str, place: &str) -> bool {
     file.strip_prefix(place).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }

@@ -18,7 +18,6 @@ pub(crate) struct Ran {
     pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
     /// The contents of exported files, if they are in memory; `None` for each that the item leaves out.
     pub(crate) files: Option<Vec<Option<Vec<u8>>>>,
-    /// The files that the run read.
     pub(crate) reads: Vec<FileRead>,
     /// Their paths, by which a watcher knows them; of a run on another machine, none.
     pub(crate) paths: Vec<PathBuf>,
@@ -96,7 +95,6 @@ pub(crate) struct Refusal {
 }
 
 impl Refusal {
-    /// A refusal because of a property of the item.
     pub(crate) fn of_item(because: impl Into<String>) -> Self {
         Self { because: because.into(), trouble: None }
     }

@@ -49,10 +49,8 @@ pub(crate) enum PublishEvent {
     Note(String),
 }
 
-/// Why files could not be published.
 #[derive(Debug)]
 pub(crate) enum PublishError {
-    /// A result is no longer in the store.
     ResultLost,
     /// A file or folder is in the way, or cannot be written.
     Error(Error),
@@ -64,7 +62,6 @@ impl From<Error> for PublishError {
     }
 }
 
-/// Publishes the files of one plan.
 pub(crate) struct Publisher<'a> {
     state: &'a State,
     plan: &'a Plan,
@@ -74,7 +71,6 @@ pub(crate) struct Publisher<'a> {
     folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that no item exports any more, by their former item.
     stale: BTreeMap<ItemName, Vec<String>>,
-    /// The files that this build has removed.
     removed: Mutex<HashSet<String>>,
     /// The folders of those files.
     emptied_folders: Mutex<HashSet<PathBuf>>,
@@ -85,7 +81,6 @@ pub(crate) struct Publisher<'a> {
     next: AtomicU64,
 }
 
-/// An action that has to be done for a file.
 struct Action {
     file: String,
     blob: Blob,
@@ -142,7 +137,6 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    /// The ledger's line of a file.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
         self.ledger.entry(file)
     }
@@ -487,7 +481,6 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
     serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
 }
 
-/// Removes a folder and its subfolders if they are empty.
 fn remove_empty_folders(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {

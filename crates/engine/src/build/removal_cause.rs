@@ -12,7 +12,6 @@ use crate::key::{Digest, ItemKey};
 use crate::plan::{ItemIndex, Plan, StageIndex};
 use crate::storage::{ReadKind, Record, Tag};
 
-/// Finds out why the files of items are removed.
 pub(crate) struct RemovalCauses<'a> {
     check: &'a UpToDateCheck<'a>,
     items: OnceLock<HashMap<ItemName, ItemIndex>>,

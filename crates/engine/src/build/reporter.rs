@@ -4,21 +4,17 @@ use std::time::Instant;
 
 use crate::event::{Event, Summary};
 
-/// Reports the events of a build.
 #[derive(Clone, Copy)]
 pub(crate) struct Reporter<'e> {
-    /// Started at the begin of the build.
     pub(crate) clock: Instant,
     pub(crate) events: &'e (dyn Fn(Event) + Sync),
 }
 
 impl<'e> Reporter<'e> {
-    /// A reporter for a build that begins now.
     pub(crate) fn new(events: &'e (dyn Fn(Event) + Sync)) -> Self {
         Self { clock: Instant::now(), events }
     }
 
-    /// Reports the end of the build.
     pub(crate) fn end(self, mut summary: Summary) -> Summary {
         summary.milliseconds = self.clock.elapsed().as_secs_f64() * 1e3;
         (self.events)(Event::Ended(summary.clone()));

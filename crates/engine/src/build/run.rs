@@ -45,7 +45,6 @@ pub(crate) struct RunContext<'a> {
     pub(crate) gate: Arc<Gate>,
     /// Whether the warnings of results that are up to date are reported again.
     pub(crate) repeat_warnings: bool,
-    /// Whether the scratch folders of items that fail are kept.
     pub(crate) keep_scratch: bool,
     /// The shared cache where results are also stored, and found.
     pub(crate) shared: Option<&'a SharedCacheOptions>,
@@ -56,7 +55,6 @@ pub(crate) struct RunContext<'a> {
 /// The artifacts at a port, sorted by key.
 pub(crate) type Inputs = Vec<(ItemKey, Arc<Handle>)>;
 
-/// An item that is to run, with its inputs.
 pub(crate) struct RunRequest {
     pub(crate) item: ItemIndex,
     pub(crate) key: Digest,
@@ -211,7 +209,6 @@ impl RunContext<'_> {
         Some(record)
     }
 
-    /// Gives a result to the shared cache.
     fn share(&self, item: ItemIndex, record: &Record) {
         let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
         let Some(options) = self.shared.filter(|_| stage.configured.is_shared()) else { return };
@@ -254,9 +251,6 @@ impl RunContext<'_> {
     }
 
     /// Puts an item's files in place, and removes those that it no longer exports.
-    ///
-    /// # Errors
-    /// The errors of [`Publisher::publish`].
     pub(crate) fn publish(
         &self,
         item: ItemIndex,
@@ -299,7 +293,6 @@ impl RunContext<'_> {
         Some(Arc::new(self.handle(name, digest).with_value(value)))
     }
 
-    /// A handle on a stored artifact.
     pub(crate) fn handle(&self, type_name: &'static str, digest: Digest) -> Handle {
         let store = Arc::clone(&self.check.state.store);
         Handle::new(type_name, digest, move || match store.get(digest) {
@@ -377,7 +370,6 @@ impl RunContext<'_> {
         Ok(output)
     }
 
-    /// Stores the output of a run.
     fn store(&self, output: Result<Output, Failure>, ran: Ran) -> Ran {
         let store = &self.check.state.store;
         let output = match output {
@@ -430,7 +422,6 @@ fn changing<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
     reads.iter().find_map(|read| differs(read).then_some(&read.path))
 }
 
-/// The failure of an item because of an error of the engine.
 pub(crate) fn failure_of(error: Error) -> Failure {
     Failure {
         chain: error.chain().to_vec(),
@@ -440,7 +431,6 @@ pub(crate) fn failure_of(error: Error) -> Failure {
     }
 }
 
-/// The failure of an item whose kind panicked.
 pub(crate) fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
     bug(kind, &format!("panicked: {}", message_of(panic)))
 }

@@ -113,7 +113,6 @@ fn run(
     (made, [context.warnings(), context.notes()], reads)
 }
 
-/// The kind with its parameters.
 fn configured<'k>(
     request: &ItemRequest,
     kinds: &'k Kinds,
@@ -225,7 +224,6 @@ struct SentFiles {
     /// The place of each file here; `None` if there is none of this name at home.
     files: BTreeMap<String, Option<PathBuf>>,
     folders: BTreeMap<String, Option<Vec<(String, bool)>>>,
-    /// The folders of programs.
     programs: Vec<PathBuf>,
     /// The places that were read and are not here, in order.
     missing: Mutex<Vec<(String, ReadKind)>>,
@@ -252,7 +250,6 @@ impl SentFiles {
         path_name(&self.root, path)
     }
 
-    /// Whether a path is that of a program of this machine.
     fn is_program(&self, path: &Path) -> bool {
         is_in_one_of(path, &self.programs)
     }

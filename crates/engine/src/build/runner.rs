@@ -41,7 +41,6 @@ pub(crate) trait Runner<'a>: Send {
     /// place has the number.
     fn start(&mut self, job: Job, threads: &Threads<'_, 'a>);
 
-    /// Notes that the task of a worker has ended.
     fn ended(&mut self, worker: usize);
 
     /// The server whose machines do the tasks, for messages; `None`: they are done on this machine.
@@ -67,7 +66,6 @@ pub(crate) trait Runner<'a>: Send {
 #[derive(Clone, Copy)]
 pub(crate) struct Candidate {
     pub(crate) item: ItemIndex,
-    /// Whether somebody looks at it.
     pub(crate) is_wanted: bool,
     /// Whether it has to run again because its stored result is lost.
     pub(crate) is_lost: bool,
@@ -75,13 +73,11 @@ pub(crate) struct Candidate {
 
 /// A task of an item, with what it needs.
 pub(crate) enum Request {
-    /// Run the item.
     Run(RunRequest),
     /// Read the stored artifact of the item for those that need it.
     Fetch(ItemIndex, Digest),
     /// Ask other machines for the result with this key.
     Find(ItemIndex, Digest),
-    /// Publish these outputs.
     Publish(ItemIndex, Vec<Blob>),
 }
 
@@ -126,11 +122,9 @@ pub(crate) enum Message {
     Panicked(ItemIndex, String),
 }
 
-/// A task that has ended.
 pub(crate) struct Ended {
     pub(crate) item: ItemIndex,
     pub(crate) work: Work,
-    /// The place where it was done.
     pub(crate) place: usize,
     pub(crate) worker: usize,
     pub(crate) begun: Instant,
@@ -138,10 +132,8 @@ pub(crate) struct Ended {
     pub(crate) message: Message,
 }
 
-/// A task to start.
 pub(crate) struct Job {
     pub(crate) request: Request,
-    /// Whether somebody looks at the item.
     pub(crate) is_wanted: bool,
     pub(crate) receipt: Receipt,
 }
@@ -183,7 +175,6 @@ impl Receipt {
 /// A task on its way to a thread.
 pub(crate) type Act<'a> = Box<dyn FnOnce() + Send + 'a>;
 
-/// The threads of a build.
 pub(crate) struct Threads<'t, 'a> {
     /// The threads for items that nobody waits for.
     pub(crate) others: &'t Scope<'a>,

@@ -20,7 +20,6 @@ use crate::storage::{Disk, Read, ReadKind, SearchPath, digest_now, normal};
 
 /// The files that an item's result depends on.
 pub(crate) enum Dependencies {
-    /// No files yet.
     None,
     /// The files that an earlier run read and that have not changed since.
     Recorded(Box<[Read]>),
@@ -86,7 +85,6 @@ impl RunningBuild {
         }
     }
 
-    /// The digests of files, as this build sees them.
     pub(crate) fn disk(&self) -> &Disk {
         &self.disk
     }
@@ -107,7 +105,6 @@ impl RunningBuild {
         Dependent(items)
     }
 
-    /// Sets the files that an item's result depends on.
     pub(crate) fn set_dependencies(&self, item: ItemIndex, dependencies: Dependencies) {
         self.dependencies.lock()[item] = dependencies;
     }

@@ -48,7 +48,6 @@ pub(crate) use reports::event_of;
 /// How often a build that works looks at what is wanted.
 const WANTED_INTERVAL: Duration = Duration::from_millis(20);
 
-/// A running build.
 pub(crate) struct Scheduler<'a, 'e> {
     context: &'a RunContext<'a>,
     check: &'a UpToDateCheck<'a>,
@@ -152,7 +151,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Runs all tasks, each in its place.
     fn run_tasks(&mut self, threads: &Threads<'_, 'a>) {
         loop {
             self.look();
@@ -190,7 +188,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         is_complete.collect()
     }
 
-    /// What the build did.
     pub(crate) fn into_summary(self) -> Summary {
         self.summary
     }
@@ -223,7 +220,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if self.is_stopping() { None } else { self.to_check.pop().map(|Reverse(item)| item) }
     }
 
-    /// The most urgent task that can start now.
     fn next_task(&mut self) -> Option<Next> {
         if self.is_stopping() { None } else { self.places.next() }
     }
@@ -336,7 +332,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.items[item].place = place + 1;
     }
 
-    /// Whether an item runs, or ran, on another machine.
     fn has_run_elsewhere(&self, item: ItemIndex) -> bool {
         self.places.host(self.items[item].place).is_some()
     }

@@ -36,7 +36,6 @@ pub struct BuildSession {
     pub(crate) watched: Option<WatchedChanges>,
     /// The build that runs, or the last one.
     running: Mutex<Weak<RunningBuild>>,
-    /// The warnings of the last plan.
     pub(crate) reported_warnings: Mutex<Vec<String>>,
 }
 
@@ -84,14 +83,12 @@ impl WatchedChanges {
         Self { unfinished, may_have_missed_writers, is_looking, looked, report }
     }
 
-    /// Notes that a build begins.
     fn begin(&self) {
         *self.looked.lock() = None;
         let is_needed = self.may_have_missed_writers.swap(false, Ordering::Relaxed);
         self.is_looking.fetch_or(is_needed, Ordering::Relaxed);
     }
 
-    /// Notes that a build was completed.
     pub(crate) fn completed(&self) {
         self.is_looking.store(false, Ordering::Relaxed);
     }
@@ -145,7 +142,6 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(200);
 pub(crate) struct SavedState {
     /// The journal as the last build left it.
     pub(crate) journal: Option<Journal>,
-    /// The items as the last build left them.
     pub(crate) last_build: Option<LastBuild>,
     /// The bytes stored since the size of the cache was last computed.
     pub(crate) stored: u64,
@@ -214,7 +210,6 @@ impl BuildSession {
         *self.running.lock() = Arc::downgrade(running);
     }
 
-    /// Starts the set of files that the items of a new build read.
     pub(crate) fn begin_reads(&self) -> Arc<ReadSet> {
         let reads = Arc::<ReadSet>::default();
         self.reads.lock().1 = Arc::clone(&reads);

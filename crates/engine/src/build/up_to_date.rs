@@ -38,7 +38,6 @@ pub(crate) struct StageInfo {
     pub(crate) many: HashSet<String>,
 }
 
-/// Checks which items of a plan are up to date.
 pub(crate) struct UpToDateCheck<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a State,
@@ -56,7 +55,6 @@ pub(crate) struct UpToDateCheck<'a> {
     known: Option<KnownItems>,
     /// Results that a shared cache has of items whose own are out of date.
     shared: HashMap<ItemIndex, Record>,
-    /// Whether there is a shared cache.
     has_shared: bool,
     /// The items for which the shared cache was asked in vain.
     missed: HashSet<ItemIndex>,
@@ -75,7 +73,6 @@ pub(crate) struct KnownItems {
 
 /// Whether an item's result is in the cache.
 pub(crate) enum Freshness {
-    /// The result is in the cache.
     Current {
         outputs: Vec<Blob>,
         /// The record of the run that made them, if that is not the latest record.
@@ -83,7 +80,6 @@ pub(crate) enum Freshness {
         /// The server where the result was found in this build, if it was one of another machine.
         host: Option<String>,
     },
-    /// The item has to run.
     Run,
 }
 
@@ -219,7 +215,6 @@ impl<'a> UpToDateCheck<'a> {
         self.current[item] && self.is_known_complete(item)
     }
 
-    /// The digest of an item's artifact, by its latest record.
     fn latest_digest(&self, item: ItemIndex) -> Digest {
         let made = self.unfiltered_latest(item).and_then(|latest| latest.outputs().first());
         made.map_or(Digest([0; 32]), |blob| blob.digest)
@@ -512,7 +507,6 @@ impl<'a> UpToDateCheck<'a> {
     }
 }
 
-/// The subject of an item's latest record.
 pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subject {
     let mut parts = vec![manifest, stage];
     parts.extend(key.iter().flat_map(|(stage, stem)| [stage, stem]));

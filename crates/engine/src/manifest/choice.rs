@@ -50,13 +50,11 @@ pub trait Choice: Copy + PartialEq + 'static {
     }
 }
 
-/// The words of some values, in their order.
 fn words_of<T: Choice>(among: &[T]) -> Vec<(&'static str, &'static str, T)> {
     let words = T::words();
     among.iter().filter_map(|value| words.iter().find(|(.., other)| other == value).copied()).collect()
 }
 
-/// All values of a choice.
 fn all<T: Choice>() -> Vec<T> {
     T::words().into_iter().map(|(.., value)| value).collect()
 }

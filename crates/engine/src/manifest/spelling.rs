@@ -61,7 +61,6 @@ impl Spelling {
         self.spend(Self::NAME * names);
     }
 
-    /// Whether the budget is spent.
     pub(crate) fn is_used_up(&self) -> bool {
         self.budget.get() == 0
     }

@@ -110,7 +110,6 @@ impl Report<'_> {
         })
     }
 
-    /// The source file of a stage with this stem.
     fn source(&self, stage: &str, stem: &str) -> Option<String> {
         let stage = self.graph.nodes.iter().position(|node| node.name == *stage)?;
         let asset = self.assets[stage].iter().find(|asset| *asset.stem == *stem)?;

@@ -123,7 +123,6 @@ pub(crate) struct FolderQueries {
 pub(crate) struct RecordingFolders(RefCell<FolderQueries>);
 
 impl RecordingFolders {
-    /// The questions that were asked of the folders.
     pub(crate) fn queries(self) -> FolderQueries {
         self.0.into_inner()
     }

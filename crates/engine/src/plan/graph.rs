@@ -52,7 +52,6 @@ pub(crate) struct Node {
     pub(crate) template: Option<Template>,
 }
 
-/// A connection of a port.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
     /// The index of the port; `None` if the kind or the port is unknown.

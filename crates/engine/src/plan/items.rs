@@ -28,7 +28,6 @@ use crate::kinds::{NamedPath, Product};
 use crate::manifest::{Diagnostic, ValueKind};
 use crate::storage::lies_in;
 
-/// The most items of a plan.
 const MOST_ITEMS: usize = 1_000_000;
 /// The most inputs of a plan's items, those at `many` ports included.
 const MOST_INPUTS: usize = 16_000_000;

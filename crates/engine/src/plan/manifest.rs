@@ -57,7 +57,6 @@ pub(crate) struct Declaration {
     pub(crate) parameters: Table,
 }
 
-/// The keys of a manifest.
 #[derive(Clone, Debug)]
 pub(crate) struct Manifest {
     pub(crate) out: Key<String>,

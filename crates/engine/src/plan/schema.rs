@@ -68,7 +68,6 @@ fn of_field(field: &Field) -> Value {
     schema.into()
 }
 
-/// The schema of a stage of this kind.
 fn of_kind(kind: &dyn ErasedKind) -> Value {
     let summary = kind.summary();
     let mut properties = Map::new();

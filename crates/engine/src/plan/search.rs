@@ -12,7 +12,6 @@ use crate::kinds::HOW_TO_READ_EXPORTS;
 use crate::manifest::{Diagnostic, Spelling};
 use crate::storage::{BrokenLink, lies_in};
 
-/// The most folders that one glob searches.
 const MAX_FOLDERS: usize = 1 << 16;
 
 /// A search for the files of sources, and what was found to be wrong.
@@ -122,7 +121,6 @@ impl Source {
         (search.errors.len() == before).then(|| assets.collect())
     }
 
-    /// The file or folder that a path names.
     fn find(&self, path: &SourcePath, search: &mut Search<'_>) -> Vec<(PathBuf, Found)> {
         let error = |message: String| Diagnostic::at(path.span.clone(), message);
         if self.leads_into_out(&path.root, search.folders) {
@@ -151,7 +149,6 @@ impl Source {
         Vec::new()
     }
 
-    /// The files that a glob matches.
     fn search(&self, path: &SourcePath, glob: &Glob, search: &mut Search<'_>) -> Vec<(PathBuf, Found)> {
         let folders = search.folders;
         let before = search.errors.len();
@@ -298,7 +295,6 @@ impl Source {
         if search.spelling.is_used_up() { error } else { error.help(self.surroundings(path, search)) }
     }
 
-    /// Describes what exists near the path.
     fn surroundings(&self, path: &SourcePath, search: &Search<'_>) -> String {
         let Search { folders, spelling, .. } = search;
         let plain = resolved(&path.root);

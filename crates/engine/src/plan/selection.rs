@@ -15,7 +15,6 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
-    /// Everything.
     pub(crate) fn all(plan: &Plan) -> Self {
         Self {
             items: vec![true; plan.items.len()],
@@ -25,9 +24,6 @@ impl Selection {
     }
 
     /// The stages and the items with these names, and all that they need; no names mean everything.
-    ///
-    /// # Errors
-    /// If there is no such stage or item.
     pub(crate) fn of(plan: &Plan, names: &[String]) -> Result<Self, Error> {
         if names.is_empty() {
             return Ok(Self::all(plan));
@@ -64,9 +60,6 @@ impl Selection {
 
     /// Makes the items with these names (no names mean all) run even if they are up to date, but not those
     /// that they need.
-    ///
-    /// # Errors
-    /// If there is no such stage or item.
     pub(crate) fn forced(mut self, plan: &Plan, names: &[String]) -> Result<Self, Error> {
         let named = if names.is_empty() { Self::all(plan) } else { Self::named(plan, names)? };
         let is_named = |(index, item): (ItemIndex, &Item)| named.items[index] || named.stages[item.stage];
@@ -74,12 +67,10 @@ impl Selection {
         Ok(self)
     }
 
-    /// Whether an item runs even if it is up to date.
     pub(crate) fn is_forced(&self, item: ItemIndex) -> bool {
         self.forced.get(item).copied().unwrap_or(false)
     }
 
-    /// Whether an item is selected.
     pub(crate) fn has(&self, item: ItemIndex) -> bool {
         self.items[item]
     }
@@ -89,7 +80,6 @@ impl Selection {
         self.stages[stage]
     }
 
-    /// The number of items.
     pub(crate) fn items(&self) -> usize {
         self.items.iter().filter(|selected| **selected).count()
     }

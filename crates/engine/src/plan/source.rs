@@ -33,7 +33,6 @@ pub struct Source {
     pub(super) excluded: Vec<SourcePath>,
 }
 
-/// A path or glob of a source.
 #[derive(Clone, Debug)]
 pub(super) struct SourcePath {
     /// The path or glob, without the `!` of what is left out.
@@ -125,7 +124,6 @@ impl Source {
             && !self.excludes(path)
     }
 
-    /// Whether a path is left out.
     pub(super) fn excludes(&self, path: &Path) -> bool {
         self.excluded.iter().any(|excluded| excluded.covers(path))
     }

@@ -33,7 +33,6 @@ impl Template {
         Self { span, parts: std::iter::once(Part::Text(name.into())).chain(stems).collect() }
     }
 
-    /// Parses a `path` of a stage that has these keys.
     pub(crate) fn parse(
         written: &Written<String>,
         stage: &str,
@@ -110,7 +109,6 @@ fn unknown_placeholder(
     }
 }
 
-/// A problem with a path.
 #[derive(Debug)]
 pub(crate) struct Problem {
     /// The end of a sentence that begins with the path.

@@ -103,6 +103,11 @@ fn drawn(plan: &Plan) -> String {
     text
 }
 
+/// Lines, each after what they are about.
+fn marked(subject: &str, lines: &str) -> String {
+    lines.lines().map(|line| format!("{subject}: {line}\n")).collect()
+}
+
 const SOURCES: &str = r#"
 [stage.sky]
 kind = "text-source"

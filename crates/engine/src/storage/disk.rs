@@ -36,7 +36,6 @@ pub(crate) struct Disk {
 pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, ReadKind)>>);
 
 impl ReadSet {
-    /// All places so far, locked.
     pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, ReadKind)>> {
         self.0.lock()
     }
@@ -130,7 +129,6 @@ impl Disk {
     }
 }
 
-/// The subject of a file's stamp.
 pub(crate) fn stamp_subject(path: &Path) -> u128 {
     subject(&[&path.to_string_lossy()])
 }

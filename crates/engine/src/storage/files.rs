@@ -123,9 +123,6 @@ pub(crate) fn is_probe(name: &OsStr) -> bool {
 }
 
 /// The names in a folder, sorted, each with whether it is a folder.
-///
-/// # Errors
-/// If it cannot be read.
 pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path)? {
@@ -140,7 +137,6 @@ pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     Ok(names)
 }
 
-/// The digest of a folder's listing.
 pub(crate) fn listing_digest(names: &[(String, bool)]) -> Digest {
     let mut hasher = blake3::Hasher::new();
     for (name, folder) in names {

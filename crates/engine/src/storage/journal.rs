@@ -157,9 +157,6 @@ impl Journal {
     }
 
     /// Compacts the file to what `retention` keeps.
-    ///
-    /// # Errors
-    /// The errors of [`Journal::compact`].
     pub(crate) fn compact_to(&mut self, mut retention: Retention) -> Result<(), Error> {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
@@ -222,7 +219,7 @@ impl Journal {
         self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
-    /// These subjects of a tag, each with the content of its last line, in the order of the file.
+    /// Some subjects of a tag, each with the content of its last line, in the order of the file.
     pub(crate) fn contents_of<T: DeserializeOwned>(
         &self,
         tag: Tag,
@@ -258,9 +255,6 @@ impl Journal {
     }
 
     /// Appends all lines, or (if the process is killed or the disk is full) the first few.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
     pub(crate) fn append(&self, lines: &[Line]) -> Result<(), Error> {
         let Some(appender) = &self.appender else { return Ok(()) };
         if lines.is_empty() {
@@ -387,7 +381,6 @@ impl Journal {
     }
 }
 
-/// The path of the index beside a journal.
 fn index_of(path: &Path) -> PathBuf {
     path.with_file_name("index")
 }

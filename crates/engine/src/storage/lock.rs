@@ -79,7 +79,6 @@ pub(crate) struct LockRequest<'a> {
     pub(crate) waiting: &'a dyn Fn(String),
 }
 
-/// A locked state folder.
 pub(crate) struct Lock {
     folder: PathBuf,
     purpose: LockPurpose,
@@ -139,9 +138,6 @@ impl Lock {
     }
 
     /// Writes who holds the lock, and returns the file system's time in nanoseconds since 1970.
-    ///
-    /// # Errors
-    /// If the folder cannot be written.
     pub(crate) fn announce(&self) -> Result<i64, Error> {
         let path = self.folder.join("holder");
         let holder = Holder { process: std::process::id(), since: Timestamp::now(), purpose: self.purpose };

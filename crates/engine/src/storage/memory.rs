@@ -16,7 +16,6 @@ use crate::key::Digest;
 type Value = Arc<dyn Any + Send + Sync>;
 type ValueKey = (&'static str, Digest);
 
-/// The values in memory.
 pub(crate) struct Memory {
     limit: u64,
     entries: Mutex<Entries>,
@@ -43,7 +42,6 @@ impl Memory {
         Self { limit, entries: Mutex::default() }
     }
 
-    /// The value of an artifact, if it is in memory.
     pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<Value> {
         let mut entries = self.entries.lock();
         let entries = &mut *entries;

@@ -36,12 +36,10 @@ impl Reader {
         Self { now, cancel: cancel.clone(), stamps: Mutex::default() }
     }
 
-    /// The stamp of a file that was read.
     pub(crate) fn stamp(&self, path: &Path) -> Option<Stamp> {
         self.stamps.lock().get(path).copied()
     }
 
-    /// When a file that was read had been modified.
     pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
         self.stamp(path).as_ref().and_then(Stamp::modified)
     }
@@ -99,7 +97,6 @@ fn read_stable(
     Err(io::Error::new(io::ErrorKind::ResourceBusy, message))
 }
 
-/// Whether a file holds these bytes.
 fn has_content(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
     let (mut file, _) = regular::open(path)?;
     let mut buffer = vec![0; 1 << 16];

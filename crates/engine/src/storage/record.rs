@@ -74,7 +74,6 @@ impl Record {
         }
     }
 
-    /// Kind and revision for messages.
     pub(crate) fn kind_name(&self) -> String {
         kind_name(&self.kind, self.revision)
     }

@@ -43,9 +43,6 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// Unlike [`fs::create_dir_all`] it does not create the folders around it. The project's folder may have been
 /// moved away, and if it came back because of a build that still runs, what is put in its place would land
 /// inside it.
-///
-/// # Errors
-/// If it cannot be created.
 pub(crate) fn create_folder(folder: &Path) -> io::Result<()> {
     match fs::create_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => Ok(()),
@@ -54,9 +51,6 @@ pub(crate) fn create_folder(folder: &Path) -> io::Result<()> {
 }
 
 /// Creates a folder, and those around it that are inside another one.
-///
-/// # Errors
-/// If one cannot be created.
 pub(crate) fn create_folders(inside: &Path, folder: &Path) -> io::Result<()> {
     let mut missing = folder.ancestors().take_while(|above| *above != inside).collect::<Vec<_>>();
     missing.reverse();
@@ -102,9 +96,6 @@ pub(crate) fn read_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Vec
 }
 
 /// The digest of a regular file's content.
-///
-/// # Errors
-/// The errors of [`read_file`].
 pub(crate) fn hash(path: &Path) -> io::Result<Digest> {
     hash_until(path, &|| false)
 }
@@ -121,9 +112,6 @@ pub(crate) fn hash_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Dig
 }
 
 /// Opens a regular file to read, links followed.
-///
-/// # Errors
-/// The errors of [`read_file`].
 pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
     // Checked before it is opened, because opening some devices has effects, and after, because it may have
     // been replaced.
@@ -158,9 +146,6 @@ fn create_new(path: &Path) -> io::Result<File> {
 
 /// Refuses a path in the engine's own folder that is a link, or that exists and is not of the expected type.
 /// Links are refused because they may lead anywhere: the folder may have come with someone else's project.
-///
-/// # Errors
-/// If it is something else.
 pub(crate) fn check_own(path: &Path, folder: bool) -> io::Result<()> {
     let expected = if folder { "a folder" } else { "a file" };
     match fs::symlink_metadata(path) {
@@ -173,7 +158,6 @@ pub(crate) fn check_own(path: &Path, folder: bool) -> io::Result<()> {
     }
 }
 
-/// The names in a folder that are links.
 pub(crate) fn links_in(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let links = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_symlink()));

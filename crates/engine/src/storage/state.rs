@@ -48,9 +48,6 @@ impl State {
     }
 
     /// Locks the folder beside a manifest, and creates it if it does not exist.
-    ///
-    /// # Errors
-    /// The errors of [`Lock::take`].
     pub(crate) fn lock(beside: &Path, request: &LockRequest<'_>) -> Result<Lock, Error> {
         let folder = beside.join(FOLDER);
         check(&folder)?;

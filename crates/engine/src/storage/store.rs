@@ -53,13 +53,9 @@ impl std::ops::Add for Amount {
     }
 }
 
-/// The state of a blob's file.
 pub(crate) enum BlobFile {
-    /// The file contains the blob's bytes.
     Intact(Vec<u8>),
-    /// The file contains other bytes.
     Damaged,
-    /// The file does not exist.
     Missing,
 }
 
@@ -105,7 +101,6 @@ impl Hasher for DigestHasher {
     }
 }
 
-/// Which blobs exist.
 pub(crate) struct Presence<'a> {
     store: &'a Store,
     listed: Option<HashSet<Digest, BuildHasherDefault<DigestHasher>>>,
@@ -163,7 +158,6 @@ impl Store {
         Ok(blob)
     }
 
-    /// How many bytes have been stored so far.
     pub(crate) fn stored(&self) -> u64 {
         self.stored.load(Ordering::Relaxed)
     }
@@ -224,9 +218,6 @@ impl Store {
     }
 
     /// Reads a blob and compares it with its digest; nothing is written.
-    ///
-    /// # Errors
-    /// If the file exists and cannot be read.
     pub(crate) fn read(&self, digest: Digest) -> Result<BlobFile, Error> {
         let place = self.path(digest);
         match read_file(&place) {
@@ -243,9 +234,6 @@ impl Store {
     }
 
     /// Creates the folders, and removes what a killed build left in them.
-    ///
-    /// # Errors
-    /// If the folders cannot be created.
     pub(crate) fn prepare(&self) -> Result<(), Error> {
         let temporary_folder = self.temporary_folder();
         create_folder(&temporary_folder).map_err(|error| Error::io(&error, "create", &temporary_folder))?;
@@ -292,7 +280,6 @@ impl Store {
         amount
     }
 
-    /// Removes the scratch folders that were kept.
     pub(crate) fn remove_kept(&self) {
         let _ = fs::remove_dir_all(self.folder.join(KEPT));
     }

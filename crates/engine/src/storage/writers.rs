@@ -35,7 +35,6 @@ pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> Ha
     found
 }
 
-/// The files that programs have open for writing.
 pub(crate) fn open_for_writing() -> HashSet<Identity> {
     let mut found = HashSet::new();
     for_each_open_file(&mut |path, is_writable| {

@@ -3,8 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
-use crate::build::BuildSession;
-use crate::kinds::{Artifact, Context, Failure, Kind, Output, Port};
+use crate::kinds::Artifact;
 use crate::parameters;
 
 static DECODED: AtomicUsize = AtomicUsize::new(0);
@@ -98,12 +97,16 @@ static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// Twenty imports, each with two consumers, one of which has another.
 fn imports() -> Project {
-    let mut manifest =
-        "schema = 1\nout = \"out\"\n[stage.big]\nkind = \"import\"\nsource = \"*.txt\"\n".to_owned();
-    for (name, input) in [("left", "big"), ("right", "big"), ("end", "left")] {
-        manifest += &format!("[stage.{name}]\nkind = \"add\"\ninput = \"{input}\"\nnumber = 1\n");
-    }
-    let mut project = Project::new(&manifest);
+    let mut project = Project::new(
+        r#"
+schema = 1
+[stage]
+big = { kind = "import", source = "*.txt" }
+left = { kind = "add", input = "big", number = 1 }
+right = { kind = "add", input = "big", number = 1 }
+end = { kind = "add", input = "left", number = 1 }
+"#,
+    );
     project.kinds = Kinds::new().with(Import).with(Add);
     for n in 0..20 {
         project.write(&format!("{n}.txt"), &format!("text {n}"));
@@ -178,15 +181,13 @@ fn memory_replaces_a_damaged_result_and_not_a_lost_one() {
     std::fs::write(project.blob("text 0"), "tixt 0").unwrap();
     std::fs::remove_file(project.blob("text 1")).unwrap();
     project.edit("number = 1", "number = 2");
-    let log = project.build_on(&session);
-    assert!(log.contains("run big [1]: result lost\n") && log.contains("61 ran, 19 up to date"), "{log}");
+    assert_has(project.build_on(&session), ["run big [1]: result lost\n", "61 ran, 19 up to date"]);
     assert_eq!(DECODED.load(Ordering::SeqCst), 0);
     assert_eq!(std::fs::read(project.blob("text 1")).unwrap(), b"text 1");
     assert_eq!(std::fs::read(project.blob("text 0\u{2}\u{2}")).unwrap(), b"text 0\x02\x02");
 
     // A session without the value in memory reads the blob, and so detects the damage.
     project.edit("number = 2", "number = 3");
-    let log = project.build();
-    assert!(log.contains("run big [0]: result lost\n") && log.contains("61 ran, 19 up to date"), "{log}");
+    assert_has(project.build(), ["run big [0]: result lost\n", "61 ran, 19 up to date"]);
     assert_eq!(std::fs::read(project.blob("text 0")).unwrap(), b"text 0");
 }

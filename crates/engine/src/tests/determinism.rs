@@ -2,29 +2,16 @@
 
 use super::*;
 use crate::answers::Determinism;
-use crate::kinds::{Context, Failure, Kind, Output, Port};
-use crate::testkit::{Nothing, Text};
 
 /// A kind as it must not be: its output depends on the number of threads, from the fifth byte on.
 struct Careless;
 
-impl Kind for Careless {
+impl TextKind for Careless {
     type Parameters = Nothing;
     const NAME: &'static str = "careless";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Depends on threads.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = &context.get::<Text>("text")?.0;
-        Output::artifact(Text(format!("{:<4.4}{}", text, "|".repeat(rayon::current_num_threads()))))
+    fn make(_: &Nothing, text: &str, _: &Context<'_>) -> Result<String, Failure> {
+        Ok(format!("{text:<4.4}{}", "|".repeat(rayon::current_num_threads())))
     }
 }
 
@@ -32,36 +19,14 @@ fn project() -> Project {
     let mut project = Project::new(
         r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.careless]
-kind = "careless"
-input = "loud"
-
-[stage.innocent]
-kind = "suffix"
-input = "careless"
-text = "!"
-
-[stage.file]
-kind = "write"
-input = "innocent"
-
-[stage.count]
-kind = "count"
-input = "loud"
-
-[stage.counted]
-kind = "write"
-input = "count"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+loud = { kind = "upper", input = "text" }
+careless = { kind = "careless", input = "loud" }
+innocent = { kind = "suffix", input = "careless", text = "!" }
+file = { kind = "write", input = "innocent" }
+count = { kind = "count", input = "loud" }
+counted = { kind = "write", input = "count" }
 "#,
     );
     project.kinds = kinds().with(Careless);
@@ -111,7 +76,7 @@ fn stages_that_do_not_depend_on_it_are_proven() {
 #[test]
 fn a_failure_proves_nothing_and_is_reported() {
     let project = project();
-    project.edit("kind = \"upper\"", "kind = \"refuse\"\nword = \"gold\"");
+    project.edit("kind = \"upper\"", "kind = \"refuse\", word = \"gold\"");
     let found = check(&project, &["counted"]);
     assert!(found.differences.is_empty() && !found.is_proven());
     let failures = found.failures.iter().map(|failed| format!("{} {}", failed.item, failed.threads));

@@ -9,7 +9,7 @@ use expect_test::expect;
 use parking_lot::Mutex;
 
 use super::shared::{Memory, with_cache};
-use super::{Project, log};
+use super::{Project, assert_has, log};
 use crate::build::{BuildSession, run_item};
 use crate::kinds::Kinds;
 use crate::shared::{Executor, ExecutorOptions, RemoteEnd, RemoteError, RemoteRun, SharedBlob};
@@ -22,7 +22,6 @@ struct Worker {
     runs: AtomicUsize,
     /// The files of each run.
     sent: Mutex<Vec<Vec<String>>>,
-    /// What goes wrong.
     fault: Fault,
     has_told: AtomicBool,
 }
@@ -30,15 +29,15 @@ struct Worker {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
     None,
-    /// It cannot run the program.
+    /// The worker cannot run the program.
     NoProgram,
-    /// It says that failures are known from before.
+    /// The worker says that failures are known from before.
     KnownFailures,
-    /// It does not keep what was made.
+    /// The worker does not keep what was made.
     Forgets,
-    /// It never ends.
+    /// The run never ends.
     Hangs,
-    /// Its server does not answer.
+    /// The server of the worker does not answer.
     Gone,
 }
 
@@ -115,20 +114,11 @@ impl Executor for Worker {
 
 const MANIFEST: &str = r#"
 schema = 1
-[stage.text]
-kind = "text-source"
-source = "texts/*.txt"
-[stage.loud]
-kind = "upper"
-input = "text"
-[stage.marked]
-kind = "suffix"
-input = "loud"
-text = "!"
-[stage.file]
-kind = "write"
-input = "marked"
-path = "{text}"
+[stage]
+text = { kind = "text-source", source = "texts/*.txt" }
+loud = { kind = "upper", input = "text" }
+marked = { kind = "suffix", input = "loud", text = "!" }
+file = { kind = "write", input = "marked", path = "{text}" }
 "#;
 
 fn project(fault: Fault) -> (Project, Arc<Worker>) {
@@ -231,8 +221,7 @@ fn files_that_an_item_names_while_it_runs_are_sent_with_it_again() {
 fn a_program_that_is_found_at_the_same_place_there_is_that_of_this_machine() {
     let (project, worker) = project(Fault::None);
     project.write("texts/a.txt", "program cargo\n");
-    let log = project.build();
-    assert!(log.contains("run text [a] at cluster"), "{log}");
+    assert_has(project.build(), ["run text [a] at cluster"]);
     assert_eq!(project.read("out/a.txt"), "FOUND!");
     assert_eq!(worker.sent.lock()[0], ["item.json", "files/texts/a.txt"], "programs are not sent");
     assert!(project.build().contains("0 ran"));
@@ -260,8 +249,7 @@ fn large_files_are_read_here() {
     let (project, _) = project(Fault::None);
     project.write("texts/a.txt", &"x".repeat(1001));
     let log = project.build();
-    assert!(log.contains("run text [a]: never built\n"), "{log}");
-    assert!(log.contains("run loud [a] at cluster: never built\n"), "{log}");
+    assert_has(&log, ["run text [a]: never built\n", "run loud [a] at cluster: never built\n"]);
 }
 
 #[test]
@@ -272,7 +260,7 @@ fn a_failure_names_its_machine_and_its_file() {
         let (events, _) = project.try_build();
         let log = log(&events);
         let expected = "FAILED text [a]: source texts/a.txt: on rack 7 of cluster: invalid utf-8 sequence";
-        assert!(log.contains(expected), "{log}");
+        assert_has(&log, [expected]);
         // What is known of a failure is not believed.
         assert_eq!(worker.runs.load(Ordering::Relaxed), if fault == Fault::None { 1 } else { 2 });
     }
@@ -302,8 +290,7 @@ fn a_result_that_was_made_elsewhere_is_in_the_cache_for_others() {
     project.build();
     let other = with_cache(&worker.memory, MANIFEST);
     other.write("texts/a.txt", "light");
-    let log = other.build();
-    assert!(log.contains("ended: 0 ran, 4 up to date"), "{log}");
+    assert_has(other.build(), ["ended: 0 ran, 4 up to date"]);
     assert_eq!(other.files("out"), project.files("out"));
 }
 

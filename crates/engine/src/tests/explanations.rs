@@ -11,27 +11,12 @@ use crate::storage::{Cause, ReadKind};
 
 const PAIRS: &str = r#"
 schema = 1
-out = "out"
-
-[stage.light]
-kind = "text-source"
-source = "light/*.txt"
-
-[stage.paint]
-kind = "text-source"
-source = "paint/*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "paint"
-
-[stage.lit]
-kind = "concat"
-inputs = { left = "light", right = "loud" }
-
-[stage.file]
-kind = "write"
-input = "lit"
+[stage]
+light = { kind = "text-source", source = "light/*.txt" }
+paint = { kind = "text-source", source = "paint/*.txt" }
+loud = { kind = "upper", input = "paint" }
+lit = { kind = "concat", inputs = { left = "light", right = "loud" } }
+file = { kind = "write", input = "lit" }
 "#;
 
 fn pairs() -> Project {
@@ -124,8 +109,8 @@ fn every_cause_is_reported_once_even_if_it_came_in_several_ways() {
     .assert_eq(&explained(&project, "lit"));
     // One file at two ports.
     project.edit(
-        "[stage.file]",
-        "[stage.twice]\nkind = \"concat\"\ninputs = { left = \"loud\", right = \"paint\" }\n[stage.file]",
+        "file = ",
+        "twice = { kind = \"concat\", inputs = { left = \"loud\", right = \"paint\" } }\nfile = ",
     );
     project.build();
     project.write("paint/gold.txt", "tin");
@@ -249,20 +234,10 @@ fn a_record_from_before_times_and_causes_is_still_read() {
 
 const TWINS: &str = r#"
 schema = 1
-out = "out"
-
-[stage.paint]
-kind = "text-source"
-source = "paint/*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "paint"
-
-[stage.file]
-kind = "write"
-input = "loud"
-path = "{paint}"
+[stage]
+paint = { kind = "text-source", source = "paint/*.txt" }
+loud = { kind = "upper", input = "paint" }
+file = { kind = "write", input = "loud", path = "{paint}" }
 "#;
 
 /// Two paints with these texts: if the texts are equal, everything made from them has the same key.

@@ -1,33 +1,17 @@
 //! What happens when something fails.
 
-use std::sync::Arc;
-
 use expect_test::expect;
 
 use super::*;
 use crate::error::ErrorKind;
-use crate::kinds::{Context, Failure, Kind, Output, Port};
-use crate::testkit::{Nothing, Text};
 
 const REFUSING: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.checked]
-kind = "refuse"
-input = "text"
-
-[stage.loud]
-kind = "upper"
-input = "checked"
-
-[stage.file]
-kind = "write"
-input = "loud"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+checked = { kind = "refuse", input = "text" }
+loud = { kind = "upper", input = "checked" }
+file = { kind = "write", input = "loud" }
 "#;
 
 fn refusing() -> Project {
@@ -73,8 +57,7 @@ fn a_failure_is_not_cached_and_the_last_good_file_stays() {
     project.build();
     project.write("a.txt", "bad");
     for reasons in ["text text [a] some -> some", "failed before"] {
-        let log = project.build();
-        assert!(log.contains(&format!("run checked [a]: {reasons}\nFAILED checked [a]")), "{log}");
+        assert_has(project.build(), [&format!("run checked [a]: {reasons}\nFAILED checked [a]")]);
         assert_eq!(project.read("out/file/a.txt"), "FINE");
     }
     project.write("a.txt", "fine");
@@ -107,24 +90,13 @@ fn fail_fast_skips_items_that_have_not_started() {
 
 struct Careless;
 
-impl Kind for Careless {
+impl TextKind for Careless {
     type Parameters = Nothing;
     const NAME: &'static str = "upper";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Cannot count to five.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
-        assert!(text.0.len() < 5, "{} is too long", text.0);
-        Output::artifact((*text).clone())
+    fn make(_: &Nothing, text: &str, _: &Context<'_>) -> Result<String, Failure> {
+        assert!(text.len() < 5, "{text} is too long");
+        Ok(text.into())
     }
 }
 
@@ -132,13 +104,9 @@ impl Kind for Careless {
 fn a_panic_is_the_failure_of_its_item() {
     let mut project = refusing();
     project.write("a.txt", "longer");
-    let mut list = Kinds::new().with(Careless);
-    for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
-        list = list.with_erased(Arc::clone(kind));
-    }
-    project.kinds = list;
+    project.kinds = replacing(Careless);
     let log = project.build();
-    assert!(log.contains("FAILED loud [a]: a bug in kind upper: panicked: longer is too long"), "{log}");
+    assert_has(&log, ["FAILED loud [a]: a bug in kind upper: panicked: longer is too long"]);
     assert!(
         log.ends_with("ended: 6 ran, 0 up to date, 1 failed, 1 skipped, 1 published, 0 removed\n"),
         "{log}"
@@ -154,10 +122,7 @@ fn a_lost_result_is_made_again() {
     std::fs::remove_file(project.blob("FINE")).unwrap();
     let log = project.build();
     // The artifact of `loud` and the file of `file` have the same bytes: one blob.
-    assert!(
-        log.contains("run loud [a]: result lost\nran loud [a], the same result\nup to date file [a]\n"),
-        "{log}"
-    );
+    assert_has(&log, ["run loud [a]: result lost\nran loud [a], the same result\nup to date file [a]\n"]);
     assert!(project.build().contains("0 ran, 4 up to date"));
 }
 
@@ -172,8 +137,8 @@ fn a_damaged_result_is_detected_when_it_is_read_and_made_again() {
     assert!(project.build().contains("0 ran, 8 up to date"));
     // `text` and `checked` share the blob; a new `loud` has to read it.
     project.edit(
-        "kind = \"upper\"\ninput = \"checked\"",
-        "kind = \"suffix\"\ninput = \"checked\"\ntext = \"!\"",
+        "kind = \"upper\", input = \"checked\"",
+        "kind = \"suffix\", input = \"checked\", text = \"!\"",
     );
     project.options.stages = vec!["loud".into()];
     std::fs::write(project.blob("fine"), "fi!e").unwrap();
@@ -200,32 +165,15 @@ fn a_damaged_result_is_detected_when_it_is_read_and_made_again() {
 fn after_any_loss_or_damage_the_next_build_is_correct() {
     let diamonds = r#"
 schema = 1
-out = "out"
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-[stage.loud]
-kind = "upper"
-input = "text"
-[stage.marked]
-kind = "suffix"
-input = "text"
-text = "!"
-[stage.both]
-kind = "concat"
-inputs = { left = "loud", right = "marked" }
-[stage.all]
-kind = "collect"
-inputs = { texts = "both" }
-[stage.file]
-kind = "write"
-input = "both"
-[stage.sheet]
-kind = "write"
-input = "all"
-[stage.pair]
-kind = "write-pair"
-input = "marked"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+loud = { kind = "upper", input = "text" }
+marked = { kind = "suffix", input = "text", text = "!" }
+both = { kind = "concat", inputs = { left = "loud", right = "marked" } }
+all = { kind = "collect", inputs = { texts = "both" } }
+file = { kind = "write", input = "both" }
+sheet = { kind = "write", input = "all" }
+pair = { kind = "write-pair", input = "marked" }
 "#;
     let mut project = Project::new(diamonds);
     for n in 0..5 {
@@ -268,8 +216,7 @@ fn a_damaged_journal_costs_reruns_and_no_files() {
     let out = project.files("out");
     for damage in [journal[..journal.len() / 2].to_vec(), vec![0; 1000], Vec::new()] {
         std::fs::write(project.path(".specula/journal"), damage).unwrap();
-        let log = project.build();
-        assert!(log.contains("0 failed, 0 skipped, 0 published, 0 removed"), "{log}");
+        assert_has(project.build(), ["0 failed, 0 skipped, 0 published, 0 removed"]);
         assert_eq!(project.files("out"), out);
         assert!(project.build().contains("0 ran, 8 up to date"));
     }
@@ -317,12 +264,12 @@ fn a_file_that_the_system_refuses_counts_as_an_error_of_the_system() {
     let project = refusing();
     assert_eq!(failed(&project), (1, 0));
     // No system takes a path of this length.
-    let long = format!("path = \"{}x\"\n", "a-long-name/".repeat(1000));
-    project.edit("input = \"loud\"\n", &format!("input = \"loud\"\n{}", long.replace('x', "{text}")));
+    let long = format!(", path = \"{}{{text}}\"", "a-long-name/".repeat(1000));
+    project.edit("input = \"loud\"", &format!("input = \"loud\"{long}"));
     assert_eq!(failed(&project), (2, 1));
     project.write("a.txt", "fine");
     assert_eq!(failed(&project), (2, 2));
-    project.edit(&long.replace('x', "{text}"), "");
+    project.edit(&long, "");
     assert_eq!(failed(&project), (0, 0));
 }
 
@@ -345,21 +292,11 @@ fn an_unpublished_file_in_the_way_is_not_an_error_of_the_system() {
 /// Fails to create its scratch folder.
 struct Homeless;
 
-impl Kind for Homeless {
+impl TextKind for Homeless {
     type Parameters = Nothing;
     const NAME: &'static str = "upper";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Has no room.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, _: &Context<'_>) -> Result<Output, Failure> {
+    fn make(_: &Nothing, _: &str, _: &Context<'_>) -> Result<String, Failure> {
         let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
         Err(Failure::from(full).context("cannot make a scratch folder").system_error())
     }
@@ -368,11 +305,7 @@ impl Kind for Homeless {
 #[test]
 fn a_kind_can_report_an_error_of_the_system() {
     let mut project = refusing();
-    let mut list = Kinds::new().with(Homeless);
-    for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
-        list = list.with_erased(Arc::clone(kind));
-    }
-    project.kinds = list;
+    project.kinds = replacing(Homeless);
     assert_eq!(failed(&project), (2, 1));
 }
 
@@ -407,10 +340,7 @@ fn a_read_only_folder_is_named() {
     project.write("a.txt", "other");
     let log = project.build();
     set_mode(&out, 0o755);
-    assert!(
-        log.contains("FAILED file [a]: cannot write") && log.contains("make the folder writable"),
-        "{log}"
-    );
+    assert_has(&log, ["FAILED file [a]: cannot write", "make the folder writable"]);
     assert_eq!(project.read("out/file/a.txt"), "FINE");
     assert_eq!(project.files("out").len(), 2);
     assert!(project.build().contains("published file/a.txt"));
@@ -426,7 +356,7 @@ fn a_read_only_folder_is_named() {
 #[test]
 fn a_pipe_or_an_endless_file_beside_a_source_is_an_error() {
     let project =
-        Project::new("schema = 1\nout = \"out\"\n[stage.text]\nkind = \"text-source\"\nsource = \"a.txt\"\n");
+        Project::new("schema = 1\n[stage]\ntext = { kind = \"text-source\", source = \"a.txt\" }\n");
     assert!(std::process::Command::new("mkfifo").arg(project.path("pipe")).status().unwrap().success());
     let sparse = std::fs::File::create(project.path("sparse")).unwrap();
     sparse.set_len((8 << 30) + 1).unwrap();
@@ -436,11 +366,7 @@ fn a_pipe_or_an_endless_file_beside_a_source_is_an_error() {
         ("sparse", "it has 8589934593 bytes, and at most 8 GiB are read"),
     ] {
         project.write("a.txt", &format!("include {name}\n"));
-        let log = project.build();
-        assert!(
-            log.contains("FAILED text [a]: source a.txt: cannot read ") && log.contains(expected),
-            "{log}"
-        );
+        assert_has(project.build(), ["FAILED text [a]: source a.txt: cannot read ", expected]);
     }
 }
 
@@ -449,11 +375,7 @@ fn an_item_that_reads_a_file_in_out_fails_and_says_why() {
     let project = refusing();
     project.write("a.txt", "include out/x.txt\n");
     project.write("out/x.txt", "exported");
-    let log = project.build();
-    assert!(
-        log.contains("FAILED text [a]") && log.contains("is inside \"out\", the folder for exports"),
-        "{log}"
-    );
+    assert_has(project.build(), ["FAILED text [a]", "is inside \"out\", the folder for exports"]);
     project.write("more/x.txt", "moved");
     project.write("a.txt", "include more/x.txt\n");
     assert!(project.build().contains("0 failed"));

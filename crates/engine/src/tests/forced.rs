@@ -8,8 +8,6 @@ use expect_test::expect;
 use super::shared::{Memory, with_cache};
 use super::*;
 use crate::error::ErrorKind;
-use crate::kinds::{Context, Failure, Kind, Output, Port, Product};
-use crate::testkit::{Nothing, Text};
 
 /// A chain over two texts that is built, and of which these stages and items are forced from now on.
 fn built(forced: &[&str]) -> Project {
@@ -67,8 +65,7 @@ fn a_dry_run_shows_what_is_forced_and_what_may_follow() {
 fn other_reasons_are_reported_too() {
     let project = built(&["text [a]"]);
     project.write("a.txt", "new");
-    let log = project.build();
-    assert!(log.contains("run text [a]: file a.txt some -> some; forced\n"), "{log}");
+    assert_has(project.build(), ["run text [a]: file a.txt some -> some; forced\n"]);
 }
 
 #[test]
@@ -83,22 +80,12 @@ static RUNS: AtomicUsize = AtomicUsize::new(0);
 /// Writes how often it ran.
 struct Counted;
 
-impl Kind for Counted {
+impl TextKind for Counted {
     type Parameters = Nothing;
     const NAME: &'static str = "counted";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Counts its runs.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, _: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(Text(format!("{} runs", RUNS.fetch_add(1, Ordering::Relaxed) + 1)))
+    fn make(_: &Nothing, _: &str, _: &Context<'_>) -> Result<String, Failure> {
+        Ok(format!("{} runs", RUNS.fetch_add(1, Ordering::Relaxed) + 1))
     }
 }
 

@@ -8,14 +8,9 @@ use crate::storage::{Journal, Line, Tag, subject};
 const MANIFEST: &str = r#"
 schema = 1
 out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.file]
-kind = "write"
-input = "text"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+file = { kind = "write", input = "text" }
 "#;
 
 fn project() -> Project {
@@ -57,14 +52,9 @@ fn a_forged_ledger_removes_and_replaces_nothing_outside_out() {
     // A line whose file is inside `out` works as always.
     project.write("out/stale.txt", "stale");
     forge(&project, &[published("stale.txt", "stale")]);
-    let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-    let events = Mutex::new(Vec::new());
-    crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|event| events.lock().push(event))
-        .unwrap();
-    let foreseen = log(&events.into_inner());
+    let foreseen = log(&project.rehearse().0);
     assert_eq!(foreseen.matches("removed ").collect::<Vec<_>>().len(), 1, "{foreseen}");
-    let log = project.build();
-    assert!(log.contains("removed stale.txt") && log.contains("0 published, 1 removed"), "{log}");
+    assert_has(project.build(), ["removed stale.txt", "0 published, 1 removed"]);
     for place in [absolute.as_path(), &project.path("precious"), &project.path("inside/precious")] {
         assert_eq!(std::fs::read_to_string(place).unwrap(), "precious");
     }
@@ -173,11 +163,7 @@ fn an_out_that_leads_elsewhere_is_an_error() {
     for (out, link) in [("out", "out"), ("built/out", "built")] {
         project.write("pipeline.toml", &MANIFEST.replace("out = \"out\"", &format!("out = {out:?}")));
         std::os::unix::fs::symlink(elsewhere.path(), project.path(link)).unwrap();
-        let shown_now = shown(&project);
-        assert!(
-            shown_now.contains(&format!("- {link:?} leads out of the manifest's folder, to ")),
-            "{shown_now}"
-        );
+        assert_has(shown(&project), [&format!("- {link:?} leads out of the manifest's folder, to ")]);
         project.remove_link(link);
         std::os::unix::fs::symlink(project.path(""), project.path(link)).unwrap();
         assert_eq!(

@@ -1,13 +1,10 @@
 //! Builds that are stopped, killed, or not alone.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::error::ErrorKind;
-use crate::kinds::{Context, Failure, Kind, Output, Port};
 use crate::storage::LockTimeout;
-use crate::testkit::{Nothing, Text};
 
 fn chain() -> Project {
     two_texts(CHAIN)
@@ -37,35 +34,20 @@ fn a_cancelled_build_stops_between_items_and_the_next_continues() {
 /// Is cancelled in the middle of its run, and then returns half of its output.
 struct Hasty;
 
-impl Kind for Hasty {
+impl TextKind for Hasty {
     type Parameters = Nothing;
     const NAME: &'static str = "upper";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Stops when it is told to.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
+    fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
         let half = context.check_cancelled().is_err();
-        Output::artifact(Text(text.0[..text.0.len() / if half { 2 } else { 1 }].to_uppercase()))
+        Ok(text[..text.len() / if half { 2 } else { 1 }].to_uppercase())
     }
 }
 
 #[test]
 fn the_partial_result_of_a_cancelled_item_is_not_kept() {
     let mut project = chain();
-    let mut list = Kinds::new().with(Hasty);
-    for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
-        list = list.with_erased(Arc::clone(kind));
-    }
-    project.kinds = list;
+    project.kinds = replacing(Hasty);
     let plan = project.plan();
     let summary = crate::build::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(&event, Event::Started { item, .. } if item.stage == "loud") {
@@ -89,8 +71,7 @@ fn a_second_build_is_refused_while_one_is_running() {
             let hasty = BuildOptions { lock_timeout: LockTimeout::NONE, ..project.options.clone() };
             let second = crate::build::build(&plan, &hasty, &project.cancel, &|_| {});
             *seen.lock() = Some(second);
-            let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-            crate::build::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
+            project.rehearse();
         }
     })
     .unwrap();
@@ -122,7 +103,7 @@ fn a_build_waits_for_the_running_one_until_it_is_cancelled() {
     })
     .unwrap();
     let waited = second.into_inner().unwrap();
-    assert!(waited.contains("waiting for specula build (process "), "{waited}");
+    assert_has(&waited, ["waiting for specula build (process "]);
     assert!(
         waited.ends_with("0 ran, 0 up to date, 0 failed, 6 skipped, 0 published, 0 removed, cancelled\n"),
         "{waited}"

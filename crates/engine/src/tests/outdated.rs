@@ -9,9 +9,7 @@ use super::*;
 use crate::build::BuildSession;
 use crate::event::ItemName;
 use crate::key::ItemKey;
-use crate::kinds::{Context, Failure, Kind, Output, Port};
 use crate::parameters;
-use crate::testkit::{Nothing, Text};
 
 /// A place where running items wait until they are let through or stopped.
 struct Gate {
@@ -58,23 +56,12 @@ impl Gate {
 /// Reads its source, then waits at the gate of that path.
 struct SlowSource;
 
-impl Kind for SlowSource {
+impl TextKind for SlowSource {
     type Parameters = Nothing;
     const NAME: &'static str = "slow-source";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Reads a text slowly.\n";
     const SOURCE: bool = true;
 
-    fn ports() -> Vec<Port> {
-        Vec::new()
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+    fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
         let gate = context.source()?.display().to_string();
         if text == "bad" {
             // It ignores the request to stop, and fails in the end.
@@ -82,7 +69,7 @@ impl Kind for SlowSource {
             return Err(Failure::new("half a text"));
         }
         GATE.pass(&gate, || context.check_cancelled())?;
-        Output::artifact(Text(text))
+        Ok(text.into())
     }
 }
 
@@ -99,24 +86,13 @@ parameters! {
 /// Waits at a gate, then adds to a text.
 struct SlowSuffix;
 
-impl Kind for SlowSuffix {
+impl TextKind for SlowSuffix {
     type Parameters = SuffixParameters;
     const NAME: &'static str = "slow-suffix";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Adds to a text slowly.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &SuffixParameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(parameters: &SuffixParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = &context.get::<Text>("text")?.0;
+    fn make(parameters: &SuffixParameters, text: &str, context: &Context<'_>) -> Result<String, Failure> {
         GATE.pass(&format!("{}/{text}", parameters.gate), || context.check_cancelled())?;
-        Output::artifact(Text(format!("{text}{}", parameters.text)))
+        Ok(format!("{text}{}", parameters.text))
     }
 }
 
@@ -152,15 +128,9 @@ impl Project {
 const SOURCES: &str = r#"
 # GATE
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "slow-source"
-source = "*.txt"
-
-[stage.file]
-kind = "write"
-input = "text"
+[stage]
+text = { kind = "slow-source", source = "*.txt" }
+file = { kind = "write", input = "text" }
 "#;
 
 fn sources() -> Project {
@@ -300,27 +270,11 @@ fn what_is_wanted_goes_first() {
 
 const CHAINS: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.left]
-kind = "slow-suffix"
-input = "text"
-text = "<"
-gate = "GATE left"
-
-[stage.right]
-kind = "slow-suffix"
-input = "text"
-text = ">"
-gate = "GATE right"
-
-[stage.file]
-kind = "write"
-input = "left"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+left = { kind = "slow-suffix", input = "text", text = "<", gate = "GATE left" }
+right = { kind = "slow-suffix", input = "text", text = ">", gate = "GATE right" }
+file = { kind = "write", input = "left" }
 "#;
 
 /// One source, and two items that use it at the same time.
@@ -357,7 +311,7 @@ fn an_edit_of_what_was_up_to_date_stops_what_follows_from_it() {
     GATE.open(&right);
     assert_eq!(project.build_and(|_| {}).1.ran, 4);
     project.edit("\">\"", "\"}\"");
-    project.edit("right ", "again ");
+    project.edit("\"right ", "\"again ");
     let again = right.replace("right", "again");
     let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&again);
@@ -430,8 +384,7 @@ impl Kind for Restless {
 
 #[test]
 fn an_item_that_read_two_contents_of_a_file_runs_again() {
-    let manifest =
-        "schema = 1\nout = \"out\"\n[stage.file]\nkind = \"restless\"\nsource = \"a.txt\"\nwrites = 2\n";
+    let manifest = "schema = 1\n[stage]\nfile = { kind = \"restless\", source = \"a.txt\", writes = 2 }\n";
     let mut project = Project::new(manifest);
     project.kinds = Kinds::new().with(Restless);
     project.write("a.txt", "text 0");
@@ -447,7 +400,7 @@ fn an_item_that_read_two_contents_of_a_file_runs_again() {
         let failed = format!(
             "FAILED file [a]: source a.txt: {path} changed each time that it was read (build again when it is written)"
         );
-        assert!(log.contains(&failed), "{log}");
+        assert_has(&log, [&failed]);
         assert_eq!(RUNS.lock()[&project.path("a.txt")], runs + 3);
         assert_eq!(project.read("out/file/a.txt"), "text 2, text 2", "the last good file stays");
     }

@@ -5,24 +5,14 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::*;
-use crate::kinds::{Context, Failure, Kind, Output, Port, Steps};
-use crate::testkit::{Nothing, Text};
+use crate::kinds::Steps;
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "a.txt"
-
-[stage.quick]
-kind = "upper"
-input = "text"
-
-[stage.slow]
-kind = "slow"
-input = "quick"
+[stage]
+text = { kind = "text-source", source = "a.txt" }
+quick = { kind = "upper", input = "text" }
+slow = { kind = "slow", input = "quick" }
 "#;
 
 /// The events of progress so far.
@@ -33,21 +23,11 @@ const STEPS: usize = 4;
 /// Takes each step after the one before was reported.
 struct Slow;
 
-impl Kind for Slow {
+impl TextKind for Slow {
     type Parameters = Nothing;
     const NAME: &'static str = "slow";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Waits until each of its steps is reported.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+    fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
         let steps = Steps::new(context, STEPS);
         let limit = Instant::now() + Duration::from_secs(60);
         for step in 1..=STEPS {
@@ -59,7 +39,7 @@ impl Kind for Slow {
                 sleep(Duration::from_millis(2));
             }
         }
-        Output::artifact(Text(context.get::<Text>("text")?.0.clone()))
+        Ok(text.into())
     }
 }
 

@@ -7,24 +7,11 @@ use super::*;
 const PAIR: &str = r#"
 schema = 1
 out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.pair]
-kind = "write-pair"
-input = "text"
-path = "pairs/{text}"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.file]
-kind = "write"
-input = "loud"
-path = "loud/{text}"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+pair = { kind = "write-pair", input = "text", path = "pairs/{text}" }
+loud = { kind = "upper", input = "text" }
+file = { kind = "write", input = "loud", path = "loud/{text}" }
 "#;
 
 fn pair() -> Project {
@@ -64,23 +51,18 @@ fn a_file_that_its_item_leaves_out_is_removed_and_comes_back() {
     let project = pair();
     project.build();
     project.write("a.txt", "");
-    let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-    let rehearse = |project: &Project| {
-        crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap()
-    };
-    let events_now = events(&project);
-    assert!(events_now.contains("published pairs/a/index.txt 1\nremoved pairs/a/body.txt\n"), "{events_now}");
+    assert_has(events(&project), ["published pairs/a/index.txt 1\nremoved pairs/a/body.txt\n"]);
     assert!(!project.exists("out/pairs/a/body.txt"));
     let explained = project.explain("pair");
     let files: Vec<_> = explained[0].files.iter().map(|file| file.file.as_str()).collect();
     assert_eq!(files, ["pairs/a/index.txt"]);
-    assert_eq!((events(&project), rehearse(&project).published), (String::new(), 0));
+    assert_eq!((events(&project), project.rehearse().1.published), (String::new(), 0));
     project.write("a.txt", "one");
-    let events_now = events(&project);
-    assert!(events_now.contains("published pairs/a/body.txt 3\n"), "{events_now}");
+    assert_has(events(&project), ["published pairs/a/body.txt 3\n"]);
     // Nothing runs: both results are in the cache.
     project.write("a.txt", "");
-    assert_eq!((rehearse(&project).ran, rehearse(&project).removed), (0, 1));
+    let foreseen = project.rehearse().1;
+    assert_eq!((foreseen.ran, foreseen.removed), (0, 1));
     assert!(events(&project).contains("removed pairs/a/body.txt\n"));
     // A file of someone else in the same place is left alone.
     project.write("out/pairs/a/body.txt", "theirs");
@@ -121,9 +103,7 @@ fn a_changed_file_is_put_back_with_a_warning() {
     project.remove("out/loud/a.txt");
     project.write("out/loud/a.txt", "ONE");
     assert_eq!(project.explain("loud/a.txt")[0].files[0].state, crate::FileState::AsPublished);
-    let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
-    let summary = crate::build::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
-    assert_eq!(summary.published, 0);
+    assert_eq!(project.rehearse().1.published, 0);
     assert_eq!(events(&project), "");
 }
 
@@ -133,8 +113,10 @@ fn an_unpublished_file_in_the_way_is_an_error_and_survives() {
     project.write("out/pairs/a/body.txt", "theirs");
     let events_now = events(&project);
     let line = events_now.lines().find(|line| line.starts_with("FAILED pair [a]")).unwrap();
-    assert!(line.contains("body.txt is in the way: it was not published by this manifest"), "{line}");
-    assert!(line.contains("move it away or delete it"), "{line}");
+    assert_has(
+        &line,
+        ["body.txt is in the way: it was not published by this manifest", "move it away or delete it"],
+    );
     assert_eq!(project.read("out/pairs/a/body.txt"), "theirs");
     assert!(!project.exists("out/pairs/a/index.txt"), "all of an item's files or none");
     project.remove("out/pairs/a/body.txt");
@@ -158,7 +140,7 @@ fn a_file_where_a_folder_has_to_be_and_the_other_way_round() {
     project.write("out/pairs", "a file");
     project.write("out/loud/a.txt/inside", "a folder");
     let log = project.build();
-    assert!(log.contains("FAILED pair [a]") && log.contains("FAILED file [a]"), "{log}");
+    assert_has(&log, ["FAILED pair [a]", "FAILED file [a]"]);
     assert_eq!(log.matches("is in the way").count(), 2);
     assert_eq!(project.read("out/loud/a.txt/inside"), "a folder");
 }
@@ -177,7 +159,7 @@ fn files_of_a_removed_item_or_stage_are_removed_with_their_folders() {
     assert!(project.exists("out/pairs/b/mine.txt"));
     project.options.stages.clear();
     assert_eq!(events(&project), "removed loud/b.txt\n");
-    project.edit("[stage.pair]\nkind = \"write-pair\"\ninput = \"text\"\npath = \"pairs/{text}\"\n", "");
+    project.edit("pair = { kind = \"write-pair\", input = \"text\", path = \"pairs/{text}\" }\n", "");
     project.options.stages = vec!["file".into()];
     assert_eq!(events(&project), "", "a stage that has gone is not selected by name");
     project.options.stages.clear();
@@ -193,11 +175,7 @@ fn a_changed_file_of_a_removed_item_is_left_alone() {
     project.build();
     project.write("out/loud/b.txt", "mine now");
     project.remove("b.txt");
-    let events_now = events(&project);
-    assert!(
-        events_now.contains("warning file [b]: ") && events_now.contains("it was left there"),
-        "{events_now}"
-    );
+    assert_has(events(&project), ["warning file [b]: ", "it was left there"]);
     assert_eq!(project.read("out/loud/b.txt"), "mine now");
     assert_eq!(events(&project), "");
 }
@@ -207,16 +185,14 @@ fn a_changed_file_of_a_removed_item_is_left_alone() {
 fn foreseen_and_removed(project: &Project) -> [(Vec<String>, usize); 2] {
     [true, false].map(|dry_run| {
         let options = BuildOptions { dry_run, ..project.options.clone() };
-        let removed = Mutex::new(Vec::new());
-        let hear = |event| {
-            if let Event::Removed { file, .. } = event {
-                removed.lock().push(file);
-            }
-        };
-        let summary = crate::build::build(&project.plan(), &options, &project.cancel, &hear).unwrap();
-        let mut removed = removed.into_inner();
+        let (events, summary) = project.try_build_of(&project.plan(), &options);
+        let removed = events.into_iter().filter_map(|event| match event {
+            Event::Removed { file, .. } => Some(file),
+            _ => None,
+        });
+        let mut removed = removed.collect::<Vec<_>>();
         removed.sort();
-        (removed, summary.removed)
+        (removed, summary.unwrap().removed)
     })
 }
 
@@ -304,7 +280,7 @@ fn a_changed_path_moves_the_files_without_a_run() {
 fn a_stage_with_a_new_name_takes_over_its_files() {
     let project = pair();
     project.build();
-    project.edit("[stage.file]", "[stage.shout]");
+    project.edit("file = ", "shout = ");
     assert_eq!(events(&project), "");
     assert!(project.build().contains("0 ran, 4 up to date"));
     project.remove("a.txt");
@@ -319,8 +295,7 @@ fn a_link_that_leads_out_is_not_followed() {
     let elsewhere = tempfile::tempdir().unwrap();
     std::fs::create_dir(project.path("out")).unwrap();
     std::os::unix::fs::symlink(elsewhere.path(), project.path("out/pairs")).unwrap();
-    let log = project.build();
-    assert!(log.contains("FAILED pair [a]: ") && log.contains("is a link that leads out of"), "{log}");
+    assert_has(project.build(), ["FAILED pair [a]: ", "is a link that leads out of"]);
     assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
     std::fs::create_dir(project.path("out/real")).unwrap();
     project.remove_link("out/pairs");
@@ -362,7 +337,7 @@ fn a_build_killed_while_it_puts_a_changed_file_back_is_continued() {
         cut_after_intent(&project);
         project.write("out/loud/a.txt", "mine");
         let events_now = events(&project);
-        assert!(events_now.contains("the published file was put back"), "{events_now}");
+        assert_has(&events_now, ["the published file was put back"]);
         assert!(!events_now.contains("FAILED"), "{events_now}");
         assert_eq!(project.read("out/loud/a.txt"), "ONE");
     }
@@ -383,10 +358,7 @@ fn a_folder_in_place_of_a_file_is_in_the_way() {
     project.write("out/loud/a.txt/inside", "a folder");
     for _ in 0..2 {
         let events_now = events(&project);
-        assert!(
-            events_now.contains("FAILED file [a]") && events_now.contains("is in the way"),
-            "{events_now}"
-        );
+        assert_has(&events_now, ["FAILED file [a]", "is in the way"]);
         assert!(!events_now.contains("put back"), "{events_now}");
         assert_eq!(project.read("out/loud/a.txt/inside"), "a folder");
     }
@@ -428,7 +400,7 @@ fn a_file_that_is_changed_right_after_it_was_published_is_put_back() {
     }
 }
 
-/// The same by another thread, which may write before the build reads the file's stamp again.
+/// Another thread changes the file, perhaps before the build reads the file's stamp again.
 #[test]
 fn a_file_that_is_changed_while_it_is_published_is_put_back() {
     let project = Project::new(PAIR);
@@ -470,7 +442,7 @@ fn exports_whose_records_are_lost_are_recognized_by_their_recipes() {
     project.write("out/pairs/a/index.txt", &recipe("write-pair"));
     project.remove(".specula");
     let log = project.build();
-    assert!(log.contains("0 failed") && log.contains("3 published"), "{log}");
+    assert_has(&log, ["0 failed", "3 published"]);
     assert_eq!(log.matches("its recipe says that an earlier build published it").count(), 3, "{log}");
     assert_eq!(project.read("out/loud/a.txt"), "ONE");
     // They are in the ledger again.
@@ -560,7 +532,7 @@ fn an_out_that_links_to_no_folder_is_one_error() {
     project.edit("out = \"out\"", "out = \"a/b\"");
     assert_eq!(refused(&project), format!("a is a link to /nowhere, which does not exist ({elsewhere})"));
     // Nothing is exported.
-    let (source, _) = PAIR.split_once("[stage.pair]").unwrap();
+    let (source, _) = PAIR.split_once("pair = ").unwrap();
     project.write("pipeline.toml", &source.replace("out = \"out\"", "out = \"a/b\""));
     assert_eq!(events(&project), "");
 }

@@ -1,33 +1,17 @@
 //! Which items rerun, and why.
 
-use std::sync::Arc;
-
 use expect_test::expect;
 
 use super::*;
-use crate::kinds::{Context, Failure, Kind, Output, Port};
-use crate::testkit::{Nothing, Text};
 
 const MARKED: &str = r#"
 schema = 1
 out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "upper"
-input = "text"
-
-[stage.marked]
-kind = "suffix"
-input = "loud"
-text = "!"
-
-[stage.file]
-kind = "write"
-input = "marked"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+loud = { kind = "upper", input = "text" }
+marked = { kind = "suffix", input = "loud", text = "!" }
+file = { kind = "write", input = "marked" }
 "#;
 
 fn chain() -> Project {
@@ -115,9 +99,7 @@ fn a_changed_source_reruns_what_depends_on_it_and_a_revert_runs_nothing() {
     "#]]
     .assert_eq(&project.build());
     assert_eq!(project.read("out/file/a.txt"), "ONE!");
-    assert!(
-        project.build().contains("ended: 0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed")
-    );
+    assert_has(project.build(), ["ended: 0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed"]);
 }
 
 #[test]
@@ -205,16 +187,15 @@ fn identity(_: &std::fs::Metadata) -> u64 {
 fn a_changed_parameter_is_reported_with_old_and_new_value() {
     let project = chain();
     project.build();
-    project.edit("text = \"!\"", "text = \"?\"\ntimes = 2");
+    project.edit("text = \"!\"", "text = \"?\", times = 2");
     let log = project.build();
     let line = log.lines().find(|line| line.starts_with("run marked [a]")).unwrap();
     assert_eq!(line, r#"run marked [a]: text "!" -> "?"; times 1 -> 2"#);
-    assert!(log.contains("4 ran, 4 up to date"), "{log}");
+    assert_has(&log, ["4 ran, 4 up to date"]);
     project.edit("times = 2", "times = 1");
-    let log = project.build();
-    assert!(log.contains("run marked [a]: times 2 -> 1"), "{log}");
+    assert_has(project.build(), ["run marked [a]: times 2 -> 1"]);
     // Removing a default from the manifest changes nothing.
-    project.edit("\ntimes = 1", "");
+    project.edit(", times = 1", "");
     assert!(project.build().contains("0 ran, 8 up to date"));
 }
 
@@ -232,35 +213,16 @@ fn the_latest_record_is_compared_not_the_last_run() {
 
 struct Revised;
 
-impl Kind for Revised {
+impl TextKind for Revised {
     type Parameters = Nothing;
     const NAME: &'static str = "upper";
     const REVISION: u32 = 2;
-    const TEXT: &'static str = "//! Makes a text upper case, and bold.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact("text")
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+    fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
         context.warn("bold is loud");
         context.note("two stars");
-        Output::artifact(Text(format!("*{}*", context.get::<Text>("text")?.0.to_uppercase())))
+        Ok(format!("*{}*", text.to_uppercase()))
     }
-}
-
-/// The list of kinds with one of them in another revision.
-fn revised() -> Kinds {
-    let others = kinds();
-    let mut list = Kinds::new().with(Revised);
-    for kind in others.iter().filter(|kind| kind.name() != "upper") {
-        list = list.with_erased(Arc::clone(kind));
-    }
-    list
 }
 
 #[test]
@@ -268,7 +230,7 @@ fn a_raised_revision_reruns_and_its_warnings_are_kept_for_explain() {
     let mut project = chain();
     project.remove("b.txt");
     project.build();
-    project.kinds = revised();
+    project.kinds = replacing(Revised);
     expect![[r#"
         planned 4 stages, 4 items
         up to date text [a]
@@ -300,8 +262,8 @@ fn a_raised_revision_reruns_and_its_warnings_are_kept_for_explain() {
 #[test]
 fn files_that_a_source_names_and_folders_that_it_lists_count() {
     let project = Project::new(
-        "schema = 1\nout = \"out\"\n[stage.text]\nkind = \"text-source\"\nsource = \"main.txt\"\n\
-         [stage.names]\nkind = \"text-source\"\nsource = \"faces\"\n",
+        "schema = 1\n[stage]\ntext = { kind = \"text-source\", source = \"main.txt\" }\n\
+         names = { kind = \"text-source\", source = \"faces\" }\n",
     );
     project.write("main.txt", "include part.inc\n");
     project.write("part.inc", "part");
@@ -309,26 +271,21 @@ fn files_that_a_source_names_and_folders_that_it_lists_count() {
     project.build();
     assert!(project.build().contains("0 ran, 2 up to date"));
     project.write("part.inc", "whole");
-    let log = project.build();
-    assert!(log.contains("run text [main]: file part.inc some -> some\nran text [main]\n"), "{log}");
+    assert_has(project.build(), ["run text [main]: file part.inc some -> some\nran text [main]\n"]);
     project.write("faces/nx.exr", "");
     assert!(project.build().contains("run names [faces]: file faces some -> some\nran names [faces]\n"));
     // The content of the faces was not read.
     project.write("faces/px.exr", "x");
     assert!(project.build().contains("0 ran, 2 up to date"));
     project.remove("part.inc");
-    let log = project.build();
-    assert!(
-        log.contains(
-            "run text [main]: file part.inc some -> none\nFAILED text [main]: source main.txt: cannot read"
-        ),
-        "{log}"
+    assert_has(
+        project.build(),
+        ["run text [main]: file part.inc some -> none\nFAILED text [main]: source main.txt: cannot read"],
     );
     project.write("part.inc", "third");
-    assert!(
-        project
-            .build()
-            .contains("run text [main]: failed before; file part.inc none -> some\nran text [main]\n")
+    assert_has(
+        project.build(),
+        ["run text [main]: failed before; file part.inc none -> some\nran text [main]\n"],
     );
     project.write("part.inc", "whole");
     assert!(project.build().contains("0 ran, 2 up to date"));
@@ -336,20 +293,10 @@ fn files_that_a_source_names_and_folders_that_it_lists_count() {
 
 const GATHER: &str = r#"
 schema = 1
-out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.sheet]
-kind = "collect"
-input = "text"
-per = []
-
-[stage.file]
-kind = "write"
-input = "sheet"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+sheet = { kind = "collect", input = "text", per = [] }
+file = { kind = "write", input = "sheet" }
 "#;
 
 #[test]
@@ -359,12 +306,10 @@ fn a_gather_reruns_when_a_member_joins_leaves_or_is_renamed() {
     project.build();
     assert_eq!(project.read("out/file.txt"), "a=one\n");
     project.write("b.txt", "two");
-    let log = project.build();
-    assert!(log.contains("run sheet: texts text [b] none -> some\n"), "{log}");
+    assert_has(project.build(), ["run sheet: texts text [b] none -> some\n"]);
     assert_eq!(project.read("out/file.txt"), "a=one\nb=two\n");
     std::fs::rename(project.path("b.txt"), project.path("c.txt")).unwrap();
-    let log = project.build();
-    assert!(log.contains("run sheet: texts text [c] none -> some; texts text [b] some -> none\n"), "{log}");
+    assert_has(project.build(), ["run sheet: texts text [c] none -> some; texts text [b] some -> none\n"]);
     assert_eq!(project.read("out/file.txt"), "a=one\nc=two\n");
     project.remove("c.txt");
     let log = project.build();
@@ -547,8 +492,8 @@ impl Kind for Elaborate {
 
 #[test]
 fn a_slow_export_waits_for_the_fast_ones() {
-    let stages = "\n[stage.report]\nkind = \"elaborate\"\ninput = \"marked\"\n";
-    let mut project = Project::new(&format!("{MARKED}{stages}"));
+    let mut project =
+        Project::new(&format!("{MARKED}report = {{ kind = \"elaborate\", input = \"marked\" }}\n"));
     project.kinds = project.kinds.with(Elaborate);
     project.write("a.txt", "one");
     let order = |log: &str| {

@@ -9,25 +9,11 @@ use crate::storage::LockTimeout;
 const TWO: &str = r#"
 schema = 1
 out = "out"
-
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-
-[stage.loud]
-kind = "suffix"
-input = "text"
-text = "!"
-
-[stage.file]
-kind = "write"
-input = "loud"
-path = "loud/{text}"
-
-[stage.copy]
-kind = "write"
-input = "text"
-path = "copy/{text}"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+loud = { kind = "suffix", input = "text", text = "!" }
+file = { kind = "write", input = "loud", path = "loud/{text}" }
+copy = { kind = "write", input = "text", path = "copy/{text}" }
 "#;
 
 fn project() -> Project {
@@ -44,10 +30,10 @@ fn build(project: &Project, manifest: &str) -> String {
 
 fn build_with(project: &Project, manifest: &str, options: &BuildOptions) -> String {
     let plan = Plan::load(&project.path(manifest), &project.kinds).unwrap();
-    let events = Mutex::new(Vec::new());
-    crate::build::build(&plan, options, &project.cancel, &|event| events.lock().push(event)).unwrap();
+    let (events, summary) = project.try_build_of(&plan, options);
+    summary.unwrap();
     let shown = ["published", "restored", "removed", "warning", "FAILED", "left over", "note"];
-    let log = log(&events.into_inner()).replace(&project.path("").display().to_string(), "");
+    let log = log(&events).replace(&project.path("").display().to_string(), "");
     let lines = log.lines().filter(|line| shown.iter().any(|word| line.starts_with(word)));
     lines.map(|line| format!("{line}\n")).collect()
 }
@@ -115,8 +101,7 @@ fn a_file_that_was_changed_before_its_manifest_was_renamed_is_not_touched() {
     let events = build(&project, "light.toml");
     let why =
         "FAILED file [a]: out/loud/a.txt is in the way: it has been changed since pipeline.toml published it";
-    assert!(events.contains(why), "{events}");
-    assert!(events.contains("nothing exports it now, and it was left there"), "{events}");
+    assert_has(&events, [why, "nothing exports it now, and it was left there"]);
     assert_eq!(project.read("out/loud/a.txt"), "mine");
     assert_eq!(project.read("out/copy/b.txt"), "mine too");
     assert!(!project.exists("out/loud/b.txt"));
@@ -133,7 +118,7 @@ fn a_manifest_that_exists_keeps_its_files() {
     let events = build(&project, "light.toml");
     let why = "FAILED file [a]: out/loud/a.txt is in the way: pipeline.toml published it (give the stage another \
                path, or one of the two manifests another out; ";
-    assert!(events.contains(why), "{events}");
+    assert_has(&events, [why]);
     assert_eq!(project.read("out/loud/a.txt"), "a!");
     // Both export these, with one content. Only one of them stops doing so.
     edit(&project, "light.toml", "copy/{text}", "same/{text}");
@@ -169,8 +154,10 @@ fn two_manifests_swap_their_names() {
     project.rename("between.toml", "other.toml");
     edit(&project, "pipeline.toml", "\"!\"", "\"?\"");
     // Each is named as the one that has the other's files, until it has been built.
-    let events = build(&project, "pipeline.toml");
-    assert!(events.contains("if other.toml no longer exports the file, build other.toml first"), "{events}");
+    assert_has(
+        build(&project, "pipeline.toml"),
+        ["if other.toml no longer exports the file, build other.toml first"],
+    );
     assert!(!build(&project, "other.toml").contains("FAILED"));
     assert!(!build(&project, "pipeline.toml").contains("FAILED"));
     assert_eq!(names(&project, "out"), all);
@@ -280,9 +267,8 @@ fn a_different_manifest_in_place_of_a_deleted_one_removes_nothing() {
     let project = project();
     build(&project, "pipeline.toml");
     project.remove("pipeline.toml");
-    let other = TWO.replace("stage.file", "stage.shout").replace("stage.copy", "stage.twin");
-    let other =
-        other.replace("loud/", "shout/").replace("copy/", "twin/").replace("stage.text", "stage.word");
+    let other = TWO.replace("file = ", "shout = ").replace("copy = ", "twin = ");
+    let other = other.replace("loud/", "shout/").replace("copy/", "twin/").replace("\ntext = ", "\nword = ");
     let other = other.replace("{text}", "{word}").replace("\"text\"", "\"word\"").replace("loud", "cry");
     project.write("other.toml", &other);
     let events = build(&project, "other.toml");

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use expect_test::expect;
 use parking_lot::Mutex;
 
-use super::Project;
+use super::{Project, assert_has};
 use crate::key::Digest;
 use crate::shared::{
     Question, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
@@ -46,7 +46,6 @@ impl Memory {
         self.blobs.lock().get(&blob.hash).cloned()
     }
 
-    /// Changes the description of every result.
     fn forge(&self, change: impl Fn(&mut serde_json::Value)) {
         for result in self.results.lock().values_mut() {
             let mut description = serde_json::from_slice::<serde_json::Value>(&result.description).unwrap();
@@ -105,16 +104,10 @@ impl SharedCache for Memory {
 
 const MANIFEST: &str = r#"
 schema = 1
-[stage.text]
-kind = "text-source"
-source = "*.txt"
-[stage.loud]
-kind = "upper"
-input = "text"
-[stage.file]
-kind = "write"
-input = "loud"
-path = "{text}"
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+loud = { kind = "upper", input = "text" }
+file = { kind = "write", input = "loud", path = "{text}" }
 "#;
 
 fn project(memory: &Arc<Memory>, text: &str) -> Project {
@@ -177,16 +170,13 @@ fn an_input_that_is_only_there_is_received_when_an_item_runs() {
     project(&memory, "light").build();
     let other = project(&memory, "light");
     other.build();
-    other.edit(
-        "path = \"{text}\"",
-        "path = \"{text}\"\n[stage.suffix]\nkind = \"suffix\"\ninput = \"text\"\ntext = \"!\"",
-    );
+    other.edit("loud = ", "suffix = { kind = \"suffix\", input = \"text\", text = \"!\" }\nloud = ");
     let log = other.build();
     assert!(log.contains("ran suffix [a]") && !log.contains("ran text"), "{log}");
     assert!(memory.given.lock().contains(&b"light".to_vec()));
 }
 
-/// As a preview wants it: with the cache they are received, without it made.
+/// A preview needs every result on this machine: with the cache they are received, without it made.
 #[test]
 fn results_in_the_middle_are_here_if_all_have_to_be() {
     let memory = Arc::<Memory>::default();
@@ -217,8 +207,7 @@ fn what_the_server_lost_is_made_again() {
     let other = project(&memory, "light");
     memory.blobs.lock().clear();
     let log = other.build();
-    assert!(log.contains("run file [a]") && log.contains("published a.txt 5"), "{log}");
-    assert!(log.contains("0 failed"), "{log}");
+    assert_has(&log, ["run file [a]", "published a.txt 5", "0 failed"]);
     assert_eq!(other.read("out/a.txt"), "LIGHT");
 }
 
@@ -231,8 +220,7 @@ fn files_that_a_file_includes_are_part_of_the_action() {
         project
     };
     with("one").build();
-    let same = with("one").build();
-    assert!(same.contains("from memory text [a]") && same.contains("0 ran"), "{same}");
+    assert_has(with("one").build(), ["from memory text [a]", "0 ran"]);
     let other = with("two");
     let log = other.build();
     assert!(log.contains("ran text [a]") && other.read("out/a.txt") == "TWO", "{log}");
@@ -251,8 +239,7 @@ fn where_path_leads_is_part_of_the_action() {
         let read = reads.iter().find(|read| read.kind == crate::ReadKind::Lookup).unwrap();
         assert_eq!((read.path.as_str(), read.found.is_some()), (name, name == "cargo"));
         assert_eq!(read.digest.is_some(), read.found.is_some());
-        let other = project(&memory, &text).build();
-        assert!(other.contains("from memory text [a]") && other.contains("0 ran"), "{other}");
+        assert_has(project(&memory, &text).build(), ["from memory text [a]", "0 ran"]);
     }
 }
 
@@ -283,8 +270,7 @@ fn a_cache_that_is_gone_is_a_warning_or_an_error() {
     memory.is_gone.store(true, Ordering::Relaxed);
     let mut project = project(&memory, "light");
     let log = project.build();
-    assert!(log.contains("trouble at memory: it is gone; the build goes on without it\n"), "{log}");
-    assert!(log.contains("3 ran"), "{log}");
+    assert_has(&log, ["trouble at memory: it is gone; the build goes on without it\n", "3 ran"]);
     project.options.shared.as_mut().unwrap().is_required = true;
     let (_, summary) = project.try_build();
     assert!(summary.unwrap_err().to_string().contains("it is gone"));
@@ -296,7 +282,7 @@ fn what_is_not_shared_runs_and_what_comes_after_it_is_found() {
     let with = || {
         let project = project(&memory, "light");
         project.edit("input = \"text\"", "input = \"own\"");
-        project.edit("[stage.loud]", "[stage.own]\nkind = \"private\"\ninput = \"text\"\n[stage.loud]");
+        project.edit("loud = ", "own = { kind = \"private\", input = \"text\" }\nloud = ");
         project
     };
     with().build();

@@ -5,23 +5,13 @@ use std::sync::Arc;
 use super::*;
 use crate::answers::ResultsSnapshot;
 use crate::error::ErrorKind;
-use crate::testkit::Text;
 
 const MANIFEST: &str = r#"
 schema = 1
-out = "out"
-
-[stage.paint]
-kind = "text-source"
-source = "paint/*.txt"
-
-[stage.sound]
-kind = "refuse"
-input = "paint"
-
-[stage.file]
-kind = "write-pair"
-input = "sound"
+[stage]
+paint = { kind = "text-source", source = "paint/*.txt" }
+sound = { kind = "refuse", input = "paint" }
+file = { kind = "write-pair", input = "sound" }
 "#;
 
 fn project() -> Project {
@@ -75,11 +65,16 @@ fn an_item_that_failed_shows_its_last_good_result() {
     project.write("paint/lead.txt", "bad lead");
     project.build();
     let contents = contents(&project);
-    assert!(contents.contains("paint [gold]: text \"bad gold\"\n"), "{contents}");
-    assert!(contents.contains("sound [gold]: text \"gold\"\n"), "{contents}");
-    assert!(contents.contains("sound [tin]: text \"new tin\"\n"), "{contents}");
+    assert_has(
+        &contents,
+        [
+            "paint [gold]: text \"bad gold\"\n",
+            "sound [gold]: text \"gold\"\n",
+            "sound [tin]: text \"new tin\"\n",
+        ],
+    );
     assert!(contents.contains("sound [lead]: []\n"), "it never made anything: {contents}");
-    assert!(contents.contains("file [gold]: [4, 1]\n"), "{contents}");
+    assert_has(&contents, ["file [gold]: [4, 1]\n"]);
 }
 
 #[test]
@@ -101,8 +96,7 @@ fn a_lost_result_is_absent_and_a_damaged_one_fails_until_the_next_build() {
     std::fs::remove_file(project.blob("gold")).unwrap();
     std::fs::write(project.blob("tin"), "tan").unwrap();
     let contents = contents(&project);
-    assert!(contents.contains("sound [gold]: []\n"), "{contents}");
-    assert!(contents.contains("sound [tin]: the stored artifact ... is damaged\n"), "{contents}");
+    assert_has(&contents, ["sound [gold]: []\n", "sound [tin]: the stored artifact ... is damaged\n"]);
     assert_eq!(std::fs::read(project.blob("tin")).unwrap(), b"tan");
 }
 
@@ -112,8 +106,7 @@ fn a_stage_with_another_kind_has_no_result() {
     project.build();
     project.edit("kind = \"refuse\"", "kind = \"count\"");
     project.edit("kind = \"write-pair\"", "kind = \"write\"");
-    let contents = contents(&project);
-    assert!(contents.contains("sound [gold]: []\n") && contents.contains("file [gold]: []\n"), "{contents}");
+    assert_has(contents(&project), ["sound [gold]: []\n", "file [gold]: []\n"]);
 }
 
 #[test]

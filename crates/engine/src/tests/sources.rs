@@ -2,8 +2,6 @@
 
 use super::*;
 use crate::answers::{SourceError, check_sources};
-use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port};
-use crate::testkit::{Nothing, Text};
 
 /// Takes files that begin with a word, and reads no more of them for a check.
 struct Headed;
@@ -39,18 +37,10 @@ impl Kind for Headed {
 
 const HEADED: &str = r#"
 schema = 1
-
-[stage.headed]
-kind = "headed"
-source = "in/*.txt"
-
-[stage.text]
-kind = "text-source"
-source = "in/*.txt"
-
-[stage.file]
-kind = "write"
-input = "headed"
+[stage]
+headed = { kind = "headed", source = "in/*.txt" }
+text = { kind = "text-source", source = "in/*.txt" }
+file = { kind = "write", input = "headed" }
 "#;
 
 fn project() -> Project {

@@ -8,7 +8,6 @@ use super::*;
 
 const OUT: [(&str, &str); 2] = [("out/gold.txt", "WARM"), ("out/sky.txt", "BLUE")];
 
-/// A project that was built.
 fn built(source: &str, files: &[(&str, &str)]) -> Project {
     let project = Project::new(&CAPITALS.replace("in/*.txt", source));
     files.iter().for_each(|(file, text)| project.write(file, text));
@@ -20,7 +19,6 @@ fn has_kept(project: &Project) {
     OUT.iter().for_each(|(file, text)| assert_eq!(project.read(file), *text, "{file}"));
 }
 
-/// The errors of the manifest.
 fn rejected(project: &Project) -> String {
     let plan = Plan::load(&project.path("pipeline.toml"), &project.kinds);
     plan.map_or_else(|errors| errors.to_string(), |_| "no error".into())
@@ -45,10 +43,7 @@ fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
             "FAILED text [sky]: source in/sky.txt: cannot read {0}: {0} is a link to ../store/sky, which does not exist",
             project.path("in/sky.txt").display()
         );
-        assert!(
-            log.contains(&message) && log.contains("1 failed, 2 skipped, 0 published, 0 removed"),
-            "{log}"
-        );
+        assert_has(&log, [&message, "1 failed, 2 skipped, 0 published, 0 removed"]);
         has_kept(&project);
     }
     project.rename("elsewhere", "store");
@@ -60,8 +55,7 @@ fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
         if target == "chain" {
             link(&project, "nowhere", "in/chain");
         }
-        let log = project.build();
-        assert!(log.contains(expected) && log.contains("1 failed") && log.contains("0 removed"), "{log}");
+        assert_has(project.build(), [expected, "1 failed", "0 removed"]);
         has_kept(&project);
     }
     project.remove_link("in/sky.txt");
@@ -76,8 +70,7 @@ fn a_file_of_its_own_name_that_is_a_link_to_nothing_is_an_item_that_fails() {
     link(&project, "store", "in/sky.txt");
     assert!(project.build().contains("up to date"));
     project.remove("in/store");
-    let log = project.build();
-    assert!(log.contains("is a link to store, which does not exist") && log.contains("0 removed"), "{log}");
+    assert_has(project.build(), ["is a link to store, which does not exist", "0 removed"]);
     assert_eq!(project.read("out/sky.txt"), "BLUE");
 }
 
@@ -123,8 +116,7 @@ fn a_folder_that_cannot_be_listed_stops_the_build() {
     if fs::read_dir(&closed).is_ok() {
         eprintln!("SKIPPED: this user may list any folder");
     } else {
-        let errors = rejected(&project);
-        assert!(errors.contains("cannot read the folder in/a: Permission denied"), "{errors}");
+        assert_has(rejected(&project), ["cannot read the folder in/a: Permission denied"]);
         has_kept(&project);
     }
     fs::set_permissions(&closed, PermissionsExt::from_mode(0o755)).unwrap();
@@ -138,7 +130,7 @@ fn a_folder_whose_path_is_too_long_is_an_error() {
     let made = Command::new("python3").args(["-c", script]).env("IN", project.path("in")).status();
     assert!(made.is_ok_and(|made| made.success()), "this test needs Python");
     let errors = rejected(&project);
-    assert!(errors.contains("cannot read the folder in/ddd") && errors.contains("too long"), "{errors}");
+    assert_has(&errors, ["cannot read the folder in/ddd", "too long"]);
     assert!(errors.len() < 600, "{} characters", errors.len());
     has_kept(&project);
     let _ = Command::new("rm").arg("-rf").arg(project.path("in")).status();
@@ -227,8 +219,7 @@ fn out_by_another_name_is_no_source() {
     }
     project.edit("in/*.txt", "in/**/*.txt");
     let Some(mounted) = Mounted::new(&project.path("out"), &project.path("in/all")) else { return };
-    let errors = rejected(&project);
-    assert!(errors.contains("in/all is inside \"out\", the folder for exports"), "{errors}");
+    assert_has(rejected(&project), ["in/all is inside \"out\", the folder for exports"]);
     drop(mounted);
     assert_eq!(rejected(&project), "no error");
 }
@@ -249,10 +240,9 @@ fn a_source_that_leads_into_out_is_refused_by_any_link() {
         assert!(errors.contains("is inside \"out\", the folder for exports"), "{source}: {errors}");
         errors
     };
-    let errors = refused("more/*.txt", &[("../out/sky.txt", "more/x.txt")]);
-    assert!(
-        errors.contains("more/x.txt is inside \"out\", the folder for exports: it leads to out/sky.txt"),
-        "{errors}"
+    assert_has(
+        refused("more/*.txt", &[("../out/sky.txt", "more/x.txt")]),
+        ["more/x.txt is inside \"out\", the folder for exports: it leads to out/sky.txt"],
     );
     refused("more/*.txt", &[("HERE/out/sky.txt", "more/x.txt")]);
     refused("more/*.txt", &[("y", "more/x.txt"), ("../in/../out/sky.txt", "more/y")]);
@@ -272,8 +262,7 @@ fn a_file_that_an_item_reads_may_not_lead_into_out() {
     link(&project, "../out/gold.txt", "in/linked");
     for included in ["linked", "../out/gold.txt"] {
         project.write("in/sky.txt", &format!("include {included}\n"));
-        let log = project.build();
-        assert!(log.contains("FAILED text [sky]") && log.contains("is inside \"out\""), "{log}");
+        assert_has(project.build(), ["FAILED text [sky]", "is inside \"out\""]);
         has_kept(&project);
     }
 }

@@ -21,15 +21,15 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex};
 
-use super::{CAPITALS, Project, log};
+use super::{CAPITALS, Project, TextKind, assert_has, log};
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::{Change, Changed, Event, Summary};
+use crate::kinds::{Context, Failure};
 use crate::plan::ManifestFile;
-use crate::testkit::kinds;
+use crate::testkit::{Nothing, kinds};
 use crate::watch::{Backoff, ChangeCollector, WatchOptions, Watcher};
 
-/// The longest wait for anything.
 const DEADLINE: Duration = Duration::from_secs(60);
 const QUIET: Duration = Duration::from_millis(20);
 /// The first and the longest pause before another try: so short that tests need not wait.
@@ -64,14 +64,12 @@ impl Way {
     }
 }
 
-/// The events of a watcher so far.
 #[derive(Default)]
 struct EventLog {
     events: Mutex<Vec<Event>>,
     changed: Condvar,
 }
 
-/// A running watcher.
 struct Watched<'a> {
     project: &'a Project,
     log: Arc<EventLog>,
@@ -96,7 +94,7 @@ impl<'a> Watched<'a> {
         Self::trying(project, options, collector, TRIES)
     }
 
-    /// The same, with other pauses before what the system refused is tried again.
+    /// A watcher with these pauses, the first and the longest, before what the system refused is tried again.
     fn trying(
         project: &'a Project,
         options: WatchOptions,
@@ -223,7 +221,6 @@ fn summaries(events: &[Event]) -> impl Iterator<Item = &Summary> {
     })
 }
 
-/// A project with two texts.
 fn capitals() -> Project {
     let project = Project::new(CAPITALS);
     project.write("in/sky.txt", "blue");
@@ -231,7 +228,6 @@ fn capitals() -> Project {
     project
 }
 
-/// Sets the modification time of a file.
 fn set_modified(project: &Project, name: &str, time: std::time::SystemTime) {
     File::options().write(true).open(project.path(name)).unwrap().set_modified(time).unwrap();
 }

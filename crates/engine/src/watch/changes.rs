@@ -44,11 +44,9 @@ pub(super) struct Hints {
     pub(super) paths: BTreeMap<PathBuf, bool>,
     /// The exported files and folders that were removed, as the graph spells them.
     pub(super) removed_outputs: BTreeSet<PathBuf>,
-    /// Whether events were lost.
     pub(super) lost: bool,
     /// Whether something may have changed that is not among the paths.
     is_uncertain: bool,
-    /// The time of the first change.
     first: Option<Instant>,
     /// When the first and the last of the changes could be built.
     ready: Option<(Instant, Instant)>,
@@ -100,7 +98,6 @@ impl Hints {
         self.first.map_or(Duration::ZERO, |first| first.elapsed())
     }
 
-    /// Adds other changes.
     pub(super) fn merge(&mut self, others: Self) {
         for (path, existed) in others.paths {
             self.paths.entry(path).or_insert(existed);
@@ -116,18 +113,13 @@ impl Hints {
     }
 }
 
-/// Why waiting ended.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Wakeup {
-    /// Changes can be built.
     Hints,
-    /// The time is over.
     Timeout,
-    /// The caller asked to stop.
     Stopped,
 }
 
-/// Collects changes of the places of a graph.
 pub(crate) struct ChangeCollector {
     messages: Receiver<Message>,
     sender: Sender<Message>,
@@ -368,7 +360,6 @@ impl ChangeCollector {
         }
     }
 
-    /// Takes the changes so far.
     pub(super) fn take(&mut self) -> Hints {
         std::mem::take(&mut self.hints)
     }
@@ -382,7 +373,6 @@ impl ChangeCollector {
         hints
     }
 
-    /// Puts back changes that have not been built.
     pub(super) fn put_back(&mut self, hints: Hints) {
         self.hints.merge(hints);
     }
@@ -392,7 +382,6 @@ impl ChangeCollector {
         self.reported_polling.is_none() || self.probes.are_waiting()
     }
 
-    /// The places that are watched.
     pub(super) fn places(&self) -> &Places {
         &self.places
     }

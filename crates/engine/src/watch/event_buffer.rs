@@ -30,7 +30,6 @@ impl OutstandingErrors {
         self.build = Some(error);
     }
 
-    /// Notes an event that was reported.
     fn update(&mut self, event: &Event) {
         match event {
             Event::Planned { .. } => self.build = None,
@@ -55,7 +54,6 @@ struct State<'a> {
     outstanding: &'a mut OutstandingErrors,
     /// The events that are held back; `None` after an event was news.
     held: Option<Vec<Event>>,
-    /// The items that failed in this build.
     failed: BTreeSet<ItemName>,
 }
 

@@ -17,13 +17,10 @@ use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watche
 use super::places::Places;
 use crate::platform::{self, Identity};
 
-/// A message to the collector of changes.
 #[derive(Debug)]
 pub(crate) enum Message {
-    /// An event of the system.
     Event(Event),
     EventsLost,
-    /// A drive was mounted or unmounted.
     #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "only Linux reports mounts"))]
     MountsChanged,
     /// A program has this file open for writing, and no event has said so.
@@ -41,7 +38,6 @@ pub(super) enum FileEvent {
     Closed,
     /// Another file, which is complete, or no file is in its place.
     Replaced,
-    /// Something changed.
     Changed,
 }
 
@@ -67,13 +63,11 @@ fn is_empty_file(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.len() == 0)
 }
 
-/// The watches of folders.
 pub(super) struct Listener {
     watcher: RecommendedWatcher,
     watched: HashMap<PathBuf, Identity>,
 }
 
-/// The result of listening to folders.
 #[derive(Debug, Default)]
 pub(super) struct Listened {
     /// Whether a new watch was set.
@@ -103,7 +97,6 @@ impl Listener {
         }
     }
 
-    /// The number of watched folders.
     pub(super) fn folders(&self) -> usize {
         self.watched.len()
     }

@@ -14,7 +14,6 @@ pub(super) struct ManifestLoader<'a> {
     latest: Result<Graph, Diagnostics>,
     /// The last valid graph, and its items.
     valid: Option<(Graph, Expansion)>,
-    /// Whether the last valid graph is the latest one.
     is_latest_valid: bool,
 }
 

@@ -32,7 +32,6 @@ pub(super) struct WatchedFolder {
 /// by the next build.
 const MAX_OUTPUT_FOLDERS: usize = 1024;
 
-/// All places of a graph.
 #[derive(Debug, Default)]
 pub(super) struct Places {
     /// The watched folders by their canonical paths.
@@ -45,7 +44,6 @@ pub(super) struct Places {
     searches: BTreeSet<PathBuf>,
     /// Folders of which a stage reads all names.
     listings: BTreeSet<PathBuf>,
-    /// Look-ups of programs.
     lookups: HashSet<PathBuf>,
     sources: Vec<Source>,
     /// The paths that the engine itself writes to.
@@ -87,7 +85,6 @@ impl Places {
         }
     }
 
-    /// Adds what items read.
     pub(super) fn add_reads<'a>(&mut self, reads: impl IntoIterator<Item = &'a (PathBuf, ReadKind)>) {
         let search_path = SearchPath::current();
         for (path, kind) in reads {

@@ -30,10 +30,8 @@ pub(super) struct Poller {
     settles: Option<Instant>,
 }
 
-/// The result of a poll.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Polled {
-    /// The paths whose state changed.
     pub(super) changed: BTreeSet<PathBuf>,
     /// Whether contents may have changed without a change of the stamp.
     pub(super) is_uncertain: bool,
@@ -45,12 +43,10 @@ impl Poller {
         Self { every, next, paths: HashMap::new(), names: HashMap::new(), settles: None }
     }
 
-    /// The time between two polls.
     pub(super) fn every(&self) -> Duration {
         self.every
     }
 
-    /// When to poll next.
     pub(super) fn next(&self) -> Instant {
         self.next
     }
@@ -78,7 +74,6 @@ impl Poller {
         is_new
     }
 
-    /// Reads the state of all places.
     pub(super) fn poll(&mut self, places: &Places) -> Polled {
         let mut polled = Polled::default();
         for (path, before) in &mut self.paths {

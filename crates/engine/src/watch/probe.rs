@@ -11,7 +11,6 @@ use crate::storage::{PROBE_PREFIX, is_probe};
 /// The time within which a probe's event must arrive.
 const TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The folders that are being probed.
 #[derive(Default)]
 pub(super) struct Probes {
     waiting: Vec<Probe>,
@@ -72,7 +71,6 @@ impl Probes {
         self.waiting.is_empty()
     }
 
-    /// Why events cannot be relied on.
     pub(super) fn failed(&self) -> Option<&String> {
         self.failed.as_ref()
     }

@@ -26,7 +26,6 @@ const RESOLUTION: Duration = Duration::from_millis(20);
 pub(super) struct BuildTrace {
     /// The first item that was started.
     first: Option<ItemName>,
-    /// The exported files.
     published: Vec<PathBuf>,
     /// Since when programs may have run.
     programs: Option<SystemTime>,
@@ -59,7 +58,6 @@ pub(super) struct RebuildLoop {
     published: HashSet<Identity>,
     /// When programs of the last build may have run.
     programs: Option<(SystemTime, SystemTime)>,
-    /// Whether the watcher has stopped.
     is_stopped: bool,
     look_again: Option<Instant>,
 }
@@ -67,7 +65,6 @@ pub(super) struct RebuildLoop {
 /// Whether changes are to be built.
 #[derive(Debug, PartialEq)]
 pub(super) enum LoopCheck {
-    /// The changes are to be built.
     Build,
     /// The changes are not to be built any more: too many builds caused each other, the last of which began
     /// with this item.

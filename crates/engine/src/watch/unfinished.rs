@@ -51,9 +51,7 @@ impl Default for WritePauses {
 pub(super) struct UnfinishedFile {
     /// Whether its path led to a file or folder before.
     pub(super) existed: bool,
-    /// The time of its first change.
     pub(super) first: Instant,
-    /// The time of its last change.
     last: Instant,
     /// Whether it was written to and not closed since.
     is_open: bool,
@@ -84,12 +82,10 @@ pub(super) struct UnfinishedFiles {
 }
 
 impl UnfinishedFiles {
-    /// The files that the watcher waits for.
     pub(super) fn shared(&self) -> Arc<PathSet> {
         Arc::clone(&self.shared)
     }
 
-    /// Whether the watcher waits for a file.
     pub(super) fn have(&self, path: &Path) -> bool {
         self.files.contains_key(path)
     }
@@ -173,7 +169,6 @@ impl UnfinishedFiles {
         ready.into_iter().filter_map(|path| self.take(&path).map(|file| (path, file))).collect()
     }
 
-    /// Stops waiting for all files.
     pub(super) fn take_all(&mut self) -> Vec<(PathBuf, UnfinishedFile)> {
         self.shared.lock().clear();
         self.files.drain().collect()

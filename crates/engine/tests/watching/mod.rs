@@ -11,10 +11,8 @@ use std::time::{Duration, Instant};
 
 use engine::{BuildOptions, Cancel, Error, Event, Kinds, Plan, Summary, WatchOptions};
 
-/// The longest wait for anything.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A running watcher.
 pub(crate) struct Watcher {
     cancel: Cancel,
     thread: Option<JoinHandle<Result<(), Error>>>,
@@ -57,7 +55,6 @@ impl Watcher {
         Some(event)
     }
 
-    /// Waits for an event.
     pub(crate) fn wait(&mut self, what: &str, wanted: impl Fn(&Event) -> bool) -> Event {
         let deadline = Instant::now() + TIMEOUT;
         while let Some(event) = self.next(deadline.saturating_duration_since(Instant::now())) {
@@ -157,12 +154,10 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number below a bound.
     pub(crate) fn below(&mut self, bound: usize) -> usize {
         (self.next() % bound as u64) as usize
     }
 
-    /// One of some things.
     pub(crate) fn one_of<'a, T>(&mut self, things: &'a [T]) -> &'a T {
         &things[self.below(things.len())]
     }

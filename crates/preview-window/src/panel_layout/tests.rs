@@ -182,7 +182,6 @@ impl Session {
 }
 
 impl Session {
-    /// The place of the picture.
     fn picture(&self) -> Rect {
         self.context.viewport(|last| last.prev_pass.widgets.get(Id::unique("picture")).unwrap().rect)
     }

@@ -98,7 +98,6 @@ impl LightMasses {
         Self { grid, flux, moments, negative: if all > 0.0 { negative / all } else { 0.0 } }
     }
 
-    /// Adds a disk.
     fn add(&mut self, light: &Light) {
         let count = if light.radius > 1e-9 { POINTS } else { 1 };
         let part = light.flux().map(|flux| flux.max(0.0) / count as f64);

@@ -13,7 +13,6 @@ use test_data::tensors;
 
 const SHAPES: [LeafShape; 3] = [LeafShape::Flat, LeafShape::Bilinear, LeafShape::Exact];
 
-/// Random points.
 fn points(seed: u32, count: usize) -> Vec<[f32; 2]> {
     let mut points = vec![[0.0; 2]; count];
     Points::Random { seed }.fill(0, &mut points);

@@ -226,48 +226,18 @@ fn estimates_are_the_product_integral() {
     }
 }
 
-/// All wavelets are the texels; fewer have less, and what is negative is reported and not drawn.
 #[test]
-fn light_may_be_a_few_wavelets() {
-    let grid = grids()[0];
-    let environment = environment(grid);
-    let texels: Vec<[f64; 1]> =
-        environment.pixels().iter().map(|rgb| [rgb.iter().map(|&v| f64::from(v)).sum()]).collect();
-    let whole = sh::Haar::of(grid.height, grid.width, &texels).unwrap();
-    let direct = TexelLight::new(&environment, SUM).unwrap();
-    assert_eq!(direct.negative_share(), 0.0);
-    let all = TexelLight::from_haar(grid, &whole).unwrap();
-    for row in 0..grid.height {
-        for column in 0..grid.width {
-            assert!((all.value(row, column) - direct.value(row, column)).abs() < 1e-4);
-        }
+fn negative_texels_are_not_drawn_and_texels_that_are_not_finite_are_errors() {
+    let grid = LatLong { width: 16, height: 8 };
+    let value = |index: usize| if index % 3 == 0 { -1.0 } else { 1.0 + index as f32 };
+    let environment = Environment::new(grid, (0..128).map(|index| [value(index); 3]).collect()).unwrap();
+    let sampler = product(&environment, &slope(), ProductOptions::default());
+    let (directions, densities) = draw(&sampler, &points(5, 10_000));
+    for (direction, density) in directions.iter().zip(densities) {
+        assert!(density > 0.0 && light(&environment, *direction) > 0.0);
     }
-    assert!(all.negative_share() < 1e-12);
-    let tables = Tables::new(Degree::new(1).unwrap());
-    for count in [1, 10, 100, 1000] {
-        let mut few = whole.clone();
-        few.keep_largest(count);
-        let light = TexelLight::from_haar(grid, &few).unwrap();
-        test_data::say(&format!("{count} wavelets: negative {:.2e}", light.negative_share()));
-        let least = few.values().iter().fold(0.0, |a: f64, b| a.min(b[0]));
-        assert_eq!(light.negative_share() > 0.0, least < 0.0);
-        let sampler =
-            ProductSampler::new(&ProductTables::new(&light, &tables), &slope(), ProductOptions::default())
-                .unwrap();
-        let (directions, densities) = draw(&sampler, &points(5, 10_000));
-        let values = few.values();
-        for (direction, density) in directions.iter().zip(&densities) {
-            let [x, y, z] = direction.map(f64::from);
-            let (column, row) = grid.position(Direction::normalised(DVec3::new(x, y, z)));
-            let texel = (row + 0.5) as usize * grid.width + ((column + 0.5) as usize).min(grid.width - 1);
-            assert!(*density > 0.0 && values[texel][0] > 0.0);
-        }
-    }
-    let mut wrong = texels;
-    wrong[grid.width + 3] = [f64::NAN];
-    // The transform spreads it.
-    let wrong = sh::Haar::of(grid.height, grid.width, &wrong).unwrap();
-    assert!(matches!(TexelLight::from_haar(grid, &wrong), Err(Error::TexelNotFinite { .. })));
+    let wrong = TexelLight::new(&environment, [1.0, f64::NAN, 1.0]);
+    assert!(matches!(wrong, Err(Error::TexelNotFinite { row: 0, column: 0, .. })));
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod light;
 mod rejected;
 
 use std::fs;
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
@@ -48,7 +49,6 @@ resolution = 4
 
 const GOLD: &str = "model = \"phong\"\nexponent = 4\nspecular = [1.0, 0.8, 0.3]\n";
 
-/// A project in a temporary folder.
 struct TestProject {
     folder: tempfile::TempDir,
     kinds: Kinds,
@@ -72,6 +72,12 @@ impl TestProject {
         Self { folder, kinds: crate::kinds(), manifest, screenshots, project }
     }
 
+    fn built() -> Self {
+        let project = Self::new(PIPELINE);
+        project.build();
+        project
+    }
+
     fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -90,11 +96,7 @@ impl TestProject {
     }
 
     fn surroundings(&self, continues_without: bool) -> Surroundings<'_> {
-        let Self { project, screenshots, kinds, .. } = self;
-        let subject = SubjectRequest::default();
-        let request = WindowRequest { project, screenshots, kinds, subject, cpu: true, continues_without };
-        let cancel = Cancel::default();
-        Surroundings { watched: WatchedProject::new(request.project.clone(), &cancel), request, cancel }
+        Surroundings::new(&self.project, &self.screenshots, &self.kinds, continues_without)
     }
 }
 
@@ -105,9 +107,30 @@ struct Surroundings<'a> {
     watched: WatchedProject,
 }
 
-impl Surroundings<'_> {
+impl<'a> Surroundings<'a> {
+    fn new(
+        project: &'a project::Project,
+        screenshots: &'a Path,
+        kinds: &'a Kinds,
+        continues_without: bool,
+    ) -> Self {
+        let (subject, cancel) = (SubjectRequest::default(), Cancel::default());
+        let request = WindowRequest { project, screenshots, kinds, subject, cpu: true, continues_without };
+        Self { watched: WatchedProject::new(project.clone(), &cancel), request, cancel }
+    }
+
     fn controller(&self) -> PreviewController<'_> {
         PreviewController::new(&self.request, &self.cancel, &self.watched)
+    }
+
+    /// A controller that has a window and then gets these messages, and the updates of the window.
+    fn with_window<const N: usize>(
+        &self,
+        messages: [PreviewMessage; N],
+    ) -> (PreviewController<'_>, Receiver<PreviewUpdate>) {
+        let (mut controller, (opened, updates)) = (self.controller(), window());
+        controller.handle_all(iter::once(opened).chain(messages));
+        (controller, updates)
     }
 }
 
@@ -173,8 +196,7 @@ fn no_window() -> PreviewMessage {
 
 #[test]
 fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(false);
     let mut controller = around.controller();
     controller.handle_all([planned(), ended()]);
@@ -194,9 +216,7 @@ fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
 fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
     let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold")]);
+    let (mut controller, updates) = around.with_window([planned(), show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin"]);
     project.build_only(&["environment"]);
     controller.handle_all([finished("environment", [("environment", "studio")])]);
@@ -245,12 +265,9 @@ fn form_and_others(updates: &Receiver<PreviewUpdate>) -> (Option<MaterialForm>, 
 
 #[test]
 fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold"), ended()]);
+    let (mut controller, updates) = around.with_window([planned(), show("gold"), ended()]);
     let (form, others) = form_and_others(&updates);
     assert_eq!(others, ["catalog: gold, tin", "scene: gold"]);
     let mut form = form.unwrap();
@@ -297,12 +314,9 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
 
 #[test]
 fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold"), ended()]);
+    let (mut controller, updates) = around.with_window([planned(), show("gold"), ended()]);
     let mut form = form_and_others(&updates).0.unwrap();
     form.set(::preview::FormField { section: 0, parameter: 0 }, &brdf::Value::Number(9.0));
     controller.handle_all([PreviewMessage::Edit("gold".into(), MaterialEdit::Show(Some(form.clone())))]);
@@ -337,12 +351,9 @@ fn a_still_in_place_of_the_window_waits_for_the_maps() {
 
 #[test]
 fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(false);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened]);
+    let (mut controller, updates) = around.with_window([]);
     controller.handle_all([show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin", "scene: gold"]);
     controller.handle_all([planned(), ended()]);
@@ -417,9 +428,7 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
 fn a_saved_picture_is_reported_when_it_is_written() {
     let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened]);
+    let (mut controller, updates) = around.with_window([]);
     received(&updates);
     let subject = Subject { environment: "sky".into(), material: "gold".into(), mesh: "sphere".into() };
     let picture =
@@ -439,12 +448,9 @@ fn a_saved_picture_is_reported_when_it_is_written() {
 
 #[test]
 fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unreadable_ones() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, watching()]);
+    let (mut controller, updates) = around.with_window([watching()]);
     controller.handle_all([show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin", "scene: gold"]);
 
@@ -477,12 +483,9 @@ fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unrea
 
 #[test]
 fn a_failure_says_whether_the_picture_depends_on_it() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, show("gold")]);
+    let (mut controller, updates) = around.with_window([show("gold")]);
     received(&updates);
     let headline = |message: PreviewMessage, controller: &mut PreviewController<'_>| {
         controller.handle_all([message]);

@@ -258,7 +258,6 @@ fn text_of(header: &Header, key: &str) -> Option<String> {
     })
 }
 
-/// The attribute `chromaticities`.
 fn chromaticities_of(header: &Header) -> Option<Chromaticities> {
     let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
     let given = header.shared_attributes.chromaticities?;

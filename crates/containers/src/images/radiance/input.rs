@@ -2,7 +2,6 @@
 
 use crate::error::Error;
 
-/// The longest header that is read.
 pub(super) const MAX_HEADER: usize = 1 << 20;
 
 /// The bytes not yet read.

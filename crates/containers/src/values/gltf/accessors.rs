@@ -9,7 +9,6 @@ use super::buffers::Buffers;
 use super::document::{Document, size};
 use crate::error::Error;
 
-/// The accessors of a document.
 pub(super) struct Accessors<'a> {
     pub(super) document: &'a Document,
     pub(super) buffers: &'a Buffers<'a>,

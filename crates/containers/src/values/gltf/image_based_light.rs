@@ -155,7 +155,6 @@ pub fn read_gltf_image_based_light(bytes: &[u8]) -> Result<ImageBasedLight, Erro
     parse(bytes).map_err(|error| error.within("glTF"))
 }
 
-/// A light of a document.
 struct Light<'a> {
     element: Element<'a>,
     irradiance: [[f64; 3]; 9],

@@ -332,7 +332,6 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         Element::of(self.document, "images").at(source)
     }
 
-    /// The bytes of a buffer view.
     fn view(&mut self, index: usize) -> Result<Arc<Vec<u8>>, E> {
         let view = Element::of(self.document, "bufferViews").at(index)?;
         let buffer = view.get("buffer").index()?.unwrap_or(0);

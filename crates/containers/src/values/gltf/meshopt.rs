@@ -8,7 +8,6 @@ use crate::error::Error;
 pub(super) struct Compression {
     pub(super) mode: Mode,
     pub(super) filter: Filter,
-    /// The number of elements.
     pub(super) count: usize,
     /// Bytes of an element.
     pub(super) stride: usize,

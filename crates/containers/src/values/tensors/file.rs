@@ -17,7 +17,6 @@ use crate::values::shrm_metadata::centre_name;
 /// The numbers of a light: direction x, y, z, angular radius, irradiance RGB.
 const LIGHT: usize = 7;
 
-/// A file being written.
 pub(super) struct Writer {
     pub(super) metadata: BTreeMap<String, String>,
     /// The header's entry of each tensor. The format wants descending alignment; kinds mix no types.
@@ -80,9 +79,7 @@ impl Writer {
         shape: &[usize],
     ) -> Result<(), Error> {
         let values = rows.as_flattened();
-        if let Some(first) = values.iter().position(|value| !value.is_finite()) {
-            return Err(not_finite(name, first, ErrorKind::Unwritable));
-        }
+        check_finite(name, values, ErrorKind::Unwritable)?;
         self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         self.tensor(name, "F64", shape);
         Ok(())
@@ -116,7 +113,6 @@ impl Writer {
     }
 }
 
-/// A file being read.
 pub(super) struct TensorFile<'a> {
     pub(super) tensors: SafeTensors<'a>,
     pub(super) metadata: BTreeMap<String, String>,
@@ -198,8 +194,8 @@ impl<'a> TensorFile<'a> {
         }
         let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
         let &[_, LIGHT] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
-        let value = |b: &[u8]| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
-        let values: Vec<f64> = tensor.data().chunks_exact(8).map(value).collect();
+        let (words, _) = tensor.data().as_chunks::<8>();
+        let values: Vec<f64> = words.iter().map(|word| f64::from_le_bytes(*word)).collect();
         let light = |(index, row): (usize, &[f64])| {
             let vector = DVec3::new(row[0], row[1], row[2]);
             // Normalised again, a direction could change in its last bit.
@@ -221,7 +217,6 @@ impl<'a> TensorFile<'a> {
         values.chunks_exact(LIGHT).enumerate().map(light).collect()
     }
 
-    /// Whether there is a tensor of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.tensors.names().contains(&name)
     }
@@ -272,18 +267,20 @@ impl<'a> TensorFile<'a> {
 
 /// The finite f64 of a tensor whose last axis is colour; one channel is grey.
 pub(super) fn coefficients(name: &str, tensor: &TensorView<'_>) -> Result<Vec<[f64; 3]>, Error> {
-    let values: Vec<f64> = tensor
-        .data()
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
-        .collect();
-    if let Some(first) = values.iter().position(|value| !value.is_finite()) {
-        return Err(not_finite(name, first, ErrorKind::Damaged));
-    }
+    let (words, _) = tensor.data().as_chunks::<8>();
+    let values: Vec<f64> = words.iter().map(|word| f64::from_le_bytes(*word)).collect();
+    check_finite(name, &values, ErrorKind::Damaged)?;
     Ok(match tensor.shape().last() {
         Some(1) => values.into_iter().map(|grey| [grey; 3]).collect(),
         _ => values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect(),
     })
+}
+
+/// The f32 of a tensor whose last axis has three channels.
+pub(super) fn colours(tensor: &TensorView<'_>) -> Vec<[f32; 3]> {
+    let (words, _) = tensor.data().as_chunks::<4>();
+    let (rows, _) = words.as_chunks::<3>();
+    rows.iter().map(|row| row.map(f32::from_le_bytes)).collect()
 }
 
 pub(super) fn check_triangle(brdf: &BrdfCoefficients) -> Result<(), String> {
@@ -310,7 +307,16 @@ pub(super) fn wrong_shape(name: &str, expected: &str, found: &[usize]) -> Error 
     Error::damaged(format!("tensor `{name}`: expected the shape {expected}, found {found:?}"))
 }
 
-pub(super) fn not_finite(name: &str, position: usize, kind: ErrorKind) -> Error {
-    let (row, channel) = (position / 3, position % 3);
-    Error::new(kind, format!("tensor `{name}`: expected finite values; row {row}, channel {channel} is not"))
+/// An error if a value of a tensor whose last axis is colour is not finite.
+pub(super) fn check_finite<T: Copy + Into<f64>>(
+    name: &str,
+    values: &[T],
+    kind: ErrorKind,
+) -> Result<(), Error> {
+    let Some(first) = values.iter().position(|&value| !value.into().is_finite()) else { return Ok(()) };
+    let (row, channel) = (first / 3, first % 3);
+    Err(Error::new(
+        kind,
+        format!("tensor `{name}`: expected finite values; row {row}, channel {channel} is not"),
+    ))
 }

@@ -7,7 +7,6 @@ use transfer::LightField;
 use super::file::{TensorFile, Writer, coefficients, degree, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
-/// The tensors.
 const POINTS: &str = "points";
 const SERIES: &str = "sh";
 

@@ -14,7 +14,7 @@ use brdf::{
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
-use super::file::{TensorFile, Writer, wrong_shape};
+use super::file::{TensorFile, Writer, colours, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The entry of the metadata that holds the models.
@@ -238,10 +238,7 @@ fn table<const N: usize>(
     let (Some((3, shape)), true) = (tensor.shape().split_last(), tensor.shape().len() == N + 1) else {
         return Err(wrong());
     };
-    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-    let rows = tensor.data().chunks_exact(12);
-    let values = rows.map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])]).collect();
-    Ok((shape.try_into().map_err(|_| wrong())?, values))
+    Ok((shape.try_into().map_err(|_| wrong())?, colours(&tensor)))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use shrm::{Distribution, LevelMethod, Prefiltered, PrefilteredLevel};
 use sphere::Cube;
 
-use super::file::{TensorFile, Writer, not_finite, wrong_shape};
+use super::file::{TensorFile, Writer, check_finite, colours, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The entries of the metadata.
@@ -65,9 +65,7 @@ pub fn encode_prefiltered(prefiltered: &Prefiltered, recipe: Option<&str>) -> Re
     for (l, level) in prefiltered.levels.iter().enumerate() {
         let (name, edge) = (format!("level{l}"), level.map.cube().edge);
         let values = level.map.pixels().as_flattened();
-        if let Some(first) = values.iter().position(|value| !value.is_finite()) {
-            return Err(not_finite(&name, first, ErrorKind::Unwritable));
-        }
+        check_finite(&name, values, ErrorKind::Unwritable)?;
         file.extend_f32(values);
         file.tensor(name, "F32", &[6, edge, edge, 3]);
     }
@@ -88,12 +86,8 @@ pub fn decode_prefiltered(bytes: &[u8]) -> Result<Prefiltered, Error> {
     let level = |(l, entry): (usize, LevelEntry)| {
         let name = format!("level{l}");
         let tensor = file.tensor(&name, Dtype::F32, SHAPE)?;
-        let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-        let pixel = |rgb: &[u8]| [value(&rgb[0..]), value(&rgb[4..]), value(&rgb[8..])];
-        let pixels: Vec<[f32; 3]> = tensor.data().chunks_exact(12).map(pixel).collect();
-        if let Some(first) = pixels.as_flattened().iter().position(|value| !value.is_finite()) {
-            return Err(not_finite(&name, first, ErrorKind::Damaged));
-        }
+        let pixels = colours(&tensor);
+        check_finite(&name, pixels.as_flattened(), ErrorKind::Damaged)?;
         let wrong = || wrong_shape(&name, SHAPE, tensor.shape());
         let &[6, edge, width, 3] = tensor.shape() else { return Err(wrong()) };
         let map = CubeMap::new(Cube { edge }, pixels).filter(|_| edge == width).ok_or_else(wrong)?;

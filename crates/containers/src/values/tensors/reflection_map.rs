@@ -5,7 +5,7 @@ use sh::Light;
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
-use super::file::{TensorFile, Writer, degree, not_finite, wrong_shape};
+use super::file::{TensorFile, Writer, check_finite, colours, degree, wrong_shape};
 use crate::error::{Error, ErrorKind};
 use crate::values::shrm_metadata::shrm_metadata;
 
@@ -79,15 +79,8 @@ pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
         return Err(wrong(SHAPE));
     }
     let p = degree(NAME, side - 1)?;
-    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-    let mut values: Vec<[f32; 3]> = tensor
-        .data()
-        .chunks_exact(12)
-        .map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])])
-        .collect();
-    if let Some(first) = values.as_flattened().iter().position(|value| !value.is_finite()) {
-        return Err(not_finite(NAME, first, ErrorKind::Damaged));
-    }
+    let mut values = colours(&tensor);
+    check_finite(NAME, values.as_flattened(), ErrorKind::Damaged)?;
     if terms == Terms::Zonal {
         let mut zonal = Vec::with_capacity(values.len() / rows * side);
         for (texel, values) in values.chunks_exact(rows).enumerate() {

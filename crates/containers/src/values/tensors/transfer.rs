@@ -79,7 +79,6 @@ pub fn decode_transfer(bytes: &[u8]) -> Result<OfMesh<StoredTransfer>, Error> {
     Ok(OfMesh { value, mesh: digest(&file)? })
 }
 
-/// The form of a channel.
 fn form(file: &TensorFile<'_>, prefix: &str) -> Result<Form, Error> {
     let name = |name: &str| format!("{prefix}{name}");
     if file.has(&name("visibility")) {

@@ -34,7 +34,6 @@ pub(crate) enum Fate {
     Unchanged,
     /// Somebody has changed the file, or a link leads to its folder.
     Changed,
-    /// The file no longer exists.
     Missing,
     /// The file's folder cannot be read at present: a link to it leads nowhere.
     Unknown,
@@ -117,7 +116,6 @@ impl Others {
         self.exported.get(path)
     }
 
-    /// The lines of an abandoned file.
     pub(super) fn abandoned(&self, path: &str) -> &[Published] {
         self.abandoned.get(path).map_or(&[], Vec::as_slice)
     }
@@ -126,7 +124,6 @@ impl Others {
         self.abandoned.values().flatten()
     }
 
-    /// Forgets abandoned lines.
     pub(super) fn retain_abandoned(&mut self, keeps: impl Fn(&Published) -> bool) {
         self.abandoned.retain(|_, lines| {
             lines.retain(&keeps);

@@ -19,9 +19,6 @@ use crate::storage::{Line, State, Tag, path_name};
 impl Publisher<'_> {
     /// Removes the files of items that no longer exist in selected stages (with `all`, also in stages that no
     /// longer exist).
-    ///
-    /// # Errors
-    /// If a file cannot be removed.
     pub(crate) fn remove_gone(
         &self,
         plan: &Plan,
@@ -43,9 +40,6 @@ impl Publisher<'_> {
     }
 
     /// Removes the files that an item no longer exports, now that its others are in place.
-    ///
-    /// # Errors
-    /// If a file cannot be removed.
     pub(crate) fn remove_stale(&self, item: &ItemName, events: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match self.stale.get(item) {
             Some(files) => self.remove(files, &mut |what| events.push(what)),
@@ -59,9 +53,6 @@ impl Publisher<'_> {
     }
 
     /// The files that [`Publisher::remove_gone`] and [`Publisher::remove_stale`] would remove.
-    ///
-    /// # Errors
-    /// If a file cannot be read.
     pub(crate) fn would_remove(
         &self,
         plan: &Plan,

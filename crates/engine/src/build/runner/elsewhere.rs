@@ -16,7 +16,6 @@ pub(crate) struct Elsewhere<'a> {
     options: &'a ExecutorOptions,
     /// Whether the build must not go on without the machines.
     is_required: bool,
-    /// The number of the first worker.
     first_worker: usize,
     /// The threads that wait: whether each does now.
     waiting: Vec<bool>,
@@ -25,7 +24,6 @@ pub(crate) struct Elsewhere<'a> {
 }
 
 impl<'a> Elsewhere<'a> {
-    /// The machines of these options.
     pub(crate) fn new(
         context: &'a RunContext<'a>,
         options: &'a ExecutorOptions,

@@ -16,9 +16,7 @@ pub(crate) enum Pool {
 pub(crate) struct Local<'a> {
     context: &'a RunContext<'a>,
     pool: Pool,
-    /// The number of threads.
     jobs: usize,
-    /// The number of the first worker.
     first_worker: usize,
     /// The number of tasks in work.
     busy: usize,
@@ -30,17 +28,14 @@ impl<'a> Local<'a> {
         Self { context, pool, jobs, first_worker, busy: 0 }
     }
 
-    /// The number of workers.
     pub(super) fn workers(&self) -> usize {
         self.jobs
     }
 
-    /// Whether it does no task.
     pub(super) fn is_idle(&self) -> bool {
         self.busy == 0
     }
 
-    /// Whether a worker is one of its own.
     pub(super) fn has(&self, worker: usize) -> bool {
         (self.first_worker..self.first_worker + self.jobs).contains(&worker)
     }

@@ -22,7 +22,6 @@ impl<'a> WatchedFirst<'a> {
         Self { wanted, others, gate: Arc::clone(&context.gate) }
     }
 
-    /// The number of workers.
     pub(crate) fn workers(&self) -> usize {
         self.others.workers() + self.wanted.workers()
     }

@@ -7,18 +7,15 @@ use crate::kinds::Handle;
 use crate::plan::{ItemIndex, Plan, Selection};
 use crate::storage::{Blob, Cause};
 
-/// The progress of an item.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Phase {
     /// The item waits for its inputs, or for its turn.
     Waiting,
     /// The item is being run or published, or its inputs are being fetched.
     Busy,
-    /// The item's result is complete.
     Done,
     /// The item failed, or was skipped because of the named item.
     Failed(ItemName),
-    /// The item was stopped.
     Stopped,
 }
 
@@ -48,7 +45,6 @@ pub(super) struct Progress {
     pub(super) is_missed: bool,
     /// The causes of the change of its artifact in this build.
     pub(super) causes: Vec<Cause>,
-    /// Whether it ran in this build.
     pub(super) ran: bool,
     /// The place where it runs, unless that refuses it.
     pub(super) place: usize,
@@ -98,7 +94,6 @@ pub(super) fn items_of(plan: &Plan, selected: &Selection, is_complete: &[bool]) 
     items
 }
 
-/// The items at all ports, each once.
 pub(super) fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
     let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
     all.sort_unstable();

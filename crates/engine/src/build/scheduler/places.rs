@@ -84,7 +84,6 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// Starts a task in its place.
     pub(super) fn start(&mut self, next: Next, request: Request, threads: &Threads<'_, 'a>) {
         let Next { place, is_wanted, .. } = next;
         self.busy += 1;
@@ -92,12 +91,10 @@ impl<'a> Places<'a> {
         self.places[place].runner.start(job, threads);
     }
 
-    /// Whether no task is in work.
     pub(super) fn are_idle(&self) -> bool {
         self.busy == 0
     }
 
-    /// Waits for the end of a task, at most so long.
     pub(super) fn wait(&mut self, most: Duration) -> Option<Ended> {
         let ended = self.receiver.recv_timeout(most).ok()?;
         self.busy -= 1;

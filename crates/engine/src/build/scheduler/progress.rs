@@ -23,7 +23,6 @@ struct RunningItem {
     done: Arc<ShareDone>,
     /// When the item is reported next, at the earliest.
     due: Duration,
-    /// The share that was reported last.
     reported: f64,
 }
 

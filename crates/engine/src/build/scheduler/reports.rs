@@ -47,7 +47,6 @@ impl Scheduler<'_, '_> {
         }
     }
 
-    /// Reports what a run warned of and what it noted.
     pub(super) fn report_messages(&mut self, item: ItemIndex, warnings: Vec<String>, notes: Vec<String>) {
         let name = self.check.name(item);
         for message in warnings {

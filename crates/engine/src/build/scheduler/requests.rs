@@ -13,7 +13,6 @@ use crate::plan::ItemIndex;
 use crate::storage::{Blob, Cause};
 
 impl<'a> Scheduler<'a, '_> {
-    /// Starts a task in its place.
     pub(super) fn start(&mut self, next: Next, threads: &Threads<'_, 'a>) {
         let request = match next.task {
             Task::Fetch(item) => Request::Fetch(item, self.digest(item)),

@@ -7,7 +7,6 @@ use crate::build::up_to_date::UpToDateCheck;
 use crate::kinds::Product;
 use crate::plan::{ItemIndex, Stage};
 
-/// A task of a worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Task {
     Run(ItemIndex),
@@ -56,7 +55,6 @@ impl Urgency {
     }
 }
 
-/// The tasks that are ready.
 #[derive(Default)]
 pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
 

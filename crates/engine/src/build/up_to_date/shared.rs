@@ -181,7 +181,6 @@ impl UpToDateCheck<'_> {
             .collect()
     }
 
-    /// A record of an item with this key, without a result.
     fn blank_record(&self, item: ItemIndex, key: Digest) -> Record {
         let stage = &self.plan.stages[self.plan.items[item].stage];
         let info = &self.stages[self.plan.items[item].stage];

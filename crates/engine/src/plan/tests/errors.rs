@@ -162,30 +162,19 @@ per = ["t"]
 #[test]
 fn per_names_keys_of_the_inputs() {
     let stages = r#"
-[stage.a]
-kind = "collect"
-input = "sky"
-per = ["skye"]
-[stage.b]
-kind = "collect"
-inputs = { texts = "paint", title = "sky" }
-per = ["paint"]
-[stage.c]
-kind = "collect"
-input = "sky"
-per = ["sky", "sky"]
-[stage.d]
-kind = "collect"
-input = "b"
-per = ["nothing"]
+[stage]
+a = { kind = "collect", input = "sky", per = ["skye"] }
+b = { kind = "collect", inputs = { texts = "paint", title = "sky" }, per = ["paint"] }
+c = { kind = "collect", input = "sky", per = ["sky", "sky"] }
+d = { kind = "collect", input = "b", per = ["nothing"] }
 "#;
     check_errors(
         FILES,
         &format!("{SOURCES}{stages}"),
         expect![[r#"
-            13:8 "skye" is not a key of this stage's inputs | expected one of: sky | did you mean "sky"?
-            17:7 "per" leaves out sky, but a port that takes a single item needs it | expected at least "sky"
-            21:15 "sky" appears twice | expected each key once
+            11:47 "skye" is not a key of this stage's inputs | expected one of: sky | did you mean "sky"?
+            12:76 "per" leaves out sky, but a port that takes a single item needs it | expected at least "sky"
+            13:54 "sky" appears twice | expected each key once
         "#]],
     );
 }
@@ -195,35 +184,20 @@ fn cycles_are_spelled_out() {
     check_errors(
         "a.txt",
         r#"
-[stage.a]
-kind = "upper"
-input = "c"
-[stage.b]
-kind = "upper"
-input = "a"
-[stage.c]
-kind = "upper"
-input = "b"
-[stage.self]
-kind = "upper"
-input = "self"
-[stage.after]
-kind = "write"
-input = "c"
-[stage.x]
-kind = "concat"
-inputs = { left = "s", right = "y" }
-[stage.y]
-kind = "concat"
-inputs = { left = "x", right = "a" }
-[stage.s]
-kind = "text-source"
-source = "a.txt"
+[stage]
+a = { kind = "upper", input = "c" }
+b = { kind = "upper", input = "a" }
+c = { kind = "upper", input = "b" }
+self = { kind = "upper", input = "self" }
+after = { kind = "write", input = "c" }
+x = { kind = "concat", inputs = { left = "s", right = "y" } }
+y = { kind = "concat", inputs = { left = "x", right = "a" } }
+s = { kind = "text-source", source = "a.txt" }
 "#,
         expect![[r#"
-            5:9 stages need each other in a cycle: a needs c, which needs b, which needs a | expected a stage that does not need this one
-            14:9 stage "self" needs itself | expected a stage that does not need this one
-            20:32 stages need each other in a cycle: x needs y, which needs x | expected a stage that does not need this one
+            4:31 stages need each other in a cycle: a needs c, which needs b, which needs a | expected a stage that does not need this one
+            7:34 stage "self" needs itself | expected a stage that does not need this one
+            9:55 stages need each other in a cycle: x needs y, which needs x | expected a stage that does not need this one
         "#]],
     );
 }
@@ -285,40 +259,21 @@ fn a_mistake_is_reported_once() {
     check_errors(
         "a.txt",
         r#"
-[stage.s]
-kind = "text-sauce"
-source = "a.txt"
-[stage.e]
-kind = "text-source"
-source = "*.exr"
-[stage.u]
-kind = "upper"
-input = "s"
-[stage.n]
-kind = "count"
-input = "u"
-[stage.v]
-kind = "concat"
-inputs = { left = "u", right = "e" }
-[stage.w]
-kind = "write"
-input = "v"
-path = "{s}/{e}"
-[stage.p]
-kind = "suffix"
-input = "e"
-[stage.q]
-kind = "count"
-input = "p"
-[stage.all]
-kind = "collect"
-input = "v"
-per = ["s"]
+[stage]
+s = { kind = "text-sauce", source = "a.txt" }
+e = { kind = "text-source", source = "*.exr" }
+u = { kind = "upper", input = "s" }
+n = { kind = "count", input = "u" }
+v = { kind = "concat", inputs = { left = "u", right = "e" } }
+w = { kind = "write", input = "v", path = "{s}/{e}" }
+p = { kind = "suffix", input = "e" }
+q = { kind = "count", input = "p" }
+all = { kind = "collect", input = "v", per = ["s"] }
 "#,
         expect![[r#"
-            4:8 there is no kind "text-sauce" | expected one of: text-source, upper, private, suffix, concat, collect, count, refuse and 2 more | did you mean "text-source"?
-            8:10 no file matches "*.exr" | expected files in /project | /project contains a.txt
-            22:1 "text" is missing | expected text = a string
+            4:14 there is no kind "text-sauce" | expected one of: text-source, upper, private, suffix, concat, collect, count, refuse and 2 more | did you mean "text-source"?
+            5:38 no file matches "*.exr" | expected files in /project | /project contains a.txt
+            10:5 "text" is missing | expected text = a string
         "#]],
     );
 }

@@ -7,18 +7,11 @@ fn a_glob_gives_an_item_for_each_file_and_a_literal_gives_one() {
     check_items(
         "skies/noon.txt skies/.hidden.txt skies/dawn.txt skies/dawn.txt~ skies/noon.txt.bak skies/deep/no.txt one.v2.txt faces.d/px.txt ../far/x.txt",
         r#"
-[stage.sky]
-kind = "text-source"
-source = "skies/*.txt"
-[stage.one]
-kind = "text-source"
-source = "./one.v2.txt"
-[stage.folder]
-kind = "text-source"
-source = "faces.d"
-[stage.far]
-kind = "text-source"
-source = "../far/*"
+[stage]
+sky = { kind = "text-source", source = "skies/*.txt" }
+one = { kind = "text-source", source = "./one.v2.txt" }
+folder = { kind = "text-source", source = "faces.d" }
+far = { kind = "text-source", source = "../far/*" }
 "#,
         expect![[r#"
             sky[dawn] < /project/skies/dawn.txt
@@ -33,15 +26,10 @@ source = "../far/*"
 #[test]
 fn keys_of_one_source_agree_and_others_multiply() {
     let manifest = r#"
-[stage.mixed]
-kind = "concat"
-inputs = { left = "sky", right = "paint" }
-[stage.loud]
-kind = "upper"
-input = "sky"
-[stage.again]
-kind = "concat"
-inputs = { right = "loud", left = "mixed" }
+[stage]
+mixed = { kind = "concat", inputs = { left = "sky", right = "paint" } }
+loud = { kind = "upper", input = "sky" }
+again = { kind = "concat", inputs = { right = "loud", left = "mixed" } }
 "#;
     check_items(
         FILES,
@@ -68,22 +56,12 @@ inputs = { right = "loud", left = "mixed" }
 #[test]
 fn a_port_that_takes_many_receives_what_agrees() {
     let manifest = r#"
-[stage.mixed]
-kind = "concat"
-inputs = { left = "sky", right = "paint" }
-[stage.all]
-kind = "collect"
-input = "mixed"
-[stage.for-each-sky]
-kind = "collect"
-inputs = { texts = "mixed", title = "sky" }
-[stage.for-each-paint]
-kind = "collect"
-input = "mixed"
-per = ["paint"]
-[stage.crossed]
-kind = "collect"
-inputs = { texts = "paint", title = "sky" }
+[stage]
+mixed = { kind = "concat", inputs = { left = "sky", right = "paint" } }
+all = { kind = "collect", input = "mixed" }
+for-each-sky = { kind = "collect", inputs = { texts = "mixed", title = "sky" } }
+for-each-paint = { kind = "collect", input = "mixed", per = ["paint"] }
+crossed = { kind = "collect", inputs = { texts = "paint", title = "sky" } }
 "#;
     check_items(
         FILES,
@@ -113,18 +91,11 @@ fn stages_may_be_in_any_order() {
     check_items(
         "a.txt",
         r#"
-[stage.file]
-kind = "write"
-input = "loud"
-[stage.loud]
-kind = "upper"
-input = "text"
-[stage.other]
-kind = "upper"
-input = "text"
-[stage.text]
-kind = "text-source"
-source = "a.txt"
+[stage]
+file = { kind = "write", input = "loud" }
+loud = { kind = "upper", input = "text" }
+other = { kind = "upper", input = "text" }
+text = { kind = "text-source", source = "a.txt" }
 "#,
         expect![[r#"
             text[a] < /project/a.txt
@@ -141,12 +112,9 @@ fn a_join_gives_what_comparing_all_pairs_gives() {
         |folder: &str, count: usize| (0..count).map(|i| format!("{folder}/{i}.txt ")).collect::<String>();
     let files = names("skies", 5) + &names("paints", 7);
     let manifest = r#"
-[stage.mixed]
-kind = "concat"
-inputs = { left = "paint", right = "sky" }
-[stage.three]
-kind = "concat"
-inputs = { left = "mixed", right = "sky", end = "paint" }
+[stage]
+mixed = { kind = "concat", inputs = { left = "paint", right = "sky" } }
+three = { kind = "concat", inputs = { left = "mixed", right = "sky", end = "paint" } }
 "#;
     let plan = load(&files, &format!("{SOURCES}{manifest}")).unwrap();
     let of = |name: &'static str| {

@@ -2,35 +2,39 @@
 
 use super::*;
 
-fn check(path: &str, expected: Expect) {
-    let stage = format!(
-        "[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = '{path}'\n"
-    );
-    let text = match load(FILES, &format!("{SOURCES}{stage}")) {
-        Ok(plan) => plan.items.iter().flat_map(|item| &item.files).map(|file| format!("{file}\n")).collect(),
-        Err(errors) => shown(&errors),
-    };
-    expected.assert_eq(&text);
+/// The manifest of an export with this path.
+fn with_path(path: &str) -> String {
+    let path = serde_json::json!(path);
+    format!(
+        "{SOURCES}[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = {path}\n"
+    )
+}
+
+/// Checks the files or errors of each path.
+fn check(paths: &[&str], expected: Expect) {
+    let text = paths.iter().map(|path| match load(FILES, &with_path(path)) {
+        Ok(plan) => {
+            let files = plan.items.iter().flat_map(|item| &item.files);
+            marked(path, &files.map(|file| format!("{file}\n")).collect::<String>())
+        }
+        Err(errors) => marked(path, &shown(&errors)),
+    });
+    expected.assert_eq(&text.collect::<String>());
 }
 
 #[test]
 fn placeholders_are_stems() {
     check(
-        "{sky}/{paint}/map",
+        &["{sky}/{paint}/map", "all/{paint}-{sky}"],
         expect![[r#"
-        dawn/gold/map.txt
-        noon/gold/map.txt
-        dawn/red/map.txt
-        noon/red/map.txt
-    "#]],
-    );
-    check(
-        "all/{paint}-{sky}",
-        expect![[r#"
-        all/gold-dawn.txt
-        all/gold-noon.txt
-        all/red-dawn.txt
-        all/red-noon.txt
+        {sky}/{paint}/map: dawn/gold/map.txt
+        {sky}/{paint}/map: noon/gold/map.txt
+        {sky}/{paint}/map: dawn/red/map.txt
+        {sky}/{paint}/map: noon/red/map.txt
+        all/{paint}-{sky}: all/gold-dawn.txt
+        all/{paint}-{sky}: all/gold-noon.txt
+        all/{paint}-{sky}: all/red-dawn.txt
+        all/{paint}-{sky}: all/red-noon.txt
     "#]],
     );
 }
@@ -73,49 +77,18 @@ fn a_path_that_is_not_valid_on_every_system_is_an_error() {
         "{sky}/a:b{paint}",
         "{sky}/{paint}\u{7f}",
     ] {
-        let errors = load(
-            FILES,
-            &format!(
-                "{SOURCES}[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = {}\n",
-                serde_json::json!(path)
-            ),
-        );
+        let errors = load(FILES, &with_path(path));
         assert_eq!(errors.map(|plan| drawn(&plan)).unwrap_err().errors.len(), 1, "{path}");
     }
     check(
-        "../{sky}/{paint}",
+        &["../{sky}/{paint}", "C:/{sky}/{paint}", r"{sky}\{paint}", "nul/{sky}{paint}", "{sky}/{paint}.", ""],
         expect![[r#"
-        15:8 "../{sky}/{paint}" leaves "out" | expected a path inside "out"
-    "#]],
-    );
-    check(
-        "C:/{sky}/{paint}",
-        expect![[r#"
-        15:8 "C:/{sky}/{paint}" is absolute and leaves "out" | expected a path inside "out"
-    "#]],
-    );
-    check(
-        r"{sky}\{paint}",
-        expect![[r#"
-            15:8 "{sky}\\{paint}" contains a \ | expected / between folders
-        "#]],
-    );
-    check(
-        "nul/{sky}{paint}",
-        expect![[r#"
-            15:8 "nul/{sky}{paint}" contains "nul", which is a device on Windows | expected another name
-        "#]],
-    );
-    check(
-        "{sky}/{paint}.",
-        expect![[r#"
-        15:8 "{sky}/{paint}." has a name that ends with a dot or a space, which Windows drops | expected another ending
-    "#]],
-    );
-    check(
-        "",
-        expect![[r#"
-        15:8 "" is empty | expected a path inside "out"
+        ../{sky}/{paint}: 15:8 "../{sky}/{paint}" leaves "out" | expected a path inside "out"
+        C:/{sky}/{paint}: 15:8 "C:/{sky}/{paint}" is absolute and leaves "out" | expected a path inside "out"
+        {sky}\{paint}: 15:8 "{sky}\\{paint}" contains a \ | expected / between folders
+        nul/{sky}{paint}: 15:8 "nul/{sky}{paint}" contains "nul", which is a device on Windows | expected another name
+        {sky}/{paint}.: 15:8 "{sky}/{paint}." has a name that ends with a dot or a space, which Windows drops | expected another ending
+        : 15:8 "" is empty | expected a path inside "out"
     "#]],
     );
 }
@@ -134,70 +107,34 @@ fn a_stem_that_is_not_valid_on_every_system_is_an_error() {
 #[test]
 fn wrong_placeholders_are_errors() {
     check(
-        "{skie}/{paint}",
+        &["{skie}/{paint}", "{stage}/{mixed}", "{sky}/{paint", "{sky}}/{paint}", "{sky}/x", "x"],
         expect![[r#"
-            15:8 {skie} is not a key of this stage's items | expected one of: {paint}, {sky} | did you mean {sky}?
-        "#]],
-    );
-    check(
-        "{stage}/{mixed}",
-        expect![[r#"
-            15:8 {stage} is not a key of this stage's items | expected one of: {paint}, {sky} | to use the stage's name, write it: export
-            15:8 {mixed} is not a key of this stage's items | expected one of: {paint}, {sky}
-        "#]],
-    );
-    check(
-        "{sky}/{paint",
-        expect![[r#"
-            15:8 "{sky}/{paint" has an unmatched brace | expected {SOURCE STAGE}
-        "#]],
-    );
-    check(
-        "{sky}}/{paint}",
-        expect![[r#"
-            15:8 "{sky}}/{paint}" has an unmatched brace | expected {SOURCE STAGE}
-        "#]],
-    );
-    check(
-        "{sky}/x",
-        expect![[r#"
-            15:8 the path is the same for several items of "export" | expected {paint} in the path
-        "#]],
-    );
-    check(
-        "x",
-        expect![[r#"
-            15:8 the path is the same for several items of "export" | expected {paint} and {sky} in the path
-        "#]],
+        {skie}/{paint}: 15:8 {skie} is not a key of this stage's items | expected one of: {paint}, {sky} | did you mean {sky}?
+        {stage}/{mixed}: 15:8 {stage} is not a key of this stage's items | expected one of: {paint}, {sky} | to use the stage's name, write it: export
+        {stage}/{mixed}: 15:8 {mixed} is not a key of this stage's items | expected one of: {paint}, {sky}
+        {sky}/{paint: 15:8 "{sky}/{paint" has an unmatched brace | expected {SOURCE STAGE}
+        {sky}}/{paint}: 15:8 "{sky}}/{paint}" has an unmatched brace | expected {SOURCE STAGE}
+        {sky}/x: 15:8 the path is the same for several items of "export" | expected {paint} in the path
+        x: 15:8 the path is the same for several items of "export" | expected {paint} and {sky} in the path
+    "#]],
     );
 }
 
 #[test]
 fn two_items_that_write_the_same_file_are_an_error() {
     let stages = r#"
-[stage.a]
-kind = "write"
-input = "sky"
-path = "maps/{sky}"
-[stage.b]
-kind = "write"
-input = "sky"
-path = "Maps/{sky}"
-[stage.c]
-kind = "write"
-input = "paint"
-path = "{paint}"
-[stage.d]
-kind = "write-pair"
-input = "paint"
-path = "{paint}.txt"
+[stage]
+a = { kind = "write", input = "sky", path = "maps/{sky}" }
+b = { kind = "write", input = "sky", path = "Maps/{sky}" }
+c = { kind = "write", input = "paint", path = "{paint}" }
+d = { kind = "write-pair", input = "paint", path = "{paint}.txt" }
 "#;
     check_errors(
         FILES,
         &format!("{SOURCES}{stages}"),
         expect![[r#"
-            17:8 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are the same file if case is ignored | expected a path that no other item has | give one of the stages another path
-            25:8 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | give one of the stages another path
+            12:45 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are the same file if case is ignored | expected a path that no other item has | give one of the stages another path
+            14:52 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | give one of the stages another path
         "#]],
     );
     check_errors(

@@ -2,13 +2,16 @@
 
 use super::*;
 
-fn check(files: &str, source: &str, expected: Expect) {
-    check_value(files, &format!("\"{source}\""), expected);
+/// Checks what is found for each pair of files and a source.
+fn check(pairs: &[(&str, &str)], expected: Expect) {
+    let lines = |&(files, source): &(&str, &str)| marked(source, &found(files, &format!("\"{source}\"")));
+    expected.assert_eq(&pairs.iter().map(lines).collect::<String>());
 }
 
-/// As TOML writes the source. Warnings come after the files.
-fn check_value(files: &str, source: &str, expected: Expect) {
-    expected.assert_eq(&found(files, source));
+/// Checks sources that are written as TOML writes them. Warnings come after the files.
+fn check_values(files: &str, sources: &[&str], expected: Expect) {
+    expected
+        .assert_eq(&sources.iter().map(|source| marked(source, &found(files, source))).collect::<String>());
 }
 
 /// The files that the source matches, by their paths in `/project`, and nothing else.
@@ -61,146 +64,65 @@ fn exports_hidden_folders_and_links_below_a_double_star_are_not_searched() {
 #[test]
 fn a_glob_that_matches_nothing_shows_what_exists() {
     check(
-        "a/x.png a/sub/y.exr",
-        "a/*.exr",
+        &[
+            ("a/x.png a/sub/y.exr", "a/*.exr"),
+            ("a/sub/", "a/sub/*.exr"),
+            ("assets/environments/x.exr", "assets/enviroments/*.exr"),
+            ("a/b.txt", "x/y/z/*.exr"),
+            ("../assets/x.png", "../assets/*.exr"),
+            ("a/[x].exr", "a/[x].exr"),
+            ("a/1 a/2 a/3 a/4 a/5 a/6 a/7 a/8 a/9 a/10 a/11", "a/*.exr"),
+        ],
         expect![[r#"
-            4:10 no file matches "a/*.exr" | expected files in a | a contains sub/, x.png
-        "#]],
-    );
-    check(
-        "a/sub/",
-        "a/sub/*.exr",
-        expect![[r#"
-        4:10 no file matches "a/sub/*.exr" | expected files in a/sub | a/sub is empty
+        a/*.exr: 4:10 no file matches "a/*.exr" | expected files in a | a contains sub/, x.png
+        a/sub/*.exr: 4:10 no file matches "a/sub/*.exr" | expected files in a/sub | a/sub is empty
+        assets/enviroments/*.exr: 4:10 no file matches "assets/enviroments/*.exr" | expected files in assets/enviroments | the folder assets/enviroments does not exist; assets contains environments/; did you mean "environments"?
+        x/y/z/*.exr: 4:10 no file matches "x/y/z/*.exr" | expected files in x/y/z | the folder x does not exist; /project contains a/
+        ../assets/*.exr: 4:10 no file matches "../assets/*.exr" | expected files in /assets | /assets contains x.png
+        a/[x].exr: 4:10 no file matches "a/[x].exr" | expected files in a | a file has exactly this name: put its special characters in brackets, such as [[] for [
+        a/*.exr: 4:10 no file matches "a/*.exr" | expected files in a | a contains 1, 10, 11, 2, 3, 4, 5, 6 and 3 more
     "#]],
-    );
-    check(
-        "assets/environments/x.exr",
-        "assets/enviroments/*.exr",
-        expect![[r#"
-            4:10 no file matches "assets/enviroments/*.exr" | expected files in assets/enviroments | the folder assets/enviroments does not exist; assets contains environments/; did you mean "environments"?
-        "#]],
-    );
-    check(
-        "a/b.txt",
-        "x/y/z/*.exr",
-        expect![[r#"
-            4:10 no file matches "x/y/z/*.exr" | expected files in x/y/z | the folder x does not exist; /project contains a/
-        "#]],
-    );
-    check(
-        "../assets/x.png",
-        "../assets/*.exr",
-        expect![[r#"
-            4:10 no file matches "../assets/*.exr" | expected files in /assets | /assets contains x.png
-        "#]],
-    );
-    check(
-        "a/[x].exr",
-        "a/[x].exr",
-        expect![[r#"
-            4:10 no file matches "a/[x].exr" | expected files in a | a file has exactly this name: put its special characters in brackets, such as [[] for [
-        "#]],
-    );
-    check(
-        "a/1 a/2 a/3 a/4 a/5 a/6 a/7 a/8 a/9 a/10 a/11",
-        "a/*.exr",
-        expect![[r#"
-            4:10 no file matches "a/*.exr" | expected files in a | a contains 1, 10, 11, 2, 3, 4, 5, 6 and 3 more
-        "#]],
     );
 }
 
 #[test]
 fn a_missing_file_is_reported_with_the_nearest_name() {
     check(
-        "a/sky.exr",
-        "a/sky.hdr",
+        &[("a/sky.exr", "a/sky.hdr"), ("a/sky.exr", "b/sky.exr"), ("a/sky.exr", "a/b/c.exr")],
         expect![[r#"
-            4:10 there is no file or folder "a/sky.hdr" | expected a file, a folder or a glob | a contains sky.exr; did you mean "sky.exr"?
-        "#]],
-    );
-    check(
-        "a/sky.exr",
-        "b/sky.exr",
-        expect![[r#"
-            4:10 there is no file or folder "b/sky.exr" | expected a file, a folder or a glob | the folder b does not exist; /project contains a/
-        "#]],
-    );
-    check(
-        "a/sky.exr",
-        "a/b/c.exr",
-        expect![[r#"
-            4:10 there is no file or folder "a/b/c.exr" | expected a file, a folder or a glob | the folder a/b does not exist; a contains sky.exr
-        "#]],
+        a/sky.hdr: 4:10 there is no file or folder "a/sky.hdr" | expected a file, a folder or a glob | a contains sky.exr; did you mean "sky.exr"?
+        b/sky.exr: 4:10 there is no file or folder "b/sky.exr" | expected a file, a folder or a glob | the folder b does not exist; /project contains a/
+        a/b/c.exr: 4:10 there is no file or folder "a/b/c.exr" | expected a file, a folder or a glob | the folder a/b does not exist; a contains sky.exr
+    "#]],
     );
 }
 
 #[test]
 fn invalid_sources_are_errors() {
     check(
-        "",
-        "",
+        &[
+            ("", ""),
+            ("", "a\\\\*.exr"),
+            ("", "a/{b"),
+            ("", "a/[b"),
+            ("", ".."),
+            ("", "."),
+            ("out/x.exr", "out/*.exr"),
+            ("out/x.exr", "a/../out/x.exr"),
+            ("a/x.exr a/x.hdr a/y.exr a/y.hdr", "a/*"),
+        ],
         expect![[r#"
-        4:10 the source is empty | expected a file, a folder or a glob
+        : 4:10 the source is empty | expected a file, a folder or a glob
+        a\\*.exr: 4:10 a source cannot contain \ | expected / between folders | write "a/*.exr"
+        a/{b: 4:10 "a/{b" is not a valid glob: unclosed alternate group; missing '}' (maybe escape '{' with '[{]'?) | to match a special character itself, put it in brackets: [[] or [*]
+        a/[b: 4:10 "a/[b" is not a valid glob: unclosed character class; missing ']' | to match a special character itself, put it in brackets: [[] or [*]
+        ..: 4:10 ".." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
+        .: 4:10 "." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
+        out/*.exr: 4:10 "out/*.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
+        a/../out/x.exr: 4:10 "a/../out/x.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
+        a/*: 4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
+        a/*: 4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
     "#]],
-    );
-    check(
-        "",
-        "a\\\\*.exr",
-        expect![[r#"
-            4:10 a source cannot contain \ | expected / between folders | write "a/*.exr"
-        "#]],
-    );
-    check(
-        "",
-        "a/{b",
-        expect![[r#"
-            4:10 "a/{b" is not a valid glob: unclosed alternate group; missing '}' (maybe escape '{' with '[{]'?) | to match a special character itself, put it in brackets: [[] or [*]
-        "#]],
-    );
-    check(
-        "",
-        "a/[b",
-        expect![[r#"
-            4:10 "a/[b" is not a valid glob: unclosed character class; missing ']' | to match a special character itself, put it in brackets: [[] or [*]
-        "#]],
-    );
-    check(
-        "",
-        "..",
-        expect![[r#"
-            4:10 ".." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
-        "#]],
-    );
-    check(
-        "",
-        ".",
-        expect![[r#"
-            4:10 "." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
-        "#]],
-    );
-    check(
-        "out/x.exr",
-        "out/*.exr",
-        expect![[r#"
-            4:10 "out/*.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
-        "#]],
-    );
-    check(
-        "out/x.exr",
-        "a/../out/x.exr",
-        expect![[r#"
-            4:10 "a/../out/x.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
-        "#]],
-    );
-    check(
-        "a/x.exr a/x.hdr a/y.exr a/y.hdr",
-        "a/*",
-        expect![[r#"
-            4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
-            4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
-        "#]],
     );
 }
 
@@ -222,13 +144,13 @@ fn several_globs_and_what_they_leave_out() {
     );
     // A file that two globs match is one item.
     check_found(files, r#"["sky/n*.hdr", "./sky/../sky/noon.hdr", "sky/noon.hdr"]"#, &["sky/noon.hdr"]);
-    check_value(
+    check_values(
         files,
-        r#"["sky/*.hdr", "!sky/odl_*"]"#,
+        &[r#"["sky/*.hdr", "!sky/odl_*"]"#],
         expect![[r#"
-        /project/sky/noon.hdr
-        /project/sky/old_noon.hdr
-        4:24 "!sky/odl_*" leaves out nothing: no file of this source matches it
+        ["sky/*.hdr", "!sky/odl_*"]: /project/sky/noon.hdr
+        ["sky/*.hdr", "!sky/odl_*"]: /project/sky/old_noon.hdr
+        ["sky/*.hdr", "!sky/odl_*"]: 4:24 "!sky/odl_*" leaves out nothing: no file of this source matches it
     "#]],
     );
 }
@@ -236,46 +158,23 @@ fn several_globs_and_what_they_leave_out() {
 #[test]
 fn a_source_without_a_file_to_read_is_an_error() {
     let files = "sky/noon.hdr sky/dawn.hdr";
-    check_value(
+    check_values(
         files,
-        r#""!sky/old_*""#,
+        &[
+            r#""!sky/old_*""#,
+            "[]",
+            r#"["sky/*.hdr", "!sky"]"#,
+            r#"["sky/*.hdr", "!"]"#,
+            r#"["sky/*.hdr", "sky/*.exr"]"#,
+            r#"["sky/*.hdr", 7]"#,
+        ],
         expect![[r#"
-        4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
-    "#]],
-    );
-    check_value(
-        files,
-        "[]",
-        expect![[r#"
-        4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
-    "#]],
-    );
-    check_value(
-        files,
-        r#"["sky/*.hdr", "!sky"]"#,
-        expect![[r#"
-        4:10 every file that the source matches is left out | expected at least one file | make what follows the ! narrower
-    "#]],
-    );
-    check_value(
-        files,
-        r#"["sky/*.hdr", "!"]"#,
-        expect![[r#"
-        4:24 the source is empty | expected a file, a folder or a glob
-    "#]],
-    );
-    check_value(
-        files,
-        r#"["sky/*.hdr", "sky/*.exr"]"#,
-        expect![[r#"
-        4:24 no file matches "sky/*.exr" | expected files in sky | sky contains dawn.hdr, noon.hdr
-    "#]],
-    );
-    check_value(
-        files,
-        r#"["sky/*.hdr", 7]"#,
-        expect![[r#"
-        4:10 an array is not an array of strings | expected source = ["..."]
+        "!sky/old_*": 4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
+        []: 4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
+        ["sky/*.hdr", "!sky"]: 4:10 every file that the source matches is left out | expected at least one file | make what follows the ! narrower
+        ["sky/*.hdr", "!"]: 4:24 the source is empty | expected a file, a folder or a glob
+        ["sky/*.hdr", "sky/*.exr"]: 4:24 no file matches "sky/*.exr" | expected files in sky | sky contains dawn.hdr, noon.hdr
+        ["sky/*.hdr", 7]: 4:10 an array is not an array of strings | expected source = ["..."]
     "#]],
     );
 }
@@ -283,19 +182,17 @@ fn a_source_without_a_file_to_read_is_an_error() {
 #[test]
 fn a_file_that_differs_in_case_only_is_named() {
     check(
-        "sky/a.hdr sky/B.HDR sky/c.Exr sky/d.png",
-        "sky/*.{exr,hdr}",
+        &[("sky/a.hdr sky/B.HDR sky/c.Exr sky/d.png", "sky/*.{exr,hdr}")],
         expect![[r#"
-        /project/sky/a.hdr
-        4:10 2 files are not read: they differ from "sky/*.{exr,hdr}" in case only: sky/B.HDR, sky/c.Exr | rename it, or add its spelling to the glob: *.{hdr,HDR}
+        sky/*.{exr,hdr}: /project/sky/a.hdr
+        sky/*.{exr,hdr}: 4:10 2 files are not read: they differ from "sky/*.{exr,hdr}" in case only: sky/B.HDR, sky/c.Exr | rename it, or add its spelling to the glob: *.{hdr,HDR}
     "#]],
     );
     check_found("sky/a.hdr sky/B.HDR", r#"["sky/*.hdr", "sky/*.HDR"]"#, &["sky/B.HDR", "sky/a.hdr"]);
     check(
-        "sky/B.HDR",
-        "sky/*.hdr",
+        &[("sky/B.HDR", "sky/*.hdr")],
         expect![[r#"
-        4:10 no file matches "sky/*.hdr" | expected files in sky | sky/B.HDR differs in case only, and case counts
+        sky/*.hdr: 4:10 no file matches "sky/*.hdr" | expected files in sky | sky/B.HDR differs in case only, and case counts
     "#]],
     );
     check_found("sky/a.hdr sky/B.HDR", r#"["sky/*.hdr", "!sky/*.HDR"]"#, &["sky/a.hdr"]);
@@ -304,24 +201,11 @@ fn a_file_that_differs_in_case_only_is_named() {
 #[test]
 fn what_a_shell_expands_is_not_expanded_and_said_so() {
     check(
-        "sky/a.hdr",
-        "~/sky/*.hdr",
+        &[("sky/a.hdr", "~/sky/*.hdr"), ("sky/a.hdr", "$HDRI/*.hdr"), ("sky/a.hdr", "${HDRI}/sky.hdr")],
         expect![[r#"
-        4:10 no file matches "~/sky/*.hdr" | expected files in ~/sky | a source does not expand ~: write the path itself
-    "#]],
-    );
-    check(
-        "sky/a.hdr",
-        "$HDRI/*.hdr",
-        expect![[r#"
-        4:10 no file matches "$HDRI/*.hdr" | expected files in $HDRI | a source does not expand $HDRI: write the path itself
-    "#]],
-    );
-    check(
-        "sky/a.hdr",
-        "${HDRI}/sky.hdr",
-        expect![[r#"
-        4:10 no file matches "${HDRI}/sky.hdr" | expected files in /project | a source does not expand ${HDRI}: write the path itself
+        ~/sky/*.hdr: 4:10 no file matches "~/sky/*.hdr" | expected files in ~/sky | a source does not expand ~: write the path itself
+        $HDRI/*.hdr: 4:10 no file matches "$HDRI/*.hdr" | expected files in $HDRI | a source does not expand $HDRI: write the path itself
+        ${HDRI}/sky.hdr: 4:10 no file matches "${HDRI}/sky.hdr" | expected files in /project | a source does not expand ${HDRI}: write the path itself
     "#]],
     );
     check_found("$HDRI/sky.hdr", r#""$HDRI/sky.hdr""#, &["$HDRI/sky.hdr"]);

@@ -16,7 +16,6 @@ pub(crate) enum Tag {
     Result = b'r',
     /// The stamp of a file, and the digest that it had then.
     Stamp = b's',
-    /// A published file.
     Published = b'p',
     /// A folder that a build is publishing into.
     Publishing = b'o',

@@ -76,7 +76,6 @@ impl Span {
     }
 }
 
-/// Something that was read.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ReadEntry {
@@ -417,7 +416,6 @@ impl<'a> LatestRecord<'a> {
         self.tables.names.get(self.entry.kind)
     }
 
-    /// The key of the run.
     pub(crate) fn key(&self) -> Digest {
         Digest(self.entry.key)
     }
@@ -440,7 +438,6 @@ impl<'a> LatestRecord<'a> {
         self.entry.flags & SHARED != 0
     }
 
-    /// How long the run took.
     pub(crate) fn milliseconds(&self) -> f64 {
         self.entry.milliseconds.into()
     }

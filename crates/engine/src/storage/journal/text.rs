@@ -48,12 +48,10 @@ impl Text {
         &self.head
     }
 
-    /// The last bytes.
     pub(super) fn tail(&self) -> &[u8] {
         &self.tail
     }
 
-    /// Whether there is an incomplete line at the end.
     pub(super) fn is_torn(&self) -> bool {
         self.torn
     }
@@ -135,7 +133,6 @@ fn read_at(file: &mut File, range: &Range<u64>) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 == length { Ok(bytes) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
 }
 
-/// A piece of the file.
 pub(super) struct Window<'a> {
     text: &'a Text,
     start: u64,

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
-use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
-use crate::testkit::{Nothing, Text};
+use crate::kinds::{Artifact as _, Kind, Output, Port, Product};
+use crate::testkit::Text;
 
 /// Reads a text that is the path of another file of the project, and writes another text into that file.
 pub(super) struct Meddler;

@@ -6,29 +6,17 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::*;
-use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
-use crate::testkit::{Nothing, Text};
 
 /// Fails with a system error until the file exists whose path is its text. `.tries` beside that file has a
 /// byte for each run, and `.words` the end of the error's message.
 pub(super) struct Refused;
 
-impl Kind for Refused {
+impl TextKind for Refused {
     type Parameters = Nothing;
     const NAME: &'static str = "refused";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Fails with a system error.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact(Text::TYPE)
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let gate = Path::new(&context.get::<Text>("text")?.0).to_path_buf();
+    fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
+        let gate = Path::new(text);
         context.warn("it may be refused");
         let tries = gate.with_extension("tries");
         OpenOptions::new().create(true).append(true).open(tries)?.write_all(b".")?;
@@ -36,7 +24,7 @@ impl Kind for Refused {
             let words = fs::read_to_string(gate.with_extension("words")).unwrap_or_default();
             return Err(Failure::new(format!("refused{words}")).system_error());
         }
-        Output::artifact(Text("done".into()))
+        Ok("done".into())
     }
 }
 

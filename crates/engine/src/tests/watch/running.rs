@@ -3,29 +3,16 @@
 use std::path::Path;
 
 use super::*;
-use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
-use crate::testkit::{Nothing, Text};
 
 /// Passes a text on; `wait PATH` only after a file exists at that path.
 pub(super) struct WaitForFile;
 
-impl Kind for WaitForFile {
+impl TextKind for WaitForFile {
     type Parameters = Nothing;
     const NAME: &'static str = "wait-for-file";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Waits.\n";
 
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact(Text::TYPE)
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
-        if let Some(path) = text.0.strip_prefix("wait ") {
+    fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
+        if let Some(path) = text.strip_prefix("wait ") {
             let deadline = Instant::now() + 2 * DEADLINE;
             while !Path::new(path).exists() {
                 context.check_cancelled()?;
@@ -35,11 +22,10 @@ impl Kind for WaitForFile {
                 std::thread::sleep(Duration::from_millis(1));
             }
         }
-        Output::artifact(Text(text.0.chars().take(4).collect()))
+        Ok(text.chars().take(4).collect())
     }
 }
 
-/// How often an item started to run.
 fn starts(events: &[Event], item: &str) -> usize {
     let is =
         |event: &&Event| matches!(event, Event::Started { item: started, .. } if started.to_string() == item);

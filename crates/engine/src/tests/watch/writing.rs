@@ -4,41 +4,26 @@ use std::fs::OpenOptions;
 use std::io::Write as _;
 
 use super::*;
-use crate::kinds::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
-use crate::testkit::{Nothing, Text};
 use crate::watch::WritePauses;
 
 /// Reads a text, which is complete if it ends with a full stop, and removes the full stop; `wait PATH` is
 /// read after a file exists at that path.
 pub(super) struct Sentence;
 
-impl Kind for Sentence {
+impl TextKind for Sentence {
     type Parameters = Nothing;
     const NAME: &'static str = "sentence";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Reads a sentence.\n";
     const SOURCE: bool = true;
 
-    fn ports() -> Vec<Port> {
-        Vec::new()
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact(Text::TYPE)
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+    fn make(_: &Nothing, text: &str, _: &Context<'_>) -> Result<String, Failure> {
         if let Some(path) = text.strip_prefix("wait ") {
             let deadline = Instant::now() + DEADLINE;
             while !std::path::Path::new(path).exists() && Instant::now() < deadline {
                 std::thread::sleep(Duration::from_millis(1));
             }
         }
-        let sentence = text.strip_suffix('.');
-        Output::artifact(Text(
-            sentence.ok_or_else(|| Failure::new(format!("{text:?} is half a sentence")))?.into(),
-        ))
+        let sentence = text.strip_suffix('.').map(str::to_owned);
+        sentence.ok_or_else(|| Failure::new(format!("{text:?} is half a sentence")))
     }
 }
 
@@ -64,6 +49,20 @@ fn pauses() -> WritePauses {
         longest: FOR_EVER,
         failed: [Duration::from_secs(2), Duration::from_secs(8)],
         stable: FOR_EVER,
+    }
+}
+
+/// Changes a file until six results of it were seen: a watcher that waited for a pause would wait for ever.
+fn is_built_while(project: &Project, way: Way, change: impl Fn(usize)) {
+    let watched = watched(project, way, WritePauses { failed: [FOR_EVER, FOR_EVER], ..pauses() });
+    let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
+    for number in 0.. {
+        change(number);
+        seen.insert(project.read("out/gold.txt"));
+        if seen.len() == 6 {
+            break;
+        }
+        assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
     }
 }
 
@@ -122,7 +121,7 @@ fn a_new_file_that_is_copied_slowly_is_built_once_and_never_fails() {
     assert_eq!((failures(&events), made(&events), changes(&events).count()), (0, 2, 2), "{}", log(&events));
 }
 
-/// As of a writer on another machine, whose open files cannot be seen.
+/// The open files of a writer on another machine cannot be seen.
 #[cfg(not(target_os = "linux"))]
 #[test]
 fn without_close_events_a_slow_copy_fails_once() {
@@ -219,35 +218,18 @@ each_way! {
 
     fn a_stable_file_that_is_replaced_again_and_again_is_built_meanwhile(way: Way) {
         let project = sentences();
-        let failed = [FOR_EVER, FOR_EVER];
-        let watched = watched(&project, way, WritePauses { failed, ..pauses() });
-        // It ends after some results: a watcher that waited for a pause would wait for ever.
-        let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
-        for number in 0.. {
+        is_built_while(&project, way, |number| {
             save(&project, "in/gold.txt", &format!("{number}."));
             std::thread::sleep(Duration::from_millis(30));
-            seen.insert(project.read("out/gold.txt"));
-            if seen.len() == 6 {
-                break;
-            }
-            assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
-        }
+        });
     }
 
     fn a_stable_file_that_is_saved_in_place_is_built_meanwhile(way: Way) {
         let project = capitals();
-        let failed = [FOR_EVER, FOR_EVER];
-        let watched = watched(&project, way, WritePauses { failed, ..pauses() });
-        let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
-        for number in 0.. {
+        is_built_while(&project, way, |number| {
             project.write("in/gold.txt", &number.to_string());
             std::thread::sleep(Duration::from_millis(3));
-            seen.insert(project.read("out/gold.txt"));
-            if seen.len() == 6 {
-                break;
-            }
-            assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
-        }
+        });
     }
 
     fn a_failure_on_a_file_that_has_changed_since_is_not_reported(way: Way) {

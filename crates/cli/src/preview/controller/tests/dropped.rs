@@ -2,12 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 
 use engine::{BuildOptions, Kinds};
 use parking_lot::Mutex;
 
 use super::super::*;
+use super::{Surroundings, window};
 
 const PIPELINE: &str = r#"
 schema = 1
@@ -68,15 +69,8 @@ impl Folder {
         self.folder.path().join(name)
     }
 
-    fn request(&self) -> WindowRequest<'_> {
-        WindowRequest {
-            project: &self.project,
-            screenshots: &self.screenshots,
-            kinds: &self.kinds,
-            subject: SubjectRequest::default(),
-            cpu: true,
-            continues_without: true,
-        }
+    fn surroundings(&self) -> Surroundings<'_> {
+        Surroundings::new(&self.project, &self.screenshots, &self.kinds, true)
     }
 }
 
@@ -90,15 +84,13 @@ struct Session<'a> {
 
 impl<'a> Session<'a> {
     /// A window on what was built, with gold chosen.
-    fn new(folder: &'a Folder, request: &'a WindowRequest<'a>, all: &'a (Cancel, WatchedProject)) -> Self {
-        let (cancel, watched) = all;
-        let mut controller = PreviewController::new(request, cancel, watched);
+    fn new(folder: &'a Folder, around: &'a Surroundings<'a>) -> Self {
+        let mut controller = around.controller();
         controller.cache = folder.path("cache");
-        let (sender, updates) = channel();
-        let window = move |update| _ = sender.send(update);
-        let mut session = Self { controller, watched, updates, kinds: &folder.kinds };
+        let (opened, updates) = window();
+        let mut session = Self { controller, watched: &around.watched, updates, kinds: &folder.kinds };
         session.builds();
-        session.send(PreviewMessage::Opened(Box::new(window)));
+        session.send(opened);
         session.send(show("studio", "gold"));
         session.received();
         session
@@ -159,18 +151,11 @@ fn show(environment: &str, material: &str) -> PreviewMessage {
     PreviewMessage::Show(Subject { environment, material, mesh: "plane".into() })
 }
 
-fn watched(request: &WindowRequest<'_>) -> (Cancel, WatchedProject) {
-    let cancel = Cancel::default();
-    let watched = WatchedProject::new(request.project.clone(), &cancel);
-    (cancel, watched)
-}
-
 #[test]
 fn a_dropped_material_is_shown_under_the_same_light_and_backspace_returns() {
     let folder = Folder::new();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     let manifest = fs::read(&folder.project.manifest).unwrap();
     assert_eq!(
         session.drop(&[folder.path("drop/clay.toml")]),
@@ -202,9 +187,8 @@ fn a_dropped_material_is_shown_under_the_same_light_and_backspace_returns() {
 #[test]
 fn a_dropped_environment_replaces_one_of_its_name_and_another_drop_adds_to_the_first() {
     let folder = Folder::new();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     session.drop(&[folder.path("drop/studio.exr")]);
     let made = session.builds().unwrap();
     assert!(fs::read_to_string(&made).unwrap().contains("drop/studio.exr"));
@@ -221,9 +205,8 @@ fn a_dropped_environment_replaces_one_of_its_name_and_another_drop_adds_to_the_f
 fn a_dropped_folder_is_its_files_and_a_dropped_manifest_is_opened() {
     let folder = Folder::new();
     fs::remove_file(folder.path("drop/studio.exr")).unwrap();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     let lines = session.drop(&[folder.path("drop")]);
     assert_eq!(lines[..2], ["choose dawn, clay, -", "catalog dawn studio, clay gold"]);
     let lines = session.drop(std::slice::from_ref(&folder.project.manifest));
@@ -237,9 +220,8 @@ fn files_that_cannot_be_shown_are_an_error_in_the_window_and_nothing_changes() {
     fs::write(folder.path("notes.txt"), "").unwrap();
     fs::write(folder.path("broken.toml"), "schema = ").unwrap();
     fs::create_dir(folder.path("empty")).unwrap();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     for (name, words) in [
         (
             "notes.txt",
@@ -263,9 +245,8 @@ fn files_that_cannot_be_shown_are_an_error_in_the_window_and_nothing_changes() {
 fn a_file_that_is_damaged_is_reported_and_the_picture_stays() {
     let folder = Folder::new();
     fs::write(folder.path("dusk.hdr"), "not an image").unwrap();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     assert_eq!(
         session.drop(&[folder.path("dusk.hdr")])[..2],
         ["choose dusk, -, -", "catalog dusk studio, gold"]
@@ -283,9 +264,8 @@ fn light_that_the_pipeline_turns_stays_turned_until_other_light_is_dropped() {
     let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 30\n";
     let pipeline = PIPELINE.replace("lighting = \"lighting\"", "lighting = \"turned\"") + turned;
     fs::write(&folder.project.manifest, pipeline).unwrap();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     session.drop(&[folder.path("drop/clay.toml")]);
     let made = fs::read_to_string(session.builds().unwrap()).unwrap();
     assert!(made.contains("yaw = 30.0\n") && made.contains("lighting = \"turned\""), "{made}");
@@ -301,9 +281,8 @@ fn light_that_the_pipeline_turns_stays_turned_until_other_light_is_dropped() {
 fn unsaved_values_are_not_given_to_another_file_of_the_same_name() {
     let folder = Folder::new();
     fs::write(folder.path("drop/gold.toml"), MATTE).unwrap();
-    let request = folder.request();
-    let all = watched(&request);
-    let mut session = Session::new(&folder, &request, &all);
+    let around = folder.surroundings();
+    let mut session = Session::new(&folder, &around);
     let form = stages::material_form("gold.toml", &MATTE.replace("0.5", "0.25")).unwrap();
     session.send(PreviewMessage::Edit("gold".into(), MaterialEdit::Show(Some(form))));
     session.received();

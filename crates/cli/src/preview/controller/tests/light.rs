@@ -15,13 +15,10 @@ fn proposal(updates: &Receiver<PreviewUpdate>) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let before = fs::read_to_string(&project.manifest).unwrap();
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold"), ended()]);
+    let (mut controller, updates) = around.with_window([planned(), show("gold"), ended()]);
     received(&updates);
     controller.handle_all([PreviewMessage::ProposeLight(TURN)]);
     let (lines, others) = proposal(&updates);
@@ -42,12 +39,10 @@ fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it()
 
 #[test]
 fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_proposal_holds() {
-    let project = TestProject::new(PIPELINE);
-    project.build();
+    let project = TestProject::built();
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
+    let (mut controller, updates) =
+        around.with_window([planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let (lines, _) = proposal(&updates);
     let text = fs::read_to_string(&project.manifest).unwrap();
     // Somebody renames the stage behind which another is added.
@@ -76,13 +71,11 @@ fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_propo
 
 #[test]
 fn files_without_a_manifest_have_none_to_write_to() {
-    let mut project = TestProject::new(PIPELINE);
-    project.build();
+    let mut project = TestProject::built();
     project.project.files = vec![project.path("paint/gold.toml")];
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
+    let (_controller, updates) =
+        around.with_window([planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let line = received(&updates).into_iter().find(|line| line.starts_with("toast: ")).unwrap();
     assert!(
         line.contains("files that were opened without a manifest have none to write to; hint: "),

@@ -25,9 +25,7 @@ fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from
     let project = TestProject::new(PIPELINE);
     project.build_only(&["environment", "material"]);
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned(), show("gold")]);
+    let (mut controller, updates) = around.with_window([planned(), show("gold")]);
     assert_eq!(received(&updates).last().map(String::as_str), Some("scene: gold, no maps"));
     let place = "pipeline.toml:1:8: there is no kind \"x\"";
     let building = failure(&mut controller, &updates, rejected());
@@ -59,9 +57,7 @@ fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from
 fn before_anything_is_shown_it_says_whether_something_will_be() {
     let project = TestProject::new(PIPELINE);
     let around = project.surroundings(true);
-    let mut controller = around.controller();
-    let (opened, updates) = window();
-    controller.handle_all([opened, planned()]);
+    let (mut controller, updates) = around.with_window([planned()]);
     let building = failure(&mut controller, &updates, rejected());
     assert!(
         building.starts_with("failure: pipeline.toml has errors; the last valid one is still being built; "),
