@@ -72,12 +72,12 @@ use std::sync::Arc;
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use shrm::{
-    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
+    MapGrid, MapLayout, MapViews, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
     sphere_map_rows, sphere_maps,
 };
 use sphere::LatLong;
 
-use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
+use super::map_index::{Entry, FileLayout, NewIndex};
 use super::map_input::ERROR;
 use super::map_pictures::image;
 use super::map_source::MapSource;
@@ -181,16 +181,8 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
         let map = source.map(layout, parameters.resolution, View::Local, context)?;
-        map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
-        let maps = Cabral::from_shrm(&map.0);
-        let maps = match source.lamps() {
-            Some(lamps) => {
-                let steps = work.part(1, vertices.len() * shrm::blocks(maps.grid().len()));
-                steps.until_stopped(|stop| maps.with_lamps(lamps, stop))?
-            }
-            None => maps,
-        };
-        Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
+        let set = source.view_set(&map.0, MapViews::Icosahedron, None, &work)?;
+        Ok((map, map_source::picture_size(set.grid()), source.finished(set.maps().to_vec())))
     };
     let (layout, (map, size, pixels)) = match parameters.layout {
         CabralLayout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
@@ -228,29 +220,22 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         ));
     }
     let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
-    let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
-        let entry = Entry::of_file(&file(vertex, parameters.format)).seen_from(view);
-        if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(view)) } else { entry }
-    });
+    let place = |vertex: usize| {
+        let entry = Entry::of_file(&file(vertex, parameters.format));
+        if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(vertices[vertex])) } else { entry }
+    };
     let index = NewIndex {
         method: "cabral",
         centre: map.centre(),
-        views: Views::Global,
+        views: &MapViews::Icosahedron,
         layout,
         resolution: size[0],
         degree: source.p(),
-        lookup: lookup_text(layout).into(),
-        interpolation: INTERPOLATION.into(),
-        maps: entries.collect(),
-        triangles: Some(icosahedron::TRIANGLES.to_vec()),
+        maps: Entry::of_views(&MapViews::Icosahedron, place),
     };
     files.push(index.encode(context.recipe())?);
     Ok(files)
 }
-
-const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indices into maps, where w_a = V.(b x c), w_b = V.(c x a) and \
-                             w_c = V.(a x b) are 0 or more; divided by their sum they weigh the three maps, all looked up at \
-                             the same central direction";
 
 /// The name of a vertex's file.
 fn file(vertex: usize, format: CabralFormat) -> String {
