@@ -96,7 +96,8 @@ pub(crate) fn rounded(
     given: &[[f32; 3]],
     found: &[[f32; 3]],
     content: Content,
-    (limit, is_signed): (f32, bool),
+    limit: f32,
+    is_signed: bool,
 ) -> [f64; 3] {
     let weights = weights(content);
     let least = if is_signed { -limit } else { 0.0 };
@@ -184,7 +185,7 @@ mod tests {
     fn rounding_is_a_share_of_what_the_format_holds() {
         let given = [[1.0, 500.0, -1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];
         let found = [[0.5, 100.0, 0.0], [1.0, 1.0, 1.036], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];
-        let rounded = rounded(&given, &found, Content::Values, (100.0, false));
+        let rounded = rounded(&given, &found, Content::Values, 100.0, false);
         for (found, expected) in rounded.into_iter().zip([-0.125, 0.0, 0.012]) {
             assert!((found - expected).abs() < 1e-8, "{rounded:?}");
         }
