@@ -13,9 +13,7 @@ use crate::azimuth::mean_slices;
 use crate::blocks::for_each;
 use crate::mean_lobe::MeanLobe;
 use crate::view_table::view_table;
-use crate::{
-    Fit, FitError, Lamps, MapGrid, Shrm, View, fit_angles, fit_views, frame, icosahedron, into_frame,
-};
+use crate::{Fit, FitError, Lamps, MapGrid, Shrm, View, fit_angles, fit_views, icosahedron, into_frame};
 
 /// The views for which a [`ViewSet`] has maps.
 #[derive(Clone, Debug, PartialEq)]
@@ -198,11 +196,7 @@ impl ViewSet {
         for (map, view) in self.maps.chunks_exact_mut(grid.len()).zip(self.views.directions()) {
             for_each(map, stop, |texel, value| {
                 let central = grid.direction(texel);
-                let view = match kind {
-                    View::Global => view,
-                    View::Local => frame(central).apply(view),
-                };
-                *value = for_views.added(*value, central, view);
+                *value = for_views.added(*value, central, kind.to_world(central, view));
             })?;
         }
         for (slice, angle) in self.maps.chunks_exact_mut(grid.len()).zip(self.views.angles()) {

@@ -228,10 +228,7 @@ fn a_table_holds_the_map_at_its_views() {
             for (k, view) in table.views().directions().into_iter().enumerate() {
                 for texel in (0..grid.len()).step_by(5) {
                     let central = grid.direction(texel);
-                    let world = match map.view() {
-                        View::Global => view,
-                        View::Local => frame(central).apply(view),
-                    };
+                    let world = map.view().to_world(central, view);
                     let expected = reflection.evaluate(central, world);
                     assert!(difference(&[table.map(k)[texel]], &[expected]) < F32);
                     assert!(difference(&[table.map(k)[texel]], &[lookup.texel(texel, world)]) < F32);
