@@ -67,7 +67,7 @@ impl Excess {
         }
     }
 
-    /// "the brightest light is clamped: 40 % of the red light is lost, 24 % of the green".
+    /// "the brightest light is clamped: 40.0 % of the red light is lost, 24.0 % of the green".
     pub(crate) fn text(&self, content: Content) -> String {
         let (subject, noun) = match content {
             Content::Light(_) => ("the brightest light is", "light"),
@@ -191,7 +191,7 @@ mod tests {
         }
         assert_eq!(
             rounded_text(rounded).unwrap(),
-            "rounding changes the light: red loses 12 %, blue gains 1.2 %"
+            "rounding changes the light: red loses 12.5 %, blue gains 1.2 %"
         );
         assert_eq!(rounded_text([0.9e-3, -0.9e-3, 0.0]), None);
     }
@@ -201,9 +201,9 @@ mod tests {
         let text = |lost| Excess { lost, ..Excess::default() }.text(Content::Values);
         assert_eq!(
             text([0.4, 0.24, 0.0]),
-            "the largest values are clamped: 40 % of the red sum is lost, 24 % of the green"
+            "the largest values are clamped: 40.0 % of the red sum is lost, 24.0 % of the green"
         );
-        assert_eq!(text([0.0, 0.0, 0.5]), "the largest values are clamped: 50 % of the blue sum is lost");
-        assert_eq!(text([0.25; 3]), "the largest values are clamped: 25 % of the sum is lost");
+        assert_eq!(text([0.0, 0.0, 0.5]), "the largest values are clamped: 50.0 % of the blue sum is lost");
+        assert_eq!(text([0.25; 3]), "the largest values are clamped: 25.0 % of the sum is lost");
     }
 }
