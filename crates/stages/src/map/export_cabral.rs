@@ -89,7 +89,7 @@ use crate::values::{
 
 choice! {
     /// How the sphere of central directions lies on a file.
-    pub(crate) enum CabralLayout {
+    pub(crate) enum CabralLayout: FileLayout {
         /// Six faces.
         Cube = "cube",
         /// Latitude and longitude.
@@ -121,7 +121,7 @@ parameters! {
     /// Parameters of `export-cabral`.
     pub(crate) struct Parameters {
         /// How the sphere of central directions lies on a file; see Files.
-        layout: CabralLayout = CabralLayout::Cube,
+        layout: CabralLayout = CabralLayout(FileLayout::Cube),
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
         /// "auto".
         #[range(1..=MAX_RESOLUTION)]
@@ -156,9 +156,9 @@ impl Kind for ExportCabral {
     }
 
     fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
-        let layout = match parameters.layout {
-            CabralLayout::Cube => MapLayout::Cube,
-            CabralLayout::LatLong | CabralLayout::Sphere => MapLayout::LatLong,
+        let layout = match parameters.layout.0 {
+            FileLayout::Cube => MapLayout::Cube,
+            FileLayout::LatLong | FileLayout::Sphere => MapLayout::LatLong,
         };
         let edge = edge_of(parameters.resolution, layout);
         Some(Box::new(ExportedMaps { edge, ..ExportedMaps::default() }))
@@ -184,10 +184,11 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         let set = source.view_set(&map.0, MapViews::Icosahedron, None, &work)?;
         Ok((map, map_source::picture_size(set.grid()), source.finished(set.maps().to_vec())))
     };
-    let (layout, (map, size, pixels)) = match parameters.layout {
-        CabralLayout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
-        CabralLayout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
-        CabralLayout::Sphere => {
+    let layout = parameters.layout.0;
+    let (map, size, pixels) = match layout {
+        FileLayout::Cube => on_grid(MapLayout::Cube)?,
+        FileLayout::LatLong => on_grid(MapLayout::LatLong)?,
+        FileLayout::Sphere => {
             let (map, edge) = for_spheres(source, parameters.resolution, context)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
             let mut pixels = context.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
@@ -195,7 +196,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
                 let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
                 steps.until_stopped(|stop| add_to_sphere_maps(&mut pixels, lamps, &vertices, edge, stop))?;
             }
-            (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
+            (map, [edge; 2], source.finished(pixels))
         }
     };
     let map = &map.0;
@@ -312,7 +313,7 @@ fn encode(
         CabralFormat::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
         CabralFormat::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
         CabralFormat::Dds => {
-            let faces = if parameters.layout == CabralLayout::Cube { 6 } else { 1 };
+            let faces = parameters.layout.0.faces();
             let [width, height] = size;
             let height = height / faces;
             let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };

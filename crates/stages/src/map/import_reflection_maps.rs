@@ -322,14 +322,9 @@ fn check_size(index: &Index, entry: &Entry, first: [usize; 2], size: [usize; 2])
 
 /// The size of the map in a picture of these columns and rows.
 fn picture_size(layout: FileLayout, width: usize, height: usize) -> Result<[usize; 2], Failure> {
-    let faces = faces_of(layout);
+    let faces = layout.faces();
     let fits = height.is_multiple_of(faces) && fits(layout, width, height / faces, faces);
     if fits { Ok([width, height / faces]) } else { Err(wrong_shape(layout, width, height)) }
-}
-
-/// The faces of a map, below each other in a picture.
-fn faces_of(layout: FileLayout) -> usize {
-    if layout == FileLayout::Cube { 6 } else { 1 }
 }
 
 fn fits(layout: FileLayout, width: usize, height: usize, faces: usize) -> bool {
@@ -357,7 +352,7 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened,
     }
     let [width, height] = picture_size(layout, decoded.image.width(), decoded.image.height())?;
     let pixels = decoded.image.into_pixels();
-    Ok(Opened { width, height, depth: 1, layers: 1, faces: faces_of(layout), pixels })
+    Ok(Opened { width, height, depth: 1, layers: 1, faces: layout.faces(), pixels })
 }
 
 fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {

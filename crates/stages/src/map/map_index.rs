@@ -29,6 +29,13 @@ pub(crate) enum FileLayout {
     Sphere,
 }
 
+impl FileLayout {
+    /// The faces of a map, below each other in a picture.
+    pub(crate) fn faces(self) -> usize {
+        if self == Self::Cube { 6 } else { 1 }
+    }
+}
+
 impl From<MapGrid> for FileLayout {
     fn from(grid: MapGrid) -> Self {
         match grid {

@@ -112,10 +112,7 @@ impl MapSource {
             (_, MapGrid::LatLong(grid), MapLayout::Cube) => grid.height.div_ceil(2),
             (_, MapGrid::LatLong(grid), MapLayout::LatLong) => grid.height,
         };
-        let grid = match layout {
-            MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
-            MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
-        };
+        let grid = layout.grid(resolution);
         if grid == map.0.grid() && view == map.0.view() {
             return Ok(Arc::clone(map));
         }
