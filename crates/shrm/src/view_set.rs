@@ -250,11 +250,12 @@ impl ViewSet {
         self.views.interpolated(self.grid, central, view, |map, texel| self.map(map)[texel])
     }
 
-    /// A spherical harmonic reflection map fitted to the maps, by least squares for each texel ([`fit_views`],
-    /// [`fit_angles`]). A field of a degree that the views determine comes back to f32 rounding:
+    /// A spherical harmonic reflection map fitted to the maps, by least squares for each texel ([`fit_views`]
+    /// and [`fit_angles`]). A field of a degree that the views determine comes back to f32 rounding:
     ///
-    /// - Twelve views determine P = 2 at most, of a global map: the vertices are a spherical design of degree
-    ///   5, on which the harmonics up to degree 2 are orthogonal. Degrees 4 and up fold into the coefficients.
+    /// - Twelve views determine P = 2 at most, of a global map: the vertices are a spherical design of
+    ///   degree 5, on which the harmonics up to degree 2 are orthogonal. Degrees 4 and up fold into the
+    ///   coefficients.
     /// - K angles determine P = K - 1, of a local map of zonal terms.
     /// - T x T views determine P = (T - 1) / 2, local or global as they are.
     ///

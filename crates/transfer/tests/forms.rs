@@ -128,14 +128,9 @@ fn visibility_and_matte_vectors_are_the_integrals() {
         let vertex = Mesh::new(vec![position], vec![normal], vec![[x, y, z, w]], None, vec![]).unwrap();
         let (frames, occluders) = (Frames::of(&vertex).unwrap(), Occluders::of(&ball));
         let directions = Directions::new(16384, degree(12)).unwrap();
-        let (visibility, _) = Visibility::precompute(
-            &frames,
-            &occluders,
-            &directions,
-            TransferDegrees { output: degree(4), input: degree(4) },
-            Stop::NEVER,
-        )
-        .unwrap();
+        let degrees = TransferDegrees { output: degree(4), input: degree(4) };
+        let (visibility, _) =
+            Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         let (matte, _) =
             MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
         for (found, name) in [(visibility.values(), "visibility"), (matte.values(), "diffuse")] {
@@ -163,20 +158,10 @@ fn bad_forms_are_refused() {
     let plane = mesh::shape("plane").unwrap();
     let (frames, occluders) = (Frames::of(&plane).unwrap(), Occluders::of(&plane));
     let directions = Directions::new(512, degree(8)).unwrap();
-    let stopped = Visibility::precompute(
-        &frames,
-        &occluders,
-        &directions,
-        TransferDegrees { output: degree(4), input: degree(4) },
-        Stop::when(&|| true),
-    );
+    let degrees = TransferDegrees { output: degree(4), input: degree(4) };
+    let stopped = Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::when(&|| true));
     assert_eq!(stopped.unwrap_err(), sh::Stopped.into());
-    let few = Visibility::precompute(
-        &frames,
-        &occluders,
-        &directions,
-        TransferDegrees { output: degree(6), input: degree(4) },
-        Stop::NEVER,
-    );
+    let degrees = TransferDegrees { output: degree(6), input: degree(4) };
+    let few = Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER);
     assert!(few.is_err());
 }

@@ -60,14 +60,8 @@ fn matrix(case: &Value) -> Vec<f64> {
 
 fn bake(case: &Value, sphere: &Value, count: usize, output: usize) -> Transfer {
     let directions = Directions::new(count, degree(output + 4)).unwrap();
-    let (transfer, _) = precompute(
-        &vertex(case),
-        &ball(sphere),
-        &directions,
-        TransferDegrees { output: degree(output), input: degree(4) },
-        Stop::NEVER,
-    )
-    .unwrap();
+    let degrees = TransferDegrees { output: degree(output), input: degree(4) };
+    let (transfer, _) = precompute(&vertex(case), &ball(sphere), &directions, degrees, Stop::NEVER).unwrap();
     transfer
 }
 

@@ -87,13 +87,8 @@ pub(crate) fn tabulated() -> &'static [Named] {
 pub(crate) fn transfer(mesh: &Mesh) -> Arc<Vec<Transfer>> {
     let directions = Directions::new(128, degree(6)).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    let made = precompute(
-        &frames,
-        &Occluders::of(mesh),
-        &directions,
-        TransferDegrees { output: degree(3), input: degree(3) },
-        Stop::NEVER,
-    );
+    let degrees = TransferDegrees { output: degree(3), input: degree(3) };
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, degrees, Stop::NEVER);
     Arc::new(vec![made.unwrap().0])
 }
 
