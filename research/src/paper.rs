@@ -16,7 +16,7 @@ use brdf::{Absent, BrdfCoefficients, Choice, MODELS, Material, Value, Values, pr
 use envmap::Environment;
 use sh::{Degree, Stop, Tolerance, Transform, unstopped};
 use shrm::reference::{Cull, Reference};
-use shrm::{MapGrid, Reflection, Shrm, View, ViewMaps};
+use shrm::{MapGrid, MapViews, Reflection, Shrm, View, ViewSet};
 use sphere::{Direction, LatLong};
 
 /// S_L = S_B = 128.
@@ -170,8 +170,9 @@ impl Table5 {
     }
 
     /// The explicit maps of an SHRM for all 100 views.
-    pub fn maps(&self, shrm: &Shrm) -> ViewMaps {
-        unstopped(|stop| ViewMaps::from_shrm(shrm, VIEWS, stop)).expect("10 x 10 views")
+    pub fn maps(&self, shrm: &Shrm) -> ViewSet {
+        let views = MapViews::Table { side: VIEWS, view: View::Local };
+        unstopped(|stop| ViewSet::from_shrm(shrm, views, stop)).expect("10 x 10 views")
     }
 }
 
@@ -232,7 +233,7 @@ mod tests {
             let case = Table5::new(row.sigma);
             let maps = case.maps(&case.shrm());
             for view in [4, 27, 61] {
-                let angular = case.angular(maps.views()[view]);
+                let angular = case.angular(maps.views().directions()[view]);
                 let difference = difference(&angular, maps.map(view));
                 assert!(difference < 0.1, "sigma = {}, view {view}: {difference}", row.sigma);
             }

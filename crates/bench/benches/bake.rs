@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sh::{Degree, Stop};
-use transfer::{Directions, Frames, Occluders, precompute};
+use transfer::{Directions, Frames, Occluders, TransferDegrees, precompute};
 
 fn bake(criterion: &mut Criterion) {
     let Some(corpus) = test_data::folder("bake/flight_helmet", "SPECULA_CORPUS") else { return };
@@ -29,8 +29,14 @@ fn bake(criterion: &mut Criterion) {
     let occluders = Occluders::of(&mesh);
     group.bench_function("flight_helmet", |bencher| {
         bencher.iter(|| {
-            precompute(&frames, &occluders, &directions, (degree(4), degree(4)), Stop::NEVER)
-                .expect("a transfer")
+            precompute(
+                &frames,
+                &occluders,
+                &directions,
+                TransferDegrees { output: degree(4), input: degree(4) },
+                Stop::NEVER,
+            )
+            .expect("a transfer")
         });
     });
     group.finish();

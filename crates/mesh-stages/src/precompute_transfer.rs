@@ -77,7 +77,8 @@ use stages::artifacts;
 use stages::plugin::{UntilStopped, blended_frames, size};
 use transfer::{
     Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, ReflectingMesh, StoredTransfer,
-    Transfer, TransferError, Visibility, interreflect, interreflect_matte, precompute, reflection_bytes,
+    Transfer, TransferDegrees, TransferError, Visibility, interreflect, interreflect_matte, precompute,
+    reflection_bytes,
 };
 
 choice! {
@@ -178,13 +179,14 @@ impl Kind for PrecomputeTransfer {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let mesh = context.get::<artifacts::Mesh>("mesh")?;
         let digest = Digest::of(&context.bytes("mesh")?).to_string();
-        let degrees = (Degree::new(parameters.output())?, Degree::new(parameters.degree)?);
-        let reflecting = reflecting(parameters, degrees.0, context)?;
+        let (output, input) = (Degree::new(parameters.output())?, Degree::new(parameters.degree)?);
+        let degrees = TransferDegrees { output, input };
+        let reflecting = reflecting(parameters, output, context)?;
         let frames = match &reflecting {
             Some(table) => blended_frames(context, &mesh.0, table)?,
             None => Frames::of(&mesh.0)?,
         };
-        let exact = Degree::new(degrees.0.get() + degrees.1.get())?;
+        let exact = Degree::new(output.get() + input.get())?;
         let directions = Directions::new(parameters.directions, exact)
             .ok_or_else(|| Failure::new(format!("{} directions are too few", parameters.directions)))?;
         let occluders = Occluders::of(&mesh.0);
@@ -203,7 +205,7 @@ impl Kind for PrecomputeTransfer {
             let of = frames.len();
             context.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
         }
-        let (rows, columns) = (degrees.0.rows(), degrees.1.rows());
+        let (rows, columns) = (output.rows(), input.rows());
         let bytes = size(value.bytes() as u64);
         context.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
         Output::artifact(artifacts::Transfer(OfMesh { value, mesh: digest }))
@@ -255,7 +257,7 @@ struct TransferScene<'a> {
     frames: &'a Frames,
     occluders: &'a Occluders,
     directions: &'a Directions,
-    degrees: (Degree, Degree),
+    degrees: TransferDegrees,
 }
 
 type Baked = Result<(Vec<Form>, usize), TransferError>;
@@ -272,7 +274,7 @@ impl TransferScene<'_> {
             }
             FormName::Matte => {
                 let (matte, blind) =
-                    MatteTransfer::precompute(frames, occluders, directions, degrees.1, stop)?;
+                    MatteTransfer::precompute(frames, occluders, directions, degrees.input, stop)?;
                 (Form::Matte(matte), blind)
             }
             FormName::Visibility => {
@@ -288,7 +290,7 @@ impl TransferScene<'_> {
         let mesh = ReflectingMesh { frames, occluders, directions, table };
         let bounces = parameters.bounces;
         if parameters.form == FormName::Matte {
-            let found = interreflect_matte(mesh, degrees.1, bounces, stop)?;
+            let found = interreflect_matte(mesh, degrees.input, bounces, stop)?;
             if let Some((channels, blind)) = found {
                 return Ok((channels.into_iter().map(Form::Matte).collect(), blind));
             }

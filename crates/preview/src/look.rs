@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use brdf::{BrdfTable, Centre, Material};
 use sh::Stop;
-use shrm::{Cabral, KautzMcCool, Lamps, MOST_P, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
+use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
 
 use crate::{Light, RenderError};
@@ -48,8 +48,8 @@ pub struct Look {
     soft: OnceLock<Result<Shrm, RenderError>>,
     local: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
-    cabral: OnceLock<Result<Cabral, RenderError>>,
-    kautz_mccool: OnceLock<Result<KautzMcCool, RenderError>>,
+    cabral: OnceLock<Result<ViewSet, RenderError>>,
+    kautz_mccool: OnceLock<Result<ViewSet, RenderError>>,
     prefiltered: OnceLock<Result<Vec<[f32; 3]>, RenderError>>,
 }
 
@@ -224,11 +224,10 @@ impl Look {
     ///
     /// # Errors
     /// The errors of [`Look::local`].
-    pub fn cabral(&self) -> Result<&Cabral, RenderError> {
+    pub fn cabral(&self) -> Result<&ViewSet, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            let maps = Cabral::from_shrm(self.soft()?);
-            Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps, Stop::NEVER)? } else { maps })
+            self.view_set(MapViews::Icosahedron)
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -237,16 +236,20 @@ impl Look {
     ///
     /// # Errors
     /// The errors of [`Look::local`], and if there is no slice.
-    pub fn kautz_mccool(&self) -> Result<&KautzMcCool, RenderError> {
+    pub fn kautz_mccool(&self) -> Result<&ViewSet, RenderError> {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
-            let angles = KautzMcCool::even_angles(self.sizes.slices);
-            let texture = KautzMcCool::from_shrm(self.soft()?, angles).ok_or_else(|| {
-                RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
-            })?;
-            Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps, Stop::NEVER)? } else { texture })
+            self.view_set(MapViews::even_angles(self.sizes.slices))
         });
         made.as_ref().map_err(Clone::clone)
+    }
+
+    /// Explicit maps with all light in them.
+    fn view_set(&self, views: MapViews) -> Result<ViewSet, RenderError> {
+        let count = views.count();
+        let set = ViewSet::from_shrm(self.soft()?, views, Stop::NEVER)?
+            .ok_or_else(|| RenderError::maps(format!("a texture needs at least 1 slice, not {count}")))?;
+        Ok(if let Some(lamps) = self.lamps() { set.with_lamps(lamps, Stop::NEVER)? } else { set })
     }
 
     /// The plain reflection map, the mean over all views as in `export-reflection-map`, with texels in the

@@ -5,15 +5,14 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 pub mod accuracy;
+mod azimuth;
 mod baking;
 mod blocks;
-mod cabral;
 pub mod degrees;
 mod evaluation;
 mod fit;
 mod global;
 pub mod icosahedron;
-mod kautz_mccool;
 mod lamps;
 mod lookup;
 mod map;
@@ -28,13 +27,13 @@ pub mod ringing;
 mod sphere_map;
 pub mod stops;
 mod synthesis;
-mod view_maps;
+mod view_set;
+mod view_table;
 
+pub use azimuth::azimuthal_share;
 pub use baking::BAKED_AT_ONCE;
 pub use blocks::blocks;
-pub use cabral::Cabral;
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
-pub use kautz_mccool::{KautzMcCool, azimuthal_share};
 pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
@@ -50,7 +49,7 @@ pub use sphere_map::{
     SphereMapError, add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps,
 };
 pub use synthesis::{MOST_VALUES, SynthesisError};
-pub use view_maps::ViewMaps;
+pub use view_set::{MapViews, ViewSet};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {

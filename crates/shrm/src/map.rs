@@ -86,6 +86,16 @@ pub enum View {
     Global,
 }
 
+impl View {
+    /// The view V in the world, of one that is given in this frame about a central direction.
+    pub fn to_world(self, central: Direction, view: Direction) -> Direction {
+        match self {
+            Self::Global => view,
+            Self::Local => frame(central).apply(view),
+        }
+    }
+}
+
 /// Which coefficients a map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Terms {

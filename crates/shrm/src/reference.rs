@@ -219,11 +219,7 @@ impl Reference {
         spans: &[Span],
     ) -> [f64; 3] {
         if self.areas.is_some() {
-            let view = match view {
-                View::Global => toward,
-                View::Local => frame(at.direction).apply(toward),
-            };
-            return self.radiance(at.direction, view);
+            return self.radiance(at.direction, view.to_world(at.direction, toward));
         }
         let axis = at.direction.vector();
         let (sum, scale) = match self.lobe {
@@ -235,10 +231,7 @@ impl Reference {
                 (self.sum(level, at, spans, Power { axis, exponent }), scale)
             }
             Some((Lobe::Gaussian { sigma }, scale)) => {
-                let view = match view {
-                    View::Global => toward,
-                    View::Local => frame(at.direction).apply(toward),
-                };
+                let view = view.to_world(at.direction, toward);
                 let both = axis + view.vector();
                 // Toward the mirrored central direction the normal has no side of its own: see
                 // Centre::surface.
@@ -323,7 +316,7 @@ mod tests {
         Environment::new(grid, (0..grid.len()).map(|i| environment.pixels()[texel(i)]).collect()).unwrap()
     }
 
-    fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
+    pub(super) fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
         let grid = LatLong::with_rows(rows);
         let looks = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
         let pixels = (0..grid.len()).map(|i| radiance(looks(i)).map(|value| value as f32)).collect();

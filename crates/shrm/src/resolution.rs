@@ -22,8 +22,9 @@
 //! weighted by the energy Lambda_l^2 |L_lm|^2 |rho_lpq|^2 of the term.
 
 use sh::{energy_per_degree, lambda};
+use sphere::{Cube, LatLong};
 
-use crate::Reflection;
+use crate::{MapGrid, Reflection};
 
 /// The kind of grid that a resolution is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,6 +46,14 @@ pub struct Resolution {
 }
 
 impl MapLayout {
+    /// The grid with this many rows, or texels along the edge of a cube's face.
+    pub fn grid(self, texels: usize) -> MapGrid {
+        match self {
+            Self::LatLong => MapGrid::LatLong(LatLong::with_rows(texels)),
+            Self::Cube => MapGrid::Cube(Cube { edge: texels }),
+        }
+    }
+
     /// The constant c of the module text.
     fn constant(self) -> f64 {
         match self {

@@ -7,9 +7,8 @@ use std::f64::consts::{PI, TAU};
 use brdf::{BrdfCoefficients, Centre};
 use sh::{Degree, Expansion, Stop};
 use shrm::{
-    Cabral, FitError, KautzMcCool, MapGrid, Reflection, Shrm, Terms, View, ViewMaps, azimuthal_share,
-    fit_angles, fit_views, frame, from_sphere_maps, icosahedron, sphere_map_axes, sphere_map_rows,
-    sphere_maps,
+    FitError, MapGrid, MapViews, Reflection, Shrm, Terms, View, ViewSet, azimuthal_share, fit_angles,
+    fit_views, frame, from_sphere_maps, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps,
 };
 use sphere::{Cube, Direction, LatLong, MirrorBall};
 
@@ -20,8 +19,16 @@ const GRIDS: [MapGrid; 2] =
 /// 10.
 const F32: f64 = 2e-6;
 
-fn view_maps(map: &Shrm, side: usize) -> ViewMaps {
-    ViewMaps::from_shrm(map, side, Stop::NEVER).unwrap().unwrap()
+fn view_set(map: &Shrm, views: MapViews) -> ViewSet {
+    ViewSet::from_shrm(map, views, Stop::NEVER).unwrap().unwrap()
+}
+
+fn cabral(map: &Shrm) -> ViewSet {
+    view_set(map, MapViews::Icosahedron)
+}
+
+fn view_maps(map: &Shrm, side: usize) -> ViewSet {
+    view_set(map, MapViews::Table { side, view: map.view() })
 }
 
 /// Numbers in [-1, 1] that look random, the same each time.
@@ -68,7 +75,7 @@ fn cabrals_maps_are_the_reflection_seen_from_the_vertices() {
     for grid in GRIDS {
         let reflection = reflection(3, 3);
         let local = map(&reflection, grid);
-        for cabral in [Cabral::from_shrm(&local), Cabral::from_shrm(&local.to_global())] {
+        for cabral in [cabral(&local), cabral(&local.to_global())] {
             for (k, vertex) in icosahedron::vertices().into_iter().enumerate() {
                 let expected: Vec<_> =
                     (0..grid.len()).map(|texel| reflection.evaluate(grid.direction(texel), vertex)).collect();
@@ -84,7 +91,7 @@ fn cabrals_maps_are_the_reflection_seen_from_the_vertices() {
 #[test]
 fn between_two_vertices_cabrals_maps_are_averaged() {
     let grid = GRIDS[1];
-    let cabral = Cabral::from_shrm(&map(&reflection(2, 2), grid));
+    let cabral = cabral(&map(&reflection(2, 2), grid));
     let [a, b, ..] = icosahedron::vertices();
     let middle = Direction::normalised(a.vector() + b.vector());
     let found = cabral.radiance(grid.direction(3), middle);
@@ -96,7 +103,7 @@ fn between_two_vertices_cabrals_maps_are_averaged() {
 fn twelve_views_hold_a_global_map_of_degree_2() {
     for (p, grid) in [(0, GRIDS[0]), (1, GRIDS[0]), (2, GRIDS[0]), (2, GRIDS[1])] {
         let local = map(&reflection(p, p), grid);
-        let cabral = Cabral::from_shrm(&local);
+        let cabral = cabral(&local);
         let fit = cabral.fit(None).unwrap();
         assert_eq!((fit.map.p().get(), fit.map.view(), fit.map.terms()), (2, View::Global, Terms::All));
         // A design of degree 5: the harmonics up to degree 2 are orthogonal on it.
@@ -105,7 +112,7 @@ fn twelve_views_hold_a_global_map_of_degree_2() {
         let error = difference(same.map.values(), local.to_global().values());
         assert!(error < F32, "P = {p}: {error:e}");
     }
-    let failure = Cabral::from_shrm(&map(&reflection(2, 2), GRIDS[0])).fit(Degree::new(3).ok()).unwrap_err();
+    let failure = cabral(&map(&reflection(2, 2), GRIDS[0])).fit(Degree::new(3).ok()).unwrap_err();
     assert_eq!(failure.to_string(), "degree P = 3 has 16 coefficients, more than 12 views determine");
 }
 
@@ -114,13 +121,13 @@ fn twelve_views_hold_a_global_map_of_degree_2() {
 #[test]
 fn twelve_views_lose_degree_3_and_say_how_much() {
     let local = map(&reflection(3, 3), GRIDS[1]);
-    let fit = Cabral::from_shrm(&local).fit(None).unwrap();
+    let fit = cabral(&local).fit(None).unwrap();
     let global = local.to_global();
     let kept: Vec<_> = (0..global.grid().len()).flat_map(|texel| global.texel(texel)[..9].to_vec()).collect();
     assert!(difference(fit.map.values(), &kept) < F32);
     assert!(fit.residual > 0.05 && fit.residual < 0.9, "{}", fit.residual);
     // The residual is what degree 3 has at the vertices, over all that is there.
-    let cabral = Cabral::from_shrm(&local);
+    let cabral = cabral(&local);
     let (mut left, mut all) = (0.0, 0.0);
     for (k, vertex) in icosahedron::vertices().into_iter().enumerate() {
         let fitted = fit.map.view_map(vertex);
@@ -139,13 +146,14 @@ fn twelve_views_lose_degree_3_and_say_how_much() {
 /// The mean over phi_o by 16 points, exact for |q| <= 3, against the slices; from local and global maps.
 #[test]
 fn slices_are_the_mean_around_the_central_direction() {
-    let angles = KautzMcCool::even_angles(5);
+    let slices = MapViews::even_angles(5);
+    let angles = slices.angles();
     assert_eq!((angles[0], angles[2], angles[4]), (0.0, PI / 2.0, PI));
     for grid in GRIDS {
         let reflection = reflection(3, 3);
         let local = map(&reflection, grid);
         for map in [local.to_global(), local] {
-            let texture = KautzMcCool::from_shrm(&map, angles.clone()).unwrap();
+            let texture = view_set(&map, slices.clone());
             for (k, &angle) in angles.iter().enumerate() {
                 for texel in (0..grid.len()).step_by(7) {
                     let central = grid.direction(texel);
@@ -155,7 +163,7 @@ fn slices_are_the_mean_around_the_central_direction() {
                         let value = reflection.evaluate(central, frame(central).apply(outgoing));
                         (0..3).for_each(|channel| mean[channel] += value[channel] / 16.0);
                     }
-                    assert!(difference(&[texture.slice(k)[texel]], &[mean]) < F32);
+                    assert!(difference(&[texture.map(k)[texel]], &[mean]) < F32);
                     // At a texel and the angle of a slice, nothing is interpolated.
                     let view = frame(central).apply(Direction::from_angles(angle, 1.0));
                     assert!(difference(&[texture.radiance(central, view)], &[mean]) < 2.0 * F32);
@@ -169,12 +177,13 @@ fn slices_are_the_mean_around_the_central_direction() {
 fn between_slices_the_texture_is_linear() {
     let grid = GRIDS[0];
     let slices = [1.0, 3.0].iter().flat_map(|&value| vec![[value; 3]; grid.len()]).collect();
-    let texture = KautzMcCool::new(grid, Centre::Reflection, vec![0.5, 1.5], slices).unwrap();
+    let angles = |angles: [f64; 2]| MapViews::Angles(angles.into());
+    let texture = ViewSet::new(angles([0.5, 1.5]), grid, Centre::Reflection, slices).unwrap();
     for (angle, expected) in [(0.0, 1.0), (0.5, 1.0), (0.75, 1.5), (1.5, 3.0), (3.0, 3.0)] {
         let found = texture.radiance(Direction::Z, Direction::from_angles(angle, 0.3));
         assert!(difference(&[found], &[[expected; 3]]) < 1e-6, "{angle}: {found:?}");
     }
-    assert_eq!(KautzMcCool::new(grid, Centre::Reflection, vec![1.0, 1.0], vec![[0.0; 3]; 120]), None);
+    assert_eq!(ViewSet::new(angles([1.0, 1.0]), grid, Centre::Reflection, vec![[0.0; 3]; 120]), None);
 }
 
 #[test]
@@ -183,7 +192,7 @@ fn a_texture_holds_a_zonal_map_and_no_other() {
         let zonal = map(&reflection(4, 0), grid);
         let share = |map: &Shrm| azimuthal_share(map, None, Stop::NEVER).unwrap();
         assert!(share(&zonal) < 1e-12);
-        let texture = KautzMcCool::from_shrm(&zonal, KautzMcCool::even_angles(7)).unwrap();
+        let texture = view_set(&zonal, MapViews::even_angles(7));
         assert_eq!(texture.fit(None).unwrap().map.p().get(), 6);
         let fit = texture.fit(Some(zonal.p())).unwrap();
         assert_eq!((fit.map.view(), fit.map.terms(), fit.map.rows()), (View::Local, Terms::Zonal, 5));
@@ -216,13 +225,10 @@ fn a_table_holds_the_map_at_its_views() {
         for map in [local.to_global(), local] {
             let table = view_maps(&map, 5);
             let mut lookup = map.lookup();
-            for (k, view) in table.views().into_iter().enumerate() {
+            for (k, view) in table.views().directions().into_iter().enumerate() {
                 for texel in (0..grid.len()).step_by(5) {
                     let central = grid.direction(texel);
-                    let world = match map.view() {
-                        View::Global => view,
-                        View::Local => frame(central).apply(view),
-                    };
+                    let world = map.view().to_world(central, view);
                     let expected = reflection.evaluate(central, world);
                     assert!(difference(&[table.map(k)[texel]], &[expected]) < F32);
                     assert!(difference(&[table.map(k)[texel]], &[lookup.texel(texel, world)]) < F32);
@@ -231,7 +237,11 @@ fn a_table_holds_the_map_at_its_views() {
             }
         }
     }
-    assert_eq!(ViewMaps::from_shrm(&map(&reflection(1, 1), GRIDS[0]), 0, Stop::NEVER), Ok(None));
+    let local = map(&reflection(1, 1), GRIDS[0]);
+    for (side, view) in [(0, View::Local), (2, View::Global)] {
+        let none = ViewSet::from_shrm(&local, MapViews::Table { side, view }, Stop::NEVER);
+        assert_eq!(none, Ok(None), "no view, or those of another frame");
+    }
 }
 
 /// A zonal map keeps P + 1 rows; its table is that of the map with the zeros.
@@ -244,7 +254,7 @@ fn zonal_maps_make_the_same_table() {
     let zonal = Shrm::new(grid, View::Local, Centre::Reflection, all.p(), Terms::Zonal, values).unwrap();
     let (a, b) = (view_maps(&all, 4), view_maps(&zonal, 4));
     assert!(difference(a.maps(), b.maps()) < F32);
-    let (a, b) = (Cabral::from_shrm(&all), Cabral::from_shrm(&zonal));
+    let (a, b) = (cabral(&all), cabral(&zonal));
     assert!(difference(a.maps(), b.maps()) < F32);
 }
 
@@ -298,12 +308,8 @@ fn conversions_are_the_same_with_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let table = view_maps(&local, 6);
-            let texture = KautzMcCool::from_shrm(&local, KautzMcCool::even_angles(4)).unwrap();
-            (
-                Cabral::from_shrm(&local).fit(None).unwrap(),
-                table.fit(None).unwrap(),
-                texture.fit(None).unwrap(),
-            )
+            let texture = view_set(&local, MapViews::even_angles(4));
+            (cabral(&local).fit(None).unwrap(), table.fit(None).unwrap(), texture.fit(None).unwrap())
         })
     };
     assert_eq!(with(1), with(3));
@@ -352,7 +358,7 @@ fn sphere_maps_come_back_to_a_grid() {
     let grid = GRIDS[1];
     let axes = vertices.map(sphere_map_axes);
     let back = from_sphere_maps(256, &axes, &maps, grid);
-    let direct = Cabral::from_shrm(&map(&reflection, grid));
+    let direct = cabral(&map(&reflection, grid));
     for (k, view) in vertices.into_iter().enumerate() {
         for texel in 0..grid.len() {
             let error = difference(&[back[k * grid.len() + texel]], &[direct.map(k)[texel]]);

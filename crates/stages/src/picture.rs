@@ -6,6 +6,7 @@ mod preview;
 mod report;
 
 // What they share.
+mod ball_camera;
 mod exposure;
 mod material_picture;
 mod sheet;

@@ -11,7 +11,7 @@ use envmap::{Environment, Layout};
 use mesh::Mesh;
 use sh::{Basis, Degree, Expansion, Stop, Transform};
 use sphere::{DMat3, DVec3, Direction, LatLong};
-use transfer::{Directions, Frames, Occluders, Viewer, precompute, shade_with_transfer};
+use transfer::{Directions, Frames, Occluders, TransferDegrees, Viewer, precompute, shade_with_transfer};
 
 /// The degree of the light.
 const LIGHT: usize = 4;
@@ -129,7 +129,7 @@ fn transfer_has_the_radiance_that_is_traced() {
         let traced = traced(&some, &occluders, camera, grid);
         let bakes = tables.each_ref().map(|(output, table)| {
             let directions = Directions::new(1024, degree(output + LIGHT)).unwrap();
-            let degrees = (degree(*output), degree(LIGHT));
+            let degrees = TransferDegrees { output: degree(*output), input: degree(LIGHT) };
             (table, precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap().0)
         });
         for (of, environment) in &environments {

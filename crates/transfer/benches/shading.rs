@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use sh::{Degree, Expansion, Stop};
 use sphere::Direction;
 use transfer::{
-    Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, Viewer, Visibility,
-    precompute, shade, shade_with_transfer,
+    Directions, FixedLight, FixedView, Frames, HalfTransfer, Occluders, Transfer, TransferDegrees, Viewer,
+    Visibility, precompute, shade, shade_with_transfer,
 };
 
 /// The vertices of the teapot of [KSS02, tab. 1].
@@ -97,7 +97,16 @@ fn baking(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("bake");
     group.sample_size(10);
     group.bench_function("knot", |bencher| {
-        bencher.iter(|| precompute(&frames, &occluders, &directions, (degree, degree), Stop::NEVER).unwrap());
+        bencher.iter(|| {
+            precompute(
+                &frames,
+                &occluders,
+                &directions,
+                TransferDegrees { output: degree, input: degree },
+                Stop::NEVER,
+            )
+            .unwrap()
+        });
     });
     group.finish();
 }

@@ -14,7 +14,7 @@ use crate::directions::Directions;
 use crate::frames::{Frames, Viewer};
 use crate::occluders::Occluders;
 use crate::shading::shade_with_matrices;
-use crate::transfer::{MeshRays, Transfer, TransferError, bake};
+use crate::transfer::{MeshRays, Transfer, TransferDegrees, TransferError, bake};
 
 /// A transfer matrix for each vertex, [V, (O+1)^2, (F+1)^2].
 #[derive(Clone, Debug, PartialEq)]
@@ -39,12 +39,13 @@ impl HalfTransfer {
         frames: &Frames,
         occluders: &Occluders,
         directions: &Directions,
-        (output, input): (Degree, Degree),
+        degrees: TransferDegrees,
         stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
+        let TransferDegrees { output, input } = degrees;
         let length = output.rows() * input.rows();
         let rays = MeshRays { frames, occluders, directions };
-        let (values, blind) = bake(rays, (output, input), length, f16::ZERO, stop, &round)?;
+        let (values, blind) = bake(rays, degrees, length, f16::ZERO, stop, &round)?;
         Ok((Self { output, input, values }, blind))
     }
 
@@ -96,7 +97,8 @@ impl HalfTransfer {
         viewer: Viewer,
         light: &Expansion,
     ) -> Vec<[f32; 3]> {
-        shade_with_matrices(frames, table, viewer, (self.output, self.input), &self.values, light)
+        let degrees = TransferDegrees { output: self.output, input: self.input };
+        shade_with_matrices(frames, table, viewer, degrees, &self.values, light)
     }
 }
 

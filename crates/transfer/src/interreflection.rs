@@ -24,15 +24,15 @@ use crate::matte::{MatteTransfer, albedos};
 use crate::occluders::Occluders;
 use crate::packet::{Hit, Packet, Towards, above};
 use crate::rotation::FrameRotation;
-use crate::transfer::{MOST_BYTES, Transfer, TransferError, turn_rows};
+use crate::transfer::{MOST_BYTES, Transfer, TransferDegrees, TransferError, turn_rows};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
 pub const REVISION: u32 = 1;
 
 /// The bytes that [`interreflect`] has in memory: those of the shadows and of two bounces.
-pub fn reflection_bytes(vertices: usize, (output, input): (Degree, Degree), channels: usize) -> usize {
-    let one = vertices.saturating_mul(output.rows() * input.rows() * size_of::<f32>());
+pub fn reflection_bytes(vertices: usize, degrees: TransferDegrees, channels: usize) -> usize {
+    let one = vertices.saturating_mul(degrees.output.rows() * degrees.input.rows() * size_of::<f32>());
     one.saturating_mul(1 + 2 * channels)
 }
 
@@ -70,7 +70,7 @@ pub fn interreflect(
     let ReflectingMesh { frames, occluders, directions, table } = mesh;
     let (output, input) = (shadows.output(), shadows.input());
     let (columns, channels) = (input.rows(), table.channels());
-    let bytes = reflection_bytes(frames.len(), (output, input), channels);
+    let bytes = reflection_bytes(frames.len(), TransferDegrees { output, input }, channels);
     if bytes > MOST_BYTES {
         return Err(TransferError::TooLarge { vertices: frames.len(), bytes });
     }

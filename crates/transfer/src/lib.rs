@@ -39,7 +39,7 @@ pub use occluder_nodes::OccluderNode;
 pub use occluders::Occluders;
 pub use shading::{FixedLight, FixedView, shade, shade_with_transfer};
 pub use stored::{Form, StoredTransfer};
-pub use transfer::{MOST_BYTES, Transfer, TransferError, precompute};
+pub use transfer::{MOST_BYTES, Transfer, TransferDegrees, TransferError, precompute};
 pub use visibility::Visibility;
 
 /// The revisions of the kernels, for the kinds of stage that call them.

@@ -18,7 +18,7 @@ use sh::{Degree, Expansion};
 use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::lanes::by_lane;
 use crate::rotation::{FrameRotation, Lanes, Multiples};
-use crate::transfer::Transfer;
+use crate::transfer::{Transfer, TransferDegrees};
 use crate::vectors::{EIGHTS, Entry, by_channel, by_row, dot, load, product, store, total};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -419,7 +419,7 @@ pub fn shade_with_transfer(
     transfer: &Transfer,
     light: &Expansion,
 ) -> Vec<[f32; 3]> {
-    let degrees = (transfer.output(), transfer.input());
+    let degrees = TransferDegrees { output: transfer.output(), input: transfer.input() };
     shade_with_matrices(frames, table, viewer, degrees, transfer.values(), light)
 }
 
@@ -428,7 +428,7 @@ pub(crate) fn shade_with_matrices<E: Entry>(
     frames: &Frames,
     table: &BrdfTable,
     viewer: Viewer,
-    (output, input): (Degree, Degree),
+    TransferDegrees { output, input }: TransferDegrees,
     entries: &[E],
     light: &Expansion,
 ) -> Vec<[f32; 3]> {

@@ -115,14 +115,24 @@ pub fn precompute(
     frames: &Frames,
     occluders: &Occluders,
     directions: &Directions,
-    (output, input): (Degree, Degree),
+    degrees: TransferDegrees,
     stop: Stop<'_>,
 ) -> Result<(Transfer, usize), TransferError> {
+    let TransferDegrees { output, input } = degrees;
     let length = output.rows() * input.rows();
     let copy = |matrix: &[f32], values: &mut [f32]| values.copy_from_slice(matrix);
     let rays = MeshRays { frames, occluders, directions };
-    let (values, blind) = bake(rays, (output, input), length, 0.0, stop, &copy)?;
+    let (values, blind) = bake(rays, degrees, length, 0.0, stop, &copy)?;
     Ok((Transfer { output, input, values }, blind))
+}
+
+/// The degrees of the light that a transfer takes and makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TransferDegrees {
+    /// The degree O of the light that arrives at a vertex.
+    pub output: Degree,
+    /// The degree F of the light from far away.
+    pub input: Degree,
 }
 
 /// The rays that the vertices of a mesh cast.
@@ -140,12 +150,13 @@ pub(crate) struct MeshRays<'a> {
 /// also the number of vertices that see nothing.
 pub(crate) fn bake<T: Copy + Send>(
     MeshRays { frames, occluders, directions }: MeshRays<'_>,
-    (output, input): (Degree, Degree),
+    degrees: TransferDegrees,
     length: usize,
     zero: T,
     stop: Stop<'_>,
     write: &(dyn Fn(&[f32], &mut [T]) + Sync),
 ) -> Result<(Vec<T>, usize), TransferError> {
+    let TransferDegrees { output, input } = degrees;
     let (rows, columns) = (output.rows(), input.rows());
     let bytes = frames.len().saturating_mul(length * size_of::<T>());
     if bytes > MOST_BYTES {

@@ -17,7 +17,7 @@ use crate::lanes::by_lane;
 use crate::occluders::Occluders;
 use crate::rotation::FrameRotation;
 use crate::shading::write;
-use crate::transfer::{MOST_BYTES, Shadows, Transfer, TransferError, turn_rows};
+use crate::transfer::{MOST_BYTES, Shadows, Transfer, TransferDegrees, TransferError, turn_rows};
 use crate::triple_products::TripleProducts;
 use crate::vectors::{by_row, load};
 
@@ -54,7 +54,7 @@ impl Visibility {
         frames: &Frames,
         occluders: &Occluders,
         directions: &Directions,
-        (output, input): (Degree, Degree),
+        TransferDegrees { output, input }: TransferDegrees,
         stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
         let (found, expected) = (directions.degree().get(), output.get() + input.get());

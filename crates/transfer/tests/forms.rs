@@ -6,8 +6,8 @@ use brdf::{AshikhminShirley, Lambert, Material, tabulate};
 use mesh::Mesh;
 use sh::{Degree, Expansion, Stop};
 use transfer::{
-    Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer, Viewer,
-    Visibility, precompute, shade_with_transfer,
+    Directions, Form, Frames, HalfTransfer, MatteTransfer, Occluders, StoredTransfer, Transfer,
+    TransferDegrees, Viewer, Visibility, precompute, shade_with_transfer,
 };
 
 fn degree(l: usize) -> Degree {
@@ -57,7 +57,7 @@ fn metal(specular: [f64; 3]) -> brdf::BrdfTable {
 fn visibility_and_halves_hold_the_matrices() {
     let (frames, occluders) = knot();
     for (output, input) in [(4, 4), (4, 2), (2, 4)] {
-        let degrees = (degree(output), degree(input));
+        let degrees = TransferDegrees { output: degree(output), input: degree(input) };
         let directions = Directions::new(256, degree(output + input)).unwrap();
         let (matrices, blind) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         let (visibility, same) =
@@ -89,7 +89,7 @@ fn visibility_and_halves_hold_the_matrices() {
 fn a_matte_vector_is_what_a_matte_table_makes_of_the_matrix() {
     let (frames, occluders) = knot();
     let directions = Directions::new(1024, degree(12)).unwrap();
-    let degrees = (degree(8), degree(4));
+    let degrees = TransferDegrees { output: degree(8), input: degree(4) };
     let (matrices, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let chalk = Material::Lambert(Lambert::new([0.8, 0.4, 0.1]).unwrap());
     let (table, _) = tabulate(&chalk, degree(8), 16, Stop::NEVER).unwrap();
@@ -128,9 +128,9 @@ fn visibility_and_matte_vectors_are_the_integrals() {
         let vertex = Mesh::new(vec![position], vec![normal], vec![[x, y, z, w]], None, vec![]).unwrap();
         let (frames, occluders) = (Frames::of(&vertex).unwrap(), Occluders::of(&ball));
         let directions = Directions::new(16384, degree(12)).unwrap();
+        let degrees = TransferDegrees { output: degree(4), input: degree(4) };
         let (visibility, _) =
-            Visibility::precompute(&frames, &occluders, &directions, (degree(4), degree(4)), Stop::NEVER)
-                .unwrap();
+            Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         let (matte, _) =
             MatteTransfer::precompute(&frames, &occluders, &directions, degree(4), Stop::NEVER).unwrap();
         for (found, name) in [(visibility.values(), "visibility"), (matte.values(), "diffuse")] {
@@ -158,14 +158,10 @@ fn bad_forms_are_refused() {
     let plane = mesh::shape("plane").unwrap();
     let (frames, occluders) = (Frames::of(&plane).unwrap(), Occluders::of(&plane));
     let directions = Directions::new(512, degree(8)).unwrap();
-    let stopped = Visibility::precompute(
-        &frames,
-        &occluders,
-        &directions,
-        (degree(4), degree(4)),
-        Stop::when(&|| true),
-    );
+    let degrees = TransferDegrees { output: degree(4), input: degree(4) };
+    let stopped = Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::when(&|| true));
     assert_eq!(stopped.unwrap_err(), sh::Stopped.into());
-    let few = Visibility::precompute(&frames, &occluders, &directions, (degree(6), degree(4)), Stop::NEVER);
+    let degrees = TransferDegrees { output: degree(6), input: degree(4) };
+    let few = Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER);
     assert!(few.is_err());
 }

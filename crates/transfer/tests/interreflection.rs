@@ -9,8 +9,8 @@ use serde_json::Value;
 use sh::{Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
 use transfer::{
-    Directions, Frames, MatteTransfer, Occluders, ReflectingMesh, Transfer, Viewer, interreflect,
-    interreflect_matte, precompute, shade_with_transfer,
+    Directions, Frames, MatteTransfer, Occluders, ReflectingMesh, Transfer, TransferDegrees, Viewer,
+    interreflect, interreflect_matte, precompute, shade_with_transfer,
 };
 
 fn list(value: &Value) -> Vec<f64> {
@@ -84,8 +84,8 @@ impl Scene {
         let frames = Frames::of(&mesh).unwrap().with_blend(&places);
         let occluders = Occluders::of(&mesh);
         let directions = Directions::new(count, degree(output + 4)).unwrap();
-        let (shadows, _) =
-            precompute(&frames, &occluders, &directions, (degree(output), degree(4)), Stop::NEVER).unwrap();
+        let degrees = TransferDegrees { output: degree(output), input: degree(4) };
+        let (shadows, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         let table = tables(materials, output);
         Self { frames, occluders, table, directions, shadows }
     }
@@ -288,8 +288,8 @@ fn each_channel_is_reflected_by_its_own_albedo() {
     let mesh = Mesh::joined(&parts).unwrap();
     let (frames, occluders) = (Frames::of(&mesh).unwrap(), Occluders::of(&mesh));
     let directions = Directions::new(256, degree(4)).unwrap();
-    let (shadows, _) =
-        precompute(&frames, &occluders, &directions, (degree(2), degree(2)), Stop::NEVER).unwrap();
+    let degrees = TransferDegrees { output: degree(2), input: degree(2) };
+    let (shadows, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let bounced = |albedo: [f64; 3], bounces: usize| {
         let material = Material::Lambert(Lambert::new(albedo).unwrap());
         let table = tabulate(&material, degree(2), 8, Stop::NEVER).unwrap().0;

@@ -8,7 +8,7 @@ use sh::{Degree, Expansion, Stop};
 use sphere::{DMat3, DQuat, DVec3, Direction, Rotation};
 use transfer::{
     Directions, Form, Frames, HalfTransfer, LightField, LightFieldError, MatteTransfer, Occluders,
-    StoredTransfer, Viewer, Visibility, precompute, shade,
+    StoredTransfer, TransferDegrees, Viewer, Visibility, precompute, shade,
 };
 
 fn degree(l: usize) -> Degree {
@@ -117,7 +117,7 @@ fn shadows_fall_in_near_light_in_every_form() {
     let (mesh, occluders) = knot();
     let frames = Frames::of(&mesh).unwrap();
     let directions = Directions::new(256, degree(8)).unwrap();
-    let degrees = (degree(4), degree(4));
+    let degrees = TransferDegrees { output: degree(4), input: degree(4) };
     let (matrices, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let (visibility, _) =
         Visibility::precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();

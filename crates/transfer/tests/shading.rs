@@ -6,8 +6,8 @@ use brdf::{BrdfTable, Material, Ward, tabulate};
 use sh::{Degree, Expansion, Stop};
 use sphere::Direction;
 use transfer::{
-    Directions, FixedLight, FixedView, Frames, Occluders, Transfer, Viewer, precompute, shade,
-    shade_with_transfer,
+    Directions, FixedLight, FixedView, Frames, Occluders, Transfer, TransferDegrees, Viewer, precompute,
+    shade, shade_with_transfer,
 };
 
 fn degree(l: usize) -> Degree {
@@ -89,9 +89,8 @@ fn without_an_occluder_transfer_changes_nothing() {
     let viewer = Viewer::At([0.3, 0.2, 2.0]);
     for (output, input) in [(4, 4), (6, 4), (4, 2)] {
         let directions = Directions::new(512, degree(output + input)).unwrap();
-        let (transfer, blind) =
-            precompute(&frames, &occluders, &directions, (degree(output), degree(input)), Stop::NEVER)
-                .unwrap();
+        let degrees = TransferDegrees { output: degree(output), input: degree(input) };
+        let (transfer, blind) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
         assert_eq!((transfer.len(), blind), (4, 0));
         let found = shade_with_transfer(&frames, &table, viewer, &transfer, &light);
         check_same(&shade(&frames, &table, viewer, &light.to_degree(degree(input))), &found, "open");
@@ -104,8 +103,9 @@ fn all_three_ways_agree_with_transfer() {
     let knot = mesh::shape("torus-knot").unwrap();
     let frames = Frames::of(&knot).unwrap();
     let directions = Directions::new(128, degree(5)).unwrap();
+    let degrees = TransferDegrees { output: degree(3), input: degree(2) };
     let (transfer, _) =
-        precompute(&frames, &Occluders::of(&knot), &directions, (degree(3), degree(2)), Stop::NEVER).unwrap();
+        precompute(&frames, &Occluders::of(&knot), &directions, degrees, Stop::NEVER).unwrap();
     let viewer = Viewer::At([2.0, -1.0, 0.5]);
     for (specular, of_table, of_light) in [([1.0; 3], 3, 2), ([1.0, 0.5, 0.2], 2, 4), ([1.0; 3], 5, 1)] {
         let (table, light) = (table(specular, of_table), light(degree(of_light)));
@@ -131,9 +131,9 @@ fn a_vertex_that_sees_nothing_is_counted() {
     );
     let frames = Frames::of(&inside.unwrap()).unwrap();
     let directions = Directions::new(512, degree(8)).unwrap();
+    let degrees = TransferDegrees { output: degree(4), input: degree(4) };
     let (transfer, blind) =
-        precompute(&frames, &Occluders::of(&shell), &directions, (degree(4), degree(4)), Stop::NEVER)
-            .unwrap();
+        precompute(&frames, &Occluders::of(&shell), &directions, degrees, Stop::NEVER).unwrap();
     assert_eq!(blind, 1);
     let dark = shade_with_transfer(
         &frames,
@@ -156,7 +156,7 @@ fn results_are_the_same_with_any_number_of_threads() {
             let knot = mesh::shape("torus-knot").unwrap();
             let frames = Frames::of(&knot).unwrap();
             let directions = Directions::new(128, degree(2)).unwrap();
-            let degrees = (degree(1), degree(1));
+            let degrees = TransferDegrees { output: degree(1), input: degree(1) };
             let (transfer, _) =
                 precompute(&frames, &Occluders::of(&knot), &directions, degrees, Stop::NEVER).unwrap();
             let viewer = Viewer::Distant(Direction::X);
@@ -179,10 +179,11 @@ fn bad_input_is_an_error() {
     let plane = mesh::shape("plane").unwrap();
     let (frames, occluders) = (Frames::of(&plane).unwrap(), Occluders::of(&plane));
     let directions = Directions::new(512, degree(8)).unwrap();
-    let few = precompute(&frames, &occluders, &directions, (degree(6), degree(4)), Stop::NEVER).unwrap_err();
+    let degrees = TransferDegrees { output: degree(6), input: degree(4) };
+    let few = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap_err();
     assert_eq!(few.to_string(), "directions that are exact to degree 8 are too few; expected degree 10");
     assert_eq!(Transfer::new(degree(1), degree(1), vec![0.0; 17]), None);
-    let stopped =
-        transfer::precompute(&frames, &occluders, &directions, (degree(4), degree(4)), Stop::when(&|| true));
+    let degrees = TransferDegrees { output: degree(4), input: degree(4) };
+    let stopped = transfer::precompute(&frames, &occluders, &directions, degrees, Stop::when(&|| true));
     assert_eq!(stopped.unwrap_err(), sh::Stopped.into());
 }

@@ -8,8 +8,8 @@ use brdf::{BrdfTable, Lambert, Material, Ward, tabulate};
 use mesh::Mesh;
 use sh::{Degree, Stop};
 use transfer::{
-    Directions, Frames, HalfTransfer, MatteTransfer, Occluders, ReflectingMesh, TransferError, Visibility,
-    interreflect, interreflect_matte, precompute,
+    Directions, Frames, HalfTransfer, MatteTransfer, Occluders, ReflectingMesh, TransferDegrees,
+    TransferError, Visibility, interreflect, interreflect_matte, precompute,
 };
 
 fn degree(l: usize) -> Degree {
@@ -52,7 +52,7 @@ fn every_form_and_bounce_asks_whether_to_stop() {
     let planes = Mesh::joined(&vec![mesh::shape("plane").unwrap(); 100]).unwrap();
     let (frames, occluders) = (Frames::of(&planes).unwrap(), Occluders::of(&planes));
     let (one, directions) = (degree(1), Directions::new(32, degree(2)).unwrap());
-    let degrees = (one, one);
+    let degrees = TransferDegrees { output: one, input: one };
     let blocks = frames.len().div_ceil(8);
     let matrices =
         asked("matrices", &|stop| unless(precompute(&frames, &occluders, &directions, degrees, stop)));

@@ -8,7 +8,9 @@ use mesh::Mesh;
 use serde_json::Value;
 use sh::{Degree, Expansion, Stop};
 use sphere::{DVec3, Direction};
-use transfer::{Directions, Frames, Occluders, Transfer, Viewer, precompute, shade, shade_with_transfer};
+use transfer::{
+    Directions, Frames, Occluders, Transfer, TransferDegrees, Viewer, precompute, shade, shade_with_transfer,
+};
 
 fn list(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
@@ -58,9 +60,8 @@ fn matrix(case: &Value) -> Vec<f64> {
 
 fn bake(case: &Value, sphere: &Value, count: usize, output: usize) -> Transfer {
     let directions = Directions::new(count, degree(output + 4)).unwrap();
-    let (transfer, _) =
-        precompute(&vertex(case), &ball(sphere), &directions, (degree(output), degree(4)), Stop::NEVER)
-            .unwrap();
+    let degrees = TransferDegrees { output: degree(output), input: degree(4) };
+    let (transfer, _) = precompute(&vertex(case), &ball(sphere), &directions, degrees, Stop::NEVER).unwrap();
     transfer
 }
 

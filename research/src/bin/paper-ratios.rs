@@ -51,7 +51,7 @@ fn main() {
         let shrm = case.shrm();
         let maps = case.maps(&shrm);
         let view = 35;
-        let toward = maps.views()[view];
+        let toward = maps.views().directions()[view];
         let angular = 100.0 * seconds(|| case.angular(toward));
         let (to_shrm, to_maps) = (seconds(|| case.shrm()), seconds(|| case.maps(&shrm)));
         println!(

@@ -23,7 +23,7 @@ use preview::{Background, Camera, Gpu, Light, Look, MapSizes, Mode, Object, Rend
 use sh::{Degree, Stop, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::Rotation;
-use transfer::{Directions, Frames, Occluders, Transfer, precompute};
+use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
 /// What the command line says.
 struct Order {
@@ -189,7 +189,8 @@ fn transfer(mesh: &Mesh) -> Result<Arc<Vec<Transfer>>, String> {
     let [degree, exact] = degrees;
     let (degree, directions) = (degree?, Directions::new(256, exact?).ok_or("too few directions")?);
     let frames = Frames::of(mesh).map_err(|error| error.to_string())?;
-    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree), Stop::NEVER);
+    let degrees = TransferDegrees { output: degree, input: degree };
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, degrees, Stop::NEVER);
     Ok(Arc::new(vec![made.map_err(|error| error.to_string())?.0]))
 }
 

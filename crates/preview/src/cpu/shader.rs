@@ -141,7 +141,7 @@ impl<'a> Shader<'a> {
             }
             Mode::KautzMcCool => {
                 let texture = look.kautz_mccool()?;
-                Self::KautzMcCool { count: texture.angles().len(), cube: cube(texture.slices()) }
+                Self::KautzMcCool { count: texture.views().count(), cube: cube(texture.maps()) }
             }
             Mode::Prefiltered => Self::Prefiltered(cube(look.prefiltered()?)),
             Mode::Irradiance => Self::Irradiance(Irradiance::new(look.light().lighting())),

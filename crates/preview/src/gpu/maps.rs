@@ -230,10 +230,10 @@ impl LookMaps {
             }
             Mode::KautzMcCool => {
                 let texture = look.kautz_mccool()?;
-                let count = texture.angles().len();
+                let count = texture.views().count();
                 let uniforms = MapUniforms { slices: count as u32, ..uniforms };
                 cubes(device, layouts, "Kautz and McCool's texture", uniforms, count, |k, texel| {
-                    texture.slice(k)[texel]
+                    texture.map(k)[texel]
                 })?
             }
             Mode::Prefiltered => {

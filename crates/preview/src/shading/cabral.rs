@@ -69,7 +69,8 @@ mod tests {
     use super::*;
     use crate::shading::testkit::{apart, map, surfaces};
     use brdf::Centre;
-    use shrm::{Cabral, View};
+    use sh::Stop;
+    use shrm::{MapViews, View, ViewSet};
 
     /// Values are about 1; places are off by 8 edge roundings, shares by a few.
     #[test]
@@ -77,7 +78,7 @@ mod tests {
         let icosahedron = Icosahedron::default();
         for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
             let map = map(centre, 32, 3, View::Local);
-            let maps = Cabral::from_shrm(&map);
+            let maps = ViewSet::from_shrm(&map, MapViews::Icosahedron, Stop::NEVER).unwrap().unwrap();
             for (surface, [normal, tangent, view]) in surfaces() {
                 let expected = maps.radiance(centre.central(normal, tangent, view), view).map(f64::from);
                 let found = cabral(&icosahedron, 32, maps.maps(), centre, &surface);

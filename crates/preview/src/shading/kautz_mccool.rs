@@ -32,7 +32,8 @@ pub fn kautz_mccool(edge: u32, slices: &[[f32; 3]], count: usize, centre: Centre
 mod tests {
     use super::*;
     use crate::shading::testkit::{apart, map, surfaces};
-    use shrm::{KautzMcCool, View};
+    use sh::Stop;
+    use shrm::{MapViews, View, ViewSet};
 
     /// Values are about 1; places are off by 8 edge roundings, the place between slices by `count` roundings.
     #[test]
@@ -41,10 +42,11 @@ mod tests {
             [(Centre::Reflection, 1), (Centre::Normal, 2), (Centre::Tangent, 9), (Centre::Reflection, 16)]
         {
             let map = map(centre, 32, 3, View::Local);
-            let texture = KautzMcCool::from_shrm(&map, KautzMcCool::even_angles(count)).unwrap();
+            let texture =
+                ViewSet::from_shrm(&map, MapViews::even_angles(count), Stop::NEVER).unwrap().unwrap();
             for (surface, [normal, tangent, view]) in surfaces() {
                 let expected = texture.radiance(centre.central(normal, tangent, view), view).map(f64::from);
-                let found = kautz_mccool(32, texture.slices(), count, centre, &surface);
+                let found = kautz_mccool(32, texture.maps(), count, centre, &surface);
                 assert!(apart(found, expected) < 5e-5, "{surface:?}: {found} {expected:?}");
             }
         }

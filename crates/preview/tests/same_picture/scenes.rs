@@ -12,7 +12,7 @@ use preview::{Light, Look, MapSizes};
 use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
-use transfer::{Directions, Frames, Occluders, Transfer, precompute};
+use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
 /// A look, and the names of its light and material.
 pub(crate) type Named = (String, Arc<Look>);
@@ -87,7 +87,8 @@ pub(crate) fn tabulated() -> &'static [Named] {
 pub(crate) fn transfer(mesh: &Mesh) -> Arc<Vec<Transfer>> {
     let directions = Directions::new(128, degree(6)).unwrap();
     let frames = Frames::of(mesh).unwrap();
-    let made = precompute(&frames, &Occluders::of(mesh), &directions, (degree(3), degree(3)), Stop::NEVER);
+    let degrees = TransferDegrees { output: degree(3), input: degree(3) };
+    let made = precompute(&frames, &Occluders::of(mesh), &directions, degrees, Stop::NEVER);
     Arc::new(vec![made.unwrap().0])
 }
 

@@ -170,11 +170,7 @@ impl<'a> Sampled<'a> {
             .into_par_iter()
             .map(|texel| {
                 let central = grid.direction(texel);
-                let view = match view {
-                    View::Global => toward,
-                    View::Local => frame(central).apply(toward),
-                };
-                self.radiance(texel, central, view)
+                self.radiance(texel, central, view.to_world(central, toward))
             })
             .collect()
     }
@@ -324,15 +320,8 @@ mod tests {
 
     use super::*;
     use crate::degrees::seen;
-    use crate::reference::tests::subdivided;
+    use crate::reference::tests::{environment, subdivided};
     use crate::reference::{Cull, Reference};
-
-    fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
-        let grid = LatLong::with_rows(rows);
-        let looks = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
-        let pixels = (0..grid.len()).map(|i| radiance(looks(i)).map(|value| value as f32)).collect();
-        Environment::new(grid, pixels).unwrap()
-    }
 
     /// A sky with a gradient, a dark half, and the sun in one or two texels.
     fn sunny(w: DVec3) -> [f64; 3] {

@@ -4,16 +4,9 @@ use std::f64::consts::PI;
 
 use sh::Stop;
 use shrm::{MapGrid, MapLayout, Reflection, View};
-use sphere::{Cube, Direction, LatLong};
+use sphere::Direction;
 
 use crate::materials::{Noise, lighting, reflection, tensor};
-
-fn grid(layout: MapLayout, texels: usize) -> MapGrid {
-    match layout {
-        MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(texels)),
-        MapLayout::Cube => MapGrid::Cube(Cube { edge: texels }),
-    }
-}
 
 /// RMS difference of look-ups from evaluation, over RMS radiance, at even random directions and views.
 fn measured(reflection: &Reflection, grid: MapGrid, view: View) -> f64 {
@@ -51,7 +44,7 @@ fn look_ups_are_as_accurate_as_estimated() {
         for layout in [MapLayout::LatLong, MapLayout::Cube] {
             for demand in [0.1, 0.012] {
                 let resolution = reflection.resolution(layout, demand);
-                let grid = grid(layout, resolution.texels);
+                let grid = layout.grid(resolution.texels);
                 let error = measured(&reflection, grid, View::Local);
                 let ratio = error / resolution.estimated_error;
                 let text = format!("{degrees:?} {layout:?} {demand}: {resolution:?}, {error:.5}, {ratio:.2}");
@@ -69,7 +62,7 @@ fn look_ups_are_as_accurate_as_estimated() {
 fn global_maps_are_looked_up_with_the_same_error() {
     let reflection = reflection(12, 2, true);
     let resolution = reflection.resolution(MapLayout::Cube, 0.02);
-    let grid = grid(MapLayout::Cube, resolution.texels);
+    let grid = MapLayout::Cube.grid(resolution.texels);
     let [local, global] = [View::Local, View::Global].map(|view| measured(&reflection, grid, view));
     assert!((local - global).abs() < 1e-6, "{local} {global}");
 }

@@ -10,6 +10,13 @@ use sphere::Cube;
 use crate::engines::{CubeLight, EngineFormat, EnginePreset, texture};
 use crate::values::{Content, Excess, LARGEST_HALF, Overflow, note_floats, rounded, rounded_text};
 
+/// An engine, and the format in which it gets its light.
+#[derive(Clone, Copy)]
+pub(crate) struct EngineTarget {
+    pub(crate) preset: EnginePreset,
+    pub(crate) format: EngineFormat,
+}
+
 /// The contents of an engine's files, in the order of [`crate::engines::Engine::names`].
 pub(crate) struct EngineFiles {
     pub(crate) files: Vec<Vec<u8>>,
@@ -36,9 +43,10 @@ pub(crate) struct EngineFiles {
 /// `levels` are radiance in our frame; `series` is that of the light, and `irradiance` the part of the series
 /// that few coefficients hold without ringing.
 pub(crate) fn of_levels(
-    (preset, format): (EnginePreset, EngineFormat),
+    EngineTarget { preset, format }: EngineTarget,
     levels: &[&CubeMap],
-    (series, irradiance): (&Expansion, &Expansion),
+    series: &Expansion,
+    irradiance: &Expansion,
     recipe: Option<&str>,
 ) -> Result<EngineFiles, Failure> {
     let loaded = preset.cube().and_then(|cube| Some((cube, cube.files(format)?)));
@@ -65,7 +73,7 @@ pub(crate) fn of_levels(
         texture.levels().zip(&contents).map(|(texels, content)| Excess::of(texels, *content, limit));
     let is_signed = format.texels().is_some_and(TexelFormat::is_signed);
     let pairs = texture.levels().zip(found.levels()).zip(&contents);
-    let rounded = pairs.map(|((given, found), content)| rounded(given, found, *content, (limit, is_signed)));
+    let rounded = pairs.map(|((given, found), content)| rounded(given, found, *content, limit, is_signed));
     Ok(EngineFiles {
         precision: None,
         limit,
@@ -80,7 +88,7 @@ pub(crate) fn of_levels(
 
 /// The files of an engine that loads a lat-long image and filters it itself.
 pub(crate) fn of_lat_long(
-    (preset, format): (EnginePreset, EngineFormat),
+    EngineTarget { preset, format }: EngineTarget,
     environment: &Environment,
     irradiance: &Expansion,
     recipe: Option<&str>,
@@ -123,7 +131,8 @@ pub(crate) fn of_lat_long(
             environment.pixels(),
             found.pixels(),
             content,
-            (limit, format == EngineFormat::Exr),
+            limit,
+            format == EngineFormat::Exr,
         )],
         files: std::iter::once(encoded.bytes).chain(beside.transpose()?).collect(),
     })
@@ -148,7 +157,7 @@ fn difference(given: &[[f32; 3]], found: &[[f32; 3]]) -> f64 {
 /// Warns of the values that the format could not hold, or fails.
 pub(crate) fn report(
     made: &EngineFiles,
-    (preset, format): (EnginePreset, EngineFormat),
+    EngineTarget { preset, format }: EngineTarget,
     overflow: Overflow,
     context: &Context<'_>,
 ) -> Result<(), Failure> {

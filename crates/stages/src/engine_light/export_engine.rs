@@ -72,7 +72,7 @@ use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
 use sphere::LatLong;
 
 use super::engine_files;
-use super::engine_files::{EngineFiles, report};
+use super::engine_files::{EngineFiles, EngineTarget, report};
 use super::irradiance::windowed;
 use crate::engines::{self, EngineFormat, EnginePreset};
 use crate::values::{MAX_RESOLUTION, Overflow, UntilStopped, artifacts};
@@ -162,17 +162,18 @@ impl Kind for ExportEngine {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let (preset, format) = (parameters.preset, parameters.format());
+        let target = EngineTarget { preset, format };
         let recipe = Some(context.recipe());
         let (made, levels) = if context.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
             let cube = context.get::<artifacts::Prefiltered>(LIGHT)?;
             check_levels(preset, &cube.0)?;
-            cube_files((preset, format), &cube.0, context)?
+            cube_files(target, &cube.0, context)?
         } else {
             let environment = &context.get::<artifacts::Environment>(LIGHT)?.0;
             if preset.loads_cube() {
                 let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
                 let cube = prefiltered(preset, environment, edge, context)?;
-                cube_files((preset, format), &cube, context)?
+                cube_files(target, &cube, context)?
             } else {
                 // The irradiance is that of the whole picture, whatever the size of the written one is.
                 let irradiance = nine(&light_of(environment)?, context);
@@ -183,13 +184,13 @@ impl Kind for ExportEngine {
                     _ => None,
                 };
                 let environment = resized.as_ref().unwrap_or(environment);
-                let made = engine_files::of_lat_long((preset, format), environment, &irradiance, recipe)?;
+                let made = engine_files::of_lat_long(target, environment, &irradiance, recipe)?;
                 (made, vec![json!({ "rows": environment.grid().height })])
             }
         };
         context.check_cancelled()?;
-        report(&made, (preset, format), parameters.overflow, context)?;
-        let bounds = bounds((preset, format), &made, levels, context)?;
+        report(&made, target, parameters.overflow, context)?;
+        let bounds = bounds(target, &made, levels, context)?;
         let text = preset.readme(format, STEM);
         Ok(Output::files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
     }
@@ -251,13 +252,13 @@ fn nine(light: &Expansion, context: &Context<'_>) -> Expansion {
 
 /// Makes the files of a cube, and the entries of `bounds.json` about its levels.
 fn cube_files(
-    of: (EnginePreset, EngineFormat),
+    target: EngineTarget,
     cube: &Prefiltered,
     context: &Context<'_>,
 ) -> Result<(EngineFiles, Vec<Value>), Failure> {
     let maps: Vec<_> = cube.levels.iter().map(|level| &level.map).collect();
     let irradiance = nine(&cube.series, context);
-    let made = engine_files::of_levels(of, &maps, (&cube.series, &irradiance), Some(context.recipe()))?;
+    let made = engine_files::of_levels(target, &maps, &cube.series, &irradiance, Some(context.recipe()))?;
     let level = |level: &shrm::PrefilteredLevel| {
         let (method, degree) = match level.method {
             LevelMethod::Resampled => ("resampled", None),
@@ -275,7 +276,7 @@ fn cube_files(
 
 /// Makes the JSON with the largest value, what was clamped, and the error of each level.
 fn bounds(
-    (preset, format): (EnginePreset, EngineFormat),
+    EngineTarget { preset, format }: EngineTarget,
     made: &EngineFiles,
     mut levels: Vec<Value>,
     context: &Context<'_>,

@@ -234,8 +234,13 @@ impl Kind for ExportEnvironment {
         let (width, faces) =
             if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
-        let format = (format, parameters.numbers);
-        Ok(Output::files(map_source::encode(&texture, format, ExportEnvironment::NAME, context)?))
+        Ok(Output::files(map_source::encode(
+            &texture,
+            format,
+            parameters.numbers,
+            ExportEnvironment::NAME,
+            context,
+        )?))
     }
 }
 

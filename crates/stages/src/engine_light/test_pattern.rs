@@ -35,7 +35,7 @@ use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter};
 use sphere::{Cube, DVec3, Direction, Face, LatLong, from_file, to_file};
 
 use super::engine_files;
-use super::engine_files::{EngineFiles, report};
+use super::engine_files::{EngineFiles, EngineTarget, report};
 use crate::engines::{EngineFormat, EnginePreset};
 use crate::values::{MAX_RESOLUTION, Overflow, UntilStopped};
 
@@ -71,8 +71,9 @@ parameters! {
 }
 
 impl Parameters {
-    fn of(&self) -> (EnginePreset, EngineFormat) {
-        (self.preset, self.format.unwrap_or_else(|| self.preset.formats()[0]))
+    fn target(&self) -> EngineTarget {
+        let format = self.format.unwrap_or_else(|| self.preset.formats()[0]);
+        EngineTarget { preset: self.preset, format }
     }
 
     fn patterns(&self) -> &'static [&'static str] {
@@ -97,7 +98,7 @@ impl Kind for TestPattern {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let (preset, format) = parameters.of();
+        let EngineTarget { preset, format } = parameters.target();
         let files = parameters.patterns().iter().flat_map(|stem| preset.names(format, stem));
         Product::Files(files.chain(["/README.txt".into()]).collect())
     }
@@ -110,21 +111,21 @@ impl Kind for TestPattern {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let of = parameters.of();
+        let target = parameters.target();
         let mut files = Vec::new();
         for &pattern in parameters.patterns() {
             context.check_cancelled()?;
-            let made = if of.0.loads_cube() {
-                levels(of, pattern, parameters.resolution, context)?
+            let made = if target.preset.loads_cube() {
+                levels(target, pattern, parameters.resolution, context)?
             } else {
-                lat_long(of, pattern, parameters.resolution, context)?
+                lat_long(target, pattern, parameters.resolution, context)?
             };
-            report(&made, of, Overflow::Clamp, context)?;
+            report(&made, target, Overflow::Clamp, context)?;
             files.extend(made.files);
         }
         let text = format!(
             "Test patterns of Specula. A colour of {ORIENT} is the direction that it lies in: 2 + 1.5 d.\n\n{}",
-            of.0.readme(of.1, ORIENT)
+            target.preset.readme(target.format, ORIENT)
         );
         files.push(text.into_bytes());
         Ok(Output::files(files))
@@ -133,12 +134,12 @@ impl Kind for TestPattern {
 
 /// A pattern for an engine that loads levels.
 fn levels(
-    of: (EnginePreset, EngineFormat),
+    target: EngineTarget,
     pattern: &str,
     edge: usize,
     context: &Context<'_>,
 ) -> Result<EngineFiles, Failure> {
-    let roughness = of.0.roughness(edge).map_err(Failure::new)?;
+    let roughness = target.preset.roughness(edge).map_err(Failure::new)?;
     let (maps, light) = match pattern {
         ORIENT => {
             let maps = roughness.iter().enumerate().map(|(level, &r)| {
@@ -172,12 +173,12 @@ fn levels(
     let maps = maps.ok_or_else(|| Failure::new("a cube without texels"))?;
     let irradiance = light.to_degree(Degree::new(2)?);
     let maps: Vec<_> = maps.iter().collect();
-    engine_files::of_levels(of, &maps, (&light, &irradiance), Some(context.recipe()))
+    engine_files::of_levels(target, &maps, &light, &irradiance, Some(context.recipe()))
 }
 
 /// A pattern for an engine that loads a lat-long image.
 fn lat_long(
-    of: (EnginePreset, EngineFormat),
+    target: EngineTarget,
     pattern: &str,
     rows: usize,
     context: &Context<'_>,
@@ -190,7 +191,7 @@ fn lat_long(
             (environment, light)
         }
     };
-    engine_files::of_lat_long(of, &environment, &light, Some(context.recipe()))
+    engine_files::of_lat_long(target, &environment, &light, Some(context.recipe()))
 }
 
 /// 2 + 1.5 k d of a direction in the frame of files.

@@ -87,6 +87,11 @@ pub(crate) fn read_cube(bytes: &[u8]) -> Result<Texture, Failure> {
 }
 
 impl Engine {
+    /// An engine of which every version loads a lat-long image, which it filters itself.
+    pub(crate) const fn of_image(name: &'static str, meaning: &'static str, image: EngineImage) -> Self {
+        Self { name, meaning, versions: "", light: EngineLight::LatLong(image) }
+    }
+
     /// Whether the engine loads a cube with prefiltered levels, rather than a lat-long image.
     pub fn loads_cube(&self) -> bool {
         self.cube().is_some()

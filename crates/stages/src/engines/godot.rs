@@ -1,19 +1,14 @@
 //! Godot.
 
-use super::definition::{Engine, EngineImage, EngineLight};
+use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
 
 /// All that is known of Godot.
-pub(crate) const ENGINE: Engine = Engine {
-    name: "godot",
-    meaning: "Godot.",
-    versions: "",
-    light: EngineLight::LatLong(EngineImage {
-        formats: &[EngineFormat::Exr, EngineFormat::Hdr],
-        irradiance: None,
-        readme,
-    }),
-};
+pub(crate) const ENGINE: Engine = Engine::of_image(
+    "godot",
+    "Godot.",
+    EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: None, readme },
+);
 
 fn readme(image: &str, _: &str) -> String {
     format!(

@@ -2,20 +2,15 @@
 
 use containers::lighting_json::Preset;
 
-use super::definition::{Engine, EngineImage, EngineLight};
+use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
 
 /// All that is known of Unity.
-pub(crate) const ENGINE: Engine = Engine {
-    name: "unity",
-    meaning: "Unity.",
-    versions: "",
-    light: EngineLight::LatLong(EngineImage {
-        formats: &[EngineFormat::Exr, EngineFormat::Hdr],
-        irradiance: Some(Preset::Unity),
-        readme,
-    }),
-};
+pub(crate) const ENGINE: Engine = Engine::of_image(
+    "unity",
+    "Unity.",
+    EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: Some(Preset::Unity), readme },
+);
 
 fn readme(image: &str, irradiance: &str) -> String {
     format!(

@@ -2,20 +2,15 @@
 
 use containers::lighting_json::Preset;
 
-use super::definition::{Engine, EngineImage, EngineLight};
+use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
 
 /// All that is known of Unreal Engine.
-pub(crate) const ENGINE: Engine = Engine {
-    name: "unreal",
-    meaning: "Unreal Engine.",
-    versions: "",
-    light: EngineLight::LatLong(EngineImage {
-        formats: &[EngineFormat::Hdr],
-        irradiance: Some(Preset::Unreal),
-        readme,
-    }),
-};
+pub(crate) const ENGINE: Engine = Engine::of_image(
+    "unreal",
+    "Unreal Engine.",
+    EngineImage { formats: &[EngineFormat::Hdr], irradiance: Some(Preset::Unreal), readme },
+);
 
 fn readme(image: &str, light: &str) -> String {
     format!(

@@ -72,12 +72,12 @@ use std::sync::Arc;
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use shrm::{
-    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
+    MapGrid, MapLayout, MapViews, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
     sphere_map_rows, sphere_maps,
 };
 use sphere::LatLong;
 
-use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
+use super::map_index::{Entry, FileLayout, NewIndex};
 use super::map_input::ERROR;
 use super::map_pictures::image;
 use super::map_source::MapSource;
@@ -89,7 +89,7 @@ use crate::values::{
 
 choice! {
     /// How the sphere of central directions lies on a file.
-    pub(crate) enum CabralLayout {
+    pub(crate) enum CabralLayout: FileLayout {
         /// Six faces.
         Cube = "cube",
         /// Latitude and longitude.
@@ -121,7 +121,7 @@ parameters! {
     /// Parameters of `export-cabral`.
     pub(crate) struct Parameters {
         /// How the sphere of central directions lies on a file; see Files.
-        layout: CabralLayout = CabralLayout::Cube,
+        layout: CabralLayout = CabralLayout(FileLayout::Cube),
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
         /// "auto".
         #[range(1..=MAX_RESOLUTION)]
@@ -156,9 +156,9 @@ impl Kind for ExportCabral {
     }
 
     fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
-        let layout = match parameters.layout {
-            CabralLayout::Cube => MapLayout::Cube,
-            CabralLayout::LatLong | CabralLayout::Sphere => MapLayout::LatLong,
+        let layout = match parameters.layout.0 {
+            FileLayout::Cube => MapLayout::Cube,
+            FileLayout::LatLong | FileLayout::Sphere => MapLayout::LatLong,
         };
         let edge = edge_of(parameters.resolution, layout);
         Some(Box::new(ExportedMaps { edge, ..ExportedMaps::default() }))
@@ -181,21 +181,14 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
         let map = source.map(layout, parameters.resolution, View::Local, context)?;
-        map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
-        let maps = Cabral::from_shrm(&map.0);
-        let maps = match source.lamps() {
-            Some(lamps) => {
-                let steps = work.part(1, vertices.len() * shrm::blocks(maps.grid().len()));
-                steps.until_stopped(|stop| maps.with_lamps(lamps, stop))?
-            }
-            None => maps,
-        };
-        Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
+        let set = source.view_set(&map.0, MapViews::Icosahedron, None, &work)?;
+        Ok((map, map_source::picture_size(set.grid()), source.finished(set.maps().to_vec())))
     };
-    let (layout, (map, size, pixels)) = match parameters.layout {
-        CabralLayout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
-        CabralLayout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
-        CabralLayout::Sphere => {
+    let layout = parameters.layout.0;
+    let (map, size, pixels) = match layout {
+        FileLayout::Cube => on_grid(MapLayout::Cube)?,
+        FileLayout::LatLong => on_grid(MapLayout::LatLong)?,
+        FileLayout::Sphere => {
             let (map, edge) = for_spheres(source, parameters.resolution, context)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
             let mut pixels = context.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
@@ -203,7 +196,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
                 let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
                 steps.until_stopped(|stop| add_to_sphere_maps(&mut pixels, lamps, &vertices, edge, stop))?;
             }
-            (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
+            (map, [edge; 2], source.finished(pixels))
         }
     };
     let map = &map.0;
@@ -228,29 +221,22 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         ));
     }
     let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
-    let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
-        let entry = Entry::of_file(&file(vertex, parameters.format)).seen_from(view);
-        if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(view)) } else { entry }
-    });
+    let place = |vertex: usize| {
+        let entry = Entry::of_file(&file(vertex, parameters.format));
+        if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(vertices[vertex])) } else { entry }
+    };
     let index = NewIndex {
         method: "cabral",
         centre: map.centre(),
-        views: Views::Global,
+        views: &MapViews::Icosahedron,
         layout,
         resolution: size[0],
         degree: source.p(),
-        lookup: lookup_text(layout).into(),
-        interpolation: INTERPOLATION.into(),
-        maps: entries.collect(),
-        triangles: Some(icosahedron::TRIANGLES.to_vec()),
+        maps: Entry::of_views(&MapViews::Icosahedron, place),
     };
     files.push(index.encode(context.recipe())?);
     Ok(files)
 }
-
-const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indices into maps, where w_a = V.(b x c), w_b = V.(c x a) and \
-                             w_c = V.(a x b) are 0 or more; divided by their sum they weigh the three maps, all looked up at \
-                             the same central direction";
 
 /// The name of a vertex's file.
 fn file(vertex: usize, format: CabralFormat) -> String {
@@ -327,7 +313,7 @@ fn encode(
         CabralFormat::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
         CabralFormat::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
         CabralFormat::Dds => {
-            let faces = if parameters.layout == CabralLayout::Cube { 6 } else { 1 };
+            let faces = parameters.layout.0.faces();
             let [width, height] = size;
             let height = height / faces;
             let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };

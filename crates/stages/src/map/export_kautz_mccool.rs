@@ -51,13 +51,11 @@
 
 use std::any::Any;
 
-use containers::Texture;
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
-use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
+use shrm::{MapLayout, MapViews, View, azimuthal_share};
 
-use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use super::map_source::MapSource;
-use super::{map_input, map_source};
+use super::map_input;
+use super::map_source::{MapSource, SetFiles};
 use crate::values::{
     ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, edge_of, parts,
     report_loss,
@@ -97,13 +95,7 @@ impl Kind for ExportKautzMcCool {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let mut files: Vec<String> = match parameters.format {
-            MapsFormat::Exr => {
-                (0..parameters.slices).map(|slice| format!("/{}", file(slice, MapsFormat::Exr))).collect()
-            }
-            format => vec![format!("/{}", file(0, format))],
-        };
-        files.push("/kautz-mccool.json".into());
+        let files = set_files(parameters).endings(parameters.slices);
         Product::Files(parts::endings(parameters.parts, files))
     }
 
@@ -141,54 +133,17 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
             source.p()
         ));
     }
-    map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
-    context.check_cancelled()?;
-    let texture =
-        KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices)).ok_or_else(|| {
-            Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
-        })?;
-    let texture = match source.lamps() {
-        Some(lamps) => {
-            let steps = steps.part(1, parameters.slices * shrm::blocks(texture.grid().len()));
-            steps.until_stopped(|stop| texture.with_lamps(lamps, stop))?
-        }
-        None => texture,
-    };
-    let [width, height] = map_source::picture_size(texture.grid());
-    let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
-    let volume = Texture { width, height, depth, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.numbers);
-    let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
-    let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
-        let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
-        Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
-    });
-    let index = NewIndex {
-        method: "kautz-mccool",
-        centre: texture.centre(),
-        views: Views::Angles,
-        layout: FileLayout::LatLong,
-        resolution: texture.grid().shape()[1],
-        degree: source.p(),
-        lookup: lookup_text(FileLayout::LatLong).into(),
-        interpolation: format!(
-            "linear in theta_o, the angle in radians between central direction and view, clamped; in a volume of \
-                 {0} slices at w = (theta_o / pi * {1} + 0.5) / {0}",
-            parameters.slices,
-            parameters.slices - 1
-        ),
-        maps: entries.collect(),
-        triangles: None,
-    };
-    files.push(index.encode(context.recipe())?);
-    Ok(files)
+    let views = MapViews::even_angles(parameters.slices);
+    let set = source.view_set(&map.0, views, Some("slices"), steps)?;
+    set_files(parameters).encode(&set, source, context)
 }
 
-/// The name of the file that holds a slice.
-fn file(slice: usize, format: MapsFormat) -> String {
-    match format {
+/// The files that the parameters ask for.
+fn set_files(parameters: &Parameters) -> SetFiles {
+    let file = |slice: usize, format| match format {
         MapsFormat::Dds => "texture.dds".into(),
         MapsFormat::Ktx2 => "texture.ktx2".into(),
         MapsFormat::Exr => format!("slice-{slice:02}.exr"),
-    }
+    };
+    SetFiles { method: "kautz-mccool", format: parameters.format, numbers: parameters.numbers, file }
 }

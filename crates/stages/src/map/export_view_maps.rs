@@ -48,15 +48,13 @@
 //! path = "{environment}/{material}/view-maps"
 //! ```
 
-use containers::Texture;
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
-use shrm::{MapLayout, View, ViewMaps};
+use shrm::{MapLayout, MapViews, View};
 
-use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use super::map_source::MapSource;
-use super::{map_input, map_source};
+use super::map_input;
+use super::map_source::{MapSource, SetFiles};
 use crate::values::{
-    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, ViewName, parts,
+    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName, parts,
 };
 
 parameters! {
@@ -96,12 +94,7 @@ impl Kind for ExportViewMaps {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let count = match parameters.format {
-            MapsFormat::Exr => parameters.views * parameters.views,
-            MapsFormat::Ktx2 | MapsFormat::Dds => 1,
-        };
-        let files = (0..count).map(|view| format!("/{}", file(view, parameters.format)));
-        let files = files.chain(["/view-maps.json".to_owned()]).collect();
+        let files = set_files(parameters).endings(parameters.views * parameters.views);
         Product::Files(parts::endings(parameters.parts, files))
     }
 
@@ -121,16 +114,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
     let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
     let map = source.map(layout, parameters.resolution, view, context)?;
     let side = parameters.views;
-    map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
-    let table = context.until_stopped(|stop| ViewMaps::from_shrm(&map.0, side, stop))?;
-    let table = table.ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
-    let table = match source.lamps() {
-        Some(lamps) => {
-            let steps = steps.part(1, side * side * shrm::blocks(map.0.grid().len()));
-            steps.until_stopped(|stop| table.with_lamps(lamps, stop))?
-        }
-        None => table,
-    };
+    let set = source.view_set(&map.0, MapViews::Table { side, view }, Some("views"), steps)?;
     if side < 2 * source.p() + 1 {
         context.note(format!(
             "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
@@ -139,62 +123,15 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
             2 * source.p() + 1
         ));
     }
-    let [faces, height, width] = table.grid().shape();
-    let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
-    let array = Texture { width, height, layers, faces, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.numbers);
-    let mut files = map_source::encode(&array, format, "view-maps", context)?;
-    let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
-        let layer = (parameters.format != MapsFormat::Exr).then_some(k);
-        let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
-        match view {
-            View::Global => entry.seen_from(direction),
-            View::Local => entry.seen_from_local(direction),
-        }
-    });
-    let layout = match layout {
-        MapLayout::Cube => FileLayout::Cube,
-        MapLayout::LatLong => FileLayout::LatLong,
-    };
-    let index = NewIndex {
-        method: "view-maps",
-        centre: table.centre(),
-        views: match view {
-            View::Global => Views::Global,
-            View::Local => Views::Local,
-        },
-        layout,
-        resolution: table.grid().shape()[1],
-        degree: source.p(),
-        lookup: lookup_text(layout).into(),
-        interpolation: interpolation(view, side),
-        maps: entries.collect(),
-        triangles: None,
-    };
-    files.push(index.encode(context.recipe())?);
-    Ok(files)
+    set_files(parameters).encode(&set, source, context)
 }
 
-fn interpolation(view: View, side: usize) -> String {
-    let frame = match view {
-        View::Global => "with the view (x, y, z) in the frame of `view`",
-        View::Local => {
-            "with (x, y, z) = R^-1 V of the view V separately for each texel, R = R_z(beta) R_y(alpha), (alpha, beta) the \
-             angles of the texel's central direction"
-        }
-    };
-    format!(
-        "{frame}: column = {side} (0.5 - atan2(y, x) / (2 pi)) - 0.5, row = {side} acos(z) / pi - 0.5, map = {side} row + \
-         column, bilinear; columns repeat, past a pole the same row at column + {} (half a turn)",
-        side as f64 / 2.0
-    )
-}
-
-/// The name of the file that holds a view's map.
-fn file(view: usize, format: MapsFormat) -> String {
-    match format {
+/// The files that the parameters ask for.
+fn set_files(parameters: &Parameters) -> SetFiles {
+    let file = |view: usize, format| match format {
         MapsFormat::Ktx2 => "maps.ktx2".into(),
         MapsFormat::Dds => "maps.dds".into(),
         MapsFormat::Exr => format!("view-{view:03}.exr"),
-    }
+    };
+    SetFiles { method: "view-maps", format: parameters.format, numbers: parameters.numbers, file }
 }

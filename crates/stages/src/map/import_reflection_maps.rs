@@ -87,7 +87,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read as _;
 use std::path::Path;
 
-use containers::{ReadOptions, decoder_level, is_texture, read_image, read_image_header, read_texture};
+use containers::{
+    ReadOptions, Texture, decoder_level, is_texture, read_image, read_image_header, read_texture,
+};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Degree;
 use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
@@ -261,16 +263,6 @@ fn repeated<T: Ord>(values: impl Iterator<Item = T>) -> Option<(usize, usize)> {
     None
 }
 
-/// The pixels of one file: a picture, or a texture with its parts.
-struct Opened {
-    width: usize,
-    height: usize,
-    depth: usize,
-    layers: usize,
-    faces: usize,
-    pixels: Vec<[f32; 3]>,
-}
-
 /// Maps of one size, one after the other.
 struct ReadMaps {
     /// The columns and rows of a map; of a cube, those of a face.
@@ -280,7 +272,7 @@ struct ReadMaps {
 
 /// Reads each file once and takes the maps from them.
 fn read_maps(index: &Index, context: &Context<'_>) -> Result<ReadMaps, Failure> {
-    let mut files: BTreeMap<&str, Opened> = BTreeMap::new();
+    let mut files: BTreeMap<&str, Texture> = BTreeMap::new();
     let mut maps: Option<ReadMaps> = None;
     for entry in &index.maps {
         context.check_cancelled()?;
@@ -322,14 +314,9 @@ fn check_size(index: &Index, entry: &Entry, first: [usize; 2], size: [usize; 2])
 
 /// The size of the map in a picture of these columns and rows.
 fn picture_size(layout: FileLayout, width: usize, height: usize) -> Result<[usize; 2], Failure> {
-    let faces = faces_of(layout);
+    let faces = layout.faces();
     let fits = height.is_multiple_of(faces) && fits(layout, width, height / faces, faces);
     if fits { Ok([width, height / faces]) } else { Err(wrong_shape(layout, width, height)) }
-}
-
-/// The faces of a map, below each other in a picture.
-fn faces_of(layout: FileLayout) -> usize {
-    if layout == FileLayout::Cube { 6 } else { 1 }
 }
 
 fn fits(layout: FileLayout, width: usize, height: usize, faces: usize) -> bool {
@@ -340,16 +327,16 @@ fn fits(layout: FileLayout, width: usize, height: usize, faces: usize) -> bool {
     }
 }
 
-/// Reads a file, and checks that it can hold a map of the layout.
-fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened, Failure> {
+/// Reads a file, a texture or a picture of one layer, and checks that it can hold a map of the layout.
+fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Texture, Failure> {
     let bytes = context.read(Path::new(file))?;
     if is_texture(&bytes) {
         let texture = read_texture(&bytes)?.texture;
-        let containers::Texture { width, height, depth, layers, faces, pixels, .. } = texture;
+        let Texture { width, height, layers, faces, .. } = texture;
         if !fits(layout, width, height, faces) {
             return Err(wrong_shape(layout, width, height * faces));
         }
-        return Ok(Opened { width, height, depth, layers: layers.max(1), faces, pixels });
+        return Ok(Texture { layers: layers.max(1), smaller_levels: Vec::new(), ..texture });
     }
     let decoded = read_image(&bytes, &ReadOptions::default())?;
     for warning in &decoded.warnings {
@@ -357,7 +344,7 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened,
     }
     let [width, height] = picture_size(layout, decoded.image.width(), decoded.image.height())?;
     let pixels = decoded.image.into_pixels();
-    Ok(Opened { width, height, depth: 1, layers: 1, faces: faces_of(layout), pixels })
+    Ok(Texture { width, height, layers: 1, faces: layout.faces(), pixels, ..Texture::default() })
 }
 
 fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
@@ -372,7 +359,7 @@ fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
 }
 
 /// The pixels of an entry's map in its file.
-fn part<'a>(file: &'a Opened, entry: &Entry) -> Result<&'a [[f32; 3]], Failure> {
+fn part<'a>(file: &'a Texture, entry: &Entry) -> Result<&'a [[f32; 3]], Failure> {
     let texels = file.width * file.height * file.faces;
     let ((name, at, count), (other, none)) = if file.depth > 1 {
         (("slice", entry.slice, file.depth), ("layer", entry.layer))

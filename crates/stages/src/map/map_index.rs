@@ -8,6 +8,7 @@ use engine::Failure;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use shrm::{MapGrid, MapViews, View, icosahedron};
 use sphere::{DVec3, Direction, from_file, to_file};
 
 /// The member `format` of every index.
@@ -28,6 +29,22 @@ pub(crate) enum FileLayout {
     Sphere,
 }
 
+impl FileLayout {
+    /// The faces of a map, below each other in a picture.
+    pub(crate) fn faces(self) -> usize {
+        if self == Self::Cube { 6 } else { 1 }
+    }
+}
+
+impl From<MapGrid> for FileLayout {
+    fn from(grid: MapGrid) -> Self {
+        match grid {
+            MapGrid::Cube(_) => Self::Cube,
+            MapGrid::LatLong(_) => Self::LatLong,
+        }
+    }
+}
+
 /// The kind of views, or angles, that distinguish the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -38,6 +55,16 @@ pub(crate) enum Views {
     Local,
     /// Angles between central direction and view.
     Angles,
+}
+
+impl From<&MapViews> for Views {
+    fn from(views: &MapViews) -> Self {
+        match (views, views.frame()) {
+            (MapViews::Angles(_), _) => Self::Angles,
+            (_, View::Global) => Self::Global,
+            (_, View::Local) => Self::Local,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -119,20 +146,27 @@ impl Entry {
         Self { slice, ..self }
     }
 
+    /// The entries of a set's maps, each with its view or angle; `place` says where a map is.
+    pub(crate) fn of_views(views: &MapViews, place: impl Fn(usize) -> Self) -> Vec<Self> {
+        let directions = views.directions();
+        let seen = directions.iter().enumerate().map(|(k, &view)| match views.frame() {
+            View::Global => place(k).seen_from(view),
+            // A view in the texel's frame has no second form.
+            View::Local => Self { view: Some(view.vector().to_array()), ..place(k) },
+        });
+        let angles = views.angles().iter().enumerate();
+        seen.chain(angles.map(|(k, &angle)| place(k).at_angle(angle))).collect()
+    }
+
     /// Returns the entry with the angle between central direction and view, in radians.
-    pub(crate) fn at_angle(self, angle: f64) -> Self {
+    fn at_angle(self, angle: f64) -> Self {
         Self { theta_o: Some(angle), ..self }
     }
 
     /// Returns the entry with its view in the world.
-    pub(crate) fn seen_from(self, view: Direction) -> Self {
+    fn seen_from(self, view: Direction) -> Self {
         let [view, view_file] = both_frames(view);
         Self { view, view_file, ..self }
-    }
-
-    /// Returns the entry with its view in the texel's frame, which has no second form.
-    pub(crate) fn seen_from_local(self, view: Direction) -> Self {
-        Self { view: Some(view.vector().to_array()), ..self }
     }
 
     /// Returns the entry as a sphere map with these axes: right, up, view.
@@ -218,22 +252,18 @@ fn both_frames(direction: Direction) -> [Option<[f64; 3]>; 2] {
 }
 
 /// An index as it is written.
-pub(crate) struct NewIndex {
+pub(crate) struct NewIndex<'a> {
     /// The method that made the maps.
     pub(crate) method: &'static str,
     pub(crate) centre: Centre,
-    pub(crate) views: Views,
+    pub(crate) views: &'a MapViews,
     pub(crate) layout: FileLayout,
     pub(crate) resolution: usize,
     pub(crate) degree: usize,
-    /// The way in which a renderer looks up a value in a map, and between maps.
-    pub(crate) lookup: String,
-    pub(crate) interpolation: String,
     pub(crate) maps: Vec<Entry>,
-    pub(crate) triangles: Option<Vec<[usize; 3]>>,
 }
 
-impl NewIndex {
+impl NewIndex<'_> {
     /// The bytes, with one map on each line.
     pub(crate) fn encode(&self, recipe: &str) -> Result<Vec<u8>, Failure> {
         let rows = |rows: Vec<String>| format!("[\n    {}\n  ]", rows.join(",\n    "));
@@ -251,17 +281,18 @@ impl NewIndex {
             ("method", json!(self.method).to_string()),
             ("centre", json!(CentreName::from(self.centre)).to_string()),
             ("central_direction", json!(central).to_string()),
-            ("views", json!(self.views).to_string()),
+            ("views", json!(Views::from(self.views)).to_string()),
             ("layout", json!(self.layout).to_string()),
             ("resolution", json!(self.resolution).to_string()),
             ("degree", json!(self.degree).to_string()),
             ("frame", json!(FRAME).to_string()),
-            ("lookup", json!(self.lookup).to_string()),
-            ("interpolation", json!(self.interpolation).to_string()),
+            ("lookup", json!(lookup_text(self.layout)).to_string()),
+            ("interpolation", json!(interpolation_text(self.views)).to_string()),
             ("maps", rows(maps?)),
         ];
-        if let Some(triangles) = &self.triangles {
-            members.push(("triangles", rows(triangles.iter().map(|t| json!(t).to_string()).collect())));
+        if *self.views == MapViews::Icosahedron {
+            let triangles = icosahedron::TRIANGLES.iter().map(|t| json!(t).to_string());
+            members.push(("triangles", rows(triangles.collect())));
         }
         // A recipe is JSON already.
         members.push(("specula", recipe.to_owned()));
@@ -276,7 +307,7 @@ const FRAME: &str = "view, right and up: right-handed, +Z up, the centre of a la
                      (x, y, z) = (y, z, x) of the first";
 
 /// Says how to look up a direction of the first frame.
-pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
+fn lookup_text(layout: FileLayout) -> &'static str {
     match layout {
         FileLayout::LatLong => {
             "with the central direction (x, y, z): u = 0.5 - atan2(y, x) / (2 pi), v = acos(z) / pi, v = 0 at the top; \
@@ -289,6 +320,38 @@ pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
         FileLayout::Sphere => {
             "with the central direction C: a = C.right, b = C.up, c = C.view, s = 1 / sqrt(2 (1 + c)), \
              u = (1 + a s) / 2, v = (1 - b s) / 2, v = 0 at the top; the rim is C = -view"
+        }
+    }
+}
+
+/// Says how to look up a view between those of the maps.
+fn interpolation_text(views: &MapViews) -> String {
+    match views {
+        MapViews::Icosahedron => {
+            "a view V lies in the triangle (a, b, c), three indices into maps, where w_a = V.(b x c), w_b = V.(c x a) and \
+             w_c = V.(a x b) are 0 or more; divided by their sum they weigh the three maps, all looked up at \
+             the same central direction"
+                .into()
+        }
+        MapViews::Angles(angles) => format!(
+            "linear in theta_o, the angle in radians between central direction and view, clamped; in a volume of \
+             {0} slices at w = (theta_o / pi * {1} + 0.5) / {0}",
+            angles.len(),
+            angles.len().saturating_sub(1)
+        ),
+        MapViews::Table { side, view } => {
+            let frame = match view {
+                View::Global => "with the view (x, y, z) in the frame of `view`",
+                View::Local => {
+                    "with (x, y, z) = R^-1 V of the view V separately for each texel, R = R_z(beta) R_y(alpha), (alpha, beta) \
+                     the angles of the texel's central direction"
+                }
+            };
+            format!(
+                "{frame}: column = {side} (0.5 - atan2(y, x) / (2 pi)) - 0.5, row = {side} acos(z) / pi - 0.5, map = {side} \
+                 row + column, bilinear; columns repeat, past a pole the same row at column + {} (half a turn)",
+                *side as f64 / 2.0
+            )
         }
     }
 }
@@ -378,14 +441,11 @@ mod tests {
         let index = NewIndex {
             method: "cabral",
             centre: Centre::Normal,
-            views: Views::Global,
+            views: &MapViews::Icosahedron,
             layout: FileLayout::Sphere,
             resolution: 8,
             degree: 2,
-            lookup: lookup_text(FileLayout::Sphere).into(),
-            interpolation: "none".into(),
             maps,
-            triangles: Some(vec![[0, 1, 2]]),
         };
         index.encode("{\"kind\":\"x\"}").unwrap()
     }

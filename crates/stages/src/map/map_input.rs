@@ -127,11 +127,7 @@ impl MapInput {
                 self.remedy(reflection)
             )
         });
-        let grid = match layout {
-            MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
-            MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
-        };
-        (grid, error_note, missed)
+        (layout.grid(resolution), error_note, missed)
     }
 
     /// Advises how to make a map smooth enough.

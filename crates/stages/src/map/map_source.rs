@@ -5,12 +5,15 @@ use std::sync::Arc;
 use brdf::Part;
 use containers::{Texture, write_dds, write_exr, write_ktx2};
 use engine::{Artifact, Context, Failure, Output, Port, Steps};
-use shrm::{Lamps, MapGrid, MapLayout, View};
+use shrm::{Lamps, MapGrid, MapLayout, MapViews, Shrm, View, ViewSet};
 use sphere::{Cube, LatLong};
 
+use super::map_index::{Entry, NewIndex};
 use super::map_input::MapInput;
 use super::map_pictures::image;
-use crate::values::{Content, LampsName, MapsFormat, Numbers, PartsName, Resolution, artifacts, parts};
+use crate::values::{
+    Content, LampsName, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, artifacts, parts,
+};
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
 /// interpolated if its grid differs.
@@ -109,10 +112,7 @@ impl MapSource {
             (_, MapGrid::LatLong(grid), MapLayout::Cube) => grid.height.div_ceil(2),
             (_, MapGrid::LatLong(grid), MapLayout::LatLong) => grid.height,
         };
-        let grid = match layout {
-            MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
-            MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
-        };
+        let grid = layout.grid(resolution);
         if grid == map.0.grid() && view == map.0.view() {
             return Ok(Arc::clone(map));
         }
@@ -121,6 +121,29 @@ impl MapSource {
             context.note(format!("the map was interpolated from {old} to {new}"));
         }
         Ok(Arc::new(artifacts::Shrm(map.0.resampled(grid, view))))
+    }
+
+    /// The maps of single views of a [`MapSource::map`], with the lamps. `count` is the parameter for the
+    /// number of maps.
+    pub(crate) fn view_set(
+        &self,
+        map: &Shrm,
+        views: MapViews,
+        count: Option<&str>,
+        steps: &Steps<'_>,
+    ) -> Result<ViewSet, Failure> {
+        let (context, maps, texels) = (steps.context(), views.count(), map.grid().len());
+        check_total(texels, maps, count)?;
+        context.check_cancelled()?;
+        let set = context.until_stopped(|stop| ViewSet::from_shrm(map, views, stop))?;
+        let set = set.ok_or_else(|| Failure::new(format!("{maps} views do not make a set of maps")))?;
+        match self.lamps() {
+            Some(lamps) => {
+                let steps = steps.part(1, maps * shrm::blocks(texels));
+                steps.until_stopped(|stop| set.with_lamps(lamps, stop))
+            }
+            None => Ok(set),
+        }
     }
 }
 
@@ -137,10 +160,62 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
     [width, faces * height]
 }
 
+/// The files that hold a set of maps: a texture of all maps, or a picture for each map, and last the index.
+pub(crate) struct SetFiles {
+    /// The method that made the maps, which is also the name of the index.
+    pub(crate) method: &'static str,
+    pub(crate) format: MapsFormat,
+    pub(crate) numbers: Numbers,
+    /// The name of the file that holds a map.
+    pub(crate) file: fn(usize, MapsFormat) -> String,
+}
+
+impl SetFiles {
+    /// The endings of the names of the files of so many maps.
+    pub(crate) fn endings(&self, maps: usize) -> Vec<String> {
+        let pictures = if self.format == MapsFormat::Exr { maps } else { 1 };
+        let files = (0..pictures).map(|map| format!("/{}", (self.file)(map, self.format)));
+        files.chain([format!("/{}.json", self.method)]).collect()
+    }
+
+    /// The contents of the files.
+    pub(crate) fn encode(
+        &self,
+        set: &ViewSet,
+        source: &MapSource,
+        context: &Context<'_>,
+    ) -> Result<Vec<Vec<u8>>, Failure> {
+        let format = self.format;
+        let is_volume = matches!(set.views(), MapViews::Angles(_));
+        let ([faces, height, width], count) = (set.grid().shape(), set.views().count());
+        let (layers, depth) = if is_volume { (0, count) } else { (count, 1) };
+        let pixels = source.finished(set.maps().to_vec());
+        let texture = Texture { width, height, depth, layers, faces, pixels, ..Texture::default() };
+        let mut files = encode(&texture, format, self.numbers, self.method, context)?;
+        let place = |map: usize| {
+            let in_texture = (format != MapsFormat::Exr).then_some(map);
+            let entry = Entry::of_file(&(self.file)(map, format));
+            if is_volume { entry.in_slice(in_texture) } else { entry.in_layer(in_texture) }
+        };
+        let index = NewIndex {
+            method: self.method,
+            centre: set.centre(),
+            views: set.views(),
+            layout: set.grid().into(),
+            resolution: height,
+            degree: source.p(),
+            maps: Entry::of_views(set.views(), place),
+        };
+        files.push(index.encode(context.recipe())?);
+        Ok(files)
+    }
+}
+
 /// The files of a texture of maps: the texture itself, or a picture for each map.
 pub(crate) fn encode(
     texture: &Texture,
-    (format, numbers): (MapsFormat, Numbers),
+    format: MapsFormat,
+    numbers: Numbers,
     method: &str,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {

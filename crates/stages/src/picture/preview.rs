@@ -102,9 +102,9 @@ use envmap::ToneMap;
 use preview::{Camera, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
 
-use super::sheet::{described, percent};
+use super::sheet::described;
 use crate::light::{light, light_mismatch};
-use crate::values::{LampsName, STOPS, ToneMapName, artifacts, blend};
+use crate::values::{LampsName, STOPS, ToneMapName, artifacts, blend, percent};
 use comparison::{ComparisonPanel, ComparisonSheet};
 use fallback_renderer::FallbackRenderer;
 use values::{Backend, BackgroundChoice, Size};

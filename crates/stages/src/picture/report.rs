@@ -121,10 +121,9 @@ use serde_json::value::RawValue;
 use sh::Tolerance;
 use shrm::Reflection;
 
-use super::sheet::percent;
 use crate::light::light_mismatch;
 use crate::material::DegreePair;
-use crate::values::{SHARE, artifacts};
+use crate::values::{SHARE, artifacts, percent};
 use figures::{Follows, Limits, MaterialFigures, NOTED, NoisePair, PairFigures, Report, Settings};
 use page::PagePictures;
 use study::{Lit, Studied, StudiedReflection};

@@ -20,7 +20,9 @@ use sphere::LatLong;
 use layout::{SheetLayout, SheetSection};
 use plot::EnergyPlot;
 
-pub(crate) use number::{percent, power_of_ten, short, stops};
+use crate::values::percent;
+
+pub(crate) use number::{power_of_ten, short, stops};
 
 /// The grid on which a reconstruction is shown; one of another size is scaled.
 pub(crate) const RECONSTRUCTION: LatLong = LatLong::with_rows(layout::COLUMN / 2);

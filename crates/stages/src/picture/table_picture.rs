@@ -9,7 +9,8 @@ use std::cmp::Ordering;
 use brdf::BrdfTable;
 use preview::drawing::{Align, Canvas, Rect};
 
-use super::sheet::{Picture, percent, theme};
+use super::sheet::{Picture, theme};
+use crate::values::percent;
 
 /// The width of the picture.
 const WIDTH: usize = 1680;

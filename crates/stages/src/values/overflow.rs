@@ -67,7 +67,7 @@ impl Excess {
         }
     }
 
-    /// "the brightest light is clamped: 40 % of the red light is lost, 24 % of the green".
+    /// "the brightest light is clamped: 40.0 % of the red light is lost, 24.0 % of the green".
     pub(crate) fn text(&self, content: Content) -> String {
         let (subject, noun) = match content {
             Content::Light(_) => ("the brightest light is", "light"),
@@ -96,7 +96,8 @@ pub(crate) fn rounded(
     given: &[[f32; 3]],
     found: &[[f32; 3]],
     content: Content,
-    (limit, is_signed): (f32, bool),
+    limit: f32,
+    is_signed: bool,
 ) -> [f64; 3] {
     let weights = weights(content);
     let least = if is_signed { -limit } else { 0.0 };
@@ -184,13 +185,13 @@ mod tests {
     fn rounding_is_a_share_of_what_the_format_holds() {
         let given = [[1.0, 500.0, -1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];
         let found = [[0.5, 100.0, 0.0], [1.0, 1.0, 1.036], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]];
-        let rounded = rounded(&given, &found, Content::Values, (100.0, false));
+        let rounded = rounded(&given, &found, Content::Values, 100.0, false);
         for (found, expected) in rounded.into_iter().zip([-0.125, 0.0, 0.012]) {
             assert!((found - expected).abs() < 1e-8, "{rounded:?}");
         }
         assert_eq!(
             rounded_text(rounded).unwrap(),
-            "rounding changes the light: red loses 12 %, blue gains 1.2 %"
+            "rounding changes the light: red loses 12.5 %, blue gains 1.2 %"
         );
         assert_eq!(rounded_text([0.9e-3, -0.9e-3, 0.0]), None);
     }
@@ -200,9 +201,9 @@ mod tests {
         let text = |lost| Excess { lost, ..Excess::default() }.text(Content::Values);
         assert_eq!(
             text([0.4, 0.24, 0.0]),
-            "the largest values are clamped: 40 % of the red sum is lost, 24 % of the green"
+            "the largest values are clamped: 40.0 % of the red sum is lost, 24.0 % of the green"
         );
-        assert_eq!(text([0.0, 0.0, 0.5]), "the largest values are clamped: 50 % of the blue sum is lost");
-        assert_eq!(text([0.25; 3]), "the largest values are clamped: 25 % of the sum is lost");
+        assert_eq!(text([0.0, 0.0, 0.5]), "the largest values are clamped: 50.0 % of the blue sum is lost");
+        assert_eq!(text([0.25; 3]), "the largest values are clamped: 25.0 % of the sum is lost");
     }
 }

@@ -31,16 +31,16 @@ pub(crate) fn share(part: f64) -> String {
     format!("{} %", (part * 1e5).floor() / 1e3)
 }
 
-/// Writes two digits of an error: `0.012 %`.
-pub(crate) fn percent(error: f64) -> String {
-    if error == 0.0 {
-        return "0 %".into();
-    }
-    if error < 1e-8 {
+/// Writes a share, or a relative error, with two digits of it or of the rest, whichever is smaller: `0.021 %`,
+/// `99.997 %`.
+pub(crate) fn percent(part: f64) -> String {
+    let percent = 100.0 * part;
+    let small = percent.abs().min((100.0 - percent).abs());
+    if (1e-9..1e-6).contains(&percent) {
         return "less than 0.000001 %".into();
     }
-    let digits = (1.0 - math::log10((100.0 * error).max(1e-9)).floor()).clamp(0.0, 6.0) as usize;
-    format!("{:.digits$} %", 100.0 * error)
+    let decimals = if small < 1e-9 { 0 } else { (1.0 - math::log10(small).floor()).clamp(1.0, 6.0) as usize };
+    format!("{percent:.decimals$} %")
 }
 
 /// `2 lamps hold 75.1 % of the light, beside the series`; `rest` is the integral of what is not theirs, over
@@ -66,12 +66,21 @@ mod tests {
     }
 
     #[test]
-    fn an_error_has_two_digits() {
-        assert_eq!(percent(0.12345), "12 %");
-        assert_eq!(percent(0.000_123_45), "0.012 %");
-        assert_eq!(percent(1.2345), "123 %");
-        assert_eq!(percent(0.0), "0 %");
-        assert_eq!(percent(1e-9), "less than 0.000001 %");
+    fn a_percentage_shows_what_is_missing() {
+        let cases = [
+            (0.5, "50.0 %"),
+            (0.973_2, "97.3 %"),
+            (0.999_71, "99.971 %"),
+            (1.0, "100 %"),
+            (0.000_214, "0.021 %"),
+            (0.123_45, "12.3 %"),
+            (1.234_5, "123.5 %"),
+            (1e-9, "less than 0.000001 %"),
+            (0.0, "0 %"),
+        ];
+        for (fraction, text) in cases {
+            assert_eq!(percent(fraction), text);
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use containers::{ReadOptions, read_image, read_texture};
 use engine::Artifact;
 use serde_json::Value;
 use sh::{Degree, Stop};
-use shrm::{KautzMcCool, MapGrid, Terms, View, ViewMaps, icosahedron, sphere_map_axes};
+use shrm::{MapGrid, MapViews, Terms, View, ViewSet, icosahedron, sphere_map_axes};
 use sphere::{Cube, Direction, Face, LatLong, MirrorBall};
 use stages::artifacts::{Reflection, Shrm};
 
@@ -44,6 +44,10 @@ pub(crate) fn import(parameters: &str, exported: &Case) -> Case {
         import = import.file(&format!("old{ending}"), bytes);
     }
     import.source(&format!("old{}", endings.last().unwrap()))
+}
+
+fn view_set(map: &shrm::Shrm, views: MapViews) -> ViewSet {
+    ViewSet::from_shrm(map, views, Stop::NEVER).unwrap().unwrap()
 }
 
 fn index(case: &Case) -> Value {
@@ -214,7 +218,7 @@ fn sphere_maps_come_back_blurred_and_say_so() {
 fn a_3d_texture_holds_the_slices_and_comes_back() {
     let grid = MapGrid::LatLong(LatLong::with_rows(4));
     let map = reflection(3, 0).0.synthesise(grid, View::Local, Stop::NEVER).unwrap();
-    let expected = KautzMcCool::from_shrm(&map, KautzMcCool::even_angles(5)).unwrap();
+    let expected = view_set(&map, MapViews::even_angles(5));
     for (format, tolerance) in [("dds", F32), ("ktx2", F32), ("exr", F32), ("dds", HALF)] {
         let precision = if tolerance == F32 { "float" } else { "half" };
         let parameters =
@@ -230,9 +234,9 @@ fn a_3d_texture_holds_the_slices_and_comes_back() {
             assert_eq!((texture.width, texture.height, texture.depth), (8, 4, 5));
             texture.pixels
         };
-        assert!(difference(&found, expected.slices()) < tolerance);
+        assert!(difference(&found, expected.maps()) < tolerance);
         let index = index(&exported);
-        for (k, angle) in expected.angles().iter().enumerate() {
+        for (k, angle) in expected.views().angles().iter().enumerate() {
             assert_eq!(index["maps"][k]["theta_o"].as_f64(), Some(*angle));
             assert_eq!(index["maps"][k]["slice"].as_u64(), (format != "exr").then_some(k as u64));
         }
@@ -275,14 +279,14 @@ fn view_maps_hold_every_view_and_come_back() {
             };
             let view = if view == "global" { View::Global } else { View::Local };
             let map = reflection(2, 2).0.synthesise(grid, view, Stop::NEVER).unwrap();
-            let expected = ViewMaps::from_shrm(&map, 5, Stop::NEVER).unwrap().unwrap();
+            let expected = view_set(&map, MapViews::Table { side: 5, view });
             let files = exported.files();
             let found: Vec<[f32; 3]> = match format {
                 "exr" => files[..25].iter().flat_map(|file| pixels(file).2).collect(),
                 _ => read_texture(&files[0]).unwrap().texture.pixels,
             };
             assert!(difference(&found, expected.maps()) < F32);
-            for (k, direction) in expected.views().into_iter().enumerate() {
+            for (k, direction) in expected.views().directions().into_iter().enumerate() {
                 let entry = &index(&exported)["maps"][k];
                 assert_eq!(entry["layer"].as_u64(), (format != "exr").then_some(k as u64));
                 assert_eq!(vector(&entry["view"]), direction.vector().to_array());
@@ -317,8 +321,8 @@ fn maps_are_made_from_a_map_too() {
         .0
         .synthesise(MapGrid::LatLong(LatLong::with_rows(12)), View::Local, Stop::NEVER)
         .unwrap();
-    let exact = KautzMcCool::from_shrm(&exact, KautzMcCool::even_angles(16)).unwrap();
-    assert!(difference(&pixels(&other.files()[3]).2, exact.slice(3)) < 0.3);
+    let exact = view_set(&exact, MapViews::even_angles(16));
+    assert!(difference(&pixels(&other.files()[3]).2, exact.map(3)) < 0.3);
     let local = from_map("export-view-maps", "view = \"local\"\nviews = 5\nprecision = \"float\"");
     let exact = reflection(2, 2).0.synthesise(grid, View::Local, Stop::NEVER).unwrap();
     let back = import("", &local).artifact::<Shrm>();

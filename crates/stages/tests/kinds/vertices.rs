@@ -3,7 +3,8 @@
 use sh::{Degree, Stop};
 use stages::artifacts::{BrdfTable, Lighting, Material, Mesh, Transfer, VertexBlend, VertexRadiance};
 use transfer::{
-    Directions, Frames, Occluders, ReflectingMesh, Viewer, interreflect, precompute, shade_with_transfer,
+    Directions, Frames, Occluders, ReflectingMesh, TransferDegrees, Viewer, interreflect, precompute,
+    shade_with_transfer,
 };
 
 use crate::fixture::{Case, case, lambert, sky_lighting};
@@ -326,7 +327,8 @@ fn shaded_exactly(bounces: usize) -> Vec<[f32; 3]> {
     let (frames, occluders) = (Frames::of(&pit).unwrap(), Occluders::of(&pit));
     let [four, eight] = [4, 8].map(|degree| Degree::new(degree).unwrap());
     let directions = Directions::new(1024, eight).unwrap();
-    let (shadows, _) = precompute(&frames, &occluders, &directions, (four, four), Stop::NEVER).unwrap();
+    let degrees = TransferDegrees { output: four, input: four };
+    let (shadows, _) = precompute(&frames, &occluders, &directions, degrees, Stop::NEVER).unwrap();
     let BrdfTable(table) = table(lambert(0.8));
     let mesh =
         ReflectingMesh { frames: &frames, occluders: &occluders, directions: &directions, table: &table };

@@ -35,8 +35,8 @@ use crate::{limits, recipe};
 /// # Errors
 /// If the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
-    let size = (image.width(), image.height());
-    write(size, &[("", image.pixels())], precision, (recipe, &[]), Stop::NEVER)
+    let layer = [("", image.pixels())];
+    write(image.width(), image.height(), &layer, precision, recipe, &[], Stop::NEVER)
         .map_err(|error| error.within(CODEC.name))
 }
 
@@ -73,7 +73,7 @@ pub fn write_exr_layers(
     let views: Vec<(&str, &[[f32; 3]])> =
         layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
     check_layers(width, height, &views)
-        .and_then(|()| write((width, height), &views, precision, (recipe, metadata), stop))
+        .and_then(|()| write(width, height, &views, precision, recipe, metadata, stop))
         .map_err(|error| error.within(CODEC.name))
 }
 
@@ -106,10 +106,12 @@ fn check_layers(width: usize, height: usize, layers: &[Layer<'_>]) -> Result<(),
 }
 
 fn write(
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     layers: &[Layer<'_>],
     precision: Precision,
-    (recipe, metadata): (Option<&str>, &[(&str, &str)]),
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
     stop: Stop<'_>,
 ) -> Result<Encoded, Error> {
     recipe::check(recipe)?;

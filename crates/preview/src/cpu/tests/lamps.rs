@@ -2,7 +2,7 @@
 
 use brdf::{Fresnel, Ggx, KajiyaKay, Phong};
 use sh::{Lighting, Stop, Transform};
-use shrm::{Cabral, KautzMcCool, MapGrid, Plain, View};
+use shrm::{MapGrid, MapViews, Plain, View, ViewSet};
 use sphere::Direction;
 
 use super::*;
@@ -127,9 +127,12 @@ fn the_other_maps_hold_the_lamps_as_their_exports_do() {
         let reflection = look.reflection().unwrap();
         let grid = MapGrid::Cube(look.cube());
         let (soft, lamps) = (look.local().unwrap(), reflection.lamps().unwrap());
-        assert_eq!(look.cabral().unwrap(), &Cabral::from_shrm(soft).with_lamps(lamps, Stop::NEVER).unwrap());
-        let slices = KautzMcCool::from_shrm(soft, KautzMcCool::even_angles(SIZES.slices)).unwrap();
-        assert_eq!(look.kautz_mccool().unwrap(), &slices.with_lamps(lamps, Stop::NEVER).unwrap());
+        let with_lamps = |views| {
+            let set = ViewSet::from_shrm(soft, views, Stop::NEVER).unwrap().unwrap();
+            set.with_lamps(lamps, Stop::NEVER).unwrap()
+        };
+        assert_eq!(look.cabral().unwrap(), &with_lamps(MapViews::Icosahedron));
+        assert_eq!(look.kautz_mccool().unwrap(), &with_lamps(MapViews::even_angles(SIZES.slices)));
         let soft: Vec<[f32; 3]> = sh::synthesise_cube(&reflection.plain(Plain::Mean), look.cube()).unwrap();
         let lit = reflection.lamps().unwrap().plain(Plain::Mean, grid);
         for (texel, found) in look.prefiltered().unwrap().iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use brdf::{BrdfTable, Ward, tabulate};
 use sphere::Direction;
-use transfer::{Directions, Frames, Occluders, Transfer, precompute};
+use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
 use super::*;
 use crate::VertexPasses;
@@ -25,7 +25,15 @@ fn transfer_of(mesh: &Mesh, l: usize) -> Arc<Vec<Transfer>> {
     let directions = Directions::new(256, Degree::new(2 * l).unwrap()).unwrap();
     let frames = Frames::of(mesh).unwrap();
     Arc::new(vec![
-        precompute(&frames, &Occluders::of(mesh), &directions, (degree, degree), Stop::NEVER).unwrap().0,
+        precompute(
+            &frames,
+            &Occluders::of(mesh),
+            &directions,
+            TransferDegrees { output: degree, input: degree },
+            Stop::NEVER,
+        )
+        .unwrap()
+        .0,
     ])
 }
 

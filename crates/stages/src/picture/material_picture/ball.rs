@@ -18,8 +18,9 @@ use brdf::Material;
 use envmap::Environment;
 use preview::shading::lobe_sampling::LobeSampling;
 use preview::shading::sequence;
-use rayon::prelude::*;
 use sphere::{DMat3, DVec3, Direction, LatLong};
+
+use crate::picture::ball_camera::{draw, inside};
 
 /// The ball's radius in units of half the picture's width.
 const OUTLINE: f64 = 0.92;
@@ -100,21 +101,11 @@ pub(super) fn ball(material: &Material, azimuth: f64, edge: usize, samples: Samp
     let (light, lobes) = (BallLight::new(), LobeSampling::new(material, 0.0));
     let (sine, cosine) = math::sin_cos(azimuth);
     let turn = DMat3::from_cols(DVec3::new(cosine, -sine, 0.0), DVec3::new(sine, cosine, 0.0), DVec3::Z);
-    let mut picture = vec![[0.0; 3]; edge * edge];
-    picture.par_chunks_mut(edge.max(1)).enumerate().for_each(|(row, line)| {
-        for (column, pixel) in line.iter_mut().enumerate() {
-            let (mut sum, mut inside) = ([0.0; 3], 0);
-            for point in 0..POINTS * POINTS {
-                let Some(normal) = normal(column, row, point, edge) else { continue };
-                inside += 1;
-                let surface = frame(normal, DVec3::Z) * turn;
-                let seen = reflected(material, &lobes, &light, surface, samples, point as u32);
-                (0..3).for_each(|channel| sum[channel] += seen[channel]);
-            }
-            *pixel = sum.map(|sum| (sum / f64::from(inside.max(1))) as f32);
-        }
-    });
-    picture
+    let see = |(): &mut (), at: [f64; 2], point: usize| {
+        let surface = frame(normal(at)?, DVec3::Z) * turn;
+        Some(reflected(material, &lobes, &light, surface, samples, point as u32))
+    };
+    sh::unstopped(|stop| draw(edge, stop, |_, _| POINTS, || (), see))
 }
 
 /// The exposure of the light, as of every environment.
@@ -131,9 +122,7 @@ pub(super) fn exposure() -> f64 {
 /// Lays a colour over the pixels outside of the ball.
 pub(super) fn surround(picture: &mut [[u8; 3]], edge: usize, colour: [u8; 3]) {
     for (index, pixel) in picture.iter_mut().enumerate() {
-        let at = |cell: usize| 2.0 * (cell as f64 + 0.5) / edge as f64 - 1.0;
-        let inside = (OUTLINE - math::hypot(at(index % edge), at(index / edge))) * edge as f64 / 2.0;
-        let covered = (inside + 0.5).clamp(0.0, 1.0);
+        let covered = (inside(OUTLINE, index % edge, index / edge, edge) + 0.5).clamp(0.0, 1.0);
         for (channel, surround) in pixel.iter_mut().zip(colour) {
             let (ball, surround) = (f64::from(*channel), f64::from(surround));
             *channel = (surround + (ball - surround) * covered).round() as u8;
@@ -141,14 +130,10 @@ pub(super) fn surround(picture: &mut [[u8; 3]], edge: usize, colour: [u8; 3]) {
     }
 }
 
-/// The ball's normal at a point of a pixel; `None` outside.
-fn normal(column: usize, row: usize, point: usize, edge: usize) -> Option<DVec3> {
-    let at = |cell: usize, part: usize| {
-        let part = (part as f64 + 0.5) / POINTS as f64;
-        (2.0 * (cell as f64 + part) / edge as f64 - 1.0) / OUTLINE
-    };
+/// The ball's normal at a point across and down the picture; `None` outside.
+fn normal(at: [f64; 2]) -> Option<DVec3> {
     // Looking along +X, the picture's right is -Y.
-    let (y, z) = (-at(column, point % POINTS), -at(row, point / POINTS));
+    let [y, z] = at.map(|at| -(at / OUTLINE));
     let squared = 1.0 - y * y - z * z;
     (squared > 0.0).then(|| DVec3::new(-squared.sqrt(), y, z))
 }

@@ -4,7 +4,7 @@
 //! figures of two environments are never combined. What would help is named only if it was measured.
 
 use crate::picture::report::figures::{Advice, Change, Errors, Export, Limits, Method, PairFigures, Trial};
-use crate::picture::sheet::percent;
+use crate::values::percent;
 use crate::values::quantity::size;
 
 /// If no export is good, exports whose errors are at most this share above the least count as equal: one

@@ -12,7 +12,7 @@ use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::{data_uri, difference};
 use crate::picture::report::rig_pictures::RigPictures;
 use crate::picture::report::{rigs_section, sampling_section, tables_section};
-use crate::picture::sheet::percent;
+use crate::values::percent;
 use crate::values::quantity::size;
 
 /// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.

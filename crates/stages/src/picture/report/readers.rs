@@ -4,7 +4,7 @@
 use engine::Failure;
 use rayon::prelude::*;
 use sh::{Expansion, Light, synthesise_cube, zonal_into};
-use shrm::{Cabral, KautzMcCool, Lamps, MapGrid, MeanLight, MeanLobe, Shrm, icosahedron};
+use shrm::{Lamps, MapGrid, MapViews, MeanLight, MeanLobe, Shrm, icosahedron};
 use sphere::{Cube, Direction};
 
 use crate::picture::report::sphere::Sphere;
@@ -41,7 +41,7 @@ impl Reader<'_> {
         self.look(
             || soft.lookup(),
             |lookup, central| {
-                Cabral::interpolated(grid, central, Sphere::view(), |vertex, texel| {
+                MapViews::Icosahedron.interpolated(grid, central, Sphere::view(), |vertex, texel| {
                     let view = vertices[vertex];
                     let value = lookup.texel(texel, view).map(|value| value as f32);
                     let value = match &lamps {
@@ -54,15 +54,15 @@ impl Reader<'_> {
         )
     }
 
-    /// The 3D texture of a local map of zonal terms without lamps, with slices at these angles; `rings` are
+    /// The 3D texture of a local map of zonal terms without lamps, with these slices; `rings` are
     /// the lamps' lobes at them.
     pub(crate) fn kautz_mccool(
         &self,
         zonal: &Shrm,
-        angles: &[f64],
+        slices: &MapViews,
         lights: Option<(&[MeanLobe], &[Light])>,
     ) -> Vec<[f32; 3]> {
-        let (grid, rows) = (zonal.grid(), zonal.p().get() + 1);
+        let (grid, rows, angles) = (zonal.grid(), zonal.p().get() + 1, slices.angles());
         let mut harmonics = vec![0.0; angles.len() * rows];
         for (angle, row) in angles.iter().zip(harmonics.chunks_exact_mut(rows)) {
             zonal_into(math::cos(*angle), row);
@@ -84,10 +84,7 @@ impl Reader<'_> {
             };
             value.map(|value| value.max(self.least))
         };
-        self.look(
-            || (),
-            |(), central| KautzMcCool::interpolated(grid, angles, central, Sphere::view(), value),
-        )
+        self.look(|| (), |(), central| slices.interpolated(grid, central, Sphere::view(), value))
     }
 
     /// A spherical harmonic reflection map, and lamps beside it.
@@ -123,7 +120,7 @@ mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
     use engine::Context;
     use sh::{Degree, Lighting, Stop};
-    use shrm::{Plain, Reflection, View};
+    use shrm::{Plain, Reflection, View, ViewSet};
     use sphere::LatLong;
 
     use super::*;
@@ -159,38 +156,31 @@ mod tests {
 
     #[test]
     fn readers_see_what_they_see_of_the_whole_maps() {
-        let (cube, angles) = (Cube { edge: 7 }, KautzMcCool::even_angles(5));
+        let (cube, angles) = (Cube { edge: 7 }, MapViews::even_angles(5));
         let grid = MapGrid::Cube(cube);
         for reflection in reflections() {
             let sphere = Sphere::new(32);
             let central = sphere.central(reflection.brdf().centre());
             let reader = Reader { central: &central, least: 0.0 };
             let (view, lamps) = (Sphere::view(), reflection.lamps());
-            let black = |pixels: &[[f32; 3]]| -> Vec<[f32; 3]> {
-                pixels.iter().map(|pixel| pixel.map(|value| value.max(0.0))).collect()
+            let finished = |soft: &Shrm, views: &MapViews| {
+                let set = ViewSet::from_shrm(soft, views.clone(), Stop::NEVER).unwrap().unwrap();
+                let set =
+                    if let Some(lamps) = lamps { set.with_lamps(lamps, Stop::NEVER).unwrap() } else { set };
+                let pixels = set.maps().iter().map(|pixel| pixel.map(|value| value.max(0.0))).collect();
+                ViewSet::new(views.clone(), set.grid(), set.centre(), pixels).unwrap()
             };
 
             let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
-            let maps = Cabral::from_shrm(&soft);
-            let maps =
-                if let Some(lamps) = lamps { maps.with_lamps(lamps, Stop::NEVER).unwrap() } else { maps };
-            let maps = Cabral::new(grid, maps.centre(), black(maps.maps())).unwrap();
+            let maps = finished(&soft, &MapViews::Icosahedron);
             let expected: Vec<_> = central.iter().map(|central| maps.radiance(*central, view)).collect();
             assert_eq!(reader.cabral(&soft, lamps), expected);
 
-            let slices = MapGrid::LatLong(LatLong::with_rows(14));
             let zonal = zonal(&reflection, LatLong::with_rows(14), &Context::new(&NoFiles)).unwrap();
-            let texture = KautzMcCool::from_shrm(&zonal, angles.clone()).unwrap();
-            let texture = if let Some(lamps) = lamps {
-                texture.with_lamps(lamps, Stop::NEVER).unwrap()
-            } else {
-                texture
-            };
-            let texture =
-                KautzMcCool::new(slices, texture.centre(), angles.clone(), black(texture.slices())).unwrap();
+            let texture = finished(&zonal, &angles);
             let expected: Vec<_> = central.iter().map(|central| texture.radiance(*central, view)).collect();
             let rings: Option<Vec<MeanLobe>> = lamps
-                .map(|lamps| angles.iter().map(|angle| MeanLobe::ring(&lamps.material, *angle)).collect());
+                .map(|lamps| angles.angles().iter().map(|a| MeanLobe::ring(&lamps.material, *a)).collect());
             let lights = rings.as_deref().zip(lamps.map(|lamps| &lamps.lights[..]));
             assert_eq!(reader.kautz_mccool(&zonal, &angles, lights), expected);
 

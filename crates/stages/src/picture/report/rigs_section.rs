@@ -7,7 +7,7 @@ use crate::picture::report::figures::{Report, RigFigures, RigMethod, RigSphere};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::{data_uri, difference};
 use crate::picture::report::rig_pictures::{LIGHTS, PICTURE, RigPictures, SHOWN};
-use crate::picture::sheet::percent;
+use crate::values::percent;
 
 /// The section: for each environment, the errors of all rigs and the spheres of one method.
 pub(crate) fn section(page: &mut Markup, report: &Report, pictures: &[RigPictures]) -> Result<(), Failure> {

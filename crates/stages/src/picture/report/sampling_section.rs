@@ -4,7 +4,7 @@ use containers::escape_html as escape;
 
 use crate::picture::report::figures::{Follows, Noise, NoisePair, PointSet, Report, SAMPLES};
 use crate::picture::report::markup::Markup;
-use crate::picture::sheet::percent;
+use crate::values::percent;
 
 /// The section: for each pair, a chart of the error against samples and a table.
 pub(crate) fn section(page: &mut Markup, report: &Report) {

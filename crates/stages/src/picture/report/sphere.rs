@@ -9,6 +9,7 @@ use brdf::Centre;
 use shrm::stops::{self, quantiles};
 use sphere::{DMat3, DVec3, Direction};
 
+use crate::picture::ball_camera::tangent;
 use crate::picture::report::figures::Errors;
 
 /// Pixels that stand for the whole picture: one of 1, 2, 4, 8, ..., in squares or in a chequerboard of
@@ -139,9 +140,8 @@ impl Sphere {
 
     /// The central direction that each pixel sees. The tangent is Z x N.
     pub(crate) fn central(&self, centre: Centre) -> Vec<Direction> {
-        let tangent =
-            |normal: Direction| Direction::new(DVec3::Z.cross(normal.vector())).unwrap_or(Direction::Y);
-        let central = |pixel: &Pixel| centre.central(pixel.normal, tangent(pixel.normal), Self::view());
+        let central =
+            |pixel: &Pixel| centre.central(pixel.normal, tangent(pixel.normal.vector()), Self::view());
         self.pixels.iter().map(central).collect()
     }
 

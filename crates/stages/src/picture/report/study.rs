@@ -12,7 +12,7 @@ use sh::{Degree, Lighting};
 use shrm::MOST_P;
 use shrm::degrees::BLACK_SHARE;
 use shrm::reference::LightTree;
-use shrm::{KautzMcCool, MapGrid, MeanLobe, Plain, Reflection, Shrm, Terms, View};
+use shrm::{MapGrid, MapViews, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, DMat3, Direction, LatLong};
 
 use crate::light::full;
@@ -120,8 +120,8 @@ impl<'a> Studied<'a> {
     }
 
     fn rings(&self) -> &[MeanLobe] {
-        let ring = |angle| MeanLobe::ring(&self.material, angle);
-        self.rings.get_or_init(|| KautzMcCool::even_angles(SLICES).into_iter().map(ring).collect())
+        let ring = |angle: &f64| MeanLobe::ring(&self.material, *angle);
+        self.rings.get_or_init(|| MapViews::even_angles(SLICES).angles().iter().map(ring).collect())
     }
 
     /// The diffuse and the specular part, of a material that has both.
@@ -413,7 +413,7 @@ impl<'a> StudyScene<'a> {
                 // Slices of a 3D texture are lat-long images, as dense at the equator as the cubes.
                 let rows = LatLong::with_rows(2 * edge);
                 let lights = lamps.map(|lamps| (lit_by.rings(), &lamps.lights[..]));
-                let angles = KautzMcCool::even_angles(SLICES);
+                let angles = MapViews::even_angles(SLICES);
                 let values = reader.kautz_mccool(&zonal(reflection, rows, self.context)?, &angles, lights);
                 let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
                 (values, (8 * SLICES * rows.len(), size))

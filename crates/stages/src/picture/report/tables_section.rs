@@ -8,7 +8,7 @@ use crate::picture::report::cuts::{MAX_CUT, PICTURE, SHOWN, TablePictures};
 use crate::picture::report::figures::{Cut, Report, TablePair};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::{data_uri, difference};
-use crate::picture::sheet::percent;
+use crate::values::percent;
 
 /// The section: advice, the spheres under each environment, and the energy of each degree.
 pub(crate) fn section(text: &mut Markup, report: &Report, pictures: &TablePictures) -> Result<(), Failure> {

@@ -5,10 +5,11 @@
 //! direction: R = d - 2 (d . N) N, or N, or the tangent T = Z x N.
 
 use envmap::Environment;
-use rayon::prelude::*;
 use sh::{Stop, Stopped};
 use shrm::{Lamps, Lookup, Shrm};
 use sphere::{DVec3, Direction};
+
+use crate::picture::ball_camera::{draw, inside, tangent};
 
 /// Half the picture's width at distance 1: a view of 53 degrees.
 const HALF_WIDTH: f64 = 0.5;
@@ -30,10 +31,10 @@ pub(crate) fn ball(
     // A unit ball at a distance with tan(asin(1 / distance)) = outline.
     let outline = OUTLINE * HALF_WIDTH;
     let distance = (1.0 + 1.0 / (outline * outline)).sqrt();
-    let see = |lookup: &mut Lookup<'_>, x: f64, y: f64| {
+    let see = |lookup: &mut Lookup<'_>, [x, y]: [f64; 2], _: usize| {
         // Looking along +X, the picture's right is -Y.
         let ray = DVec3::new(1.0, -x * HALF_WIDTH, -y * HALF_WIDTH).normalize();
-        match hit(ray, distance) {
+        Some(match hit(ray, distance) {
             Some(normal) => {
                 let (central, view) = seen(field, ray, normal);
                 let soft = lookup.radiance(central, view);
@@ -43,28 +44,13 @@ pub(crate) fn ball(
                 }
             }
             None => environment.radiance(Direction::normalised(ray)),
-        }
+        })
     };
-    let mut picture = vec![[0.0; 3]; edge * edge];
-    picture.par_chunks_mut(edge.max(1)).enumerate().try_for_each(|(row, line)| {
-        stop.check()?;
-        let mut lookup = field.lookup();
-        for (column, pixel) in line.iter_mut().enumerate() {
-            let at = |index: usize, offset: f64| 2.0 * (index as f64 + offset) / edge as f64 - 1.0;
-            let inside = (OUTLINE - math::hypot(at(column, 0.5), at(row, 0.5))) * edge as f64 / 2.0;
-            let side = SAMPLES[if inside < -1.0 { 0 } else { 1 + usize::from(inside > 1.0) }];
-            let mut sum = [0.0; 3];
-            for sample in 0..side * side {
-                let offset = |i: usize| (i as f64 + 0.5) / side as f64;
-                let seen =
-                    see(&mut lookup, at(column, offset(sample % side)), at(row, offset(sample / side)));
-                sum = std::array::from_fn(|c| sum[c] + seen[c]);
-            }
-            *pixel = sum.map(|sum| (sum / (side * side) as f64) as f32);
-        }
-        Ok(())
-    })?;
-    Ok(picture)
+    let side = |column: usize, row: usize| {
+        let inside = inside(OUTLINE, column, row, edge);
+        SAMPLES[if inside < -1.0 { 0 } else { 1 + usize::from(inside > 1.0) }]
+    };
+    draw(edge, stop, side, || field.lookup(), see)
 }
 
 /// The normal where a ray from the origin meets the unit ball around (distance, 0, 0).
@@ -77,8 +63,7 @@ fn hit(ray: DVec3, distance: f64) -> Option<DVec3> {
 /// The central direction and the view of a ray that meets the ball at this normal.
 fn seen(field: &Shrm, ray: DVec3, normal: DVec3) -> (Direction, Direction) {
     let view = Direction::normalised(-ray);
-    let tangent = Direction::new(DVec3::Z.cross(normal)).unwrap_or(Direction::Y);
-    (field.centre().central(Direction::normalised(normal), tangent, view), view)
+    (field.centre().central(Direction::normalised(normal), tangent(normal), view), view)
 }
 
 #[cfg(test)]

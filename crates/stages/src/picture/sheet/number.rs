@@ -30,15 +30,6 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// A fraction as a percentage, with two digits of the fraction or of the rest, whichever is smaller: `0.021
-/// %`, `99.997 %`.
-pub(crate) fn percent(fraction: f64) -> String {
-    let percent = 100.0 * fraction;
-    let small = percent.abs().min((100.0 - percent).abs());
-    let decimals = if small < 1e-9 { 0 } else { (1.0 - math::log10(small).floor()).clamp(1.0, 6.0) as usize };
-    format!("{percent:.decimals$} %")
-}
-
 /// A signed number of stops: `+1.3 stops`.
 pub(crate) fn stops(exposure: f64) -> String {
     let text = format!("{exposure:+.1} stops").replace('-', "−");
@@ -69,21 +60,6 @@ mod tests {
         }
         assert_eq!(power_of_ten(-12), "10⁻¹²");
         assert_eq!(power_of_ten(4), "10⁴");
-    }
-
-    #[test]
-    fn a_percentage_shows_what_is_missing() {
-        let cases = [
-            (0.5, "50.0 %"),
-            (0.973_2, "97.3 %"),
-            (0.999_71, "99.971 %"),
-            (1.0, "100 %"),
-            (0.000_214, "0.021 %"),
-            (0.0, "0 %"),
-        ];
-        for (fraction, text) in cases {
-            assert_eq!(percent(fraction), text);
-        }
     }
 
     #[test]

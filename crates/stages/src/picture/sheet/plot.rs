@@ -2,8 +2,9 @@
 
 use preview::drawing::{Align, Canvas, Rect, Style};
 
-use super::number::{percent, power_of_ten};
+use super::number::power_of_ten;
 use super::theme;
+use crate::values::percent;
 use crate::values::quantity::ticks;
 
 /// The maximum number of decades on the logarithmic axis.
