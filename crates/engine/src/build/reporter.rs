@@ -6,13 +6,13 @@ use crate::event::{Event, Summary};
 
 /// Reports the events of a build.
 #[derive(Clone, Copy)]
-pub(crate) struct Reporter<'e> {
+pub(crate) struct BuildReporter<'e> {
     /// Started at the begin of the build.
     pub(crate) clock: Instant,
     pub(crate) events: &'e (dyn Fn(Event) + Sync),
 }
 
-impl<'e> Reporter<'e> {
+impl<'e> BuildReporter<'e> {
     /// A reporter for a build that begins now.
     pub(crate) fn new(events: &'e (dyn Fn(Event) + Sync)) -> Self {
         Self { clock: Instant::now(), events }

@@ -19,7 +19,7 @@ use rayon::ThreadPool;
 
 use super::heard::HeardChanges;
 use super::outcome::Refusal;
-use super::reporter::Reporter;
+use super::reporter::BuildReporter;
 use super::run::RunContext;
 use super::runner::{Act, Candidate, Runner, Threads};
 use super::running::Dependencies;
@@ -80,7 +80,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         selected: &Selection,
         keep_going: bool,
         runners: Vec<Box<dyn Runner<'a> + 'a>>,
-        reporter: Reporter<'e>,
+        reporter: BuildReporter<'e>,
         heard: HeardChanges,
     ) -> Self {
         let check = context.check;

@@ -23,7 +23,7 @@ impl Kind for Careless {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = &context.get::<Text>("text")?.0;
+        let text = &context.inputs.get::<Text>("text")?.0;
         Output::artifact(Text(format!("{:<4.4}{}", text, "|".repeat(rayon::current_num_threads()))))
     }
 }

@@ -122,7 +122,7 @@ impl Kind for Careless {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
+        let text = context.inputs.get::<Text>("text")?;
         assert!(text.0.len() < 5, "{} is too long", text.0);
         Output::artifact((*text).clone())
     }

@@ -52,8 +52,8 @@ impl Kind for Hasty {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
-        let half = context.check_cancelled().is_err();
+        let text = context.inputs.get::<Text>("text")?;
+        let half = context.reporter.check_cancelled().is_err();
         Output::artifact(Text(text.0[..text.0.len() / if half { 2 } else { 1 }].to_uppercase()))
     }
 }

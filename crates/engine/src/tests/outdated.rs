@@ -74,14 +74,14 @@ impl Kind for SlowSource {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
-        let gate = context.source()?.display().to_string();
+        let text = String::from_utf8(context.files.read(context.files.source()?)?.to_vec())?;
+        let gate = context.files.source()?.display().to_string();
         if text == "bad" {
             // It ignores the request to stop, and fails in the end.
             GATE.pass(&gate, || Ok(()))?;
             return Err(Failure::new("half a text"));
         }
-        GATE.pass(&gate, || context.check_cancelled())?;
+        GATE.pass(&gate, || context.reporter.check_cancelled())?;
         Output::artifact(Text(text))
     }
 }
@@ -114,8 +114,8 @@ impl Kind for SlowSuffix {
     }
 
     fn run(parameters: &SuffixParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = &context.get::<Text>("text")?.0;
-        GATE.pass(&format!("{}/{text}", parameters.gate), || context.check_cancelled())?;
+        let text = &context.inputs.get::<Text>("text")?.0;
+        GATE.pass(&format!("{}/{text}", parameters.gate), || context.reporter.check_cancelled())?;
         Output::artifact(Text(format!("{text}{}", parameters.text)))
     }
 }
@@ -417,13 +417,13 @@ impl Kind for Restless {
     }
 
     fn run(parameters: &RestlessParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = context.source()?;
+        let source = context.files.source()?;
         let run = *RUNS.lock().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
-        let first = context.read(source)?;
+        let first = context.files.read(source)?;
         if run <= parameters.writes {
             std::fs::write(source, format!("text {run}"))?;
         }
-        let second = context.read(source)?;
+        let second = context.files.read(source)?;
         Ok(Output::files(vec![[&first[..], b", ", &second[..]].concat()]))
     }
 }

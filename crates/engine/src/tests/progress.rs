@@ -48,7 +48,7 @@ impl Kind for Slow {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let steps = Steps::new(context, STEPS);
+        let steps = Steps::new(&context.reporter, STEPS);
         let limit = Instant::now() + Duration::from_secs(60);
         for step in 1..=STEPS {
             steps.step()?;
@@ -59,7 +59,7 @@ impl Kind for Slow {
                 sleep(Duration::from_millis(2));
             }
         }
-        Output::artifact(Text(context.get::<Text>("text")?.0.clone()))
+        Output::artifact(Text(context.inputs.get::<Text>("text")?.0.clone()))
     }
 }
 

@@ -247,9 +247,9 @@ impl Kind for Revised {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        context.warn("bold is loud");
-        context.note("two stars");
-        Output::artifact(Text(format!("*{}*", context.get::<Text>("text")?.0.to_uppercase())))
+        context.reporter.warn("bold is loud");
+        context.reporter.note("two stars");
+        Output::artifact(Text(format!("*{}*", context.inputs.get::<Text>("text")?.0.to_uppercase())))
     }
 }
 
@@ -541,7 +541,7 @@ impl Kind for Elaborate {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         std::thread::sleep(std::time::Duration::from_millis(300));
-        Ok(Output::files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
+        Ok(Output::files(vec![context.inputs.get::<Text>("text")?.0.clone().into_bytes()]))
     }
 }
 

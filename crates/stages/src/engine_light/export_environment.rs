@@ -212,19 +212,23 @@ impl Kind for ExportEnvironment {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        if context.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
-            return with_levels(&context.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0, parameters, context);
+        if context.inputs.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
+            return with_levels(
+                &context.inputs.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0,
+                parameters,
+                context,
+            );
         }
-        let environment = &context.get::<artifacts::Environment>(ENVIRONMENT)?.0;
+        let environment = &context.inputs.get::<artifacts::Environment>(ENVIRONMENT)?.0;
         let exposed = match parameters.exposure {
             0.0 => Cow::Borrowed(environment),
             stops => Cow::Owned(environment.exposed(stops).ok_or_else(|| {
                 Failure::new(format!("{stops} stops make a value infinite")).help("choose a lower exposure")
             })?),
         };
-        context.check_cancelled()?;
+        context.reporter.check_cancelled()?;
         let (pixels, resolution) = parameters.texels(&exposed)?;
-        context.check_cancelled()?;
+        context.reporter.check_cancelled()?;
         let format = match parameters.format.picture() {
             Ok(format) => {
                 return Ok(Output::files(parameters.pictures(format, resolution).files(pixels, context)?));
@@ -267,13 +271,13 @@ fn with_levels(
     let lobe = words.into_iter().find(|(.., lobe)| lobe.0 == cube.distribution).map_or("", |(word, ..)| word);
     let roughness: Vec<String> = cube.levels.iter().map(|level| level.roughness.to_string()).collect();
     let roughness = roughness.join(" ");
-    context.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
+    context.reporter.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
     // One precision for all levels: that of the brightest, which is the sharpest, wherever it is in the list.
     let peak =
         |pixels: &[[f32; 3]]| pixels.as_flattened().iter().fold(0.0_f32, |most, value| most.max(*value));
     let brightest = texture.levels().max_by(|a, b| peak(a).total_cmp(&peak(b))).unwrap_or_default();
     let content = Content::Light(MapGrid::Cube(Cube { edge: (brightest.len() / 6).isqrt() }));
-    let precision = parameters.numbers.precision(parameters.format, brightest, content, context)?;
+    let precision = parameters.numbers.precision(parameters.format, brightest, content, &context.reporter)?;
     let encoded = match parameters.format {
         Format::Dds => write_dds(&texture, precision)?,
         _ => {

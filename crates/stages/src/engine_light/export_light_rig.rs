@@ -115,14 +115,14 @@ impl Kind for ExportLightRig {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let lighting = &context.get::<artifacts::Lighting>("lights")?.0;
+        let lighting = &context.inputs.get::<artifacts::Lighting>("lights")?.0;
         let lights = &lighting.lights[..];
         if lights.is_empty() {
             return Err(Failure::new("the lighting has no lights beside its series")
                 .help("make some with sample-light, or with lamps = \"separate\" of project-sh"));
         }
         if lighting.series.coefficients().as_flattened().iter().any(|value| *value != 0.0) {
-            context.note("the series beside the lights is not written");
+            context.reporter.note("the series beside the lights is not written");
         }
         let recipe = Some(context.recipe());
         Ok(Output::files(match parameters.format {

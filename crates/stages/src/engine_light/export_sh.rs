@@ -236,7 +236,7 @@ impl Kind for ExportSh {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
+        let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
         let mut lighting = match parameters.lamps {
             LampsName::Baked => lighting.whole().into(),
             LampsName::Separate => lighting.clone(),
@@ -247,7 +247,7 @@ impl Kind for ExportSh {
         let PresetName(preset) = parameters.preset;
         let (given, written) = (lighting.series.degree(), preset.degree(lighting.series.degree()));
         if written < given.get() {
-            context.note(format!(
+            context.reporter.note(format!(
                 "preset {} holds degree {written}: the first {} of {} coefficients",
                 preset.name(),
                 (written + 1) * (written + 1),
@@ -256,7 +256,7 @@ impl Kind for ExportSh {
             lighting.series = lighting.series.to_degree(Degree::new(written)?);
         }
         if parameters.window == Window::Auto && lighting.series.degree().get() <= MOST_WINDOWED {
-            lighting.series = windowed(lighting.series, context);
+            lighting.series = windowed(lighting.series, &context.reporter);
         }
         let recipe = Some(context.recipe());
         if parameters.format == Format::Safetensors {

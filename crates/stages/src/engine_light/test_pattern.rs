@@ -113,13 +113,13 @@ impl Kind for TestPattern {
         let of = parameters.of();
         let mut files = Vec::new();
         for &pattern in parameters.patterns() {
-            context.check_cancelled()?;
+            context.reporter.check_cancelled()?;
             let made = if of.0.loads_cube() {
                 levels(of, pattern, parameters.resolution, context)?
             } else {
-                lat_long(of, pattern, parameters.resolution, context)?
+                lat_long(of, pattern, parameters.resolution, context.recipe())?
             };
-            report(&made, of, Overflow::Clamp, context)?;
+            report(&made, of, Overflow::Clamp, &context.reporter)?;
             files.extend(made.files);
         }
         let text = format!(
@@ -155,7 +155,7 @@ fn levels(
         AXES => {
             let environment = axes()?;
             let auto = MethodChoice::Auto;
-            let made = context.until_stopped(|stop| {
+            let made = context.reporter.until_stopped(|stop| {
                 let made = prefilter(&environment, None, Distribution::Ggx, &roughness, edge, auto, stop);
                 made.map_err(|error| Failure::new(error.to_string()))
             })?;
@@ -180,7 +180,7 @@ fn lat_long(
     of: (EnginePreset, EngineFormat),
     pattern: &str,
     rows: usize,
-    context: &Context<'_>,
+    recipe: &str,
 ) -> Result<EngineFiles, Failure> {
     let (environment, light) = match pattern {
         ORIENT => (painted(rows, |d| direction_colour(d, 1.0))?, orient_light()?),
@@ -190,7 +190,7 @@ fn lat_long(
             (environment, light)
         }
     };
-    engine_files::of_lat_long(of, &environment, &light, Some(context.recipe()))
+    engine_files::of_lat_long(of, &environment, &light, Some(recipe))
 }
 
 /// 2 + 1.5 k d of a direction in the frame of files.

@@ -70,7 +70,7 @@ use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
-use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
 use shrm::{
     Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
     sphere_map_rows, sphere_maps,
@@ -169,18 +169,24 @@ impl Kind for ExportCabral {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?
-            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, _, steps| {
+            files(parameters, source, context, steps)
+        })
     }
 }
 
 /// The files of one field.
-fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
-    let (context, vertices) = (steps.context(), icosahedron::vertices());
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let vertices = icosahedron::vertices();
     // The lamps, and the files.
     let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
-        let map = source.map(layout, parameters.resolution, View::Local, context)?;
+        let map = source.map(layout, parameters.resolution, View::Local, &context.reporter)?;
         map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
         let maps = Cabral::from_shrm(&map.0);
         let maps = match source.lamps() {
@@ -196,9 +202,10 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         CabralLayout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
         CabralLayout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
         CabralLayout::Sphere => {
-            let (map, edge) = for_spheres(source, parameters.resolution, context)?;
+            let (map, edge) = for_spheres(source, parameters.resolution, &context.reporter)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
-            let mut pixels = context.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
+            let mut pixels =
+                context.reporter.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
             if let Some(lamps) = source.lamps() {
                 let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
                 steps.until_stopped(|stop| add_to_sphere_maps(&mut pixels, lamps, &vertices, edge, stop))?;
@@ -207,23 +214,23 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         }
     };
     let map = &map.0;
-    context.check_cancelled()?;
-    note_lost(map, context);
+    context.reporter.check_cancelled()?;
+    note_lost(map, &context.reporter);
     let content = match layout {
         FileLayout::Sphere => Content::Values,
         _ => Content::Light(map.grid()),
     };
-    let precision = parameters.numbers.precision(parameters.format, &pixels, content, context)?;
+    let precision = parameters.numbers.precision(parameters.format, &pixels, content, &context.reporter)?;
     let files = pixels.chunks_exact(size[0] * size[1]);
     let steps = work.part(1, vertices.len());
     let encoded = files.map(|pixels| {
         steps.step()?;
-        encode(parameters, precision, size, pixels, context)
+        encode(parameters, precision, size, pixels, context.recipe())
     });
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let negative: usize = encoded.iter().map(|file| file.negative).sum();
     if negative > 0 {
-        context.warn(format!(
+        context.reporter.warn(format!(
             "{negative} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
         ));
     }
@@ -267,7 +274,7 @@ fn file(vertex: usize, format: CabralFormat) -> String {
 fn for_spheres(
     source: &MapSource,
     resolution: Option<Resolution>,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<(Arc<artifacts::Shrm>, usize), Failure> {
     let edge = |rows: usize| match resolution {
         Some(Resolution::Fixed(edge)) => edge,
@@ -285,7 +292,7 @@ fn for_spheres(
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
             let grid = MapGrid::LatLong(LatLong::with_rows(rows));
-            let map = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
+            let map = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
             let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }
@@ -293,7 +300,7 @@ fn for_spheres(
 }
 
 /// A note of the energy with p > 2.
-fn note_lost(map: &Shrm, context: &Context<'_>) {
+fn note_lost(map: &Shrm, reporter: &Reporter) {
     let p_of = |row: usize| if map.terms() == Terms::Zonal { row } else { row.isqrt() };
     let (mut lost, mut all) = (0.0, 0.0);
     for texel in 0..map.grid().len() {
@@ -309,7 +316,7 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
             "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
             map.p().get()
         );
-        report_loss(context, lost / all, &what, "export-shrm keeps it");
+        report_loss(reporter, lost / all, &what, "export-shrm keeps it");
     }
 }
 
@@ -319,9 +326,9 @@ fn encode(
     precision: Precision,
     size: [usize; 2],
     pixels: &[[f32; 3]],
-    context: &Context<'_>,
+    recipe: &str,
 ) -> Result<Encoded, Failure> {
-    let recipe = Some(context.recipe());
+    let recipe = Some(recipe);
     let picture = || image(size[0], size[1], pixels.to_vec());
     match parameters.format {
         CabralFormat::Exr => Ok(write_exr(&picture()?, precision, recipe)?),

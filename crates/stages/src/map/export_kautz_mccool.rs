@@ -117,24 +117,29 @@ impl Kind for ExportKautzMcCool {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?
-            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, _, steps| {
+            files(parameters, source, context, steps)
+        })
     }
 }
 
 /// The files of one field.
-fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
-    let context = steps.context();
-    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
-    let lost = context.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, &context.reporter)?;
+    let lost = context.reporter.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
         let what =
             "the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture";
-        report_loss(context, lost, what, "export-shrm keeps it");
+        report_loss(&context.reporter, lost, what, "export-shrm keeps it");
     }
     if parameters.slices <= source.p() {
-        context.note(format!(
+        context.reporter.note(format!(
             "{} slices hold P = {}; the field has P = {}",
             parameters.slices,
             parameters.slices - 1,
@@ -142,7 +147,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         ));
     }
     map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
-    context.check_cancelled()?;
+    context.reporter.check_cancelled()?;
     let texture =
         KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices)).ok_or_else(|| {
             Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))

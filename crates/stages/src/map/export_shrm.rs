@@ -312,7 +312,7 @@ impl Kind for ExportShrm {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?.export(parameters.parts, context, |source, part, steps| {
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, part, steps| {
             let (map, beside) = match source {
                 MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
                 MapSource::Reflection(reflection) => (
@@ -320,7 +320,7 @@ impl Kind for ExportShrm {
                     beside(parameters, &reflection.0, part),
                 ),
             };
-            context.check_cancelled()?;
+            context.reporter.check_cancelled()?;
             Ok(vec![file(parameters, &map.0, &beside, context)?])
         })
     }
@@ -335,15 +335,17 @@ fn file(
 ) -> Result<Vec<u8>, Failure> {
     let recipe = Some(context.recipe());
     let precision =
-        parameters.numbers.precision(parameters.format, map.values(), Content::Values, context)?;
+        parameters.numbers.precision(parameters.format, map.values(), Content::Values, &context.reporter)?;
     let file = match parameters.format {
         ShrmFormat::Safetensors => {
             Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
         }
-        ShrmFormat::Exr => context.until_stopped(|stop| layers(map, beside, precision, recipe, stop))?,
+        ShrmFormat::Exr => {
+            context.reporter.until_stopped(|stop| layers(map, beside, precision, recipe, stop))?
+        }
         ShrmFormat::Ktx2 => texture(map, beside, precision, recipe)?,
     };
-    context.note(format!("{} bytes", file.bytes.len()));
+    context.reporter.note(format!("{} bytes", file.bytes.len()));
     Ok(file.bytes)
 }
 

@@ -110,19 +110,24 @@ impl Kind for ExportViewMaps {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?
-            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, _, steps| {
+            files(parameters, source, context, steps)
+        })
     }
 }
 
 /// The files of one field.
-fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
-    let context = steps.context();
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
     let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
-    let map = source.map(layout, parameters.resolution, view, context)?;
+    let map = source.map(layout, parameters.resolution, view, &context.reporter)?;
     let side = parameters.views;
     map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
-    let table = context.until_stopped(|stop| ViewMaps::from_shrm(&map.0, side, stop))?;
+    let table = context.reporter.until_stopped(|stop| ViewMaps::from_shrm(&map.0, side, stop))?;
     let table = table.ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
     let table = match source.lamps() {
         Some(lamps) => {
@@ -132,7 +137,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         None => table,
     };
     if side < 2 * source.p() + 1 {
-        context.note(format!(
+        context.reporter.note(format!(
             "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
             (side - 1) / 2,
             source.p(),

@@ -92,7 +92,8 @@ impl MapPictures {
         pixels: Vec<[f32; 3]>,
         context: &Context<'_>,
     ) -> Result<Vec<Vec<u8>>, Failure> {
-        let precision = self.numbers.precision(self.format, &pixels, Content::Light(self.grid()), context)?;
+        let precision =
+            self.numbers.precision(self.format, &pixels, Content::Light(self.grid()), &context.reporter)?;
         let images = self.arrange(pixels)?;
         let files = images.iter().map(|image| self.encode(precision, image, context.recipe()));
         files.map(|file| Ok(file?.bytes)).collect()

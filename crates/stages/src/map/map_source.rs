@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use brdf::Part;
 use containers::{Texture, write_dds, write_exr, write_ktx2};
-use engine::{Artifact, Context, Failure, Output, Port, Steps};
+use engine::{Artifact, Context, Failure, Inputs, Output, Port, Reporter, Steps};
 use shrm::{Lamps, MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
@@ -25,12 +25,12 @@ impl MapSource {
     }
 
     /// The artifact at the port.
-    pub(crate) fn of(context: &Context<'_>) -> Result<Self, Failure> {
+    pub(crate) fn of(inputs: &Inputs) -> Result<Self, Failure> {
         let port = &Self::port().name;
-        if context.type_at(port) == Some(artifacts::Shrm::TYPE) {
-            return Ok(Self::Shrm(context.get::<artifacts::Shrm>(port)?));
+        if inputs.type_at(port) == Some(artifacts::Shrm::TYPE) {
+            return Ok(Self::Shrm(inputs.get::<artifacts::Shrm>(port)?));
         }
-        Ok(Self::Reflection(context.get::<artifacts::Reflection>(port)?))
+        Ok(Self::Reflection(inputs.get::<artifacts::Reflection>(port)?))
     }
 
     /// The fields of a reflection's two parts, if its material has two centres.
@@ -44,13 +44,13 @@ impl MapSource {
     pub(crate) fn export(
         &self,
         parts: PartsName,
-        context: &Context<'_>,
+        reporter: &Reporter,
         write: impl Fn(&Self, Option<Part>, &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure>,
     ) -> Result<Output, Failure> {
         if let Self::Reflection(reflection) = self {
-            parts::note(parts, &reflection.0, context);
+            parts::note(parts, &reflection.0, reporter);
         }
-        parts::export(parts, self, self.parts(), context, write)
+        parts::export(parts, self, self.parts(), reporter, write)
     }
 
     /// The degree P in the view.
@@ -86,7 +86,7 @@ impl MapSource {
         layout: MapLayout,
         resolution: Option<Resolution>,
         view: View,
-        context: &Context<'_>,
+        reporter: &Reporter,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let map = match self {
             Self::Reflection(reflection) => {
@@ -97,7 +97,7 @@ impl MapSource {
                     view: Some(view),
                     lamps: LampsName::Separate,
                 };
-                return input.map_of(&reflection.0, &Steps::new(context, 1));
+                return input.map_of(&reflection.0, &Steps::new(reporter, 1));
             }
             Self::Shrm(map) => map,
         };
@@ -118,7 +118,7 @@ impl MapSource {
         }
         if grid != map.0.grid() {
             let [old, new] = [map.0.grid(), grid].map(grid_text);
-            context.note(format!("the map was interpolated from {old} to {new}"));
+            reporter.note(format!("the map was interpolated from {old} to {new}"));
         }
         Ok(Arc::new(artifacts::Shrm(map.0.resampled(grid, view))))
     }
@@ -149,7 +149,7 @@ pub(crate) fn encode(
         _ => MapGrid::LatLong(LatLong { width: texture.width, height: texture.height }),
     };
     let content = Content::Light(grid);
-    let precision = numbers.precision(format, &texture.pixels, content, context)?;
+    let precision = numbers.precision(format, &texture.pixels, content, &context.reporter)?;
     let recipe = Some(context.recipe());
     let encoded = match format {
         MapsFormat::Dds => vec![write_dds(texture, precision)?],

@@ -99,10 +99,16 @@ impl Kind for ExportBrdfTable {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let table = &context.get::<artifacts::BrdfTable>("table")?.0;
+        let table = &context.inputs.get::<artifacts::BrdfTable>("table")?.0;
         let recipe = Some(context.recipe());
-        let precision =
-            || parameters.numbers.precision(parameters.format, &texels(table), Content::Values, context);
+        let precision = || {
+            parameters.numbers.precision(
+                parameters.format,
+                &texels(table),
+                Content::Values,
+                &context.reporter,
+            )
+        };
         let file = match parameters.format {
             TableFormat::Safetensors => {
                 Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
@@ -110,7 +116,7 @@ impl Kind for ExportBrdfTable {
             TableFormat::Ktx2 => texture(table, precision()?, recipe)?,
             TableFormat::Exr => layers(table, precision()?, recipe)?,
         };
-        context.note(format!("{} bytes", file.bytes.len()));
+        context.reporter.note(format!("{} bytes", file.bytes.len()));
         Ok(Output::files(vec![file.bytes]))
     }
 }

@@ -1,7 +1,7 @@
 //! How the numbers of a file are stored, in kinds whose files may hold floats of 16 or 32 bits.
 
 use containers::Precision;
-use engine::{Choice, Context, Failure, parameters};
+use engine::{Choice, Failure, Reporter, parameters};
 
 use super::choices::{MapsFormat, Overflow, PrecisionName};
 use super::overflow::{Content, Excess, LARGEST_HALF, note_floats};
@@ -60,7 +60,7 @@ impl Numbers {
         format: impl FileFormat,
         texels: &[[f32; 3]],
         content: Content,
-        context: &Context<'_>,
+        reporter: &Reporter,
     ) -> Result<Precision, Failure> {
         if self.precision == PrecisionName::Float || !format.has_precision() {
             return Ok(Precision::Float);
@@ -74,11 +74,11 @@ impl Numbers {
                 .help("precision = \"float\" keeps them"));
         }
         if self.precision == PrecisionName::Auto {
-            note_floats(&excess, context);
+            note_floats(&excess, reporter);
             return Ok(Precision::Float);
         }
         let text = excess.text(content);
-        context.warn(format!(
+        reporter.warn(format!(
             "{text}; half floats end at 65504, and 32-bit floats keep it: leave out `precision`, or choose \"float\""
         ));
         Ok(Precision::Half)

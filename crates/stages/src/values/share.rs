@@ -1,17 +1,17 @@
 //! Formats shares of energy and relative errors, and reports what is lost.
 
-use engine::Context;
+use engine::Reporter;
 use sh::Light;
 
 /// The share of the light above which a loss is a warning.
 pub(crate) const LOSS: f64 = 0.01;
 
 /// Notes what a result loses; above [`LOSS`] it is a warning, with what helps.
-pub(crate) fn report_loss(context: &Context<'_>, lost: f64, what: &str, help: &str) {
+pub(crate) fn report_loss(reporter: &Reporter, lost: f64, what: &str, help: &str) {
     if lost > LOSS {
-        context.warn(format!("{} of {what}; {help}", about(lost)));
+        reporter.warn(format!("{} of {what}; {help}", about(lost)));
     } else {
-        context.note(format!("{} of {what}", about(lost)));
+        reporter.note(format!("{} of {what}", about(lost)));
     }
 }
 

@@ -28,8 +28,8 @@ impl Kind for Refused {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let gate = Path::new(&context.get::<Text>("text")?.0).to_path_buf();
-        context.warn("it may be refused");
+        let gate = Path::new(&context.inputs.get::<Text>("text")?.0).to_path_buf();
+        context.reporter.warn("it may be refused");
         let tries = gate.with_extension("tries");
         OpenOptions::new().create(true).append(true).open(tries)?.write_all(b".")?;
         if !gate.exists() {

@@ -24,11 +24,11 @@ impl Kind for WaitForFile {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
+        let text = context.inputs.get::<Text>("text")?;
         if let Some(path) = text.0.strip_prefix("wait ") {
             let deadline = Instant::now() + 2 * DEADLINE;
             while !Path::new(path).exists() {
-                context.check_cancelled()?;
+                context.reporter.check_cancelled()?;
                 if Instant::now() > deadline {
                     return Err(Failure::new("the file did not appear"));
                 }

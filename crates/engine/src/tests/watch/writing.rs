@@ -28,7 +28,7 @@ impl Kind for Sentence {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+        let text = String::from_utf8(context.files.read(context.files.source()?)?.to_vec())?;
         if let Some(path) = text.strip_prefix("wait ") {
             let deadline = Instant::now() + DEADLINE;
             while !std::path::Path::new(path).exists() && Instant::now() < deadline {

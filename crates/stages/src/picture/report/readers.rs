@@ -121,7 +121,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
-    use engine::Context;
+    use engine::Reporter;
     use sh::{Degree, Lighting, Stop};
     use shrm::{Plain, Reflection, View};
     use sphere::LatLong;
@@ -129,7 +129,6 @@ mod tests {
     use super::*;
     use crate::map::texels;
     use crate::picture::report::study::zonal;
-    use crate::testkit::NoFiles;
 
     fn lighting() -> Lighting {
         let degree = Degree::new(6).unwrap();
@@ -179,7 +178,7 @@ mod tests {
             assert_eq!(reader.cabral(&soft, lamps), expected);
 
             let slices = MapGrid::LatLong(LatLong::with_rows(14));
-            let zonal = zonal(&reflection, LatLong::with_rows(14), &Context::new(&NoFiles)).unwrap();
+            let zonal = zonal(&reflection, LatLong::with_rows(14), &Reporter::default()).unwrap();
             let texture = KautzMcCool::from_shrm(&zonal, angles.clone()).unwrap();
             let texture = if let Some(lamps) = lamps {
                 texture.with_lamps(lamps, Stop::NEVER).unwrap()
