@@ -5,8 +5,8 @@ pub mod artifacts;
 mod blended_frames;
 mod choices;
 mod colour;
+mod encoding;
 mod exported_maps;
-mod numbers;
 pub(crate) mod overflow;
 pub(crate) mod parts;
 pub mod quantity;
@@ -19,11 +19,11 @@ mod window;
 pub(crate) use blended_frames::{blend, blended_frames};
 pub(crate) use choices::{
     ChosenMaterial, DistributionName, Lamps, LampsName, MAX_RESOLUTION, MapLayoutName, MapsFormat,
-    NonNegative, Overflow, PlainName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
+    NonNegative, PlainName, Resolution, SHARE, STOPS, ToneMapName, ViewName, edge_of,
 };
 pub use colour::Rgb;
+pub(crate) use encoding::{Container, Encoding, FileFormat, Numbers, Overflow, Writer, image};
 pub use exported_maps::ExportedMaps;
-pub(crate) use numbers::{FileFormat, Numbers};
 pub(crate) use overflow::{Content, Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;
 pub(crate) use share::{LOSS, about, lamps_text, percent, report_loss, share};

@@ -38,7 +38,7 @@ use containers::{Precision, TexelFormat, Texture, write_dds, write_exr, write_kt
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use rayon::prelude::*;
 
-use super::map_pictures::image;
+use crate::values::image;
 
 choice! {
     /// Masking and shadowing, and what the channels hold.

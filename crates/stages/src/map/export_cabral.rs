@@ -69,7 +69,7 @@ use std::any::Any;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
+use containers::{Encoded, Texture};
 use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
 use shrm::{
     Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
@@ -79,12 +79,11 @@ use sphere::LatLong;
 
 use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_input::ERROR;
-use super::map_pictures::image;
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    Content, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, UntilStopped,
-    artifacts, edge_of, parts, report_loss,
+    Container, Content, Encoding, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution,
+    UntilStopped, artifacts, edge_of, parts, report_loss,
 };
 
 choice! {
@@ -112,8 +111,12 @@ choice! {
 }
 
 impl FileFormat for CabralFormat {
-    fn has_precision(self) -> bool {
-        self != Self::Rgbe
+    fn container(self) -> Container {
+        match self {
+            Self::Exr => Container::Exr,
+            Self::Rgbe => Container::Rgbe,
+            Self::Dds => Container::Dds,
+        }
     }
 }
 
@@ -131,6 +134,12 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<CabralFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -165,7 +174,7 @@ impl Kind for ExportCabral {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -220,12 +229,14 @@ fn files(
         FileLayout::Sphere => Content::Values,
         _ => Content::Light(map.grid()),
     };
-    let precision = parameters.numbers.precision(parameters.format, &pixels, content, &context.reporter)?;
-    let files = pixels.chunks_exact(size[0] * size[1]);
+    let writer = parameters.encoding().writer(&pixels, content, context)?;
+    let ([width, rows], faces) = (size, if layout == FileLayout::Cube { 6 } else { 1 });
+    let height = rows / faces;
     let steps = work.part(1, vertices.len());
-    let encoded = files.map(|pixels| {
+    let encoded = pixels.chunks_exact(width * rows).map(|pixels| {
         steps.step()?;
-        encode(parameters, precision, size, pixels, context.recipe())
+        let pixels = pixels.to_vec();
+        writer.texture(&Texture { width, height, faces, pixels, ..Texture::default() }, &[])
     });
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let negative: usize = encoded.iter().map(|file| file.negative).sum();
@@ -261,12 +272,7 @@ const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indi
 
 /// The name of a vertex's file.
 fn file(vertex: usize, format: CabralFormat) -> String {
-    let extension = match format {
-        CabralFormat::Exr => "exr",
-        CabralFormat::Rgbe => "hdr",
-        CabralFormat::Dds => "dds",
-    };
-    format!("view-{vertex:02}.{extension}")
+    format!("view-{vertex:02}{}", format.container().ending())
 }
 
 /// The map that sphere maps are evaluated from (an SHRM unchanged, a reflection on rows that lose nothing),
@@ -317,28 +323,5 @@ fn note_lost(map: &Shrm, reporter: &Reporter) {
             map.p().get()
         );
         report_loss(reporter, lost / all, &what, "export-shrm keeps it");
-    }
-}
-
-/// The file of one map.
-fn encode(
-    parameters: &Parameters,
-    precision: Precision,
-    size: [usize; 2],
-    pixels: &[[f32; 3]],
-    recipe: &str,
-) -> Result<Encoded, Failure> {
-    let recipe = Some(recipe);
-    let picture = || image(size[0], size[1], pixels.to_vec());
-    match parameters.format {
-        CabralFormat::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
-        CabralFormat::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
-        CabralFormat::Dds => {
-            let faces = if parameters.layout == CabralLayout::Cube { 6 } else { 1 };
-            let [width, height] = size;
-            let height = height / faces;
-            let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };
-            Ok(write_dds(&texture, precision)?)
-        }
     }
 }

@@ -59,8 +59,8 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, edge_of, parts,
-    report_loss,
+    Encoding, ExportedMaps, FileFormat, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution,
+    UntilStopped, edge_of, parts, report_loss,
 };
 
 parameters! {
@@ -78,6 +78,12 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<MapsFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -113,7 +119,7 @@ impl Kind for ExportKautzMcCool {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -162,8 +168,7 @@ fn files(
     let [width, height] = map_source::picture_size(texture.grid());
     let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
     let volume = Texture { width, height, depth, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.numbers);
-    let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
+    let mut files = map_source::encode(&volume, parameters.encoding(), "kautz-mccool", context)?;
     let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
         let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
         Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
@@ -191,9 +196,7 @@ fn files(
 
 /// The name of the file that holds a slice.
 fn file(slice: usize, format: MapsFormat) -> String {
-    match format {
-        MapsFormat::Dds => "texture.dds".into(),
-        MapsFormat::Ktx2 => "texture.ktx2".into(),
-        MapsFormat::Exr => format!("slice-{slice:02}.exr"),
-    }
+    let container = format.container();
+    let ending = container.ending();
+    if container.is_texture() { format!("texture{ending}") } else { format!("slice-{slice:02}{ending}") }
 }

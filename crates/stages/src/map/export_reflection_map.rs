@@ -72,10 +72,10 @@ use sh::{energy_per_degree, lambda};
 use shrm::degrees::BLACK_SHARE;
 use shrm::{Plain, Reflection};
 
-use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
+use super::map_pictures::{Layout, MapPictures, PictureFormat, endings, texels};
 use crate::values::{
-    LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped, artifacts, parts,
-    report_loss,
+    Encoding, FileFormat, LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped,
+    artifacts, parts, report_loss,
 };
 
 parameters! {
@@ -105,8 +105,11 @@ parameters! {
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, numbers, exposure }
+        MapPictures { layout: self.layout, resolution: self.resolution }
+    }
+
+    fn encoding(&self) -> Encoding<PictureFormat> {
+        Encoding::new(self.format, self.numbers).with_exposure(self.exposure)
     }
 }
 
@@ -126,11 +129,14 @@ impl Kind for ExportReflectionMap {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(parts::endings(parameters.parts, parameters.pictures().endings()))
+        Product::Files(parts::endings(
+            parameters.parts,
+            endings(parameters.layout, parameters.format.container()),
+        ))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.pictures().check()
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -173,7 +179,7 @@ fn files(
     };
     context.reporter.check_cancelled()?;
     report_negatives(parameters.format, &pixels, &context.reporter);
-    pictures.files(pixels, context)
+    pictures.files(pixels, parameters.encoding(), context)
 }
 
 /// The loss in stops at 5 % of the views from which it is a warning.

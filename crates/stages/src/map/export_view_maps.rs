@@ -56,7 +56,8 @@ use super::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, ViewName, parts,
+    Encoding, FileFormat, MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution,
+    UntilStopped, ViewName, parts,
 };
 
 parameters! {
@@ -77,6 +78,12 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<MapsFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -106,7 +113,7 @@ impl Kind for ExportViewMaps {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -147,8 +154,7 @@ fn files(
     let [faces, height, width] = table.grid().shape();
     let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
     let array = Texture { width, height, layers, faces, pixels, ..Texture::default() };
-    let format = (parameters.format, parameters.numbers);
-    let mut files = map_source::encode(&array, format, "view-maps", context)?;
+    let mut files = map_source::encode(&array, parameters.encoding(), "view-maps", context)?;
     let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
         let layer = (parameters.format != MapsFormat::Exr).then_some(k);
         let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
@@ -197,9 +203,7 @@ fn interpolation(view: View, side: usize) -> String {
 
 /// The name of the file that holds a view's map.
 fn file(view: usize, format: MapsFormat) -> String {
-    match format {
-        MapsFormat::Ktx2 => "maps.ktx2".into(),
-        MapsFormat::Dds => "maps.dds".into(),
-        MapsFormat::Exr => format!("view-{view:03}.exr"),
-    }
+    let container = format.container();
+    let ending = container.ending();
+    if container.is_texture() { format!("maps{ending}") } else { format!("view-{view:03}{ending}") }
 }

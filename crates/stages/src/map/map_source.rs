@@ -3,14 +3,13 @@
 use std::sync::Arc;
 
 use brdf::Part;
-use containers::{Texture, write_dds, write_exr, write_ktx2};
+use containers::Texture;
 use engine::{Artifact, Context, Failure, Inputs, Output, Port, Reporter, Steps};
 use shrm::{Lamps, MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use super::map_input::MapInput;
-use super::map_pictures::image;
-use crate::values::{Content, LampsName, MapsFormat, Numbers, PartsName, Resolution, artifacts, parts};
+use crate::values::{Content, Encoding, FileFormat, LampsName, PartsName, Resolution, artifacts, parts};
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
 /// interpolated if its grid differs.
@@ -140,7 +139,7 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
 /// The files of a texture of maps: the texture itself, or a picture for each map.
 pub(crate) fn encode(
     texture: &Texture,
-    (format, numbers): (MapsFormat, Numbers),
+    encoding: Encoding<impl FileFormat>,
     method: &str,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
@@ -148,22 +147,9 @@ pub(crate) fn encode(
         6 => MapGrid::Cube(Cube { edge: texture.width }),
         _ => MapGrid::LatLong(LatLong { width: texture.width, height: texture.height }),
     };
-    let content = Content::Light(grid);
-    let precision = numbers.precision(format, &texture.pixels, content, &context.reporter)?;
-    let recipe = Some(context.recipe());
-    let encoded = match format {
-        MapsFormat::Dds => vec![write_dds(texture, precision)?],
-        MapsFormat::Ktx2 => vec![write_ktx2(texture, precision, recipe, &[("specula.kind", method)])?],
-        MapsFormat::Exr => {
-            let (width, height) = (texture.width, texture.faces * texture.height);
-            let maps = texture
-                .pixels
-                .chunks_exact(width * height)
-                .map(|pixels| Ok(write_exr(&image(width, height, pixels.to_vec())?, precision, recipe)?));
-            maps.collect::<Result<Vec<_>, Failure>>()?
-        }
-    };
-    Ok(encoded.into_iter().map(|file| file.bytes).collect())
+    let writer = encoding.writer(&texture.pixels, Content::Light(grid), context)?;
+    let files = writer.maps(texture, &[("specula.kind", method)])?;
+    Ok(files.into_iter().map(|file| file.bytes).collect())
 }
 
 /// Fails if there are more texels than a container, or `import-reflection-maps`, can hold, before the maps

@@ -79,8 +79,8 @@ use shrm::reference::{Cull, Estimate, Reference, Sampled};
 use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
-use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
+use super::map_pictures::{Layout, MapPictures, PictureFormat, endings};
+use crate::values::{Encoding, FileFormat, MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,8 +194,11 @@ parameters! {
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, numbers, exposure }
+        MapPictures { layout: self.layout, resolution: self.resolution }
+    }
+
+    fn encoding(&self) -> Encoding<PictureFormat> {
+        Encoding::new(self.format, self.numbers).with_exposure(self.exposure)
     }
 
     fn cull(&self) -> Cull {
@@ -228,11 +231,11 @@ impl Kind for ReferenceMap {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(parameters.pictures().endings())
+        Product::Files(endings(parameters.layout, parameters.format.container()))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut errors = parameters.pictures().check();
+        let mut errors = parameters.encoding().check();
         match parameters.method.0 {
             ReferenceMethod::Summed => {
                 let given = [("samples", parameters.samples.is_some()), ("seed", parameters.seed.is_some())];
@@ -279,7 +282,7 @@ impl Kind for ReferenceMap {
                 estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
             }
         };
-        Ok(Output::files(pictures.files(pixels, context)?))
+        Ok(Output::files(pictures.files(pixels, parameters.encoding(), context)?))
     }
 }
 
