@@ -26,10 +26,10 @@ mod timestamp;
 mod watch;
 
 pub use answers::{
-    Content, Determinism, Difference, Explanation, ExportedFile, FailedRun, FileState, FilesToVerify,
-    InputOrigin, LastRun, MissingFile, Origin, OutVerification, Pruned, Recipe, ResultsSnapshot, SourceError,
-    SourceFile, Verification, check_sources, default_threads, determinism, explain, prune, verify,
-    verify_out,
+    ContentState, Determinism, Difference, Explanation, ExportedFile, FailedRun, FileState, FilesToVerify,
+    InputOrigin, LastRun, MissingFile, Origin, OutVerification, Pruned, RecipeState, ResultsSnapshot,
+    SourceError, SourceFile, Verification, check_sources, default_threads, determinism, explain, prune,
+    verify, verify_out,
 };
 pub use build::{BuildOptions, BuildSession, WORKER, build, run_item};
 pub use cancel::Cancel;

@@ -39,7 +39,7 @@ mod requests;
 mod tasks;
 
 use items::{Phase, Progress, distinct, items_of};
-use places::{Next, Places};
+use places::{Next, RunnerPlaces};
 use progress::RunningItems;
 use tasks::Task;
 
@@ -66,7 +66,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// Whether nothing has to be done for an item.
     was_complete: Vec<bool>,
     to_check: BinaryHeap<Reverse<ItemIndex>>,
-    places: Places<'a>,
+    places: RunnerPlaces<'a>,
     running: RunningItems,
     pub(crate) summary: Summary,
     /// The items that failed, except for those that failed because of the system.
@@ -108,7 +108,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             selected: chosen,
             was_complete: is_complete,
             to_check,
-            places: Places::new(runners),
+            places: RunnerPlaces::new(runners),
             running: RunningItems::default(),
             summary: Summary::default(),
             failed: Vec::new(),

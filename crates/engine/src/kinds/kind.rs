@@ -422,15 +422,15 @@ impl<K: Kind> ErasedKind for Erased<K> {
             }
         }
         match parameters {
-            Some(parameters) if errors.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
+            Some(parameters) if errors.is_empty() => Ok(Arc::new(ConfiguredKind::<K>(parameters))),
             _ => Err(errors),
         }
     }
 }
 
-struct Stage<K: Kind>(K::Parameters);
+struct ConfiguredKind<K: Kind>(K::Parameters);
 
-impl<K: Kind> Configured for Stage<K> {
+impl<K: Kind> Configured for ConfiguredKind<K> {
     fn canonical(&self) -> serde_json::Value {
         self.0.canonical()
     }
@@ -515,7 +515,7 @@ mod tests {
 
     #[test]
     fn the_engine_names_the_parameter_before_the_message() {
-        let stage = Stage::<Blur>(NoParameters {});
+        let stage = ConfiguredKind::<Blur>(NoParameters {});
         let expected = [("inputs", "inputs: mesh cannot be blurred".to_owned())];
         assert_eq!(stage.check_inputs(&[("picture", "mesh")]), expected);
     }

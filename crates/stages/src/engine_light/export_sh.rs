@@ -152,7 +152,7 @@ use crate::values::{LampsName, Window, artifacts};
 
 choice! {
     /// The container.
-    pub(crate) enum Format {
+    pub(crate) enum ShFormat {
         /// JSON.
         Json = "json",
         /// Safetensors.
@@ -188,7 +188,7 @@ parameters! {
     /// Parameters of `export-sh`.
     pub(crate) struct Parameters {
         /// The container: JSON for people and engines, safetensors for programs.
-        format: Format = Format::Json,
+        format: ShFormat = ShFormat::Json,
         /// With format "json": the convention of the coefficients; see the table.
         preset: PresetName = PresetName(Preset::Specula),
         /// The highest l that is written, 2 for the nine coefficients of a probe. Default: that of the
@@ -220,13 +220,13 @@ impl Kind for ExportSh {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![match parameters.format {
-            Format::Json => ".json".into(),
-            Format::Safetensors => ".safetensors".into(),
+            ShFormat::Json => ".json".into(),
+            ShFormat::Safetensors => ".safetensors".into(),
         }])
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.format == Format::Safetensors && parameters.preset.0 != Preset::Specula {
+        if parameters.format == ShFormat::Safetensors && parameters.preset.0 != Preset::Specula {
             return vec![(
                 "preset",
                 "format = \"safetensors\" holds coefficients in Specula's own convention only".into(),
@@ -259,7 +259,7 @@ impl Kind for ExportSh {
             lighting.series = windowed(lighting.series, &context.reporter);
         }
         let recipe = Some(context.recipe());
-        if parameters.format == Format::Safetensors {
+        if parameters.format == ShFormat::Safetensors {
             return Ok(Output::files(vec![tensors::encode_lighting(&lighting, recipe)?]));
         }
         Ok(Output::files(vec![lighting_json::encode(&lighting, preset, recipe)?]))
