@@ -161,6 +161,7 @@ impl Kind for ExportEngine {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let (preset, format) = (parameters.preset, parameters.format());
         let recipe = Some(context.recipe());
         let (made, levels) = if context.inputs.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
@@ -171,11 +172,11 @@ impl Kind for ExportEngine {
             let environment = &context.inputs.get::<artifacts::Environment>(LIGHT)?.0;
             if preset.loads_cube() {
                 let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
-                let cube = prefiltered(preset, environment, edge, &context.reporter)?;
+                let cube = prefiltered(preset, environment, edge, reporter)?;
                 cube_files((preset, format), &cube, context)?
             } else {
                 // The irradiance is that of the whole picture, whatever the size of the written one is.
-                let irradiance = nine(&light_of(environment)?, &context.reporter);
+                let irradiance = nine(&light_of(environment)?, reporter);
                 let resized = match parameters.resolution {
                     Some(rows) if rows != environment.grid().height => {
                         Some(environment.resized(LatLong::with_rows(rows))?)
@@ -187,8 +188,8 @@ impl Kind for ExportEngine {
                 (made, vec![json!({ "rows": environment.grid().height })])
             }
         };
-        context.reporter.check_cancelled()?;
-        report(&made, (preset, format), parameters.overflow, &context.reporter)?;
+        reporter.check_cancelled()?;
+        report(&made, (preset, format), parameters.overflow, reporter)?;
         let bounds = bounds((preset, format), &made, levels, context.recipe())?;
         let text = preset.readme(format, STEM);
         Ok(Output::files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))

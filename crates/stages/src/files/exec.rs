@@ -243,8 +243,9 @@ impl Kind for Exec {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let (program, warnings) = tools::read(&parameters.command, &parameters.tools, context)?;
-        warnings.into_iter().for_each(|warning| context.reporter.warn(warning));
+        warnings.into_iter().for_each(|warning| reporter.warn(warning));
         let scratch = Scratch::new(&context.files)?;
         let work = scratch.folder.path().join(WORK);
         let mut written = Vec::new();
@@ -261,12 +262,12 @@ impl Kind for Exec {
         let process = Process {
             program,
             arguments: parameters.command.arguments().map(argument).collect(),
-            environment: tools::environment(&parameters.env, scratch.folder.path(), &context.reporter),
+            environment: tools::environment(&parameters.env, scratch.folder.path(), reporter),
             name: parameters.command.name(),
             limit: Duration::from_secs_f64(parameters.timeout),
             scratch: scratch.folder.path().to_path_buf(),
         };
-        let ran = process.run(&work, &context.reporter).map_err(|failure| {
+        let ran = process.run(&work, reporter).map_err(|failure| {
             let absent =
                 parameters.command.arguments().find_map(|pieces| tools::absent(pieces, &context.files));
             match absent.filter(|_| failure.help.is_none()) {

@@ -336,27 +336,27 @@ impl Kind for ImportEnvironment {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let source = context.files.source()?;
         let (image, shown) = read_source(source, parameters, context)?;
-        context.reporter.check_cancelled()?;
-        let image =
-            repaired(image, shown.coverage, parameters.bad_pixels.0, &context.reporter).map_err(|error| {
-                let bad = matches!(error, envmap::Error::BadPixels(_));
-                let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
-                match bad {
-                    true => failure.help(
-                        "bad-pixels = \"zero\" or \"clamp\" replaces them; it is better to repair the image",
-                    ),
-                    false => failure,
-                }
-            })?;
+        reporter.check_cancelled()?;
+        let image = repaired(image, shown.coverage, parameters.bad_pixels.0, reporter).map_err(|error| {
+            let bad = matches!(error, envmap::Error::BadPixels(_));
+            let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
+            match bad {
+                true => failure.help(
+                    "bad-pixels = \"zero\" or \"clamp\" replaces them; it is better to repair the image",
+                ),
+                false => failure,
+            }
+        })?;
         let grid = parameters.resolution.map(LatLong::with_rows);
         let mut environment = match shown.coverage {
             Coverage::Whole(layout) => {
                 if layout != Layout::LatLong {
                     let LatLong { width, height } =
                         grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
-                    context.reporter.note(format!(
+                    reporter.note(format!(
                         "layout {}: {} x {} pixels resampled to {width} x {height}",
                         layout.name(),
                         image.width(),
@@ -366,13 +366,13 @@ impl Kind for ImportEnvironment {
                 Environment::from_image(image, layout, grid)?
             }
             Coverage::Part(part) => {
-                shown.report(&part, parameters.fill.0, &context.reporter);
+                shown.report(&part, parameters.fill.0, reporter);
                 Environment::from_part(image, &part, parameters.fill.0, grid)?
             }
         };
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         if shown.turn != Rotation::IDENTITY {
-            environment = context.reporter.until_stopped(|stop| environment.rotated(shown.turn, stop))?;
+            environment = reporter.until_stopped(|stop| environment.rotated(shown.turn, stop))?;
         }
         let environment = environment.exposed(parameters.exposure).ok_or_else(|| {
             Failure::new(format!("exposure {} makes a value infinite", parameters.exposure))
@@ -488,15 +488,16 @@ fn read_texture(
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Layout), Failure> {
+    let reporter = &context.reporter;
     let within = |failure: Failure| failure.context(format!("cannot import {}", name(path)));
     let read = read_light_texture(&context.files.read(path)?, &parameters.options());
     let LightTexture { mut image, is_cube, is_for_babylon, format, levels, warnings, notes, recipe } =
         read.map_err(|error| within(error.into()))?;
-    warnings.iter().for_each(|warning| context.reporter.warn(format!("{}: {warning}", name(path))));
-    notes.iter().for_each(|note| context.reporter.note(format!("{}: {note}", name(path))));
+    warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
+    notes.iter().for_each(|note| reporter.note(format!("{}: {note}", name(path))));
     let levels = if levels > 1 { format!(", level 0 of {levels}") } else { String::new() };
     if !is_cube {
-        context.reporter.note(format!("{}: {format}, one picture{levels}", name(path)));
+        reporter.note(format!("{}: {format}, one picture{levels}", name(path)));
         return Ok((image, wanted(parameters).unwrap_or(Layout::LatLong)));
     }
     if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
@@ -510,7 +511,7 @@ fn read_texture(
         && declared != wanted
     {
         let (declared, wanted) = (declared.name, wanted.name);
-        context.reporter.warn(format!(
+        reporter.warn(format!(
             "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
             name(path)
         ));
@@ -519,7 +520,7 @@ fn read_texture(
     let preset = parameters.preset.or(declared).or(usual);
     let frame =
         preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name));
-    context.reporter.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
+    reporter.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
     if let Some(preset) = preset {
         let pixels = preset.turned_back(&image);
         image.pixels_mut().copy_from_slice(&pixels);
@@ -542,11 +543,12 @@ fn read_header(path: &Path, parameters: &Parameters, files: &ItemFiles<'_>) -> R
 
 /// The image of one file; the messages of its decoder become warnings and notes.
 fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
-    context.reporter.check_cancelled()?;
+    let reporter = &context.reporter;
+    reporter.check_cancelled()?;
     let decoded = read_image(&context.files.read(path)?, &parameters.options())
         .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))?;
-    decoded.warnings.iter().for_each(|warning| context.reporter.warn(format!("{}: {warning}", name(path))));
-    decoded.notes.iter().for_each(|note| context.reporter.note(format!("{}: {note}", name(path))));
+    decoded.warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
+    decoded.notes.iter().for_each(|note| reporter.note(format!("{}: {note}", name(path))));
     Ok(decoded)
 }
 

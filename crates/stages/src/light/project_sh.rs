@@ -204,29 +204,30 @@ impl Kind for ProjectSh {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let environment = context.inputs.get::<artifacts::Environment>("environment")?;
         let soft;
         let (environment, lights) = match parameters.lamps() {
             Lamps::Series => (&environment.0, Vec::new()),
             Lamps::Separate => {
-                let separated = context.reporter.until_stopped(|stop| environment.0.separate_lamps(stop))?;
+                let separated = reporter.until_stopped(|stop| environment.0.separate_lamps(stop))?;
                 soft = separated.soft;
                 (&soft, separated.lights)
             }
         };
         if let Some(text) = lamps_text(&lights, environment.integral().iter().sum()) {
-            context.reporter.note(text);
+            reporter.note(text);
         }
         let pixels = Pixels { environment, quadrature: parameters.quadrature };
         let lighting = match (parameters.degree, parameters.tolerance) {
-            (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, &context.reporter)?,
-            (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, &context.reporter)?,
+            (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, reporter)?,
+            (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, reporter)?,
             (OrAuto::Auto, None) => {
                 let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
-                fixed(&pixels, degree, &context.reporter)?
+                fixed(&pixels, degree, reporter)?
             }
         };
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         let lighting = match parameters.window {
             Window::Laplacian => {
                 let penalty = Penalty::new(parameters.lambda.unwrap_or_default())?;
@@ -234,7 +235,7 @@ impl Kind for ProjectSh {
             }
             Window::NonNegative => {
                 let found = non_negative(&lighting)?;
-                context.reporter.note(format!(
+                reporter.note(format!(
                     "window laplacian with lambda {:.4e}: minimum {} before, {} after",
                     found.penalty.get(),
                     describe(found.before),
@@ -251,11 +252,11 @@ impl Kind for ProjectSh {
             },
         };
         if let Some(choice) = parameters.non_negative {
-            let series = nearest(&lighting, choice.mean(), &context.reporter)?;
+            let series = nearest(&lighting, choice.mean(), reporter)?;
             return Output::artifact(artifacts::Lighting(sh::Lighting { series, lights }));
         }
         if lighting.degree().get() <= MINIMUM_UP_TO {
-            context.reporter.note(format!("minimum {}", describe(minimum(&lighting))));
+            reporter.note(format!("minimum {}", describe(minimum(&lighting))));
         }
         Output::artifact(artifacts::Lighting(sh::Lighting { series: lighting, lights }))
     }

@@ -122,31 +122,23 @@ impl Kind for SampleLight {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let masses = masses(parameters, &context.inputs)?;
         if masses.negative_share() > 0.0 {
             let help = "set non-negative = \"nearest\" in project-sh, or connect the environment itself";
-            report_loss(
-                &context.reporter,
-                masses.negative_share(),
-                "the series is negative, and left out",
-                help,
-            );
+            report_loss(reporter, masses.negative_share(), "the series is negative, and left out", help);
         }
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         let RigMethodName(method) = parameters.method;
         let lights = match parameters.count {
             OrAuto::Fixed(count) => {
                 let lights = rig(&masses, number(count), method);
                 if lights.len() < count {
                     let (found, why) = (lights.len(), why(method));
-                    context.reporter.warn(format!("{found} lights instead of {count}: {why}"));
+                    reporter.warn(format!("{found} lights instead of {count}: {why}"));
                 }
                 let error = Irradiance::of(&masses).error(&lights);
-                context.reporter.note(format!(
-                    "{}: irradiance to {}",
-                    lights_text(lights.len()),
-                    percent(error)
-                ));
+                reporter.note(format!("{}: irradiance to {}", lights_text(lights.len()), percent(error)));
                 lights
             }
             OrAuto::Auto => {
@@ -155,12 +147,10 @@ impl Kind for SampleLight {
                 let Rig { lights, error, tried } = rig_within(&masses, tolerance, most, method);
                 let tried = tried.iter().map(|(count, error)| format!("{count}: {}", percent(*error)));
                 let tried = tried.collect::<Vec<_>>().join(", ");
-                context
-                    .reporter
-                    .note(format!("{}: error of the irradiance {tried}", lights_text(lights.len())));
+                reporter.note(format!("{}: error of the irradiance {tried}", lights_text(lights.len())));
                 if error > tolerance {
                     let (most, error) = (MOST_TRIED, percent(error));
-                    context.reporter.warn(format!(
+                    reporter.warn(format!(
                         "{most} lights are too few for tolerance {tolerance}: surfaces are off by up to {error}; raise \
                          `tolerance` to that, or set a larger `count`"
                     ));

@@ -111,6 +111,7 @@ impl Kind for Convolve {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
         let brdf = &context.inputs.get::<artifacts::Brdf>("brdf")?.0;
         let given = parameters.window.fixed();
@@ -122,20 +123,16 @@ impl Kind for Convolve {
         let reflection = match &brdf.material {
             Some(material) if brdf.for_light => {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };
-                let steps = Steps::new(&context.reporter, searches * shrm::degrees::STEPS);
+                let steps = Steps::new(reporter, searches * shrm::degrees::STEPS);
                 let (reflection, cut) = steps.until_stopped(|stop| {
                     Reflection::for_light(lighting, &brdf.coefficients, material, stop)
                 })?;
-                context.reporter.note(format!(
-                    "{}; {}",
-                    degrees(&reflection, cut.f.get()),
-                    lost(&cut, &reflection)
-                ));
+                reporter.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
                 let reflection = if given.is_none() && cut.shows() {
                     let whole = whole(lighting, &brdf.coefficients, material);
-                    let (reflection, error) = least_window(reflection, &whole, dark, &context.reporter)?;
+                    let (reflection, error) = least_window(reflection, &whole, dark, reporter)?;
                     if error.negative > NEGATIVE || error.p95 > RING {
-                        context.reporter.warn(format!(
+                        reporter.warn(format!(
                             "the highest degrees are too low for a highlight this sharp: {}; a larger roughness, or the \
                              levels of prefilter and export-engine, which have no degree, show no rings",
                             told(&error)
@@ -153,7 +150,7 @@ impl Kind for Convolve {
                         let parts = parts.map(|part| windowed(&part));
                         let [diffuse, specular] =
                             parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
-                        context.reporter.note(format!(
+                        reporter.note(format!(
                             "[F, P] of its parts: diffuse {diffuse:?}, specular {specular:?}; in their sum 95 % of views are \
                              within {:.3} stops, 99 % within {:.3}",
                             cut.p95, cut.p99
@@ -171,10 +168,10 @@ impl Kind for Convolve {
                         .with_parts(parts.each_ref().map(|part| Reflection::convolve(&light, part)));
                 }
                 let reflection = windowed(&reflection);
-                context.reporter.note(degrees(&reflection, brdf.coefficients.f().get()));
+                reporter.note(degrees(&reflection, brdf.coefficients.f().get()));
                 if let Some(material) = material {
-                    context.reporter.check_cancelled()?;
-                    warn_of_rings(&reflection, lighting, material, dark, &context.reporter)?;
+                    reporter.check_cancelled()?;
+                    warn_of_rings(&reflection, lighting, material, dark, reporter)?;
                 }
                 reflection
             }

@@ -191,11 +191,12 @@ fn files(
     context: &Context<'_>,
     steps: &Steps<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
     let vertices = icosahedron::vertices();
     // The lamps, and the files.
     let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
-        let map = source.map(layout, parameters.resolution, View::Local, &context.reporter)?;
+        let map = source.map(layout, parameters.resolution, View::Local, reporter)?;
         map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
         let maps = Cabral::from_shrm(&map.0);
         let maps = match source.lamps() {
@@ -211,10 +212,9 @@ fn files(
         CabralLayout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
         CabralLayout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
         CabralLayout::Sphere => {
-            let (map, edge) = for_spheres(source, parameters.resolution, &context.reporter)?;
+            let (map, edge) = for_spheres(source, parameters.resolution, reporter)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
-            let mut pixels =
-                context.reporter.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
+            let mut pixels = reporter.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
             if let Some(lamps) = source.lamps() {
                 let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
                 steps.until_stopped(|stop| add_to_sphere_maps(&mut pixels, lamps, &vertices, edge, stop))?;
@@ -223,8 +223,8 @@ fn files(
         }
     };
     let map = &map.0;
-    context.reporter.check_cancelled()?;
-    note_lost(map, &context.reporter);
+    reporter.check_cancelled()?;
+    note_lost(map, reporter);
     let content = match layout {
         FileLayout::Sphere => Content::Values,
         _ => Content::Light(map.grid()),
@@ -241,7 +241,7 @@ fn files(
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let negative: usize = encoded.iter().map(|file| file.negative).sum();
     if negative > 0 {
-        context.reporter.warn(format!(
+        reporter.warn(format!(
             "{negative} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
         ));
     }

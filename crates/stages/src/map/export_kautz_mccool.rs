@@ -136,16 +136,17 @@ fn files(
     context: &Context<'_>,
     steps: &Steps<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
-    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, &context.reporter)?;
-    let lost = context.reporter.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
+    let reporter = &context.reporter;
+    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, reporter)?;
+    let lost = reporter.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
         let what =
             "the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture";
-        report_loss(&context.reporter, lost, what, "export-shrm keeps it");
+        report_loss(reporter, lost, what, "export-shrm keeps it");
     }
     if parameters.slices <= source.p() {
-        context.reporter.note(format!(
+        reporter.note(format!(
             "{} slices hold P = {}; the field has P = {}",
             parameters.slices,
             parameters.slices - 1,
@@ -153,7 +154,7 @@ fn files(
         ));
     }
     map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
-    context.reporter.check_cancelled()?;
+    reporter.check_cancelled()?;
     let texture =
         KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices)).ok_or_else(|| {
             Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))

@@ -140,13 +140,14 @@ impl Kind for ExportReflectionMap {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let reflection = &context.inputs.get::<artifacts::Reflection>("reflection")?.0;
-        parts::note(parameters.parts, reflection, &context.reporter);
+        parts::note(parameters.parts, reflection, reporter);
         if parameters.parts == PartsName::Together && reflection.parts().is_some() {
-            note_lost_together(reflection, parameters.view.0, &context.reporter)?;
+            note_lost_together(reflection, parameters.view.0, reporter)?;
         }
         let split = reflection.parts().cloned();
-        parts::export(parameters.parts, reflection, split, &context.reporter, |field, _, _| {
+        parts::export(parameters.parts, reflection, split, reporter, |field, _, _| {
             files(parameters, field, context)
         })
     }
@@ -158,6 +159,7 @@ fn files(
     reflection: &Reflection,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
     let PlainName(plain) = parameters.view;
     let shown = match plain {
         Plain::Mean => "the mean over all views",
@@ -169,7 +171,7 @@ fn files(
             "the reflected energy changes with the view (P = 1 to {}) and is lost: the map holds {shown}",
             reflection.brdf().p().get()
         );
-        report_loss(&context.reporter, lost, &what, "export-shrm keeps it");
+        report_loss(reporter, lost, &what, "export-shrm keeps it");
     }
     let pictures = parameters.pictures();
     let grid = pictures.grid();
@@ -177,8 +179,8 @@ fn files(
         LampsName::Baked => texels(reflection, plain, grid)?,
         LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid)?,
     };
-    context.reporter.check_cancelled()?;
-    report_negatives(parameters.format, &pixels, &context.reporter);
+    reporter.check_cancelled()?;
+    report_negatives(parameters.format, &pixels, reporter);
     pictures.files(pixels, parameters.encoding(), context)
 }
 

@@ -130,11 +130,12 @@ fn files(
     context: &Context<'_>,
     steps: &Steps<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
     let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
-    let map = source.map(layout, parameters.resolution, view, &context.reporter)?;
+    let map = source.map(layout, parameters.resolution, view, reporter)?;
     let side = parameters.views;
     map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
-    let table = context.reporter.until_stopped(|stop| ViewMaps::from_shrm(&map.0, side, stop))?;
+    let table = reporter.until_stopped(|stop| ViewMaps::from_shrm(&map.0, side, stop))?;
     let table = table.ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
     let table = match source.lamps() {
         Some(lamps) => {
@@ -144,7 +145,7 @@ fn files(
         None => table,
     };
     if side < 2 * source.p() + 1 {
-        context.reporter.note(format!(
+        reporter.note(format!(
             "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
             (side - 1) / 2,
             source.p(),

@@ -178,16 +178,17 @@ fn check_file(file: &str, layout: FileLayout, files: &ItemFiles<'_>) -> Result<O
 }
 
 fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Result<Fit, Failure> {
+    let reporter = &context.reporter;
     let index = Index::decode(&context.files.read(source)?)?;
     let sampled = sampling(&index)?;
-    warn_of_repeated(&index, &sampled, &context.reporter);
+    warn_of_repeated(&index, &sampled, reporter);
     let maps = read_maps(&index, context)?;
-    context.reporter.check_cancelled()?;
+    reporter.check_cancelled()?;
     if parameters.resolution.is_some() && index.layout != FileLayout::Sphere {
-        context.reporter.warn("only sphere maps use resolution; these maps keep their texels");
+        reporter.warn("only sphere maps use resolution; these maps keep their texels");
     }
     let (grid, pixels) = on_one_grid(&index, maps, parameters.resolution)?;
-    context.reporter.check_cancelled()?;
+    reporter.check_cancelled()?;
     let centre = index.centre.into();
     let fit = |degree: Option<usize>| {
         let degree = degree.map(Degree::new).transpose()?;
@@ -205,7 +206,7 @@ fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Resu
         },
         (None, None) => fit(None)?,
     };
-    note_fit(&fitted, &index, &context.reporter);
+    note_fit(&fitted, &index, reporter);
     Ok(fitted)
 }
 

@@ -251,6 +251,7 @@ impl Kind for ReferenceMap {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let environment = context.inputs.get::<artifacts::Environment>("environment")?;
         let material = context.inputs.get::<artifacts::Material>("material")?;
         let whole = environment.0.grid();
@@ -264,21 +265,18 @@ impl Kind for ReferenceMap {
         let pixels = match parameters.method.0 {
             ReferenceMethod::Summed => {
                 let reference = Reference::new(light, &material.0, parameters.cull());
-                let pixels =
-                    by_bands(grid, &context.reporter, |rows| reference.rows(grid, rows, seen.0, seen.1))?;
-                note_sizes(light.grid(), whole, &reference, grid.len(), &context.reporter);
+                let pixels = by_bands(grid, reporter, |rows| reference.rows(grid, rows, seen.0, seen.1))?;
+                note_sizes(light.grid(), whole, &reference, grid.len(), reporter);
                 pixels
             }
             ReferenceMethod::Sampled => {
-                let projection =
-                    context.reporter.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
+                let projection = reporter.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
                 let coefficients = projection.coefficients;
                 let seed = u32::try_from(parameters.seed.unwrap_or(0))?;
                 let samples = parameters.samples.unwrap_or(SAMPLES);
                 let sampled = Sampled::new(light, &material.0, &coefficients, samples, seed);
-                let estimates =
-                    by_bands(grid, &context.reporter, |rows| sampled.rows(grid, rows, seen.0, seen.1))?;
-                note_errors(light.grid(), whole, sampled.directions(), &estimates, &context.reporter);
+                let estimates = by_bands(grid, reporter, |rows| sampled.rows(grid, rows, seen.0, seen.1))?;
+                note_errors(light.grid(), whole, sampled.directions(), &estimates, reporter);
                 estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
             }
         };

@@ -298,6 +298,7 @@ impl Kind for ImportMaterial {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let read = context.files.read(path);
@@ -305,9 +306,9 @@ impl Kind for ImportMaterial {
             read.map_err(|failure| if context.files.is_folder(path) { folder(&file) } else { failure })?;
         let choice = parameters.material.as_ref().map(|ChosenMaterial(choice)| choice);
         let found = read_material(&file, &bytes, choice, &|path| context.files.read(path))?;
-        found.notes.into_iter().for_each(|note| context.reporter.note(note));
-        found.warnings.into_iter().for_each(|warning| context.reporter.warn(warning));
-        warn_of_excess(&found.material, &context.reporter);
+        found.notes.into_iter().for_each(|note| reporter.note(note));
+        found.warnings.into_iter().for_each(|warning| reporter.warn(warning));
+        warn_of_excess(&found.material, reporter);
         Output::artifact(artifacts::Material(found.material))
     }
 }

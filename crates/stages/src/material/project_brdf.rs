@@ -213,11 +213,12 @@ impl Kind for ProjectBrdf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let material = &context.inputs.get::<artifacts::Material>("material")?.0;
         let material = match parameters.part.of(material) {
             Some(part) => part,
             None => {
-                context.reporter.note(format!("{} has no such part: it is black", material.name()));
+                reporter.note(format!("{} has no such part: it is black", material.name()));
                 Material::Lambert(Lambert::new([0.0; 3])?)
             }
         };
@@ -229,7 +230,7 @@ impl Kind for ProjectBrdf {
         // How far a search for degrees is, nobody knows.
         let total = choice.steps().unwrap_or(usize::MAX / 2);
         let split = material.split();
-        let work = Steps::new(&context.reporter, if split.is_some() { 2 } else { 1 });
+        let work = Steps::new(reporter, if split.is_some() { 2 } else { 1 });
         let steps = work.part(1, total);
         let projection = steps.until_stopped(|stop| project(&material, choice, stop))?;
         let parts = match split {
@@ -240,7 +241,7 @@ impl Kind for ProjectBrdf {
             None => None,
         };
         if projection.anisotropic {
-            context.reporter.warn(format!(
+            reporter.warn(format!(
                 "{} is anisotropic; it is replaced by its mean over all turns about the normal (tabulate-brdf keeps \
                  its direction)",
                 material.name()
@@ -249,7 +250,7 @@ impl Kind for ProjectBrdf {
         if let Some(tolerance) = parameters.tolerance
             && projection.captured < 1.0 - tolerance - 1e-9
         {
-            context.reporter.warn(format!(
+            reporter.warn(format!(
                 "tolerance {tolerance} is missed: the highest degrees that are tried hold {} of the energy, not {}, and most \
                  of the rest is at grazing views; name neither `degree` nor `tolerance`, and `convolve` chooses degrees \
                  for each light",
@@ -258,20 +259,20 @@ impl Kind for ProjectBrdf {
             ));
         }
         if projection.uncertainty > UNCERTAIN {
-            context.reporter.warn(format!(
+            reporter.warn(format!(
                 "the material changes too fast to be sampled exactly: up to {:.1} % of what it reflects may be wrong; a \
                  larger roughness avoids that",
                 100.0 * projection.uncertainty
             ));
         }
-        context.reporter.note(described(&projection));
+        reporter.note(described(&projection));
         if let Some([diffuse, specular]) = &parts {
             let [diffuse, specular] = [diffuse, specular].map(|part| [part.f().get(), part.p().get()]);
-            context.reporter.note(format!("its parts: diffuse {diffuse:?}, specular {specular:?}"));
+            reporter.note(format!("its parts: diffuse {diffuse:?}, specular {specular:?}"));
         }
         let (mut coefficients, mut parts) = (projection.coefficients, parts);
         if let Some(choice) = parameters.non_negative {
-            let nearest = |name, given: &_| nearest(name, given, choice.mean(), &context.reporter);
+            let nearest = |name, given: &_| nearest(name, given, choice.mean(), reporter);
             coefficients = nearest("nearest non-negative function", &coefficients)?;
             if let Some([diffuse, specular]) = &mut parts {
                 *diffuse = nearest("of the diffuse part", diffuse)?;

@@ -146,20 +146,20 @@ impl Kind for TabulateBrdf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let materials = materials(parameters, &context.inputs)?;
         let degree = Degree::new(parameters.degree)?;
         let (mut tables, mut error) = (Vec::new(), 0.0f64);
         for material in &materials {
-            let (table, uncertain) = context
-                .reporter
-                .until_stopped(|stop| tabulate(material, degree, parameters.resolution, stop))?;
+            let (table, uncertain) =
+                reporter.until_stopped(|stop| tabulate(material, degree, parameters.resolution, stop))?;
             tables.push(table);
             error = error.max(uncertain);
         }
         let table = BrdfTable::joined(&tables).ok_or_else(|| Failure::new("there is no material"))?;
         let greatest = table.values().iter().fold(0.0f32, |most, value| most.max(value.abs()));
         if error > UNCERTAIN * f64::from(greatest) {
-            context.reporter.warn(format!(
+            reporter.warn(format!(
                 "the material changes too fast to be integrated exactly: coefficients of up to {greatest:.3} are \
                  uncertain by up to {error:.1e}; a larger roughness avoids that"
             ));
@@ -167,7 +167,7 @@ impl Kind for TabulateBrdf {
         let colour = if table.channels() == 1 { "grey" } else { "RGB" };
         let each =
             if materials.len() > 1 { format!(" of {} materials", materials.len()) } else { String::new() };
-        context.reporter.note(format!(
+        reporter.note(format!(
             "{} coefficients, {colour}, for {} x {} views{each}: {}, within {error:.0e}",
             degree.rows(),
             table.size(),

@@ -121,6 +121,7 @@ impl Kind for ExportGltf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let mesh = &context.inputs.get::<artifacts::Mesh>("mesh")?.0;
         if mesh.triangles().is_empty() {
             return Err(Failure::new("the mesh has no triangles"));
@@ -135,7 +136,7 @@ impl Kind for ExportGltf {
         let exposed_by = format!("COLOR_0 is _RADIANCE times 2^{stops}, clamped to 0 to 1");
         if let Some(radiance) = &radiance {
             check_mesh("radiance", "shade-vertices", &radiance.0.mesh, &digest)?;
-            attributes.extend(colours(&radiance.0.value, stops, &context.reporter));
+            attributes.extend(colours(&radiance.0.value, stops, reporter));
             extras.push(("exposure", exposed_by.as_str()));
             extras.push(("radiance", "linear Rec. 709, in the unit of the light"));
         }
@@ -163,10 +164,10 @@ impl Kind for ExportGltf {
         }
         attributes.extend(vectors.into_iter().flatten());
         widen(&mut attributes);
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         let text = GlbText { unlit: radiance.is_some(), extras: &extras, recipe: Some(context.recipe()) };
         let file = write_glb(mesh, &attributes, text)?;
-        context.reporter.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
+        reporter.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
         Ok(Output::files(vec![file]))
     }
 }

@@ -76,6 +76,7 @@ impl Kind for ImportMesh {
     }
 
     fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let read = context.files.read(path);
@@ -84,10 +85,10 @@ impl Kind for ImportMesh {
         let mut beside = |other: &str| context.files.read(Path::new(other));
         let model = containers::read_gltf(&bytes, &mut beside)
             .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))?;
-        context.reporter.check_cancelled()?;
-        model.notes.into_iter().for_each(|note| context.reporter.note(note));
+        reporter.check_cancelled()?;
+        model.notes.into_iter().for_each(|note| reporter.note(note));
         if model.mesh.triangles().is_empty() {
-            context.reporter.warn("the mesh has no triangles");
+            reporter.warn("the mesh has no triangles");
         }
         Output::artifact(artifacts::Mesh(model.mesh))
     }

@@ -177,6 +177,7 @@ impl Kind for PrecomputeTransfer {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let mesh = context.inputs.get::<artifacts::Mesh>("mesh")?;
         let digest = Digest::of(&context.inputs.bytes("mesh")?).to_string();
         let degrees = (Degree::new(parameters.output())?, Degree::new(parameters.degree)?);
@@ -191,7 +192,7 @@ impl Kind for PrecomputeTransfer {
         let occluders = Occluders::of(&mesh.0);
         let scene =
             TransferScene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
-        let (channels, blind) = context.reporter.until_stopped(|stop| {
+        let (channels, blind) = reporter.until_stopped(|stop| {
             let found = match &reflecting {
                 Some(table) => scene.reflected(parameters, table, stop),
                 None => scene.shadowed(parameters, stop),
@@ -202,13 +203,11 @@ impl Kind for PrecomputeTransfer {
             .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
         if blind > 0 {
             let of = frames.len();
-            context
-                .reporter
-                .warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
+            reporter.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
         }
         let (rows, columns) = (degrees.0.rows(), degrees.1.rows());
         let bytes = size(value.bytes() as u64);
-        context.reporter.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
+        reporter.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
         Output::artifact(artifacts::Transfer(OfMesh { value, mesh: digest }))
     }
 }
@@ -229,13 +228,14 @@ fn reflecting(
     output: Degree,
     context: &Context<'_>,
 ) -> Result<Option<BrdfTable>, Failure> {
+    let reporter = &context.reporter;
     let connected = context.inputs.type_at("material");
     if parameters.bounces == 0 {
         if connected.is_some() {
-            context.reporter.note("`bounces` is 0: the material is not used");
+            reporter.note("`bounces` is 0: the material is not used");
         }
         if context.inputs.type_at("blend").is_some() {
-            context.reporter.note("`bounces` is 0: the blend is not used");
+            reporter.note("`bounces` is 0: the blend is not used");
         }
         return Ok(None);
     }
@@ -245,7 +245,7 @@ fn reflecting(
         }
         Some(_) => {
             let material = context.inputs.get::<artifacts::Material>("material")?;
-            let made = context.reporter.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
+            let made = reporter.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
             Ok(Some(made.0))
         }
         None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")

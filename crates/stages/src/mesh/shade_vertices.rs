@@ -110,6 +110,7 @@ impl Kind for ShadeVertices {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let mesh = context.inputs.get::<artifacts::Mesh>("mesh")?;
         let table = &context.inputs.get::<artifacts::BrdfTable>("table")?.0;
         let transfer = context.inputs.optional::<artifacts::Transfer>("transfer")?;
@@ -138,18 +139,18 @@ impl Kind for ShadeVertices {
         }
         let (soft, lamps) = light(&context.inputs, material.is_some())?;
         let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
-        let mut value = shade_soft(&context.reporter, &frames, table, viewer, transfer, &soft)?;
+        let mut value = shade_soft(reporter, &frames, table, viewer, transfer, &soft)?;
         if let Some(material) = &material {
             let occluders = (parameters.shadow_rays > 0).then(|| Occluders::of(&mesh.0));
             let count = if parameters.shadow_rays > 0 { parameters.shadow_rays } else { UNSHADOWED };
-            let steps = Steps::new(&context.reporter, frames.len().div_ceil(8));
+            let steps = Steps::new(reporter, frames.len().div_ceil(8));
             let lit = steps.until_stopped(|stop| {
                 shade_lights(&frames, occluders.as_ref(), &material.0, viewer, &lamps, count, stop)
             })?;
             for (sum, lit) in value.iter_mut().zip(lit) {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
-            context.reporter.note(match lamps.len() {
+            reporter.note(match lamps.len() {
                 0 => "no lamp is beside the series: the material shades nothing".to_owned(),
                 1 => "1 lamp is shaded by the material".to_owned(),
                 lamps => format!("{lamps} lamps are shaded by the material"),
@@ -161,7 +162,7 @@ impl Kind for ShadeVertices {
             let what = "the vertices are below zero in a channel, which a renderer shows as black";
             let help = "connect `material`, which keeps lamps out of the series, or set non-negative = \"nearest\" in \
                         the light's project-sh";
-            report_loss(&context.reporter, part, what, help);
+            report_loss(reporter, part, what, help);
         }
         Output::artifact(artifacts::VertexRadiance(OfMesh { value, mesh: digest }))
     }

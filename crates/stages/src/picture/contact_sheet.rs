@@ -111,6 +111,7 @@ impl Kind for ContactSheet {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let environment = &context.inputs.get::<artifacts::Environment>("environment")?.0;
         let lighting = context.inputs.optional::<artifacts::Lighting>("lighting")?;
         let reflections = context.inputs.many::<artifacts::Reflection>("reflection")?;
@@ -130,16 +131,16 @@ impl Kind for ContactSheet {
                 facts.push(format!("lighting of degree {}", lighting.0.series.degree().get()));
                 let soft = lighting.0.series.get(0, 0).iter().sum::<f64>() * (4.0 * PI).sqrt();
                 facts.extend(lamps_text(&lighting.0.lights, soft));
-                Some(harmonics(parameters, environment, &lighting.0, &context.reporter)?)
+                Some(harmonics(parameters, environment, &lighting.0, reporter)?)
             }
             None => None,
         };
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         // The maps, and the balls.
-        let work = Steps::new(&context.reporter, 2);
+        let work = Steps::new(reporter, 2);
         let steps = work.part(1, reflections.len());
         let materials = reflections.par_iter().map(|(key, reflection)| {
-            let made = material(&own, key, &reflection.0, &context.reporter)?;
+            let made = material(&own, key, &reflection.0, reporter)?;
             steps.step()?;
             Ok(made)
         });

@@ -334,12 +334,13 @@ impl Kind for Preview {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let scene = scene(parameters, context)?;
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         let usual = scene.light.exposure();
         let exposure = usual.stops + parameters.exposure;
-        context.reporter.note(described(usual, parameters.exposure));
-        let pictures = Steps::new(&context.reporter, parameters.frames * parameters.columns().len());
+        reporter.note(described(usual, parameters.exposure));
+        let pictures = Steps::new(reporter, parameters.frames * parameters.columns().len());
         let mut renderer = FallbackRenderer::new(parameters.backend, &pictures);
         let sheet = parameters.sheet();
         let mut frames = Vec::new();
@@ -348,11 +349,11 @@ impl Kind for Preview {
             let turned = 360.0 * frame as f64 / parameters.frames as f64;
             let shot = shot(parameters, &scene, exposure, turned);
             frames.push(sheet.draw(&panels(parameters, &scene, &shot, &mut renderer, &mut worst)?));
-            context.reporter.check_cancelled()?;
+            reporter.check_cancelled()?;
         }
         for (mode, error) in worst {
             let most = if parameters.frames > 1 { " at most" } else { "" };
-            context.reporter.note(format!("{}: {}", mode.label(), said(error, most)));
+            reporter.note(format!("{}: {}", mode.label(), said(error, most)));
         }
         let [width, height] = sheet.size();
         let recipe = Some(context.recipe());

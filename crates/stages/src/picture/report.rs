@@ -241,6 +241,7 @@ impl Kind for ReportKind {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let own = context.key().cloned().unwrap_or_default();
         let environments = context.inputs.many::<artifacts::Environment>("environment")?;
         let materials = context.inputs.many::<artifacts::Material>("material")?;
@@ -268,18 +269,16 @@ impl Kind for ReportKind {
         // One pair after another: each uses all threads.
         let count = materials.len() * lit.len();
         let sections = [Section::Maps, Section::Tables, Section::Sampling, Section::Rigs];
-        let steps = Steps::new(
-            &context.reporter,
-            count * sections.into_iter().filter(|section| has(*section)).count(),
-        );
+        let steps =
+            Steps::new(reporter, count * sections.into_iter().filter(|section| has(*section)).count());
         let mut pictures = PagePictures::default();
         let (mut pairs, mut figures): (Vec<PairFigures>, Vec<_>) = Default::default();
         for (key, material) in materials.iter().filter(|_| has(Section::Maps)) {
             let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
             let first = pairs.len();
             for (environment_key, lit) in &lit {
-                context.reporter.check_cancelled()?;
-                let made = reflections.of(lit, environment_key, &studied, key, &context.reporter)?;
+                reporter.check_cancelled()?;
+                let made = reflections.of(lit, environment_key, &studied, key, reporter)?;
                 let is_default = reflections.all.is_empty() && reflections.choice.is_none();
                 let made = StudiedReflection { reflection: &made, is_default };
                 let (pair, picture) = study::pair(lit, &studied, made, &settings, &steps)
@@ -312,11 +311,11 @@ impl Kind for ReportKind {
         if has(Section::Rigs) {
             (rigs, pictures.rigs) = rigs::study(&lit, &named, &settings, &steps)?;
         }
-        context.reporter.check_cancelled()?;
+        reporter.check_cancelled()?;
         let specula = RawValue::from_string(context.recipe().to_owned())?;
         let report =
             Report { schema: 4, specula, settings, materials: figures, pairs, tables, sampling: noise, rigs };
-        note(&report, &context.reporter);
+        note(&report, reporter);
         let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
         let page = page::page(&title, &report, &pictures, context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
