@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use engine::{Content, Kinds, Plan, ReadKind, Recipe, SourceFile, Verification};
+use engine::{ContentState, Kinds, Plan, ReadKind, RecipeState, SourceFile, Verification};
 use serde_json::json;
 
 use crate::arguments::VerifyArguments;
@@ -52,16 +52,18 @@ fn unreadable(file: &Path, error: &io::Error) -> CommandError {
 /// The verdict on a file, which is printed first.
 fn verdict(found: &Verification) -> &'static str {
     match &found.content {
-        Content::Altered { .. } => "ALTERED: its bytes are not those that were published",
-        _ if matches!(found.recipe, Recipe::Differs { .. }) => "ALTERED: its recipe differs from its record",
-        Content::Earlier => "stale: its item has a newer result",
-        Content::Current if found.item.is_none() || !found.gone.is_empty() => {
+        ContentState::Altered { .. } => "ALTERED: its bytes are not those that were published",
+        _ if matches!(found.recipe, RecipeState::Differs { .. }) => {
+            "ALTERED: its recipe differs from its record"
+        }
+        ContentState::Earlier => "stale: its item has a newer result",
+        ContentState::Current if found.item.is_none() || !found.gone.is_empty() => {
             "stale: the manifest no longer makes it"
         }
-        Content::Current if changed(found).next().is_some() => "stale: its sources have changed since",
-        Content::Current if !found.revised.is_empty() => "stale: parameters or kinds have changed since",
-        Content::Current if found.would_run => "stale: a build would make it again",
-        Content::Current => "current: a build would leave it unchanged",
+        ContentState::Current if changed(found).next().is_some() => "stale: its sources have changed since",
+        ContentState::Current if !found.revised.is_empty() => "stale: parameters or kinds have changed since",
+        ContentState::Current if found.would_run => "stale: a build would make it again",
+        ContentState::Current => "current: a build would leave it unchanged",
     }
 }
 
@@ -83,21 +85,21 @@ fn describe(found: &Verification) -> String {
     };
     let now = short(Some(&found.digest));
     let _ = match &found.content {
-        Content::Current => writeln!(text, "  bytes     {now}, the last result"),
-        Content::Earlier => writeln!(text, "  bytes     {now}, the result of an earlier run"),
-        Content::Altered { made } => {
+        ContentState::Current => writeln!(text, "  bytes     {now}, the last result"),
+        ContentState::Earlier => writeln!(text, "  bytes     {now}, the result of an earlier run"),
+        ContentState::Altered { made } => {
             writeln!(text, "  bytes     {now}, but {} was published", short(made.as_ref()))
         }
     };
     let _ = match &found.recipe {
-        Recipe::AsRecorded { beside: None } => writeln!(text, "  recipe    as recorded"),
-        Recipe::AsRecorded { beside: Some(place) } => {
+        RecipeState::AsRecorded { beside: None } => writeln!(text, "  recipe    as recorded"),
+        RecipeState::AsRecorded { beside: Some(place) } => {
             writeln!(text, "  recipe    as recorded, in {}", place.display())
         }
-        Recipe::Differs { found, recorded } => {
+        RecipeState::Differs { found, recorded } => {
             writeln!(text, "  recipe    in the file  {found}\n            recorded     {recorded}")
         }
-        Recipe::Absent => writeln!(text, "  recipe    none in the file or beside it"),
+        RecipeState::Absent => writeln!(text, "  recipe    none in the file or beside it"),
     };
     // A path that did not exist then and does not exist now is not worth a line.
     let worth = |source: &&SourceFile| source.old.is_some() || source.new.is_some();

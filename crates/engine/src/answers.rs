@@ -15,6 +15,6 @@ pub use explain::{Explanation, ExportedFile, FileState, InputOrigin, LastRun, ex
 pub use prune::{Pruned, prune};
 pub use snapshot::ResultsSnapshot;
 pub use verify::{
-    Content, FilesToVerify, MissingFile, Origin, OutVerification, Recipe, SourceFile, Verification, verify,
-    verify_out,
+    ContentState, FilesToVerify, MissingFile, Origin, OutVerification, RecipeState, SourceFile, Verification,
+    verify, verify_out,
 };

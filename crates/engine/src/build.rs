@@ -33,7 +33,7 @@ use crate::shared::{SharedCacheOptions, Trouble};
 use crate::storage::{Disk, LockPurpose, LockRequest, LockTimeout, State};
 use publish::sweep;
 use removal_cause::RemovalCauses;
-use reporter::Reporter;
+use reporter::BuildReporter;
 use run::RunContext;
 use runner::{Elsewhere, Runner, WatchedFirst};
 use running::{ChangedPaths, RunningBuild};
@@ -134,7 +134,7 @@ impl BuildSession {
         events: &(dyn Fn(Event) + Sync),
         watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
-        let reporter = Reporter::new(events);
+        let reporter = BuildReporter::new(events);
         let mut selected = Selection::of(plan, &options.stages)?;
         if options.force {
             selected = selected.forced(plan, &options.stages)?;
@@ -171,7 +171,7 @@ impl BuildSession {
         options: &BuildOptions,
         selected: &Selection,
         cancel: &Cancel,
-        reporter: Reporter<'_>,
+        reporter: BuildReporter<'_>,
         watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
         let events = reporter.events;

@@ -26,10 +26,10 @@ mod timestamp;
 mod watch;
 
 pub use answers::{
-    Content, Determinism, Difference, Explanation, ExportedFile, FailedRun, FileState, FilesToVerify,
-    InputOrigin, LastRun, MissingFile, Origin, OutVerification, Pruned, Recipe, ResultsSnapshot, SourceError,
-    SourceFile, Verification, check_sources, default_threads, determinism, explain, prune, verify,
-    verify_out,
+    ContentState, Determinism, Difference, Explanation, ExportedFile, FailedRun, FileState, FilesToVerify,
+    InputOrigin, LastRun, MissingFile, Origin, OutVerification, Pruned, RecipeState, ResultsSnapshot,
+    SourceError, SourceFile, Verification, check_sources, default_threads, determinism, explain, prune,
+    verify, verify_out,
 };
 pub use build::{BuildOptions, BuildSession, WORKER, build, run_item};
 pub use cancel::Cancel;
@@ -37,8 +37,8 @@ pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCause, Summary, Work};
 pub use key::{Digest, ItemKey};
 pub use kinds::{
-    Artifact, Configured, Context, ErasedKind, Failure, Handle, Kind, Kinds, NamedPath, Output, Port,
-    Product, RecipeReader, Steps, stands_for_no_file,
+    Artifact, Configured, Context, ErasedKind, Failure, Handle, Inputs, ItemFiles, Kind, Kinds, NamedPath,
+    Output, Port, Product, RecipeReader, Reporter, Steps, stands_for_no_file,
 };
 pub use manifest::{
     Choice, Diagnostic, Diagnostics, Document, Entry, Field, Number, OrAuto, Parameter, Parameters, Range,

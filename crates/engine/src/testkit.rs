@@ -91,17 +91,20 @@ impl Kind for TextSource {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = context.source()?.to_path_buf();
-        if context.is_folder(&source) {
-            let names = context.list(&source)?.into_iter().map(|(name, _)| name);
+        let source = context.files.source()?.to_path_buf();
+        if context.files.is_folder(&source) {
+            let names = context.files.list(&source)?.into_iter().map(|(name, _)| name);
             return Output::artifact(Text(names.collect::<Vec<_>>().join("\n")));
         }
         let mut text = String::new();
-        for line in String::from_utf8(context.read(&source)?.to_vec())?.split_inclusive('\n') {
+        for line in String::from_utf8(context.files.read(&source)?.to_vec())?.split_inclusive('\n') {
             match line.trim_end().split_once(' ') {
-                Some(("include", name)) => text += &String::from_utf8(context.read(name.as_ref())?.to_vec())?,
+                Some(("include", name)) => {
+                    text += &String::from_utf8(context.files.read(name.as_ref())?.to_vec())?
+                }
                 Some(("program", name)) => {
-                    text += if context.find_program(name.as_ref()).is_ok() { "found" } else { "not found" };
+                    text +=
+                        if context.files.find_program(name.as_ref()).is_ok() { "found" } else { "not found" };
                 }
                 _ => text += line,
             }
@@ -132,7 +135,7 @@ impl Kind for Private {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(Text(context.get::<Text>("text")?.0.clone()))
+        Output::artifact(Text(context.inputs.get::<Text>("text")?.0.clone()))
     }
 }
 
@@ -153,7 +156,7 @@ impl Kind for Upper {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(Text(context.get::<Text>("text")?.0.to_uppercase()))
+        Output::artifact(Text(context.inputs.get::<Text>("text")?.0.to_uppercase()))
     }
 }
 
@@ -205,7 +208,7 @@ impl Kind for Suffix {
     }
 
     fn run(parameters: &SuffixParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
+        let text = context.inputs.get::<Text>("text")?;
         let added = parameters.text.repeat(parameters.times);
         Output::artifact(Text(match parameters.place {
             Position::Before => format!("{added}{}", text.0),
@@ -232,8 +235,8 @@ impl Kind for Concat {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let (left, right) = (context.get::<Text>("left")?, context.get::<Text>("right")?);
-        let end = context.optional::<Text>("end")?.map_or_else(String::new, |text| text.0.clone());
+        let (left, right) = (context.inputs.get::<Text>("left")?, context.inputs.get::<Text>("right")?);
+        let end = context.inputs.optional::<Text>("end")?.map_or_else(String::new, |text| text.0.clone());
         Output::artifact(Text(format!("{}{}{end}", left.0, right.0)))
     }
 }
@@ -257,9 +260,9 @@ impl Kind for Collect {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let title = context.optional::<Text>("title")?;
+        let title = context.inputs.optional::<Text>("title")?;
         let mut text = title.map_or_else(String::new, |title| format!("{}:\n", title.0));
-        for (key, part) in context.many::<Text>("texts")? {
+        for (key, part) in context.inputs.many::<Text>("texts")? {
             text += &format!("{key}={}\n", part.0);
         }
         Output::artifact(Text(text))
@@ -284,7 +287,7 @@ impl Kind for Count {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(Number(context.get::<Text>("text")?.0.len() as u64))
+        Output::artifact(Number(context.inputs.get::<Text>("text")?.0.len() as u64))
     }
 }
 
@@ -314,7 +317,7 @@ impl Kind for Refuse {
     }
 
     fn run(parameters: &RefuseParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = context.get::<Text>("text")?;
+        let text = context.inputs.get::<Text>("text")?;
         if text.0.contains(&parameters.word) {
             return Err(Failure::new(format!("the text holds {:?}", parameters.word)).help("take it out"));
         }
@@ -340,10 +343,10 @@ impl Kind for Write {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = if context.type_at("value") == Some(Number::TYPE) {
-            context.get::<Number>("value")?.0.to_string()
+        let text = if context.inputs.type_at("value") == Some(Number::TYPE) {
+            context.inputs.get::<Number>("value")?.0.to_string()
         } else {
-            context.get::<Text>("value")?.0.clone()
+            context.inputs.get::<Text>("value")?.0.clone()
         };
         Ok(Output::files(vec![text.into_bytes()]))
     }
@@ -368,7 +371,7 @@ impl Kind for WritePair {
     }
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let text = &context.get::<Text>("text")?.0;
+        let text = &context.inputs.get::<Text>("text")?.0;
         let body = (!text.is_empty()).then(|| text.clone().into_bytes());
         Ok(Output::Files(vec![body, Some(text.len().to_string().into_bytes())]))
     }

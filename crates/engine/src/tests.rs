@@ -83,10 +83,10 @@ impl<K: TextKind> Kind for K {
 
     fn run(parameters: &K::Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let made = if K::SOURCE {
-            let bytes = context.read(context.source()?)?.to_vec();
+            let bytes = context.files.read(context.files.source()?)?.to_vec();
             K::make(parameters, &String::from_utf8(bytes)?, context)
         } else {
-            K::make(parameters, &context.get::<Text>("text")?.0, context)
+            K::make(parameters, &context.inputs.get::<Text>("text")?.0, context)
         };
         Output::artifact(Text(made?))
     }

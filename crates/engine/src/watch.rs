@@ -40,7 +40,7 @@ use crate::storage::{LockPurpose, LockTimeout, ReadKind, ReadSet, path_name};
 use changes::{Hints, Wakeup};
 use event_buffer::{EventBuffer, OutstandingErrors};
 use manifest::{ManifestLoader, ManifestSnapshot};
-use places::Places;
+use places::WatchedPlaces;
 use rebuild_loop::{BuildTrace, LoopCheck, RebuildLoop};
 
 mod backoff;
@@ -57,7 +57,7 @@ mod unfinished;
 
 pub(crate) use backoff::Backoff;
 pub(crate) use changes::ChangeCollector;
-pub(crate) use listener::Message;
+pub(crate) use listener::WatchMessage;
 #[cfg(test)]
 pub(crate) use unfinished::WritePauses;
 
@@ -475,7 +475,7 @@ impl<'a> Watcher<'a> {
             let built = session.build_while_watched(plan, build, cancel, &report, watcher);
             has_ended.store(true, Ordering::Release);
             // The collecting thread waits for messages.
-            let _ = sender.send(Message::Wake);
+            let _ = sender.send(WatchMessage::Wake);
             let is_more = collecting.join().unwrap_or(true);
             self.rebuild_loop.build_ended(std::mem::take(&mut *trace.lock()));
             (built, is_more)
@@ -500,7 +500,7 @@ fn outdate(
     session: &BuildSession,
     loader: &mut ManifestLoader<'_>,
     hints: &Hints,
-    places: &Places,
+    places: &WatchedPlaces,
 ) -> ManifestSnapshot {
     let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
     if hints.lost {
@@ -512,10 +512,10 @@ fn outdate(
 }
 
 /// The places that the graph depends on, as far as they are known.
-fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) -> Places {
+fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) -> WatchedPlaces {
     let out = snapshot.plan.as_ref().map(|plan| plan.out.clone());
     let state = manifest.with_file_name(crate::storage::FOLDER);
-    let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
+    let mut places = WatchedPlaces::of(manifest, out.into_iter().chain([state]).collect());
     places.add_search(&snapshot.queries, snapshot.sources.iter().cloned());
     let items = snapshot.plan.iter().flat_map(|plan| plan.items.iter());
     let sources =

@@ -79,7 +79,7 @@ impl Kind for BrushMesh {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let mesh = &context.get::<artifacts::Mesh>("mesh")?.0;
+        let mesh = &context.inputs.get::<artifacts::Mesh>("mesh")?.0;
         let vector = parameters.vector.map(|Vector(vector)| vector);
         let turn = parameters.turn.to_radians();
         let (brushed, parallel) = match &parameters.gltf {
@@ -91,7 +91,7 @@ impl Kind for BrushMesh {
         };
         if parallel > 0 {
             let of = mesh.positions().len();
-            context.warn(format!(
+            context.reporter.warn(format!(
                 "{parallel} of {of} vertices have a normal parallel to the vector and keep their own tangents"
             ));
         }
@@ -106,13 +106,13 @@ fn turns(
     mesh: &Mesh,
     context: &Context<'_>,
 ) -> Result<Vec<f64>, Failure> {
-    let bytes = context.read(Path::new(file))?;
+    let bytes = context.files.read(Path::new(file))?;
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
-    let mut beside = |other: &str| context.read(&folder.join(other));
+    let mut beside = |other: &str| context.files.read(&folder.join(other));
     let choice = material.map(|ChosenMaterial(choice)| choice);
     let anisotropy: Anisotropy = read_gltf_anisotropy(&bytes, choice, &mut beside)
         .map_err(|failure: Failure| failure.context(format!("cannot brush by {file}")))?;
-    anisotropy.warnings.iter().for_each(|warning| context.warn(format!("{file}: {warning}")));
+    anisotropy.warnings.iter().for_each(|warning| context.reporter.warn(format!("{file}: {warning}")));
     let vertices = mesh.positions().len();
     match mesh.coordinates() {
         Some(coordinates) => Ok(coordinates.iter().map(|place| anisotropy.angle(*place)).collect()),

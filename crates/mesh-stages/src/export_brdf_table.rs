@@ -36,13 +36,10 @@
 //! ```
 
 use brdf::BrdfTable;
-use containers::{
-    Encoded, Precision, Texture, brdf_table_metadata, coefficient_names, tensors, write_exr_layers,
-    write_ktx2_rgba,
-};
+use containers::{Encoded, Error, Texture, brdf_table_metadata, coefficient_names, tensors};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use stages::artifacts;
-use stages::plugin::{Content, FileFormat, Numbers};
+use stages::plugin::{Container, Content, Encoding, FileFormat, Numbers, Writer};
 
 choice! {
     /// The container.
@@ -57,8 +54,12 @@ choice! {
 }
 
 impl FileFormat for TableFormat {
-    fn has_precision(self) -> bool {
-        self != Self::Safetensors
+    fn container(self) -> Container {
+        match self {
+            Self::Safetensors => Container::Safetensors,
+            Self::Ktx2 => Container::Ktx2,
+            Self::Exr => Container::Exr,
+        }
     }
 }
 
@@ -68,6 +69,12 @@ parameters! {
         /// The container; see the table.
         format: TableFormat = TableFormat::Safetensors,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<TableFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -87,31 +94,23 @@ impl Kind for ExportBrdfTable {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(vec![match parameters.format {
-            TableFormat::Safetensors => ".safetensors".into(),
-            TableFormat::Ktx2 => ".ktx2".into(),
-            TableFormat::Exr => ".exr".into(),
-        }])
+        Product::Files(vec![parameters.format.container().ending().into()])
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let table = &context.get::<artifacts::BrdfTable>("table")?.0;
-        let recipe = Some(context.recipe());
-        let precision =
-            || parameters.numbers.precision(parameters.format, &texels(table), Content::Values, context);
-        let file = match parameters.format {
-            TableFormat::Safetensors => {
-                Encoded { bytes: tensors::encode_brdf_table(table, recipe)?, ..Encoded::default() }
-            }
-            TableFormat::Ktx2 => texture(table, precision()?, recipe)?,
-            TableFormat::Exr => layers(table, precision()?, recipe)?,
+        let table = &context.inputs.get::<artifacts::BrdfTable>("table")?.0;
+        let writer = || parameters.encoding().writer(&texels(table), Content::Values, context);
+        let bytes = match parameters.format {
+            TableFormat::Safetensors => tensors::encode_brdf_table(table, Some(context.recipe()))?,
+            TableFormat::Ktx2 => texture(table, &writer()?)?.bytes,
+            TableFormat::Exr => layers(table, &writer()?)?.bytes,
         };
-        context.note(format!("{} bytes", file.bytes.len()));
-        Ok(Output::files(vec![file.bytes]))
+        context.reporter.note(format!("{} bytes", bytes.len()));
+        Ok(Output::files(vec![bytes]))
     }
 }
 
@@ -141,7 +140,7 @@ fn map(table: &BrdfTable, q: usize) -> std::slice::ChunksExact<'_, f32> {
 }
 
 /// A layer for four coefficients of one channel.
-fn texture(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+fn texture(table: &BrdfTable, writer: &Writer<'_>) -> Result<Encoded, Error> {
     let (rows, channels) = (table.degree().rows(), table.channels());
     let blocks = rows.div_ceil(4);
     let mut pixels = Vec::with_capacity(table.count() * channels * blocks * table.size() * table.size());
@@ -158,11 +157,11 @@ fn texture(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Res
     let (size, layers) = (table.size(), table.count() * channels * blocks);
     let sizes = Texture { width: size, height: size, layers, ..Texture::default() };
     let entries = entries(table, &coefficient_names(table.degree().get()));
-    Ok(write_ktx2_rgba(&sizes, &pixels, precision, recipe, &borrowed(&entries))?)
+    writer.ktx2_rgba(&sizes, &pixels, &borrowed(&entries))
 }
 
 /// A layer for each coefficient, the first without a name.
-fn layers(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+fn layers(table: &BrdfTable, writer: &Writer<'_>) -> Result<Encoded, Error> {
     let (names, channels) = (coefficient_names(table.degree().get()), table.channels());
     let mut layers = Vec::new();
     for q in 0..table.count() {
@@ -179,13 +178,5 @@ fn layers(table: &BrdfTable, precision: Precision, recipe: Option<&str>) -> Resu
         }
     }
     let entries = entries(table, &names);
-    Ok(write_exr_layers(
-        table.size(),
-        table.size(),
-        &layers,
-        precision,
-        recipe,
-        &borrowed(&entries),
-        sh::Stop::NEVER,
-    )?)
+    writer.exr_layers([table.size(); 2], &layers, &borrowed(&entries), sh::Stop::NEVER)
 }

@@ -68,7 +68,7 @@
 //! ```
 
 use containers::{GlbText, VertexAttribute, write_glb};
-use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Artifact, Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Reporter, parameters};
 use mesh::Mesh;
 use sh::{Degree, Expansion};
 use stages::artifacts;
@@ -118,13 +118,14 @@ impl Kind for ExportGltf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let mesh = &context.get::<artifacts::Mesh>("mesh")?.0;
+        let reporter = &context.reporter;
+        let mesh = &context.inputs.get::<artifacts::Mesh>("mesh")?.0;
         if mesh.triangles().is_empty() {
             return Err(Failure::new("the mesh has no triangles"));
         }
-        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        let digest = Digest::of(&context.inputs.bytes("mesh")?).to_string();
         let (mut attributes, mut extras) = (Vec::new(), Vec::new());
-        let radiance = context.optional::<artifacts::VertexRadiance>("radiance")?;
+        let radiance = context.inputs.optional::<artifacts::VertexRadiance>("radiance")?;
         let stops = match &radiance {
             Some(_) => exposure(parameters, context)?,
             None => 0.0,
@@ -132,11 +133,11 @@ impl Kind for ExportGltf {
         let exposed_by = format!("COLOR_0 is _RADIANCE times 2^{stops}, clamped to 0 to 1");
         if let Some(radiance) = &radiance {
             check_mesh("radiance", "shade-vertices", &radiance.0.mesh, &digest)?;
-            attributes.extend(colours(&radiance.0.value, stops, context));
+            attributes.extend(colours(&radiance.0.value, stops, reporter));
             extras.push(("exposure", exposed_by.as_str()));
             extras.push(("radiance", "linear Rec. 709, in the unit of the light"));
         }
-        let transfer = context.optional::<artifacts::Transfer>("transfer")?;
+        let transfer = context.inputs.optional::<artifacts::Transfer>("transfer")?;
         let transfer = match &transfer {
             Some(transfer) => {
                 check_mesh("transfer", "precompute-transfer", &transfer.0.mesh, &digest)?;
@@ -145,7 +146,7 @@ impl Kind for ExportGltf {
             None => None,
         };
         let vectors = transfer.and_then(vectors);
-        let light = vertex_light(context)?;
+        let light = vertex_light(&context.inputs)?;
         if transfer.is_some() && vectors.is_none() && light.is_none() {
             return Err(Failure::new("the transfer is not matte, and matrices are not written").help(
                 "bake it with form = \"matte\", or connect `lighting`: what arrives past the mesh is written",
@@ -160,10 +161,10 @@ impl Kind for ExportGltf {
         }
         attributes.extend(vectors.into_iter().flatten());
         widen(&mut attributes);
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         let text = GlbText { unlit: radiance.is_some(), extras: &extras, recipe: Some(context.recipe()) };
         let file = write_glb(mesh, &attributes, text)?;
-        context.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
+        reporter.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
         Ok(Output::files(vec![file]))
     }
 }
@@ -192,14 +193,14 @@ fn check_mesh(what: &str, kind: &str, of: &str, mesh: &str) -> Result<(), Failur
 
 /// The stops of `COLOR_0`.
 fn exposure(parameters: &Parameters, context: &Context<'_>) -> Result<f64, Failure> {
-    if context.type_at("environment").is_none() {
+    if context.inputs.type_at("environment").is_none() {
         return Ok(parameters.exposure);
     }
     picture_exposure(context, parameters.exposure)
 }
 
 /// Makes the attributes `COLOR_0` and `_RADIANCE`.
-fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexAttribute; 2] {
+fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> [VertexAttribute; 2] {
     let values = radiance.as_flattened().to_vec();
     let exposed = values.iter().map(|value| f64::from(*value) * math::exp2(stops));
     let exposed: Vec<f32> = exposed.map(|value| value as f32).collect();
@@ -214,7 +215,7 @@ fn colours(radiance: &[[f32; 3]], stops: f64, context: &Context<'_>) -> [VertexA
             0 => "read _RADIANCE, which keeps them all",
             _ => "lower `exposure`, or read _RADIANCE, which keeps them all",
         };
-        report_loss(context, (below + above) as f64 / of as f64, &what, help);
+        report_loss(reporter, (below + above) as f64 / of as f64, &what, help);
     }
     let clamped = exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect();
     [("COLOR_0", clamped), ("_RADIANCE", values)].map(|(name, values)| VertexAttribute {
@@ -252,12 +253,12 @@ enum VertexLight {
 }
 
 /// The light that is connected as `lighting`.
-fn vertex_light(context: &Context<'_>) -> Result<Option<VertexLight>, Failure> {
-    if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
-        let field = context.get::<artifacts::LightField>("lighting")?;
+fn vertex_light(inputs: &Inputs) -> Result<Option<VertexLight>, Failure> {
+    if inputs.type_at("lighting") == Some(artifacts::LightField::TYPE) {
+        let field = inputs.get::<artifacts::LightField>("lighting")?;
         return Ok(Some(VertexLight::Near(field.0.clone())));
     }
-    let lighting = context.optional::<artifacts::Lighting>("lighting")?;
+    let lighting = inputs.optional::<artifacts::Lighting>("lighting")?;
     Ok(lighting.map(|lighting| VertexLight::Distant(lighting.0.whole())))
 }
 

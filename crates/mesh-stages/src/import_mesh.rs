@@ -64,28 +64,30 @@ impl Kind for ImportMesh {
     }
 
     fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-        let path = context.source()?;
+        let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        if context.is_folder(path) {
+        if context.files.is_folder(path) {
             return Err(folder(&file));
         }
-        let find = &mut |other: &str| Ok(context.open(Path::new(other))?.seek(SeekFrom::End(0))?);
-        containers::check_gltf(&mut context.open(path)?, find)
+        let find = &mut |other: &str| Ok(context.files.open(Path::new(other))?.seek(SeekFrom::End(0))?);
+        containers::check_gltf(&mut context.files.open(path)?, find)
             .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))
     }
 
     fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let path = context.source()?;
+        let reporter = &context.reporter;
+        let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let read = context.read(path);
-        let bytes = read.map_err(|failure| if context.is_folder(path) { folder(&file) } else { failure })?;
-        let mut beside = |other: &str| context.read(Path::new(other));
+        let read = context.files.read(path);
+        let bytes =
+            read.map_err(|failure| if context.files.is_folder(path) { folder(&file) } else { failure })?;
+        let mut beside = |other: &str| context.files.read(Path::new(other));
         let model = containers::read_gltf(&bytes, &mut beside)
             .map_err(|failure: Failure| failure.context(format!("cannot import {file}")))?;
-        context.check_cancelled()?;
-        model.notes.into_iter().for_each(|note| context.note(note));
+        reporter.check_cancelled()?;
+        model.notes.into_iter().for_each(|note| reporter.note(note));
         if model.mesh.triangles().is_empty() {
-            context.warn("the mesh has no triangles");
+            reporter.warn("the mesh has no triangles");
         }
         Output::artifact(artifacts::Mesh(model.mesh))
     }

@@ -177,8 +177,9 @@ impl Kind for PrecomputeTransfer {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let mesh = context.get::<artifacts::Mesh>("mesh")?;
-        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        let reporter = &context.reporter;
+        let mesh = context.inputs.get::<artifacts::Mesh>("mesh")?;
+        let digest = Digest::of(&context.inputs.bytes("mesh")?).to_string();
         let (output, input) = (Degree::new(parameters.output())?, Degree::new(parameters.degree)?);
         let degrees = TransferDegrees { output, input };
         let reflecting = reflecting(parameters, output, context)?;
@@ -192,7 +193,7 @@ impl Kind for PrecomputeTransfer {
         let occluders = Occluders::of(&mesh.0);
         let scene =
             TransferScene { frames: &frames, occluders: &occluders, directions: &directions, degrees };
-        let (channels, blind) = context.until_stopped(|stop| {
+        let (channels, blind) = reporter.until_stopped(|stop| {
             let found = match &reflecting {
                 Some(table) => scene.reflected(parameters, table, stop),
                 None => scene.shadowed(parameters, stop),
@@ -203,11 +204,11 @@ impl Kind for PrecomputeTransfer {
             .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
         if blind > 0 {
             let of = frames.len();
-            context.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
+            reporter.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
         }
         let (rows, columns) = (output.rows(), input.rows());
         let bytes = size(value.bytes() as u64);
-        context.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
+        reporter.note(format!("{} vertices with {rows} x {columns} entries: {bytes}", frames.len()));
         Output::artifact(artifacts::Transfer(OfMesh { value, mesh: digest }))
     }
 }
@@ -228,23 +229,24 @@ fn reflecting(
     output: Degree,
     context: &Context<'_>,
 ) -> Result<Option<BrdfTable>, Failure> {
-    let connected = context.type_at("material");
+    let reporter = &context.reporter;
+    let connected = context.inputs.type_at("material");
     if parameters.bounces == 0 {
         if connected.is_some() {
-            context.note("`bounces` is 0: the material is not used");
+            reporter.note("`bounces` is 0: the material is not used");
         }
-        if context.type_at("blend").is_some() {
-            context.note("`bounces` is 0: the blend is not used");
+        if context.inputs.type_at("blend").is_some() {
+            reporter.note("`bounces` is 0: the blend is not used");
         }
         return Ok(None);
     }
     match connected {
         Some(artifacts::BrdfTable::TYPE) => {
-            Ok(Some(context.get::<artifacts::BrdfTable>("material")?.0.clone()))
+            Ok(Some(context.inputs.get::<artifacts::BrdfTable>("material")?.0.clone()))
         }
         Some(_) => {
-            let material = context.get::<artifacts::Material>("material")?;
-            let made = context.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
+            let material = context.inputs.get::<artifacts::Material>("material")?;
+            let made = reporter.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
             Ok(Some(made.0))
         }
         None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")

@@ -53,7 +53,9 @@
 
 use brdf::BrdfTable;
 use containers::tensors::OfMesh;
-use engine::{Artifact, Context, Digest, Failure, Kind, Output, Port, Product, Steps, parameters};
+use engine::{
+    Artifact, Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Reporter, Steps, parameters,
+};
 use sh::{Degree, Expansion, Light, Lighting};
 use stages::artifacts;
 use stages::plugin::{Place, UntilStopped, Vector, blended_frames, report_loss};
@@ -108,10 +110,11 @@ impl Kind for ShadeVertices {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let mesh = context.get::<artifacts::Mesh>("mesh")?;
-        let table = &context.get::<artifacts::BrdfTable>("table")?.0;
-        let transfer = context.optional::<artifacts::Transfer>("transfer")?;
-        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        let reporter = &context.reporter;
+        let mesh = context.inputs.get::<artifacts::Mesh>("mesh")?;
+        let table = &context.inputs.get::<artifacts::BrdfTable>("table")?.0;
+        let transfer = context.inputs.optional::<artifacts::Transfer>("transfer")?;
+        let digest = Digest::of(&context.inputs.bytes("mesh")?).to_string();
         if let Some(transfer) = &transfer
             && transfer.0.mesh != digest
         {
@@ -122,7 +125,7 @@ impl Kind for ShadeVertices {
             (Some(Place(place)), _) => Viewer::At(place),
             (None, view) => Viewer::Distant(view.unwrap_or(Vector([1.0, 0.0, 0.0])).direction()),
         };
-        let material = context.optional::<artifacts::Material>("material")?;
+        let material = context.inputs.optional::<artifacts::Material>("material")?;
         if material.is_some() && table.count() > 1 {
             let count = table.count();
             return Err(Failure::new(format!(
@@ -134,20 +137,20 @@ impl Kind for ShadeVertices {
         if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
             return Err(Failure::new("the transfer has not as many vertices as the mesh"));
         }
-        let (soft, lamps) = light(context, material.is_some())?;
+        let (soft, lamps) = light(&context.inputs, material.is_some())?;
         let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
-        let mut value = shade_soft(context, &frames, table, viewer, transfer, &soft)?;
+        let mut value = shade_soft(reporter, &frames, table, viewer, transfer, &soft)?;
         if let Some(material) = &material {
             let occluders = (parameters.shadow_rays > 0).then(|| Occluders::of(&mesh.0));
             let count = if parameters.shadow_rays > 0 { parameters.shadow_rays } else { UNSHADOWED };
-            let steps = Steps::new(context, frames.len().div_ceil(8));
+            let steps = Steps::new(reporter, frames.len().div_ceil(8));
             let lit = steps.until_stopped(|stop| {
                 shade_lights(&frames, occluders.as_ref(), &material.0, viewer, &lamps, count, stop)
             })?;
             for (sum, lit) in value.iter_mut().zip(lit) {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
-            context.note(match lamps.len() {
+            reporter.note(match lamps.len() {
                 0 => "no lamp is beside the series: the material shades nothing".to_owned(),
                 1 => "1 lamp is shaded by the material".to_owned(),
                 lamps => format!("{lamps} lamps are shaded by the material"),
@@ -159,7 +162,7 @@ impl Kind for ShadeVertices {
             let what = "the vertices are below zero in a channel, which a renderer shows as black";
             let help = "connect `material`, which keeps lamps out of the series, or set non-negative = \"nearest\" in \
                         the light's project-sh";
-            report_loss(context, part, what, help);
+            report_loss(reporter, part, what, help);
         }
         Output::artifact(artifacts::VertexRadiance(OfMesh { value, mesh: digest }))
     }
@@ -186,26 +189,26 @@ impl Soft {
 }
 
 /// The series of all light, and the lamps beside it; with `apart` false they are in the series.
-fn light(context: &Context<'_>, apart: bool) -> Result<(Soft, Vec<Light>), Failure> {
-    let more = context.optional::<artifacts::Lighting>("lights")?;
+fn light(inputs: &Inputs, apart: bool) -> Result<(Soft, Vec<Light>), Failure> {
+    let more = inputs.optional::<artifacts::Lighting>("lights")?;
     let taken = |lighting: Lighting| match apart {
         true => (lighting.series, lighting.lights),
         false => (lighting.whole(), Vec::new()),
     };
-    if context.type_at("lighting") == Some(artifacts::LightField::TYPE) {
-        let field = context.get::<artifacts::LightField>("lighting")?.0.clone();
+    if inputs.type_at("lighting") == Some(artifacts::LightField::TYPE) {
+        let field = inputs.get::<artifacts::LightField>("lighting")?.0.clone();
         let Some(more) = more else { return Ok((Soft::Near(field), Vec::new())) };
         let (series, lamps) = taken(more.0.clone());
         return Ok((Soft::Near(field.plus(&series)), lamps));
     }
-    let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
+    let lighting = &inputs.get::<artifacts::Lighting>("lighting")?.0;
     let (series, lamps) = taken(more.map_or_else(|| lighting.clone(), |more| lighting + &more.0));
     Ok((Soft::Distant(series), lamps))
 }
 
 /// The radiance of each vertex under a series.
 fn shade_soft(
-    context: &Context<'_>,
+    reporter: &Reporter,
     frames: &Frames,
     table: &BrdfTable,
     viewer: Viewer,
@@ -213,19 +216,19 @@ fn shade_soft(
     soft: &Soft,
 ) -> Result<Vec<[f32; 3]>, Failure> {
     let Some(transfer) = transfer else {
-        note_cut(context, ("light", soft.degree()), ("table", table.degree()));
+        note_cut(reporter, ("light", soft.degree()), ("table", table.degree()));
         return Ok(match soft {
             Soft::Distant(light) => shade(frames, table, viewer, light),
             Soft::Near(field) => field.shade(frames, table, viewer),
         });
     };
     let form = transfer.form();
-    note_cut(context, ("light", soft.degree()), ("transfer's F", form.input()));
+    note_cut(reporter, ("light", soft.degree()), ("transfer's F", form.input()));
     if let Some(output) = form.output() {
-        note_cut(context, ("table", table.degree()), ("transfer's O", output));
+        note_cut(reporter, ("table", table.degree()), ("transfer's O", output));
     }
     if table.lit_from_below() {
-        context.note("light from below the horizon, which this material reflects, is not shadowed");
+        reporter.note("light from below the horizon, which this material reflects, is not shadowed");
     }
     let found = match soft {
         Soft::Distant(light) => transfer.shade(frames, table, viewer, light),
@@ -235,9 +238,9 @@ fn shade_soft(
 }
 
 /// Notes that the one of higher degree is cut to the lower.
-fn note_cut(context: &Context<'_>, a: (&str, Degree), b: (&str, Degree)) {
+fn note_cut(reporter: &Reporter, a: (&str, Degree), b: (&str, Degree)) {
     let ((low, least), (high, most)) = if a.1 <= b.1 { (a, b) } else { (b, a) };
     if least < most {
-        context.note(format!("the {low} ends at degree {}, the {high} at {}", least.get(), most.get()));
+        reporter.note(format!("the {low} ends at degree {}, the {high} at {}", least.get(), most.get()));
     }
 }

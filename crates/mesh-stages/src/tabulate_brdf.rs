@@ -70,7 +70,7 @@
 //! ```
 
 use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, nearest, parameters};
+use engine::{Artifact, Context, Failure, Inputs, Kind, Output, Port, Product, nearest, parameters};
 use sh::Degree;
 use stages::artifacts;
 use stages::plugin::{UntilStopped, size};
@@ -145,19 +145,20 @@ impl Kind for TabulateBrdf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let materials = materials(parameters, context)?;
+        let reporter = &context.reporter;
+        let materials = materials(parameters, &context.inputs)?;
         let degree = Degree::new(parameters.degree)?;
         let (mut tables, mut error) = (Vec::new(), 0.0f64);
         for material in &materials {
             let (table, uncertain) =
-                context.until_stopped(|stop| tabulate(material, degree, parameters.resolution, stop))?;
+                reporter.until_stopped(|stop| tabulate(material, degree, parameters.resolution, stop))?;
             tables.push(table);
             error = error.max(uncertain);
         }
         let table = BrdfTable::joined(&tables).ok_or_else(|| Failure::new("there is no material"))?;
         let greatest = table.values().iter().fold(0.0f32, |most, value| most.max(value.abs()));
         if error > UNCERTAIN * f64::from(greatest) {
-            context.warn(format!(
+            reporter.warn(format!(
                 "the material changes too fast to be integrated exactly: coefficients of up to {greatest:.3} are \
                  uncertain by up to {error:.1e}; a larger roughness avoids that"
             ));
@@ -165,7 +166,7 @@ impl Kind for TabulateBrdf {
         let colour = if table.channels() == 1 { "grey" } else { "RGB" };
         let each =
             if materials.len() > 1 { format!(" of {} materials", materials.len()) } else { String::new() };
-        context.note(format!(
+        reporter.note(format!(
             "{} coefficients, {colour}, for {} x {} views{each}: {}, within {error:.0e}",
             degree.rows(),
             table.size(),
@@ -177,9 +178,9 @@ impl Kind for TabulateBrdf {
 }
 
 /// The materials of the table, in order.
-fn materials(parameters: &Parameters, context: &Context<'_>) -> Result<Vec<Material>, Failure> {
-    let one = context.optional::<artifacts::Material>("material")?;
-    let several = context.many::<artifacts::Material>("materials")?;
+fn materials(parameters: &Parameters, inputs: &Inputs) -> Result<Vec<Material>, Failure> {
+    let one = inputs.optional::<artifacts::Material>("material")?;
+    let several = inputs.many::<artifacts::Material>("materials")?;
     match (one, several.is_empty()) {
         (Some(_), false) => Err(Failure::new("both material and materials are connected")
             .help("connect one of them: material makes a table of each item, materials one of all items")),

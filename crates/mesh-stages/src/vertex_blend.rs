@@ -87,13 +87,13 @@ impl Kind for VertexBlendKind {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let mesh = &context.get::<artifacts::Mesh>("mesh")?.0;
-        let digest = Digest::of(&context.bytes("mesh")?).to_string();
+        let mesh = &context.inputs.get::<artifacts::Mesh>("mesh")?.0;
+        let digest = Digest::of(&context.inputs.bytes("mesh")?).to_string();
         let mut value = match (&parameters.texture, &parameters.attribute, &parameters.gltf) {
             (_, Some(attribute), Some(file)) => {
-                let bytes = context.read(Path::new(file))?;
+                let bytes = context.files.read(Path::new(file))?;
                 let folder = Path::new(file).parent().unwrap_or(Path::new(""));
-                let mut beside = |other: &str| context.read(&folder.join(other));
+                let mut beside = |other: &str| context.files.read(&folder.join(other));
                 let numbers =
                     read_gltf_attribute(&bytes, attribute, &mut beside).map_err(|failure: Failure| {
                         failure.context(format!("cannot read {attribute} of {file}"))
@@ -112,8 +112,8 @@ impl Kind for VertexBlendKind {
                     Failure::new("nothing says which material is where")
                         .help("give a texture, or an attribute and its gltf file")
                 })?;
-                let texture =
-                    DataTexture::read(&context.read(Path::new(file))?).map_err(|error| error.within(file))?;
+                let texture = DataTexture::read(&context.files.read(Path::new(file))?)
+                    .map_err(|error| error.within(file))?;
                 let coordinates = mesh.coordinates().ok_or_else(|| {
                     Failure::new("the mesh has no texture coordinates")
                         .help("use an attribute of its vertices")
@@ -128,7 +128,7 @@ impl Kind for VertexBlendKind {
         };
         let outside = value.iter().filter(|value| !(0.0..=1.0).contains(*value)).count();
         if outside > 0 {
-            context.warn(format!("{outside} of {} vertices are outside of 0 to 1", value.len()));
+            context.reporter.warn(format!("{outside} of {} vertices are outside of 0 to 1", value.len()));
             value
                 .iter_mut()
                 .for_each(|value| *value = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) });

@@ -28,6 +28,6 @@ pub(crate) use export_view_maps::ExportViewMaps;
 pub(crate) use import_reflection_maps::ImportReflectionMaps;
 #[cfg(test)]
 pub(crate) use map_pictures::texels;
-pub(crate) use map_pictures::{Layout, MapPictures, PictureFormat};
+pub(crate) use map_pictures::{Layout, MapPictures, endings};
 pub(crate) use prefilter::Prefilter;
 pub(crate) use reference::ReferenceMap;

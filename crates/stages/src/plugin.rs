@@ -4,8 +4,8 @@
 //! Specula's kinds for meshes use nothing else of this crate.
 //!
 //! - Values of parameters: [`Place`], [`Vector`], [`Rgb`], [`ChosenMaterial`] and the range [`STOPS`].
-//! - Floats in exported files: [`Numbers`] adds the parameters `precision` and `overflow` to a kind whose
-//!   format is a [`FileFormat`].
+//! - Exported texels: [`Numbers`] adds the parameters `precision` and `overflow` to a kind whose `format` is a
+//!   [`FileFormat`]. Its [`Encoding`] checks the three and gives a [`Writer`] of files.
 //! - Inputs: [`blended_frames`] and [`picture_exposure`].
 //! - Kernels that end early: [`UntilStopped`].
 //! - Messages: [`report_loss`] and [`size`].
@@ -14,6 +14,6 @@
 pub use crate::picture::picture_exposure;
 pub use crate::values::quantity::size;
 pub use crate::values::{
-    ChosenMaterial, Content, ExportedMaps, FileFormat, Numbers, Overflow, Place, PrecisionName, Rgb, STOPS,
-    UntilStopped, Vector, blended_frames, report_loss,
+    ChosenMaterial, Container, Content, Encoding, ExportedMaps, FileFormat, Numbers, Overflow, Place,
+    PrecisionName, Rgb, STOPS, UntilStopped, Vector, Writer, blended_frames, report_loss,
 };

@@ -5,8 +5,8 @@ pub mod artifacts;
 mod blended_frames;
 mod choices;
 mod colour;
+mod encoding;
 mod exported_maps;
-mod numbers;
 pub(crate) mod overflow;
 pub(crate) mod parts;
 pub mod quantity;
@@ -18,14 +18,15 @@ mod window;
 
 pub(crate) use blended_frames::blend;
 pub use blended_frames::blended_frames;
-pub use choices::{ChosenMaterial, Overflow, PrecisionName, STOPS};
+pub use choices::{ChosenMaterial, STOPS};
 pub(crate) use choices::{
     DistributionName, Lamps, LampsName, MAX_RESOLUTION, MapLayoutName, MapsFormat, NonNegative, PlainName,
     Resolution, SHARE, ToneMapName, ViewName, edge_of,
 };
 pub use colour::Rgb;
+pub(crate) use encoding::image;
+pub use encoding::{Container, Encoding, FileFormat, Numbers, Overflow, PrecisionName, Writer};
 pub use exported_maps::ExportedMaps;
-pub use numbers::{FileFormat, Numbers};
 pub use overflow::Content;
 pub(crate) use overflow::{Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;

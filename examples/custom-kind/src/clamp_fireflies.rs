@@ -46,7 +46,7 @@ impl Kind for ClampFireflies {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = &context.get::<Environment>("environment")?.0;
+        let environment = &context.inputs.get::<Environment>("environment")?.0;
         let mut clamped = 0;
         let pixels = environment.pixels().iter().map(|pixel| {
             let scale = parameters.limit / luminance(*pixel);
@@ -58,7 +58,7 @@ impl Kind for ClampFireflies {
         });
         let clean = envmap::Environment::new(environment.grid(), pixels.collect());
         if clamped > 0 {
-            context.note(format!("{clamped} pixels were brighter than {}", parameters.limit));
+            context.reporter.note(format!("{clamped} pixels were brighter than {}", parameters.limit));
         }
         Output::artifact(Environment(clean.ok_or_else(|| Failure::new("a pixel is not finite"))?))
     }

@@ -50,7 +50,7 @@ impl Kind for ImportColourTable {
     }
 
     fn run(_: &NoParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(ColourTable(context.read(context.source()?)?.to_vec()))
+        Output::artifact(ColourTable(context.files.read(context.files.source()?)?.to_vec()))
     }
 }
 

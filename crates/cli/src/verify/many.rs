@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use engine::{Content, FilesToVerify, MissingFile, OutVerification, Plan, Recipe, Verification};
+use engine::{ContentState, FilesToVerify, MissingFile, OutVerification, Plan, RecipeState, Verification};
 use globset::{GlobBuilder, GlobMatcher};
 use serde_json::json;
 
@@ -201,7 +201,8 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
 fn describe(found: &OutVerification) -> String {
     let OutVerification { files, missing, unreadable, left_over, unknown } = found;
     let is_altered = |file: &&Verification| {
-        matches!(file.content, Content::Altered { .. }) || matches!(file.recipe, Recipe::Differs { .. })
+        matches!(file.content, ContentState::Altered { .. })
+            || matches!(file.recipe, RecipeState::Differs { .. })
     };
     let differing = files.iter().filter(|file| !file.is_current()).collect::<Vec<_>>();
     let (altered, stale): (Vec<_>, Vec<_>) = differing.into_iter().partition(is_altered);

@@ -36,7 +36,7 @@ pub(crate) const CODEC: Codec = Codec {
     recipe: |_| None,
 };
 
-struct Header {
+struct PfmHeader {
     width: usize,
     height: usize,
     channels: usize,
@@ -45,7 +45,7 @@ struct Header {
     length: usize,
 }
 
-impl Header {
+impl PfmHeader {
     fn parse(bytes: &[u8]) -> Result<Self, Error> {
         let mut at = 0;
         let mut words = [""; 4];
@@ -94,7 +94,7 @@ fn next_word<'a>(bytes: &'a [u8], at: &mut usize) -> Result<&'a str, Error> {
 }
 
 fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
-    let Header { width, height, channels, scale, length } = Header::parse(bytes)?;
+    let PfmHeader { width, height, channels, scale, length } = PfmHeader::parse(bytes)?;
     let row = 4 * channels * width;
     let floats = bytes.get(length..).unwrap_or_default();
     let expected = row * height;
@@ -136,7 +136,7 @@ fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
 
 /// The size of the picture.
 fn header(file: &mut (impl Read + Seek), length: usize) -> Result<[usize; 2], Error> {
-    let header = Header::parse(&beginning(file, MAX_HEADER as u64)?)?;
+    let header = PfmHeader::parse(&beginning(file, MAX_HEADER as u64)?)?;
     limits::plausible(4 * header.channels * header.width * header.height, length, 1)?;
     Ok([header.width, header.height])
 }

@@ -55,7 +55,7 @@ pub(crate) const CODEC: Codec = Codec {
 };
 
 fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
-    let (header, rest) = Header::parse(bytes)?;
+    let (header, rest) = RadianceHeader::parse(bytes)?;
     let mut input = Input(rest);
     let scan = Scan::parse(input.line()?)?;
     let count = limits::pixels(scan.width, scan.height)?;
@@ -109,7 +109,7 @@ fn header(file: &mut (impl Read + Seek)) -> Result<([usize; 2], Option<Panorama>
 }
 
 fn size_of(bytes: &[u8]) -> Result<([usize; 2], Option<Panorama>), Error> {
-    let (header, rest) = Header::parse(bytes)?;
+    let (header, rest) = RadianceHeader::parse(bytes)?;
     let scan = Scan::parse(Input(rest).line()?)?;
     limits::pixels(scan.width, scan.height)?;
     let size = [scan.width, scan.height];
@@ -118,7 +118,7 @@ fn size_of(bytes: &[u8]) -> Result<([usize; 2], Option<Panorama>), Error> {
 
 /// The recipe in a picture's header.
 fn read_recipe(bytes: &[u8]) -> Option<String> {
-    Header::parse(bytes).ok()?.0.recipe
+    RadianceHeader::parse(bytes).ok()?.0.recipe
 }
 
 /// Writes RGBE in the new run lengths (flat if the width forbids them), top row first.
@@ -199,7 +199,7 @@ fn recipe_parts(mut recipe: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-struct Header {
+struct RadianceHeader {
     divisor: [f64; 3],
     chromaticities: Option<Chromaticities>,
     recipe: Option<String>,
@@ -211,7 +211,7 @@ struct Header {
 /// The beginning of a line with a part of the recipe.
 const PART: &str = "#SPECULA=";
 
-impl Header {
+impl RadianceHeader {
     /// The header, and what follows it.
     fn parse(bytes: &[u8]) -> Result<(Self, &[u8]), Error> {
         let mut header =

@@ -41,9 +41,9 @@ pub struct Verification {
     /// The item of that run: another one if the item took over a result from the cache.
     pub maker: ItemName,
     /// Whether the file's bytes are the last result, an earlier one, or none.
-    pub content: Content,
+    pub content: ContentState,
     /// The file's recipe, compared with the record's.
-    pub recipe: Recipe,
+    pub recipe: RecipeState,
     /// The files that the exported file and its ancestors were made from.
     pub sources: Vec<SourceFile>,
     /// The parameters and kinds in its ancestry that have changed since.
@@ -61,8 +61,8 @@ pub struct Verification {
 impl Verification {
     /// Whether a build would leave the file as it is.
     pub fn is_current(&self) -> bool {
-        self.content == Content::Current
-            && !matches!(self.recipe, Recipe::Differs { .. })
+        self.content == ContentState::Current
+            && !matches!(self.recipe, RecipeState::Differs { .. })
             && self.sources.iter().all(|source| source.old == source.new)
             && self.revised.is_empty()
             && self.gone.is_empty()
@@ -73,7 +73,7 @@ impl Verification {
 /// Whether the bytes of an exported file are the last result of its item, an earlier one, or none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "content", rename_all = "kebab-case")]
-pub enum Content {
+pub enum ContentState {
     /// The bytes are the last result of the file's item.
     Current,
     /// The bytes are a result of an earlier run.
@@ -88,7 +88,7 @@ pub enum Content {
 /// The recipe of an exported file, and whether it is that of the run which made the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "recipe", rename_all = "kebab-case")]
-pub enum Recipe {
+pub enum RecipeState {
     /// The file holds the recipe of its record.
     AsRecorded {
         /// The file beside it that holds the recipe, if its own format cannot.
@@ -213,9 +213,9 @@ impl Verifier<'_> {
         let Match { item, record, output, content } = found?;
         let published = |name: &String| self.publisher.entry(name).as_ref().and_then(Published::owned);
         let content = match content {
-            Content::Altered { made: None } => {
+            ContentState::Altered { made: None } => {
                 let made = record.outputs.get(output).map(|blob| blob.digest);
-                Content::Altered { made: names.iter().find_map(published).or(made) }
+                ContentState::Altered { made: names.iter().find_map(published).or(made) }
             }
             content => content,
         };
@@ -258,7 +258,7 @@ struct Match {
     record: Record,
     /// Which of the item's outputs the file is.
     output: usize,
-    content: Content,
+    content: ContentState,
 }
 
 /// The records of the last runs, and the earlier ones that remain.
@@ -342,15 +342,15 @@ impl<'a> Records<'a> {
         let is_this = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
         let found = |record, content| Some(Match { item: Some(item), record, output, content });
         if let Some(record) = self.last(item).filter(|record| is_this(record)) {
-            return found(record.clone(), Content::Current);
+            return found(record.clone(), ContentState::Current);
         }
         if let Some(record) = self.earlier_of(item, is_this) {
-            return found(record, Content::Earlier);
+            return found(record, ContentState::Earlier);
         }
         let made = self.record(item)?.outputs.get(output)?.digest;
         let of_made = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == made);
         let record = self.last(item).cloned().or_else(|| self.earlier_of(item, of_made))?;
-        found(record, Content::Altered { made: None })
+        found(record, ContentState::Altered { made: None })
     }
 
     /// The newest earlier record of an item that `is_this` accepts. If there is none, that of another item
@@ -398,14 +398,14 @@ impl<'a> Records<'a> {
             Some((item, record, place(record)?))
         });
         if let Some((item, record, output)) = last.min_by_key(|(item, ..)| !is_called(*item)) {
-            let content = Content::Current;
+            let content = ContentState::Current;
             return Some(Match { item: Some(item), record: record.clone(), output, content });
         }
         let earlier = self.earlier.iter();
         let earlier = earlier.filter_map(|record| Some((self.item_of(record), record, place(record)?)));
         let (item, record, output) =
             earlier.min_by_key(|(item, ..)| item.map_or(2, |item| usize::from(!is_called(item))))?;
-        Some(Match { item, record: record.clone(), output, content: Content::Earlier })
+        Some(Match { item, record: record.clone(), output, content: ContentState::Earlier })
     }
 
     /// The run that made a file of which this is a copy that was changed, except for its recipe.
@@ -423,7 +423,7 @@ impl<'a> Records<'a> {
         let files = item.map_or(&[][..], |item| &self.check.plan.items[item].files[..]);
         let output =
             files.iter().position(|name| Path::new(name).extension() == file.extension()).unwrap_or(0);
-        Some(Match { item, record: record.clone(), output, content: Content::Altered { made: None } })
+        Some(Match { item, record: record.clone(), output, content: ContentState::Altered { made: None } })
     }
 
     /// The item of the plan with an earlier record.
@@ -456,14 +456,18 @@ impl<'a> Records<'a> {
         item: Option<ItemIndex>,
         output: usize,
         record: &Record,
-    ) -> Recipe {
+    ) -> RecipeState {
         let beside = || self.beside(file, item?, output, recipe_of);
         let (found, beside) = match embedded.map(|found| (found, None)).or_else(beside) {
             Some(found) => found,
-            None => return Recipe::Absent,
+            None => return RecipeState::Absent,
         };
         let recorded = self.recipe(item, record);
-        if found == recorded { Recipe::AsRecorded { beside } } else { Recipe::Differs { found, recorded } }
+        if found == recorded {
+            RecipeState::AsRecorded { beside }
+        } else {
+            RecipeState::Differs { found, recorded }
+        }
     }
 
     /// The recipe in another file of the item, beside it or in `out`, if the file's own format holds none.

@@ -469,7 +469,7 @@ pub(crate) fn is_temporary(path: &Path) -> bool {
 
 fn kind_of_recipe(recipe: &str) -> Option<String> {
     #[derive(Deserialize)]
-    struct Recipe {
+    struct RecipeFields {
         kind: String,
         #[serde(rename = "revision")]
         _revision: u32,
@@ -478,7 +478,7 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
         #[serde(rename = "inputs")]
         _inputs: serde_json::Map<String, serde_json::Value>,
     }
-    serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
+    serde_json::from_str::<RecipeFields>(recipe).ok().map(|recipe| recipe.kind)
 }
 
 fn remove_empty_folders(folder: &Path) {

@@ -5,12 +5,12 @@ use std::time::Instant;
 use crate::event::{Event, Summary};
 
 #[derive(Clone, Copy)]
-pub(crate) struct Reporter<'e> {
+pub(crate) struct BuildReporter<'e> {
     pub(crate) clock: Instant,
     pub(crate) events: &'e (dyn Fn(Event) + Sync),
 }
 
-impl<'e> Reporter<'e> {
+impl<'e> BuildReporter<'e> {
     pub(crate) fn new(events: &'e (dyn Fn(Event) + Sync)) -> Self {
         Self { clock: Instant::now(), events }
     }

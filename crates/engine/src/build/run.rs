@@ -6,7 +6,6 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use super::outcome::{Outcome, Ran};
 use super::publish::{PublishError, PublishEvent, Publisher};
@@ -18,7 +17,7 @@ use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::Reason;
 use crate::key::{Digest, ItemKey};
-use crate::kinds::{Context, Failure, Gate, Handle, Output, Product, ShareDone, WHEN_WRITTEN};
+use crate::kinds::{Context, Failure, Gate, Handle, KeyedHandles, Output, Product, ShareDone, WHEN_WRITTEN};
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};
 use crate::platform::Stamp;
@@ -52,14 +51,11 @@ pub(crate) struct RunContext<'a> {
     pub(crate) shared_blobs: Option<&'a SharedBlobs>,
 }
 
-/// The artifacts at a port, sorted by key.
-pub(crate) type Inputs = Vec<(ItemKey, Arc<Handle>)>;
-
 pub(crate) struct RunRequest {
     pub(crate) item: ItemIndex,
     pub(crate) key: Digest,
     pub(crate) inputs: Vec<InputUsed>,
-    pub(crate) handles: Vec<(String, Inputs)>,
+    pub(crate) handles: Vec<(String, KeyedHandles)>,
     pub(crate) reasons: Vec<Reason>,
     pub(crate) causes: Vec<Cause>,
     /// Whether somebody looks at the item.
@@ -90,7 +86,7 @@ impl RunContext<'_> {
                 (context, output)
             });
             milliseconds += time.as_secs_f64() * 1e3;
-            let reads = context.reads();
+            let reads = context.files.reads();
             self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.kind)));
             let is_cancelled = output.as_ref().is_err_and(|failure| failure.cancelled);
             let changing = changing(&reads).filter(|_| !is_cancelled);
@@ -116,8 +112,8 @@ impl RunContext<'_> {
                 stamps: self.disk.stamps_of(&reader, &reads),
                 paths: reads.iter().map(|read| read.path.clone()).collect(),
                 milliseconds,
-                warnings: context.warnings(),
-                notes: context.notes(),
+                warnings: context.reporter.warnings(),
+                notes: context.reporter.notes(),
                 place: request.why_here.clone().map(|because| Place::Here { because }),
                 ..Ran::without_result(started)
             };
@@ -309,12 +305,11 @@ impl RunContext<'_> {
     fn call(&self, item: ItemIndex, context: &Context<'_>) -> Result<Output, Failure> {
         let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
         let called = catch_unwind(AssertUnwindSafe(|| stage.configured.run(context)));
-        let stopped = context.stopped.load(Ordering::Relaxed);
         match called {
             Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
-            Ok(_) if stopped => Err(Failure::cancelled()),
+            Ok(_) if context.was_stopped() => Err(Failure::cancelled()),
             // A failure on half an edit is not reported: the next build reports what is wrong with the whole.
-            Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
+            Ok(Err(_)) if context.reporter.is_stale() => Err(Failure::cancelled()),
             Ok(output) => output.and_then(|output| self.checked(item, output)),
         }
     }
@@ -328,12 +323,12 @@ impl RunContext<'_> {
             .with_folder(self.check.folder.to_path_buf())
             .with_out(self.check.plan.out.clone())
             .with_scratch(self.check.state.store.temporary_folder());
-        context.kept =
+        context.files.kept =
             self.keep_scratch.then(|| self.check.state.store.kept_folder(&self.check.name(request.item)));
-        context.stale = Some(self.running.stale_flag(request.item));
-        context.share = Arc::clone(&request.share);
-        context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
-        self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.reads)));
+        context.reporter.stale = Some(self.running.stale_flag(request.item));
+        context.reporter.share = Arc::clone(&request.share);
+        context.reporter.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
+        self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.files.reads)));
         for (port, handles) in &request.handles {
             let shown = |key: &ItemKey| if info.shows_keys { key.clone() } else { ItemKey::default() };
             let handles = handles.iter().map(|(key, handle)| (shown(key), Arc::clone(handle)));

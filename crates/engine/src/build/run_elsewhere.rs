@@ -36,14 +36,14 @@ use crate::timestamp::Timestamp;
 const ROUNDS: usize = 16;
 
 /// The origin of the content of a file of the other machine's folder.
-enum Content {
+enum ContentOrigin {
     Bytes(Vec<u8>),
     Artifact(Digest),
     File(String, Digest),
 }
 
 /// The names that an item may read, and what is asked of each.
-type Names = BTreeSet<(String, ReadKind)>;
+type ReadableNames = BTreeSet<(String, ReadKind)>;
 
 impl RunContext<'_> {
     /// Why an item does not run elsewhere; `None` if it may.
@@ -221,9 +221,9 @@ impl RunContext<'_> {
     }
 
     /// The names that an item is expected to read: its source, and what its last run read.
-    fn names(&self, item: ItemIndex) -> Names {
+    fn names(&self, item: ItemIndex) -> ReadableNames {
         let expected = self.check.expected_reads(item).into_iter().map(|(name, kind, _)| (name, kind));
-        let mut names = expected.collect::<Names>();
+        let mut names = expected.collect::<ReadableNames>();
         let stage = &self.check.plan.stages[self.check.plan.items[item].stage];
         // A worker cannot tell a word from the name of a file that is only here.
         for named in stage.configured.named_paths().into_iter().filter(|named| named.path.is_relative()) {
@@ -246,7 +246,7 @@ impl RunContext<'_> {
         names
     }
 
-    fn item_request(&self, request: &RunRequest, names: &Names) -> ItemRequest {
+    fn item_request(&self, request: &RunRequest, names: &ReadableNames) -> ItemRequest {
         let item = &self.check.plan.items[request.item];
         let stage = &self.check.plan.stages[item.stage];
         let info = &self.check.stages[item.stage];
@@ -308,22 +308,23 @@ impl RunContext<'_> {
     ) -> Result<RemoteEnd, RemoteError> {
         let store = &self.check.state.store;
         let text = serde_json::to_vec(sent).unwrap_or_default();
-        let mut contents = vec![(ITEM.to_owned(), Content::Bytes(text))];
+        let mut contents = vec![(ITEM.to_owned(), ContentOrigin::Bytes(text))];
         let digests = sent.inputs.iter().flat_map(|input| &input.items).map(|made| made.digest);
         let digests = digests.collect::<BTreeSet<_>>();
-        contents
-            .extend(digests.into_iter().map(|digest| (artifact_place(digest), Content::Artifact(digest))));
+        contents.extend(
+            digests.into_iter().map(|digest| (artifact_place(digest), ContentOrigin::Artifact(digest))),
+        );
         let mut places = BTreeSet::new();
         for file in &sent.files {
             let place = file_place(&file.name);
             if let (Some(digest), true) = (file.digest, places.insert(place.clone())) {
-                contents.push((place, Content::File(file.name.clone(), digest)));
+                contents.push((place, ContentOrigin::File(file.name.clone(), digest)));
             }
         }
         let read = |index: usize| match &contents[index].1 {
-            Content::Bytes(bytes) => Some(bytes.clone()),
-            Content::Artifact(digest) => store.get(*digest).ok().flatten(),
-            Content::File(name, digest) => {
+            ContentOrigin::Bytes(bytes) => Some(bytes.clone()),
+            ContentOrigin::Artifact(digest) => store.get(*digest).ok().flatten(),
+            ContentOrigin::File(name, digest) => {
                 let bytes = read_file(&self.check.folder.join(name)).ok();
                 bytes.filter(|bytes| Digest::of(bytes) == *digest)
             }
@@ -334,9 +335,9 @@ impl RunContext<'_> {
         for (index, (path, content)) in contents.iter().enumerate() {
             let hash = || read(index).map(|bytes| executor.blob(&bytes));
             let (blob, is_program) = match content {
-                Content::Bytes(bytes) => (Some(executor.blob(bytes)), false),
-                Content::Artifact(digest) => (blobs.name_of(*digest, hash), false),
-                Content::File(name, digest) => {
+                ContentOrigin::Bytes(bytes) => (Some(executor.blob(bytes)), false),
+                ContentOrigin::Artifact(digest) => (blobs.name_of(*digest, hash), false),
+                ContentOrigin::File(name, digest) => {
                     let blob = blobs.name_of(*digest, hash);
                     bytes += blob.map_or(0, |blob| blob.bytes);
                     (blob, is_program(&self.check.folder.join(name)))

@@ -102,7 +102,7 @@ fn run(
         (Output::Files(files), Product::Files(names)) if files.len() == names.len() => Ok(output),
         _ => Err(undeclared(kind.name())),
     });
-    let reads = context.reads().into_iter().map(|read| FileRead {
+    let reads = context.files.reads().into_iter().map(|read| FileRead {
         path: path_name(&folder.join(FILES), &read.path),
         kind: read.kind,
         digest: read.digest,
@@ -110,7 +110,7 @@ fn run(
         modified: None,
     });
     let reads = reads.collect();
-    (made, [context.warnings(), context.notes()], reads)
+    (made, [context.reporter.warnings(), context.reporter.notes()], reads)
 }
 
 fn configured<'k>(

@@ -98,22 +98,22 @@ impl Request {
     }
 
     /// Does the task on this machine.
-    fn perform(self, context: &RunContext<'_>) -> Message {
+    fn perform(self, context: &RunContext<'_>) -> TaskResult {
         match self {
-            Self::Run(request) => Message::Ran(request.item, context.run(request)),
-            Self::Fetch(item, digest) => Message::Fetched(item, context.fetch(item, digest)),
-            Self::Find(item, key) => Message::Found(item, context.find(item, key).map(Box::new)),
+            Self::Run(request) => TaskResult::Ran(request.item, context.run(request)),
+            Self::Fetch(item, digest) => TaskResult::Fetched(item, context.fetch(item, digest)),
+            Self::Find(item, key) => TaskResult::Found(item, context.find(item, key).map(Box::new)),
             Self::Publish(item, outputs) => {
                 let mut events = Vec::new();
                 let result = context.publish(item, &outputs, None, &mut events);
-                Message::Published(item, events, result)
+                TaskResult::Published(item, events, result)
             }
         }
     }
 }
 
 /// What became of a task.
-pub(crate) enum Message {
+pub(crate) enum TaskResult {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Found(ItemIndex, Option<Box<Record>>),
     Ran(ItemIndex, Result<Outcome, Error>),
@@ -129,7 +129,7 @@ pub(crate) struct Ended {
     pub(crate) worker: usize,
     pub(crate) begun: Instant,
     pub(crate) took: Duration,
-    pub(crate) message: Message,
+    pub(crate) message: TaskResult,
 }
 
 pub(crate) struct Job {
@@ -146,12 +146,13 @@ impl Job {
     }
 
     /// Does the task by `act` on the thread of a worker.
-    fn work(self, worker: usize, act: impl FnOnce(Request) -> Message) {
+    fn work(self, worker: usize, act: impl FnOnce(Request) -> TaskResult) {
         let Self { request, receipt, .. } = self;
         let begun = Instant::now();
         let (message, _) = own_time(|| catch_unwind(AssertUnwindSafe(|| act(request))));
-        let message = message
-            .unwrap_or_else(|panic| Message::Panicked(receipt.item, message_of(panic.as_ref()).to_owned()));
+        let message = message.unwrap_or_else(|panic| {
+            TaskResult::Panicked(receipt.item, message_of(panic.as_ref()).to_owned())
+        });
         receipt.send(worker, begun, message);
     }
 }
@@ -166,7 +167,7 @@ pub(crate) struct Receipt {
 }
 
 impl Receipt {
-    fn send(self, worker: usize, begun: Instant, message: Message) {
+    fn send(self, worker: usize, begun: Instant, message: TaskResult) {
         let Self { item, work, place, sender } = self;
         let _ = sender.send(Ended { item, work, place, worker, begun, took: begun.elapsed(), message });
     }

@@ -2,7 +2,7 @@
 //!
 //! A build records here what each item has read. If a file changes meanwhile, contents decide: an item is
 //! stale if a file that it read no longer has the same content, and so are all items that depend on it. A
-//! stale item stops at its next [`Context::check_cancelled`](crate::kinds::Context::check_cancelled), other
+//! stale item stops at its next [`Reporter::check_cancelled`](crate::kinds::Reporter::check_cancelled), other
 //! running items finish, and no further item starts, so that the next build can start soon; if a stale item
 //! is wanted (`wanted.rs`), the others stop, too. A file that no item has read yet makes nothing stale: the
 //! item that reads it gets its new content.

@@ -19,7 +19,7 @@ use rayon::ThreadPool;
 
 use super::heard::HeardChanges;
 use super::outcome::Refusal;
-use super::reporter::Reporter;
+use super::reporter::BuildReporter;
 use super::run::RunContext;
 use super::runner::{Act, Candidate, Runner, Threads};
 use super::running::Dependencies;
@@ -39,7 +39,7 @@ mod requests;
 mod tasks;
 
 use items::{Phase, Progress, distinct, items_of};
-use places::{Next, Places};
+use places::{Next, RunnerPlaces};
 use progress::RunningItems;
 use tasks::Task;
 
@@ -65,7 +65,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// Whether nothing has to be done for an item.
     was_complete: Vec<bool>,
     to_check: BinaryHeap<Reverse<ItemIndex>>,
-    places: Places<'a>,
+    places: RunnerPlaces<'a>,
     running: RunningItems,
     pub(crate) summary: Summary,
     /// The items that failed, except for those that failed because of the system.
@@ -79,7 +79,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         selected: &Selection,
         keep_going: bool,
         runners: Vec<Box<dyn Runner<'a> + 'a>>,
-        reporter: Reporter<'e>,
+        reporter: BuildReporter<'e>,
         heard: HeardChanges,
     ) -> Self {
         let check = context.check;
@@ -107,7 +107,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             selected: chosen,
             was_complete: is_complete,
             to_check,
-            places: Places::new(runners),
+            places: RunnerPlaces::new(runners),
             running: RunningItems::default(),
             summary: Summary::default(),
             failed: Vec::new(),

@@ -1,5 +1,5 @@
 //! Where items pause while others run that somebody looks at: at each
-//! [`Context::check_cancelled`](crate::kinds::context::Context::check_cancelled).
+//! [`Reporter::check_cancelled`](crate::kinds::reporter::Reporter::check_cancelled).
 
 use std::sync::Arc;
 use std::time::Duration;

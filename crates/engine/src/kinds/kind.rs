@@ -38,7 +38,8 @@ fn port_type<T: Artifact>() -> PortType {
 
 impl Port {
     /// A port that takes one artifact of any type, including types that only other kinds know.
-    /// [`Context::type_at`] returns its type, and [`Context::bytes`] its bytes.
+    /// [`Inputs::type_at`](super::inputs::Inputs::type_at) returns its type, and
+    /// [`Inputs::bytes`](super::inputs::Inputs::bytes) its bytes.
     pub fn any(name: impl Into<String>) -> Self {
         Self { name: name.into(), any: true, types: Vec::new(), many: false, optional: false }
     }
@@ -181,8 +182,9 @@ pub trait Kind: Send + Sync + 'static {
     }
 
     /// Finds errors in an item's source without making its output: what its text and its headers say. It must
-    /// be quick even if thousands of items are checked, so it reads headers by [`Context::open`], and no
-    /// pixels. It must not refuse what [`Kind::run`] accepts. A source that is not checked is accepted.
+    /// be quick even if thousands of items are checked, so it reads headers by
+    /// [`ItemFiles::open`](super::item_files::ItemFiles::open), and no pixels. It must not refuse what
+    /// [`Kind::run`] accepts. A source that is not checked is accepted.
     ///
     /// # Errors
     /// If a run would fail, with the same message.
@@ -420,15 +422,15 @@ impl<K: Kind> ErasedKind for Erased<K> {
             }
         }
         match parameters {
-            Some(parameters) if errors.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
+            Some(parameters) if errors.is_empty() => Ok(Arc::new(ConfiguredKind::<K>(parameters))),
             _ => Err(errors),
         }
     }
 }
 
-struct Stage<K: Kind>(K::Parameters);
+struct ConfiguredKind<K: Kind>(K::Parameters);
 
-impl<K: Kind> Configured for Stage<K> {
+impl<K: Kind> Configured for ConfiguredKind<K> {
     fn canonical(&self) -> serde_json::Value {
         self.0.canonical()
     }
@@ -513,7 +515,7 @@ mod tests {
 
     #[test]
     fn the_engine_names_the_parameter_before_the_message() {
-        let stage = Stage::<Blur>(NoParameters {});
+        let stage = ConfiguredKind::<Blur>(NoParameters {});
         let expected = [("inputs", "inputs: mesh cannot be blurred".to_owned())];
         assert_eq!(stage.check_inputs(&[("picture", "mesh")]), expected);
     }

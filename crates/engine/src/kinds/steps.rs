@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::context::Context;
 use super::failure::Failure;
+use super::reporter::Reporter;
 
 /// The steps of an item's work, or of a part of it.
 ///
@@ -12,16 +12,16 @@ use super::failure::Failure;
 ///
 /// # Example: a part of the work has steps of its own
 /// ```
-/// # use engine::{Context, Failure, Steps};
-/// fn run(context: &Context<'_>) -> Result<(), Failure> {
-///     let steps = Steps::new(context, 3);
+/// # use engine::{Failure, Reporter, Steps};
+/// fn work(reporter: &Reporter) -> Result<(), Failure> {
+///     let steps = Steps::new(reporter, 3);
 ///     steps.step()?; // A third is done.
 ///     let part = steps.part(2, 100); // The rest has 100 steps.
 ///     (0..100).try_for_each(|_| part.step())
 /// }
 /// ```
 pub struct Steps<'a> {
-    context: &'a Context<'a>,
+    reporter: &'a Reporter,
     /// The share before the first step, and that of all steps.
     shares: [f64; 2],
     total: usize,
@@ -30,25 +30,25 @@ pub struct Steps<'a> {
 
 impl<'a> Steps<'a> {
     /// All of an item's work.
-    pub fn new(context: &'a Context<'a>, total: usize) -> Self {
-        Self { context, shares: [0.0, 1.0], total, done: AtomicUsize::new(0) }
+    pub fn new(reporter: &'a Reporter, total: usize) -> Self {
+        Self { reporter, shares: [0.0, 1.0], total, done: AtomicUsize::new(0) }
     }
 
     /// The next `count` steps as work that has steps of its own.
     pub fn part(&self, count: usize, total: usize) -> Self {
         let done = self.done.fetch_add(count, Ordering::Relaxed);
         let [from, to] = [done, done + count].map(|done| self.share(done));
-        Self { context: self.context, shares: [from, to - from], total, done: AtomicUsize::new(0) }
+        Self { reporter: self.reporter, shares: [from, to - from], total, done: AtomicUsize::new(0) }
     }
 
     /// Counts a step; to be called before it or after it, at least ten times a second.
     ///
     /// # Errors
-    /// The errors of [`Context::check_cancelled`].
+    /// The errors of [`Reporter::check_cancelled`].
     pub fn step(&self) -> Result<(), Failure> {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        self.context.progress(self.share(done));
-        self.context.check_cancelled()
+        self.reporter.progress(self.share(done));
+        self.reporter.check_cancelled()
     }
 
     /// Counts a step, and says whether to stop: for kernels that ask this before each of their blocks.
@@ -56,9 +56,9 @@ impl<'a> Steps<'a> {
         self.step().is_err()
     }
 
-    /// The context of the item.
-    pub fn context(&self) -> &'a Context<'a> {
-        self.context
+    /// What the steps are reported to.
+    pub fn reporter(&self) -> &'a Reporter {
+        self.reporter
     }
 
     /// The share of the item's work after so many steps.
@@ -70,36 +70,15 @@ impl<'a> Steps<'a> {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-    use std::path::Path;
-    use std::sync::Arc;
-
     use super::*;
     use crate::cancel::Cancel;
-    use crate::storage::Files;
-
-    struct NoFiles;
-
-    impl Files for NoFiles {
-        fn read(&self, _: &Path) -> io::Result<Arc<Vec<u8>>> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn list(&self, _: &Path) -> io::Result<Vec<(String, bool)>> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn is_folder(&self, _: &Path) -> bool {
-            false
-        }
-    }
 
     #[test]
     fn steps_of_parts_add_up_to_the_whole() {
         let cancel = Cancel::default();
-        let context = Context::new(&NoFiles).with_cancel(cancel.clone());
-        let share = || context.share.get();
-        let steps = Steps::new(&context, 4);
+        let reporter = Reporter::new(cancel.clone());
+        let share = || reporter.share_done();
+        let steps = Steps::new(&reporter, 4);
         assert!(!steps.stop());
         assert_eq!(share(), 0.25);
         let part = steps.part(2, 8);

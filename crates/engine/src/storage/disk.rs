@@ -2,7 +2,7 @@
 //!
 //! A file is hashed again only if its stamp differs from that of its last hashing, or if that stamp was too
 //! recent to be trusted. A file that an item reads is hashed by
-//! [`Context::read`](crate::kinds::Context::read) from the same bytes that the item gets.
+//! [`ItemFiles::read`](crate::kinds::ItemFiles::read) from the same bytes that the item gets.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;

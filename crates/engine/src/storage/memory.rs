@@ -13,7 +13,7 @@ use parking_lot::Mutex;
 
 use crate::key::Digest;
 
-type Value = Arc<dyn Any + Send + Sync>;
+type StoredValue = Arc<dyn Any + Send + Sync>;
 type ValueKey = (&'static str, Digest);
 
 pub(crate) struct Memory {
@@ -23,15 +23,15 @@ pub(crate) struct Memory {
 
 #[derive(Default)]
 struct Entries {
-    values: HashMap<ValueKey, Entry>,
+    values: HashMap<ValueKey, MemoryEntry>,
     /// The keys by the time of their last use, the oldest first.
     by_use: BTreeMap<u64, ValueKey>,
     weight: u64,
     clock: u64,
 }
 
-struct Entry {
-    value: Value,
+struct MemoryEntry {
+    value: StoredValue,
     weight: u64,
     used: u64,
 }
@@ -42,7 +42,7 @@ impl Memory {
         Self { limit, entries: Mutex::default() }
     }
 
-    pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<Value> {
+    pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<StoredValue> {
         let mut entries = self.entries.lock();
         let entries = &mut *entries;
         let entry = entries.values.get_mut(&(type_name, digest))?;
@@ -55,7 +55,7 @@ impl Memory {
 
     /// Adds the value of an artifact of so many bytes, and drops others as needed. A value that alone exceeds
     /// the limit is not added, and no other is dropped for it.
-    pub(crate) fn put(&self, type_name: &'static str, digest: Digest, bytes: u64, value: Value) {
+    pub(crate) fn put(&self, type_name: &'static str, digest: Digest, bytes: u64, value: StoredValue) {
         // Values without bytes take memory too.
         let weight = bytes.max(1);
         if weight > self.limit {
@@ -66,7 +66,7 @@ impl Memory {
         let mut entries = self.entries.lock();
         let entries = &mut *entries;
         entries.clock += 1;
-        let entry = Entry { value, weight, used: entries.clock };
+        let entry = MemoryEntry { value, weight, used: entries.clock };
         entries.weight += weight;
         entries.by_use.insert(entries.clock, (type_name, digest));
         if let Some(before) = entries.values.insert((type_name, digest), entry) {

@@ -67,15 +67,15 @@ pub(crate) struct Store {
     /// The number of bytes that have been stored through this.
     stored: AtomicU64,
     /// Gets blobs that are not here from a shared cache.
-    elsewhere: OnceLock<Elsewhere>,
+    elsewhere: OnceLock<BlobSource>,
 }
 
 /// A function that gets blobs which are not here.
-struct Elsewhere(Box<dyn Fn(Digest) -> Option<Vec<u8>> + Send + Sync>);
+struct BlobSource(Box<dyn Fn(Digest) -> Option<Vec<u8>> + Send + Sync>);
 
-impl fmt::Debug for Elsewhere {
+impl fmt::Debug for BlobSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Elsewhere")
+        f.write_str("BlobSource")
     }
 }
 
@@ -127,7 +127,7 @@ impl Store {
 
     /// Lets the store get blobs that are not here from a shared cache.
     pub(crate) fn connect(&self, get: impl Fn(Digest) -> Option<Vec<u8>> + Send + Sync + 'static) {
-        let _ = self.elsewhere.set(Elsewhere(Box::new(get)));
+        let _ = self.elsewhere.set(BlobSource(Box::new(get)));
     }
 
     /// Whether a blob exists, by its name and size.

@@ -65,7 +65,7 @@ impl Kind for Import {
     }
 
     fn run(_: &Added, context: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(Big::new(context.read(context.source()?)?.to_vec()))
+        Output::artifact(Big::new(context.files.read(context.files.source()?)?.to_vec()))
     }
 }
 
@@ -86,7 +86,7 @@ impl Kind for Add {
     }
 
     fn run(parameters: &Added, context: &Context<'_>) -> Result<Output, Failure> {
-        let mut bytes = context.get::<Big>("big")?.0.clone();
+        let mut bytes = context.inputs.get::<Big>("big")?.0.clone();
         bytes.push(u8::try_from(parameters.number)?);
         Output::artifact(Big::new(bytes))
     }

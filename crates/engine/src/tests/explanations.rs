@@ -256,9 +256,9 @@ fn verified(project: &Project, file: &str) -> String {
         crate::answers::verify(&project.plan(), &path, &std::fs::read(&path).unwrap(), &|_| None).unwrap();
     let item = found.item.as_ref().map_or("an item that is gone".into(), ToString::to_string);
     let content = match found.content {
-        crate::Content::Current => "the last",
-        crate::Content::Earlier => "an earlier",
-        crate::Content::Altered { .. } => "no",
+        crate::ContentState::Current => "the last",
+        crate::ContentState::Earlier => "an earlier",
+        crate::ContentState::Altered { .. } => "no",
     };
     let current = if found.is_current() { "current" } else { "stale" };
     let mut text = format!("{file}: {current}, {content} result of {item}, made by {}\n", found.maker);

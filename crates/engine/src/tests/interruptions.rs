@@ -39,7 +39,7 @@ impl TextKind for Hasty {
     const NAME: &'static str = "upper";
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        let half = context.check_cancelled().is_err();
+        let half = context.reporter.check_cancelled().is_err();
         Ok(text[..text.len() / if half { 2 } else { 1 }].to_uppercase())
     }
 }

@@ -62,13 +62,13 @@ impl TextKind for SlowSource {
     const SOURCE: bool = true;
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        let gate = context.source()?.display().to_string();
+        let gate = context.files.source()?.display().to_string();
         if text == "bad" {
             // It ignores the request to stop, and fails in the end.
             GATE.pass(&gate, || Ok(()))?;
             return Err(Failure::new("half a text"));
         }
-        GATE.pass(&gate, || context.check_cancelled())?;
+        GATE.pass(&gate, || context.reporter.check_cancelled())?;
         Ok(text.into())
     }
 }
@@ -91,7 +91,7 @@ impl TextKind for SlowSuffix {
     const NAME: &'static str = "slow-suffix";
 
     fn make(parameters: &SuffixParameters, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        GATE.pass(&format!("{}/{text}", parameters.gate), || context.check_cancelled())?;
+        GATE.pass(&format!("{}/{text}", parameters.gate), || context.reporter.check_cancelled())?;
         Ok(format!("{text}{}", parameters.text))
     }
 }
@@ -371,13 +371,13 @@ impl Kind for Restless {
     }
 
     fn run(parameters: &RestlessParameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = context.source()?;
+        let source = context.files.source()?;
         let run = *RUNS.lock().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
-        let first = context.read(source)?;
+        let first = context.files.read(source)?;
         if run <= parameters.writes {
             std::fs::write(source, format!("text {run}"))?;
         }
-        let second = context.read(source)?;
+        let second = context.files.read(source)?;
         Ok(Output::files(vec![[&first[..], b", ", &second[..]].concat()]))
     }
 }

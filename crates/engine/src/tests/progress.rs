@@ -28,7 +28,7 @@ impl TextKind for Slow {
     const NAME: &'static str = "slow";
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        let steps = Steps::new(context, STEPS);
+        let steps = Steps::new(&context.reporter, STEPS);
         let limit = Instant::now() + Duration::from_secs(60);
         for step in 1..=STEPS {
             steps.step()?;

@@ -219,8 +219,8 @@ impl TextKind for Revised {
     const REVISION: u32 = 2;
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        context.warn("bold is loud");
-        context.note("two stars");
+        context.reporter.warn("bold is loud");
+        context.reporter.note("two stars");
         Ok(format!("*{}*", text.to_uppercase()))
     }
 }
@@ -486,7 +486,7 @@ impl Kind for Elaborate {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         std::thread::sleep(std::time::Duration::from_millis(300));
-        Ok(Output::files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
+        Ok(Output::files(vec![context.inputs.get::<Text>("text")?.0.clone().into_bytes()]))
     }
 }
 

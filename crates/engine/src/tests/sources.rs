@@ -23,7 +23,7 @@ impl Kind for Headed {
 
     fn check_source(_: &Nothing, context: &Context<'_>) -> Result<(), Failure> {
         let mut head = [0; 4];
-        std::io::Read::read_exact(&mut context.open(context.source()?)?, &mut head)?;
+        std::io::Read::read_exact(&mut context.files.open(context.files.source()?)?, &mut head)?;
         match &head {
             b"head" => Ok(()),
             _ => Err(Failure::new("there is no head").context("cannot read it").help("write one")),

@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 
 use notify::event::{EventKind, ModifyKind, RenameMode};
 
-use super::listener::{FileEvent, Listener, Message, is_removal};
+use super::listener::{FileEvent, Listener, WatchMessage, is_removal};
 use super::mounts::MountListener;
-use super::places::Places;
+use super::places::WatchedPlaces;
 use super::poller::Poller;
 use super::probe::Probes;
 #[cfg(test)]
@@ -121,15 +121,15 @@ pub(super) enum Wakeup {
 }
 
 pub(crate) struct ChangeCollector {
-    messages: Receiver<Message>,
-    sender: Sender<Message>,
+    messages: Receiver<WatchMessage>,
+    sender: Sender<WatchMessage>,
     listener: Option<Listener>,
     mounts: Option<MountListener>,
     poller: Option<Poller>,
     /// The time between two polls, if polling becomes necessary.
     fallback: Duration,
     quiet: Duration,
-    places: Places,
+    places: WatchedPlaces,
     probes: Probes,
     /// The roots that have been probed or need no probe.
     probed: BTreeSet<PathBuf>,
@@ -160,7 +160,7 @@ impl ChangeCollector {
             poller: poll.map(Poller::new),
             fallback,
             quiet,
-            places: Places::default(),
+            places: WatchedPlaces::default(),
             probes: Probes::default(),
             probed: BTreeSet::new(),
             because: None,
@@ -219,7 +219,7 @@ impl ChangeCollector {
     pub(super) fn watched_changes(&self) -> WatchedChanges {
         let missed = Arc::clone(&self.may_have_missed_writers);
         let sender = self.sender();
-        let report = move |path| drop(sender.send(Message::BeingWritten(path)));
+        let report = move |path| drop(sender.send(WatchMessage::BeingWritten(path)));
         WatchedChanges::new(self.unfinished.shared(), missed, Box::new(report))
     }
 
@@ -240,13 +240,13 @@ impl ChangeCollector {
     }
 
     /// Sends messages to the collector: to wake it, and in tests what the system may send.
-    pub(crate) fn sender(&self) -> Sender<Message> {
+    pub(crate) fn sender(&self) -> Sender<WatchMessage> {
         self.sender.clone()
     }
 
     /// Watches these places from now on. Returns whether any is new: changes of new places may have been
     /// missed until now, so that everything has to be checked again.
-    pub(super) fn watch(&mut self, places: Places) -> bool {
+    pub(super) fn watch(&mut self, places: WatchedPlaces) -> bool {
         // Whether a changed path existed before is known from the old places.
         self.receive_all();
         self.poll_now();
@@ -382,7 +382,7 @@ impl ChangeCollector {
         self.reported_polling.is_none() || self.probes.are_waiting()
     }
 
-    pub(super) fn places(&self) -> &Places {
+    pub(super) fn places(&self) -> &WatchedPlaces {
         &self.places
     }
 
@@ -392,10 +392,10 @@ impl ChangeCollector {
         }
     }
 
-    fn receive(&mut self, message: Message) {
+    fn receive(&mut self, message: WatchMessage) {
         match message {
-            Message::Wake => {}
-            Message::EventsLost => {
+            WatchMessage::Wake => {}
+            WatchMessage::EventsLost => {
                 self.listener.iter_mut().for_each(Listener::forget_all);
                 self.hints.lost = true;
                 self.hints.add_now();
@@ -404,7 +404,7 @@ impl ChangeCollector {
                     self.finished(path, &file, file.first);
                 }
             }
-            Message::MountsChanged => {
+            WatchMessage::MountsChanged => {
                 // Another folder is in the place of a watched one; the pass that follows watches it.
                 let replaced = self.listener.as_ref().map_or_else(Vec::new, Listener::replaced);
                 for folder in replaced {
@@ -416,11 +416,11 @@ impl ChangeCollector {
                     self.hints.add_now();
                 }
             }
-            Message::BeingWritten(path) => {
+            WatchMessage::BeingWritten(path) => {
                 let existed = self.places.existed(&path);
                 self.unfinished.written(path, existed, None, Instant::now());
             }
-            Message::Event(event) => {
+            WatchMessage::Event(event) => {
                 self.listener.iter_mut().for_each(|listener| listener.forget_moved(&event));
                 let renamed = self.follow_writers(&event);
                 for path in &event.paths {

@@ -47,10 +47,10 @@ pub(super) struct EventBuffer<'a> {
     events: &'a (dyn Fn(Event) + Sync),
     /// Whether a change triggered the build: then all of it is reported.
     is_triggered: bool,
-    state: Mutex<State<'a>>,
+    state: Mutex<BufferState<'a>>,
 }
 
-struct State<'a> {
+struct BufferState<'a> {
     outstanding: &'a mut OutstandingErrors,
     /// The events that are held back; `None` after an event was news.
     held: Option<Vec<Event>>,
@@ -63,7 +63,7 @@ impl<'a> EventBuffer<'a> {
         is_triggered: bool,
         outstanding: &'a mut OutstandingErrors,
     ) -> Self {
-        let state = State { outstanding, held: Some(Vec::new()), failed: BTreeSet::new() };
+        let state = BufferState { outstanding, held: Some(Vec::new()), failed: BTreeSet::new() };
         Self { events, is_triggered, state: Mutex::new(state) }
     }
 
@@ -77,7 +77,7 @@ impl<'a> EventBuffer<'a> {
             Event::Failed { item, .. } => _ = state.failed.insert(item.clone()),
             // The build has reported every item.
             Event::Ended(summary) if is_news && !summary.cancelled => {
-                let State { outstanding, failed, .. } = &mut *state;
+                let BufferState { outstanding, failed, .. } = &mut *state;
                 outstanding.items.retain(|item, _| failed.contains(item));
             }
             _ => {}
@@ -103,7 +103,7 @@ impl<'a> EventBuffer<'a> {
     }
 }
 
-impl State<'_> {
+impl BufferState<'_> {
     /// Whether an event of a build that no change triggered is worth reporting.
     fn is_news(&self, event: &Event) -> bool {
         let OutstandingErrors { build, items } = &*self.outstanding;

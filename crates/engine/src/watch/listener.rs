@@ -14,11 +14,11 @@ use std::sync::mpsc::Sender;
 use notify::event::{AccessKind, AccessMode, CreateKind, EventKind, ModifyKind};
 use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watcher};
 
-use super::places::Places;
+use super::places::WatchedPlaces;
 use crate::platform::{self, Identity};
 
 #[derive(Debug)]
-pub(crate) enum Message {
+pub(crate) enum WatchMessage {
     Event(Event),
     EventsLost,
     #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "only Linux reports mounts"))]
@@ -79,14 +79,14 @@ pub(super) struct Listened {
 impl Listener {
     /// # Errors
     /// If the system does not allow it; the message says what to do.
-    pub(super) fn new(sender: Sender<Message>) -> Result<Self, String> {
+    pub(super) fn new(sender: Sender<WatchMessage>) -> Result<Self, String> {
         let send = move |event: notify::Result<Event>| {
             let message = match event {
                 // Builds open many files; of these events only a close after writing matters.
                 Ok(event) if event.kind.is_access() && !is_close(&event.kind) => return,
-                Ok(event) if event.need_rescan() => Message::EventsLost,
-                Ok(event) => Message::Event(event),
-                Err(_) => Message::EventsLost,
+                Ok(event) if event.need_rescan() => WatchMessage::EventsLost,
+                Ok(event) => WatchMessage::Event(event),
+                Err(_) => WatchMessage::EventsLost,
             };
             // When the watcher ends, there is no receiver any more.
             let _ = sender.send(message);
@@ -102,7 +102,7 @@ impl Listener {
     }
 
     /// Listens to the folders of these places and to no others.
-    pub(super) fn listen(&mut self, places: &Places) -> Listened {
+    pub(super) fn listen(&mut self, places: &WatchedPlaces) -> Listened {
         // Outdated watches are dropped first, because a folder has only one watch, whatever its name.
         let unwanted = self.watched.keys().filter(|folder| !places.folders.contains_key(*folder));
         let outdated = unwanted.cloned().chain(self.replaced()).collect::<HashSet<_>>();

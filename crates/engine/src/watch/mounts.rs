@@ -6,9 +6,9 @@
 
 use std::sync::mpsc::Sender;
 
-use super::listener::Message;
+use super::listener::WatchMessage;
 
-/// Sends [`Message::MountsChanged`] as long as it lives.
+/// Sends [`WatchMessage::MountsChanged`] as long as it lives.
 #[cfg(target_os = "linux")]
 pub(super) struct MountListener {
     /// Closed when the listener is dropped, which ends its thread.
@@ -18,7 +18,7 @@ pub(super) struct MountListener {
 #[cfg(target_os = "linux")]
 impl MountListener {
     /// `None` if the system does not allow it.
-    pub(super) fn new(sender: Sender<Message>) -> Option<Self> {
+    pub(super) fn new(sender: Sender<WatchMessage>) -> Option<Self> {
         use rustix::event::{PollFd, PollFlags, poll};
         let table = std::fs::File::open("/proc/self/mountinfo").ok()?;
         let (ended, alive) = std::io::pipe().ok()?;
@@ -36,7 +36,7 @@ impl MountListener {
                 }
                 let [table, ended] = &waited;
                 if !ended.revents().is_empty()
-                    || (!table.revents().is_empty() && sender.send(Message::MountsChanged).is_err())
+                    || (!table.revents().is_empty() && sender.send(WatchMessage::MountsChanged).is_err())
                 {
                     return;
                 }
@@ -53,7 +53,7 @@ pub(super) struct MountListener;
 
 #[cfg(not(target_os = "linux"))]
 impl MountListener {
-    pub(super) fn new(_: Sender<Message>) -> Option<Self> {
+    pub(super) fn new(_: Sender<WatchMessage>) -> Option<Self> {
         None
     }
 }

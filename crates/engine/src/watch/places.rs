@@ -33,7 +33,7 @@ pub(super) struct WatchedFolder {
 const MAX_OUTPUT_FOLDERS: usize = 1024;
 
 #[derive(Debug, Default)]
-pub(super) struct Places {
+pub(super) struct WatchedPlaces {
     /// The watched folders by their canonical paths.
     pub(super) folders: HashMap<PathBuf, WatchedFolder>,
     /// Paths, as the graph spells them, that exist.
@@ -56,7 +56,7 @@ pub(super) struct Places {
     resolved: HashMap<PathBuf, Option<PathBuf>>,
 }
 
-impl Places {
+impl WatchedPlaces {
     /// The places of a manifest, and no others yet. `own` are the folders that the engine writes to.
     pub(super) fn of(manifest: &Path, own: Vec<PathBuf>) -> Self {
         let base = manifest.parent().unwrap_or(manifest);

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::places::Places;
+use super::places::WatchedPlaces;
 use crate::platform::{Identity, Stamp, folder_identity};
 
 /// Two changes within a file system's time resolution, at most so long, have the same stamp. So the contents
@@ -53,7 +53,7 @@ impl Poller {
 
     /// Reads the state of new places, and forgets those that are not needed any more. The others keep their
     /// last state, so that the next poll finds what changed meanwhile. Returns whether any place is new.
-    pub(super) fn watch(&mut self, places: &Places) -> bool {
+    pub(super) fn watch(&mut self, places: &WatchedPlaces) -> bool {
         let mut is_new = false;
         let mut before = std::mem::take(&mut self.paths);
         for path in &places.files {
@@ -74,7 +74,7 @@ impl Poller {
         is_new
     }
 
-    pub(super) fn poll(&mut self, places: &Places) -> Polled {
+    pub(super) fn poll(&mut self, places: &WatchedPlaces) -> Polled {
         let mut polled = Polled::default();
         for (path, before) in &mut self.paths {
             let now = state(path);

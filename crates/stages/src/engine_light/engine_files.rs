@@ -1,7 +1,7 @@
 //! The files that an engine loads as light, made of a prefiltered cube or of a lat-long image.
 
 use containers::{Precision, ReadOptions, TexelFormat, lighting_json, read_image, write_exr, write_rgbe};
-use engine::{Context, Failure};
+use engine::{Failure, Reporter};
 use envmap::{CubeMap, Environment, Image};
 use sh::Expansion;
 use shrm::MapGrid;
@@ -159,16 +159,16 @@ pub(crate) fn report(
     made: &EngineFiles,
     EngineTarget { preset, format }: EngineTarget,
     overflow: Overflow,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<(), Failure> {
     let (excess, most, name) = (&made.excess, made.limit, format.name());
     if excess.count > 0 && made.precision == Some(Precision::Float) {
-        note_floats(excess, context);
+        note_floats(excess, reporter);
     } else if excess.count > 0 {
         let remedy = remedy(preset, excess.largest);
         match overflow {
             Overflow::Clamp => {
-                context.warn(format!("{}; {name} ends at {most}; {remedy}", excess.text(made.content)));
+                reporter.warn(format!("{}; {name} ends at {most}; {remedy}", excess.text(made.content)));
             }
             Overflow::Error => {
                 let text = format!("{} values exceed {most}, the largest of {name}", excess.count);
@@ -181,10 +181,10 @@ pub(crate) fn report(
         [0, 1, 2].map(|c| if level[c].abs() > worst[c].abs() { level[c] } else { worst[c] })
     });
     if let Some(text) = rounded_text(worst) {
-        context.warn(format!("{text}; {}", finer(preset, format)));
+        reporter.warn(format!("{text}; {}", finer(preset, format)));
     }
     if made.negative > 0 {
-        context.warn(format!("{} negative values became 0, for {name} has no sign", made.negative));
+        reporter.warn(format!("{} negative values became 0, for {name} has no sign", made.negative));
     }
     Ok(())
 }

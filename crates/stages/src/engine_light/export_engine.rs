@@ -64,7 +64,7 @@
 //! ```
 
 use containers::Precision;
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 use envmap::Environment;
 use serde_json::{Value, json};
 use sh::{Degree, Expansion, Transform};
@@ -161,22 +161,23 @@ impl Kind for ExportEngine {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let (preset, format) = (parameters.preset, parameters.format());
         let target = EngineTarget { preset, format };
         let recipe = Some(context.recipe());
-        let (made, levels) = if context.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
-            let cube = context.get::<artifacts::Prefiltered>(LIGHT)?;
+        let (made, levels) = if context.inputs.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
+            let cube = context.inputs.get::<artifacts::Prefiltered>(LIGHT)?;
             check_levels(preset, &cube.0)?;
             cube_files(target, &cube.0, context)?
         } else {
-            let environment = &context.get::<artifacts::Environment>(LIGHT)?.0;
+            let environment = &context.inputs.get::<artifacts::Environment>(LIGHT)?.0;
             if preset.loads_cube() {
                 let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
-                let cube = prefiltered(preset, environment, edge, context)?;
+                let cube = prefiltered(preset, environment, edge, reporter)?;
                 cube_files(target, &cube, context)?
             } else {
                 // The irradiance is that of the whole picture, whatever the size of the written one is.
-                let irradiance = nine(&light_of(environment)?, context);
+                let irradiance = nine(&light_of(environment)?, reporter);
                 let resized = match parameters.resolution {
                     Some(rows) if rows != environment.grid().height => {
                         Some(environment.resized(LatLong::with_rows(rows))?)
@@ -188,9 +189,9 @@ impl Kind for ExportEngine {
                 (made, vec![json!({ "rows": environment.grid().height })])
             }
         };
-        context.check_cancelled()?;
-        report(&made, target, parameters.overflow, context)?;
-        let bounds = bounds(target, &made, levels, context)?;
+        context.reporter.check_cancelled()?;
+        report(&made, target, parameters.overflow, reporter)?;
+        let bounds = bounds(target, &made, levels, context.recipe())?;
         let text = preset.readme(format, STEM);
         Ok(Output::files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
     }
@@ -201,10 +202,10 @@ fn prefiltered(
     preset: EnginePreset,
     environment: &Environment,
     edge: usize,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<Prefiltered, Failure> {
     let roughness = preset.roughness(edge).map_err(Failure::new)?;
-    context.until_stopped(|stop| {
+    reporter.until_stopped(|stop| {
         prefilter(environment, None, Distribution::Ggx, &roughness, edge, MethodChoice::Auto, stop)
             .map_err(|error| Failure::new(error.to_string()))
     })
@@ -246,8 +247,8 @@ fn light_of(environment: &Environment) -> Result<Expansion, Failure> {
 }
 
 /// Cuts a light to nine coefficients, without ringing.
-fn nine(light: &Expansion, context: &Context<'_>) -> Expansion {
-    windowed(light.to_degree(Degree::new(2).unwrap_or(light.degree())), context)
+fn nine(light: &Expansion, reporter: &Reporter) -> Expansion {
+    windowed(light.to_degree(Degree::new(2).unwrap_or(light.degree())), reporter)
 }
 
 /// Makes the files of a cube, and the entries of `bounds.json` about its levels.
@@ -257,7 +258,7 @@ fn cube_files(
     context: &Context<'_>,
 ) -> Result<(EngineFiles, Vec<Value>), Failure> {
     let maps: Vec<_> = cube.levels.iter().map(|level| &level.map).collect();
-    let irradiance = nine(&cube.series, context);
+    let irradiance = nine(&cube.series, &context.reporter);
     let made = engine_files::of_levels(target, &maps, &cube.series, &irradiance, Some(context.recipe()))?;
     let level = |level: &shrm::PrefilteredLevel| {
         let (method, degree) = match level.method {
@@ -279,13 +280,13 @@ fn bounds(
     EngineTarget { preset, format }: EngineTarget,
     made: &EngineFiles,
     mut levels: Vec<Value>,
-    context: &Context<'_>,
+    recipe: &str,
 ) -> Result<Vec<u8>, Failure> {
     for (level, (stored, rounded)) in levels.iter_mut().zip(made.errors.iter().zip(&made.rounded)) {
         level["stored_error"] = json!(stored);
         level["rounded_light"] = json!(rounded);
     }
-    let recipe: Value = serde_json::from_str(context.recipe())?;
+    let recipe: Value = serde_json::from_str(recipe)?;
     let bounds = json!({
         "preset": preset.name,
         "format": format.name(),

@@ -57,20 +57,20 @@
 
 use std::borrow::Cow;
 
-use containers::{Texture, write_dds, write_ktx2};
+use containers::Texture;
 use engine::{Artifact, Choice, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use shrm::{MapGrid, Prefiltered};
-use sphere::{Cube, Face, LatLong};
+use sphere::{Cube, LatLong};
 
-use crate::map::{Layout, MapPictures, PictureFormat, map_source};
+use crate::map::{Layout, MapPictures, endings, map_source};
 use crate::values::{
-    Content, DistributionName, FileFormat, MAX_RESOLUTION, MapsFormat, Numbers, STOPS, artifacts,
+    Container, Content, DistributionName, Encoding, FileFormat, MAX_RESOLUTION, Numbers, STOPS, artifacts,
 };
 
 choice! {
     /// The container of the written images.
-    pub(crate) enum Format {
+    pub(crate) enum EnvironmentFormat {
         /// OpenEXR.
         Exr = "exr",
         /// Radiance.
@@ -84,32 +84,15 @@ choice! {
     }
 }
 
-impl Format {
-    fn extension(self) -> &'static str {
+impl FileFormat for EnvironmentFormat {
+    fn container(self) -> Container {
         match self {
-            Self::Exr => ".exr",
-            Self::Rgbe => ".hdr",
-            Self::Png => ".png",
-            Self::Ktx2 => ".ktx2",
-            Self::Dds => ".dds",
+            Self::Exr => Container::Exr,
+            Self::Rgbe => Container::Rgbe,
+            Self::Png => Container::Png,
+            Self::Ktx2 => Container::Ktx2,
+            Self::Dds => Container::Dds,
         }
-    }
-
-    /// The format of a picture, if it is not a texture.
-    fn picture(self) -> Result<PictureFormat, MapsFormat> {
-        match self {
-            Self::Exr => Ok(PictureFormat::Exr),
-            Self::Rgbe => Ok(PictureFormat::Rgbe),
-            Self::Png => Ok(PictureFormat::Png),
-            Self::Ktx2 => Err(MapsFormat::Ktx2),
-            Self::Dds => Err(MapsFormat::Dds),
-        }
-    }
-}
-
-impl FileFormat for Format {
-    fn has_precision(self) -> bool {
-        !matches!(self, Self::Rgbe | Self::Png)
     }
 }
 
@@ -123,7 +106,7 @@ parameters! {
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
         /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
-        format: Format = Format::Exr,
+        format: EnvironmentFormat = EnvironmentFormat::Exr,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]
         exposure: f64 = 0.0,
@@ -132,10 +115,12 @@ parameters! {
 }
 
 impl Parameters {
-    /// The way in which pictures of this resolution are written.
-    fn pictures(&self, format: PictureFormat, resolution: usize) -> MapPictures {
-        let Self { layout, numbers, .. } = *self;
-        MapPictures { layout, resolution, format, numbers, exposure: 0.0 }
+    fn encoding(&self) -> Encoding<EnvironmentFormat> {
+        Encoding::new(self.format, self.numbers)
+    }
+
+    fn is_texture(&self) -> bool {
+        self.format.container().is_texture()
     }
 
     /// The texels, and the resolution.
@@ -177,20 +162,15 @@ impl Kind for ExportEnvironment {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let extension = parameters.format.extension();
-        Product::Files(match (parameters.layout, parameters.format.picture()) {
-            (Layout::Cube, Ok(_)) => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
-            _ => vec![extension.to_owned()],
-        })
+        Product::Files(endings(parameters.layout, parameters.format.container()))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let Parameters { format, layout, numbers, .. } = *parameters;
         let mut errors = Vec::new();
-        if format.picture().is_err() && matches!(layout, Layout::CubeStrip | Layout::CubeCross) {
+        if parameters.is_texture() && matches!(parameters.layout, Layout::CubeStrip | Layout::CubeCross) {
             errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
         }
-        errors.extend(numbers.check(format));
+        errors.extend(parameters.encoding().check());
         errors
     }
 
@@ -200,7 +180,7 @@ impl Kind for ExportEnvironment {
             if parameters.layout != Layout::Cube {
                 errors.push(("layout", "a prefiltered cube is written as layout = \"cube\"".into()));
             }
-            if parameters.format.picture().is_ok() {
+            if !parameters.is_texture() {
                 let text = "the levels of a prefiltered cube need a texture: format = \"ktx2\" or \"dds\"";
                 errors.push(("format", text.into()));
             }
@@ -212,35 +192,31 @@ impl Kind for ExportEnvironment {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        if context.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
-            return with_levels(&context.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0, parameters, context);
+        if context.inputs.type_at(ENVIRONMENT) == Some(artifacts::Prefiltered::TYPE) {
+            return with_levels(
+                &context.inputs.get::<artifacts::Prefiltered>(ENVIRONMENT)?.0,
+                parameters,
+                context,
+            );
         }
-        let environment = &context.get::<artifacts::Environment>(ENVIRONMENT)?.0;
+        let environment = &context.inputs.get::<artifacts::Environment>(ENVIRONMENT)?.0;
         let exposed = match parameters.exposure {
             0.0 => Cow::Borrowed(environment),
             stops => Cow::Owned(environment.exposed(stops).ok_or_else(|| {
                 Failure::new(format!("{stops} stops make a value infinite")).help("choose a lower exposure")
             })?),
         };
-        context.check_cancelled()?;
+        context.reporter.check_cancelled()?;
         let (pixels, resolution) = parameters.texels(&exposed)?;
-        context.check_cancelled()?;
-        let format = match parameters.format.picture() {
-            Ok(format) => {
-                return Ok(Output::files(parameters.pictures(format, resolution).files(pixels, context)?));
-            }
-            Err(format) => format,
-        };
-        let (width, faces) =
-            if parameters.layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
+        context.reporter.check_cancelled()?;
+        let (layout, encoding) = (parameters.layout, parameters.encoding());
+        if !parameters.is_texture() {
+            let pictures = MapPictures { layout, resolution };
+            return Ok(Output::files(pictures.files(pixels, encoding, context)?));
+        }
+        let (width, faces) = if layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
         let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
-        Ok(Output::files(map_source::encode(
-            &texture,
-            format,
-            parameters.numbers,
-            ExportEnvironment::NAME,
-            context,
-        )?))
+        Ok(Output::files(map_source::encode(&texture, encoding, ExportEnvironment::NAME, context)?))
     }
 }
 
@@ -272,23 +248,17 @@ fn with_levels(
     let lobe = words.into_iter().find(|(.., lobe)| lobe.0 == cube.distribution).map_or("", |(word, ..)| word);
     let roughness: Vec<String> = cube.levels.iter().map(|level| level.roughness.to_string()).collect();
     let roughness = roughness.join(" ");
-    context.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
+    context.reporter.note(format!("{} levels of the lobe {lobe}, roughness {roughness}", cube.levels.len()));
     // One precision for all levels: that of the brightest, which is the sharpest, wherever it is in the list.
     let peak =
         |pixels: &[[f32; 3]]| pixels.as_flattened().iter().fold(0.0_f32, |most, value| most.max(*value));
     let brightest = texture.levels().max_by(|a, b| peak(a).total_cmp(&peak(b))).unwrap_or_default();
     let content = Content::Light(MapGrid::Cube(Cube { edge: (brightest.len() / 6).isqrt() }));
-    let precision = parameters.numbers.precision(parameters.format, brightest, content, context)?;
-    let encoded = match parameters.format {
-        Format::Dds => write_dds(&texture, precision)?,
-        _ => {
-            let entries = [
-                ("specula.kind", ExportEnvironment::NAME),
-                ("specula.distribution", lobe),
-                ("specula.roughness", roughness.as_str()),
-            ];
-            write_ktx2(&texture, precision, Some(context.recipe()), &entries)?
-        }
-    };
-    Ok(Output::files(vec![encoded.bytes]))
+    let entries = [
+        ("specula.kind", ExportEnvironment::NAME),
+        ("specula.distribution", lobe),
+        ("specula.roughness", roughness.as_str()),
+    ];
+    let writer = parameters.encoding().writer(brightest, content, context)?;
+    Ok(Output::files(vec![writer.texture(&texture, &entries)?.bytes]))
 }

@@ -56,7 +56,7 @@ use crate::values::{MAX_RESOLUTION, artifacts};
 
 choice! {
     /// The container.
-    pub(crate) enum Format {
+    pub(crate) enum RigFormat {
         /// glTF, as text.
         Gltf = "gltf",
         /// USD, as text.
@@ -75,7 +75,7 @@ parameters! {
     /// Parameters of `export-light-rig`.
     pub(crate) struct Parameters {
         /// The container; see the table.
-        format: Format = Format::Gltf,
+        format: RigFormat = RigFormat::Gltf,
         /// With format "safetensors": rows of the lat-long map whose levels `mip` counts. Default: 512.
         #[range(1..=MAX_RESOLUTION)]
         #[was("rows")]
@@ -99,37 +99,37 @@ impl Kind for ExportLightRig {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let endings: &[&str] = match parameters.format {
-            Format::Gltf => &[".gltf"],
-            Format::Usda => &[".usda"],
-            Format::Csv => &[".json", ".csv"],
-            Format::Safetensors => &[".safetensors"],
+            RigFormat::Gltf => &[".gltf"],
+            RigFormat::Usda => &[".usda"],
+            RigFormat::Csv => &[".json", ".csv"],
+            RigFormat::Safetensors => &[".safetensors"],
         };
         Product::Files(endings.iter().map(|ending| (*ending).to_owned()).collect())
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.resolution.is_some() && parameters.format != Format::Safetensors {
+        if parameters.resolution.is_some() && parameters.format != RigFormat::Safetensors {
             return vec![("resolution", "only format = \"safetensors\" uses it".into())];
         }
         Vec::new()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let lighting = &context.get::<artifacts::Lighting>("lights")?.0;
+        let lighting = &context.inputs.get::<artifacts::Lighting>("lights")?.0;
         let lights = &lighting.lights[..];
         if lights.is_empty() {
             return Err(Failure::new("the lighting has no lights beside its series")
                 .help("make some with sample-light, or with lamps = \"separate\" of project-sh"));
         }
         if lighting.series.coefficients().as_flattened().iter().any(|value| *value != 0.0) {
-            context.note("the series beside the lights is not written");
+            context.reporter.note("the series beside the lights is not written");
         }
         let recipe = Some(context.recipe());
         Ok(Output::files(match parameters.format {
-            Format::Gltf => vec![write_gltf_lights(lights, recipe)?],
-            Format::Usda => vec![write_usda_lights(lights, recipe)?],
-            Format::Csv => vec![texture_sidecar(recipe, &[])?, write_csv_lights(lights)?],
-            Format::Safetensors => {
+            RigFormat::Gltf => vec![write_gltf_lights(lights, recipe)?],
+            RigFormat::Usda => vec![write_usda_lights(lights, recipe)?],
+            RigFormat::Csv => vec![texture_sidecar(recipe, &[])?, write_csv_lights(lights)?],
+            RigFormat::Safetensors => {
                 vec![tensors::encode_light_rig(lights, parameters.resolution.unwrap_or(ROWS), recipe)?]
             }
         }))

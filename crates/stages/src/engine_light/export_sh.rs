@@ -152,7 +152,7 @@ use crate::values::{LampsName, Window, artifacts};
 
 choice! {
     /// The container.
-    pub(crate) enum Format {
+    pub(crate) enum ShFormat {
         /// JSON.
         Json = "json",
         /// Safetensors.
@@ -188,7 +188,7 @@ parameters! {
     /// Parameters of `export-sh`.
     pub(crate) struct Parameters {
         /// The container: JSON for people and engines, safetensors for programs.
-        format: Format = Format::Json,
+        format: ShFormat = ShFormat::Json,
         /// With format "json": the convention of the coefficients; see the table.
         preset: PresetName = PresetName(Preset::Specula),
         /// The highest l that is written, 2 for the nine coefficients of a probe. Default: that of the
@@ -220,13 +220,13 @@ impl Kind for ExportSh {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![match parameters.format {
-            Format::Json => ".json".into(),
-            Format::Safetensors => ".safetensors".into(),
+            ShFormat::Json => ".json".into(),
+            ShFormat::Safetensors => ".safetensors".into(),
         }])
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.format == Format::Safetensors && parameters.preset.0 != Preset::Specula {
+        if parameters.format == ShFormat::Safetensors && parameters.preset.0 != Preset::Specula {
             return vec![(
                 "preset",
                 "format = \"safetensors\" holds coefficients in Specula's own convention only".into(),
@@ -236,7 +236,7 @@ impl Kind for ExportSh {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
+        let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
         let mut lighting = match parameters.lamps {
             LampsName::Baked => lighting.whole().into(),
             LampsName::Separate => lighting.clone(),
@@ -247,7 +247,7 @@ impl Kind for ExportSh {
         let PresetName(preset) = parameters.preset;
         let (given, written) = (lighting.series.degree(), preset.degree(lighting.series.degree()));
         if written < given.get() {
-            context.note(format!(
+            context.reporter.note(format!(
                 "preset {} holds degree {written}: the first {} of {} coefficients",
                 preset.name(),
                 (written + 1) * (written + 1),
@@ -256,10 +256,10 @@ impl Kind for ExportSh {
             lighting.series = lighting.series.to_degree(Degree::new(written)?);
         }
         if parameters.window == Window::Auto && lighting.series.degree().get() <= MOST_WINDOWED {
-            lighting.series = windowed(lighting.series, context);
+            lighting.series = windowed(lighting.series, &context.reporter);
         }
         let recipe = Some(context.recipe());
-        if parameters.format == Format::Safetensors {
+        if parameters.format == ShFormat::Safetensors {
             return Ok(Output::files(vec![tensors::encode_lighting(&lighting, recipe)?]));
         }
         Ok(Output::files(vec![lighting_json::encode(&lighting, preset, recipe)?]))

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use engine::Context;
+use engine::Reporter;
 use sh::{Expansion, Penalty, non_negative};
 
 /// The highest degree that a window is sought for: probes of few coefficients.
 pub(crate) const MOST_WINDOWED: usize = 8;
 
 /// Returns the series with the least window under which the irradiance is nowhere negative.
-pub(crate) fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
+pub(crate) fn windowed(series: Expansion, reporter: &Reporter) -> Expansion {
     let mut irradiance = series.clone();
     for l in 0..=series.degree().get() {
         let factor = cosine(l);
@@ -19,7 +19,7 @@ pub(crate) fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
     }
     match non_negative(&irradiance) {
         Ok(found) if found.penalty > Penalty::ZERO => {
-            context.note(format!(
+            reporter.note(format!(
                 "window laplacian with lambda {:.3e}: the least irradiance is {:.4} instead of {:.4}",
                 found.penalty.get(),
                 found.after.value,

@@ -114,13 +114,13 @@ impl Kind for TestPattern {
         let target = parameters.target();
         let mut files = Vec::new();
         for &pattern in parameters.patterns() {
-            context.check_cancelled()?;
+            context.reporter.check_cancelled()?;
             let made = if target.preset.loads_cube() {
                 levels(target, pattern, parameters.resolution, context)?
             } else {
-                lat_long(target, pattern, parameters.resolution, context)?
+                lat_long(target, pattern, parameters.resolution, context.recipe())?
             };
-            report(&made, target, Overflow::Clamp, context)?;
+            report(&made, target, Overflow::Clamp, &context.reporter)?;
             files.extend(made.files);
         }
         let text = format!(
@@ -156,7 +156,7 @@ fn levels(
         AXES => {
             let environment = axes()?;
             let auto = MethodChoice::Auto;
-            let made = context.until_stopped(|stop| {
+            let made = context.reporter.until_stopped(|stop| {
                 let made = prefilter(&environment, None, Distribution::Ggx, &roughness, edge, auto, stop);
                 made.map_err(|error| Failure::new(error.to_string()))
             })?;
@@ -177,12 +177,7 @@ fn levels(
 }
 
 /// A pattern for an engine that loads a lat-long image.
-fn lat_long(
-    target: EngineTarget,
-    pattern: &str,
-    rows: usize,
-    context: &Context<'_>,
-) -> Result<EngineFiles, Failure> {
+fn lat_long(target: EngineTarget, pattern: &str, rows: usize, recipe: &str) -> Result<EngineFiles, Failure> {
     let (environment, light) = match pattern {
         ORIENT => (painted(rows, |d| direction_colour(d, 1.0))?, orient_light()?),
         _ => {
@@ -191,7 +186,7 @@ fn lat_long(
             (environment, light)
         }
     };
-    engine_files::of_lat_long(target, &environment, &light, Some(context.recipe()))
+    engine_files::of_lat_long(target, &environment, &light, Some(recipe))
 }
 
 /// 2 + 1.5 k d of a direction in the frame of files.

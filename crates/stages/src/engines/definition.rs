@@ -52,7 +52,7 @@ pub(crate) struct EngineCube {
 }
 
 /// The file of the light, and the contents of those beside it.
-pub(crate) type Written = Result<(Encoded, Vec<Vec<u8>>), Failure>;
+pub(crate) type LightFiles = Result<(Encoded, Vec<Vec<u8>>), Failure>;
 
 /// The files of a cube in some formats.
 pub(crate) struct CubeFiles {
@@ -61,7 +61,7 @@ pub(crate) struct CubeFiles {
     /// What follows the stem in the files' names; the first is that of the light.
     pub(crate) endings: &'static [&'static str],
     /// Makes the file of the light, and the contents of those beside it.
-    pub(crate) write: fn(&CubeLight<'_>) -> Written,
+    pub(crate) write: fn(&CubeLight<'_>) -> LightFiles,
     /// Reads the cube back from the file of the light.
     pub(crate) read: fn(&[u8]) -> Result<Texture, Failure>,
     /// The text with the code that loads the files, from the name of the first and of the second.

@@ -142,7 +142,7 @@ use std::ops::Bound;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use engine::{Context, Failure, Kind, NamedPath, Output, Port, Product, parameters};
+use engine::{Context, Failure, ItemFiles, Kind, NamedPath, Output, Port, Product, parameters};
 
 use crate::values::artifacts::{Environment, Lighting};
 use command::{Command, Piece};
@@ -243,9 +243,10 @@ impl Kind for Exec {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let (program, warnings) = tools::read(&parameters.command, &parameters.tools, context)?;
-        warnings.into_iter().for_each(|warning| context.warn(warning));
-        let scratch = Scratch::new(context)?;
+        warnings.into_iter().for_each(|warning| reporter.warn(warning));
+        let scratch = Scratch::new(&context.files)?;
         let work = scratch.folder.path().join(WORK);
         let mut written = Vec::new();
         for name in parameters.command.inputs() {
@@ -253,21 +254,22 @@ impl Kind for Exec {
             written.push((name, file));
         }
         let output = parameters.output.prepare(&work)?;
-        let manifest = context.resolve(Path::new("")).components().collect::<PathBuf>();
+        let manifest = context.files.resolve(Path::new("")).components().collect::<PathBuf>();
         let argument = |pieces: &[Piece]| -> OsString {
-            let file = tools::named_file(pieces, context);
+            let file = tools::named_file(pieces, &context.files);
             file.map_or_else(|| filled(pieces, &written, &output, &manifest), OsString::from)
         };
         let process = Process {
             program,
             arguments: parameters.command.arguments().map(argument).collect(),
-            environment: tools::environment(&parameters.env, scratch.folder.path(), context),
+            environment: tools::environment(&parameters.env, scratch.folder.path(), reporter),
             name: parameters.command.name(),
             limit: Duration::from_secs_f64(parameters.timeout),
             scratch: scratch.folder.path().to_path_buf(),
         };
-        let ran = process.run(&work, context).map_err(|failure| {
-            let absent = parameters.command.arguments().find_map(|pieces| tools::absent(pieces, context));
+        let ran = process.run(&work, reporter).map_err(|failure| {
+            let absent =
+                parameters.command.arguments().find_map(|pieces| tools::absent(pieces, &context.files));
             match absent.filter(|_| failure.help.is_none()) {
                 Some(file) => failure.help(format!("the file {} does not exist", file.display())),
                 None => failure,
@@ -279,9 +281,9 @@ impl Kind for Exec {
             tools::read(&parameters.command, &parameters.tools, context)?;
             parameters.output.read(&work, &process.name, context)
         });
-        made.map_err(
-            |failure| if failure.cancelled { failure } else { scratch.report(failure, &process, context) },
-        )
+        made.map_err(|failure| {
+            if failure.cancelled { failure } else { scratch.report(failure, &process, &context.files) }
+        })
     }
 }
 
@@ -317,8 +319,8 @@ const WORK: &str = "work";
 
 impl Scratch {
     /// Adds to the failure the command that can be run by hand, in this folder if it is kept.
-    fn report(self, mut failure: Failure, process: &Process, context: &Context<'_>) -> Failure {
-        let shown = match context.kept_scratch().map(|kept| self.keep(kept)) {
+    fn report(self, mut failure: Failure, process: &Process, files: &ItemFiles<'_>) -> Failure {
+        let shown = match files.kept_scratch().map(|kept| self.keep(kept)) {
             Some(Ok(kept)) => {
                 let command = process.command_line_in(kept, WORK);
                 format!("its files are kept in {}; the command:\n{command}", kept.display())
@@ -347,15 +349,14 @@ impl Scratch {
         Ok(place)
     }
 
-    fn new(context: &Context<'_>) -> Result<Self, Failure> {
-        let made =
-            tempfile::Builder::new().prefix("exec-").tempdir_in(context.scratch()).and_then(|folder| {
-                for name in [WORK, tools::HOME, tools::TEMPORARY] {
-                    fs::create_dir(folder.path().join(name))?;
-                }
-                Ok(Self { folder })
-            });
-        let place = context.scratch().display();
+    fn new(files: &ItemFiles<'_>) -> Result<Self, Failure> {
+        let made = tempfile::Builder::new().prefix("exec-").tempdir_in(files.scratch()).and_then(|folder| {
+            for name in [WORK, tools::HOME, tools::TEMPORARY] {
+                fs::create_dir(folder.path().join(name))?;
+            }
+            Ok(Self { folder })
+        });
+        let place = files.scratch().display();
         made.map_err(|error| {
             let failure = Failure::from(error).context(format!("cannot create a scratch folder in {place}"));
             failure.system_error()

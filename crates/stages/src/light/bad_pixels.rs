@@ -1,6 +1,6 @@
 //! Bad pixels of pictures that are imported: the policies, and what is said of them.
 
-use engine::{Context, choice};
+use engine::{Reporter, choice};
 use envmap::{BadPixels, Coverage, Finding, Image, repair};
 
 use crate::values::percent;
@@ -30,7 +30,7 @@ pub(crate) fn repaired(
     image: Image,
     coverage: impl Into<Coverage>,
     policy: BadPixels,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<Image, envmap::Error> {
     let (image, found) = repair(image, coverage, policy)?;
     match found.negative {
@@ -43,9 +43,9 @@ pub(crate) fn repaired(
                 message +=
                     ". Light is never negative: check that the image is not one of normals or differences";
             }
-            context.warn(message);
+            reporter.warn(message);
         }
-        _ if !found.is_clean() => context.warn(format!("bad pixels were replaced: {found}")),
+        _ if !found.is_clean() => reporter.warn(format!("bad pixels were replaced: {found}")),
         _ => {}
     }
     Ok(image)

@@ -91,15 +91,15 @@ impl Kind for CircularLights {
     }
 
     fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-        let path = context.source()?;
+        let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        read(&file, &context.read(path)?).map(drop)
+        read(&file, &context.files.read(path)?).map(drop)
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let path = context.source()?;
+        let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let disks = read(&file, &context.read(path)?)?;
+        let disks = read(&file, &context.files.read(path)?)?;
         let degree = Degree::new(parameters.degree)?;
         let in_series = match parameters.lamps {
             Some(lamps) => lamps == Lamps::Series,
@@ -119,7 +119,7 @@ impl Kind for CircularLights {
             lighting.series = window.apply(&lighting.series);
         }
         let beside = lighting.lights.len();
-        context.note(match beside {
+        context.reporter.note(match beside {
             0 => format!("{} disks in a series of degree {}", disks.len(), degree.get()),
             _ if beside == disks.len() => format!("{beside} disks beside an empty series"),
             _ => format!(

@@ -1,6 +1,6 @@
 //! The lighting of an environment with more than enough degrees.
 
-use engine::{Context, Failure};
+use engine::{Failure, Reporter};
 use envmap::Environment;
 use sh::{Degree, Transform};
 use sphere::LatLong;
@@ -11,8 +11,8 @@ use crate::values::UntilStopped;
 pub(crate) const MAX_UNCUT_DEGREE: usize = 255;
 
 /// The lighting as the default parameters make it: lamps beside a series of more than enough degrees.
-pub(crate) fn full(environment: &Environment, context: &Context<'_>) -> Result<sh::Lighting, Failure> {
-    let separated = context.until_stopped(|stop| environment.separate_lamps(stop))?;
+pub(crate) fn full(environment: &Environment, reporter: &Reporter) -> Result<sh::Lighting, Failure> {
+    let separated = reporter.until_stopped(|stop| environment.separate_lamps(stop))?;
     let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
     let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
     Ok(sh::Lighting { series, lights: separated.lights })

@@ -200,7 +200,9 @@ use containers::{
     Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, is_light_texture, read_image,
     read_image_header, read_light_texture,
 };
-use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use engine::{
+    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, choice, parameters,
+};
 use envmap::{BadPixels, Coverage, Environment, Fill, Image, Layout, check_faces, stack_faces};
 use sphere::{Face, LatLong, Rotation};
 
@@ -300,14 +302,14 @@ impl Kind for ImportEnvironment {
     }
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-        let source = context.source()?;
-        match SourcePictures::find(source, false, parameters, context)? {
+        let source = context.files.source()?;
+        match SourcePictures::find(source, false, parameters, &context.files)? {
             SourcePictures::One => {
-                let header = read_header(source, parameters, context)?;
+                let header = read_header(source, parameters, &context.files)?;
                 let ImageHeader { width, height, openexr_envmap, panorama, .. } = header;
                 let within = |failure: Failure| failure.context(format!("cannot import {}", name(source)));
                 let wanted = wanted(parameters);
-                let shown = Shown::of(wanted, openexr_envmap, panorama, &name(source), context);
+                let shown = Shown::of(wanted, openexr_envmap, panorama, &name(source), &context.reporter);
                 match shown.map_err(within)?.coverage {
                     Coverage::Whole(layout) => {
                         layout.check(width, height).map_err(|error| within(error.into()))
@@ -318,7 +320,7 @@ impl Kind for ImportEnvironment {
             SourcePictures::Faces(_, paths) => {
                 let mut sizes = [[0; 2]; Face::ALL.len()];
                 for (size, path) in sizes.iter_mut().zip(&paths) {
-                    let header = read_header(path, parameters, context)?;
+                    let header = read_header(path, parameters, &context.files)?;
                     *size = [header.width, header.height];
                 }
                 check_faces(sizes)?;
@@ -334,10 +336,11 @@ impl Kind for ImportEnvironment {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = context.source()?;
+        let reporter = &context.reporter;
+        let source = context.files.source()?;
         let (image, shown) = read_source(source, parameters, context)?;
-        context.check_cancelled()?;
-        let image = repaired(image, shown.coverage, parameters.bad_pixels.0, context).map_err(|error| {
+        reporter.check_cancelled()?;
+        let image = repaired(image, shown.coverage, parameters.bad_pixels.0, reporter).map_err(|error| {
             let bad = matches!(error, envmap::Error::BadPixels(_));
             let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
             match bad {
@@ -353,7 +356,7 @@ impl Kind for ImportEnvironment {
                 if layout != Layout::LatLong {
                     let LatLong { width, height } =
                         grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
-                    context.note(format!(
+                    reporter.note(format!(
                         "layout {}: {} x {} pixels resampled to {width} x {height}",
                         layout.name(),
                         image.width(),
@@ -363,13 +366,13 @@ impl Kind for ImportEnvironment {
                 Environment::from_image(image, layout, grid)?
             }
             Coverage::Part(part) => {
-                shown.report(&part, parameters.fill.0, context);
+                shown.report(&part, parameters.fill.0, reporter);
                 Environment::from_part(image, &part, parameters.fill.0, grid)?
             }
         };
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         if shown.turn != Rotation::IDENTITY {
-            environment = context.until_stopped(|stop| environment.rotated(shown.turn, stop))?;
+            environment = reporter.until_stopped(|stop| environment.rotated(shown.turn, stop))?;
         }
         let environment = environment.exposed(parameters.exposure).ok_or_else(|| {
             Failure::new(format!("exposure {} makes a value infinite", parameters.exposure))
@@ -394,11 +397,11 @@ impl SourcePictures {
         source: &Path,
         reads_whole: bool,
         parameters: &Parameters,
-        context: &Context<'_>,
+        files: &ItemFiles<'_>,
     ) -> Result<Self, Failure> {
-        if context.is_folder(source) {
+        if files.is_folder(source) {
             return match parameters.layout {
-                OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, context),
+                OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, files),
                 _ => Err(Failure::new(format!(
                     "{} is a folder, but only six cube faces can be read from a folder",
                     name(source)
@@ -406,7 +409,7 @@ impl SourcePictures {
                 .help("name a file as the source, or remove layout")),
             };
         }
-        if is_texture(source, reads_whole, context)? {
+        if is_texture(source, reads_whole, files)? {
             return Ok(Self::Texture);
         }
         if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
@@ -418,14 +421,14 @@ impl SourcePictures {
                 .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
             })?;
             let folder = source.parent().unwrap_or(Path::new(""));
-            return Self::faces(folder, Some(&face), context);
+            return Self::faces(folder, Some(&face), files);
         }
         Ok(Self::One)
     }
 
     /// The six images of one set in a folder.
-    fn faces(folder: &Path, like: Option<&FaceName>, context: &Context<'_>) -> Result<Self, Failure> {
-        let files = six_faces::find(&context.list(folder)?, like, &name(folder))?;
+    fn faces(folder: &Path, like: Option<&FaceName>, files: &ItemFiles<'_>) -> Result<Self, Failure> {
+        let files = six_faces::find(&files.list(folder)?, like, &name(folder))?;
         let paths = files.names.iter().map(|name| folder.join(name)).collect();
         Ok(Self::Faces(files, paths))
     }
@@ -433,17 +436,17 @@ impl SourcePictures {
 
 /// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
 /// the whole file, which is why a run reads all of it.
-fn is_texture(path: &Path, reads_whole: bool, context: &Context<'_>) -> Result<bool, Failure> {
+fn is_texture(path: &Path, reads_whole: bool, files: &ItemFiles<'_>) -> Result<bool, Failure> {
     /// The number of bytes of the longest signature.
     const SIGNATURE: u64 = 12;
     if reads_whole {
-        return Ok(is_light_texture(&context.read(path)?));
+        return Ok(is_light_texture(&files.read(path)?));
     }
     let mut first = Vec::new();
-    context.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
+    files.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
     // What glTF holds is known only by the whole document.
     let is_document = first.starts_with(b"glTF") || first.trim_ascii_start().starts_with(b"{");
-    Ok(is_light_texture(&first) || is_document && is_light_texture(&context.read(path)?))
+    Ok(is_light_texture(&first) || is_document && is_light_texture(&files.read(path)?))
 }
 
 /// Reads the image of the source, and the layout and turn of its light.
@@ -452,11 +455,12 @@ fn read_source(
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Shown), Failure> {
-    match SourcePictures::find(source, true, parameters, context)? {
+    match SourcePictures::find(source, true, parameters, &context.files)? {
         SourcePictures::One => {
             let decoded = read_picture(source, parameters, context)?;
             let Decoded { image, openexr_envmap, panorama, .. } = decoded;
-            let shown = Shown::of(wanted(parameters), openexr_envmap, panorama, &name(source), context);
+            let shown =
+                Shown::of(wanted(parameters), openexr_envmap, panorama, &name(source), &context.reporter);
             let shown =
                 shown.map_err(|failure| failure.context(format!("cannot import {}", name(source))))?;
             Ok((image, shown))
@@ -468,7 +472,7 @@ fn read_source(
                 .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
             check_faces(faces.each_ref().map(|face| [face.width(), face.height()]))?;
             let (faces, arranged) = files.arrange(faces);
-            arranged.into_iter().for_each(|note| context.note(note));
+            arranged.into_iter().for_each(|note| context.reporter.note(note));
             Ok((stack_faces(faces)?, Shown::whole(Layout::Cube)))
         }
         SourcePictures::Texture => {
@@ -484,15 +488,16 @@ fn read_texture(
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Layout), Failure> {
+    let reporter = &context.reporter;
     let within = |failure: Failure| failure.context(format!("cannot import {}", name(path)));
-    let read = read_light_texture(&context.read(path)?, &parameters.options());
+    let read = read_light_texture(&context.files.read(path)?, &parameters.options());
     let LightTexture { mut image, is_cube, is_for_babylon, format, levels, warnings, notes, recipe } =
         read.map_err(|error| within(error.into()))?;
-    warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
-    notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
+    warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
+    notes.iter().for_each(|note| reporter.note(format!("{}: {note}", name(path))));
     let levels = if levels > 1 { format!(", level 0 of {levels}") } else { String::new() };
     if !is_cube {
-        context.note(format!("{}: {format}, one picture{levels}", name(path)));
+        reporter.note(format!("{}: {format}, one picture{levels}", name(path)));
         return Ok((image, wanted(parameters).unwrap_or(Layout::LatLong)));
     }
     if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
@@ -506,7 +511,7 @@ fn read_texture(
         && declared != wanted
     {
         let (declared, wanted) = (declared.name, wanted.name);
-        context.warn(format!(
+        reporter.warn(format!(
             "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
             name(path)
         ));
@@ -515,7 +520,7 @@ fn read_texture(
     let preset = parameters.preset.or(declared).or(usual);
     let frame =
         preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name));
-    context.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
+    reporter.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
     if let Some(preset) = preset {
         let pixels = preset.turned_back(&image);
         image.pixels_mut().copy_from_slice(&pixels);
@@ -531,18 +536,19 @@ impl Parameters {
 }
 
 /// The header of one file.
-fn read_header(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<ImageHeader, Failure> {
-    read_image_header(&mut context.open(path)?, &parameters.options())
+fn read_header(path: &Path, parameters: &Parameters, files: &ItemFiles<'_>) -> Result<ImageHeader, Failure> {
+    read_image_header(&mut files.open(path)?, &parameters.options())
         .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))
 }
 
 /// The image of one file; the messages of its decoder become warnings and notes.
 fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
-    context.check_cancelled()?;
-    let decoded = read_image(&context.read(path)?, &parameters.options())
+    let reporter = &context.reporter;
+    reporter.check_cancelled()?;
+    let decoded = read_image(&context.files.read(path)?, &parameters.options())
         .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))?;
-    decoded.warnings.iter().for_each(|warning| context.warn(format!("{}: {warning}", name(path))));
-    decoded.notes.iter().for_each(|note| context.note(format!("{}: {note}", name(path))));
+    decoded.warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
+    decoded.notes.iter().for_each(|note| reporter.note(format!("{}: {note}", name(path))));
     Ok(decoded)
 }
 

@@ -87,8 +87,9 @@ impl Kind for LightFieldKind {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let Points(points) = &parameters.points;
-        let lightings = context.many::<artifacts::Lighting>("lightings")?;
+        let lightings = context.inputs.many::<artifacts::Lighting>("lightings")?;
         let named: BTreeMap<String, _> =
             lightings.iter().map(|(key, lighting)| (key.to_string(), &lighting.0)).collect();
         if let Some(name) = named.keys().find(|name| !points.contains_key(*name)) {
@@ -101,13 +102,15 @@ impl Kind for LightFieldKind {
         if let (Some(least), Some(most)) = (degrees().min(), degrees().max())
             && least < most
         {
-            context.note(format!("degrees {least} to {most}: the light field has degree {most}"));
+            reporter.note(format!("degrees {least} to {most}: the light field has degree {most}"));
         }
         let beside: usize = named.values().map(|lighting| lighting.lights.len()).sum();
         match beside {
             0 => {}
-            1 => context.note("1 light beside a series is taken into it, to its degree"),
-            _ => context.note(format!("{beside} lights beside series are taken into them, to their degrees")),
+            1 => reporter.note("1 light beside a series is taken into it, to its degree"),
+            _ => {
+                reporter.note(format!("{beside} lights beside series are taken into them, to their degrees"))
+            }
         }
         let places = points.values().map(|Place(place)| *place).collect();
         let lights = named.values().map(|lighting| lighting.whole()).collect();

@@ -1,7 +1,7 @@
 //! Pictures that show a part of the sphere, as their files say: what is made of that, and what is said.
 
 use containers::{OpenExrEnvmap, Panorama, Shows};
-use engine::{Context, Diagnostic, Failure, Parameter, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::{Coverage, Fill, Layout, Part};
 use serde_json::json;
 use sphere::Rotation;
@@ -74,7 +74,7 @@ impl Shown {
         envmap: Option<OpenExrEnvmap>,
         panorama: Option<Panorama>,
         name: &str,
-        context: &Context<'_>,
+        reporter: &Reporter,
     ) -> Result<Self, Failure> {
         let envmap = envmap.map(|envmap| match envmap {
             OpenExrEnvmap::LatLong => Layout::OpenExrLatLong,
@@ -83,7 +83,7 @@ impl Shown {
         if let (Some(envmap), Some(wanted)) = (envmap, wanted)
             && envmap != wanted
         {
-            context.warn(format!(
+            reporter.warn(format!(
                 "the file's envmap attribute says {}; it is read with layout = \"{}\"",
                 envmap.name(),
                 wanted.name()
@@ -95,7 +95,7 @@ impl Shown {
         if let Some(layout) = wanted.or(envmap) {
             let by = if wanted.is_some() { "the manifest" } else { "the file's envmap attribute" };
             if let Shows::Part(_, what) = &panorama.shows {
-                context.warn(format!(
+                reporter.warn(format!(
                     "{name}: {} says that the picture shows {what}; {by} says layout = \"{}\", which counts",
                     panorama.source,
                     layout.name()
@@ -104,8 +104,8 @@ impl Shown {
             return Ok(Self::whole(layout));
         }
         let Panorama { source, shows, turn, warnings, notes } = panorama;
-        warnings.iter().for_each(|warning| context.warn(format!("{name}: {source}: {warning}")));
-        notes.iter().for_each(|note| context.note(format!("{name}: {source}: {note}")));
+        warnings.iter().for_each(|warning| reporter.warn(format!("{name}: {source}: {warning}")));
+        notes.iter().for_each(|note| reporter.note(format!("{name}: {source}: {note}")));
         match shows {
             Shows::Whole => Ok(Self { turn, ..Self::whole(Layout::LatLong) }),
             Shows::Part(part, what) => {
@@ -120,11 +120,11 @@ impl Shown {
     }
 
     /// Reports the part of the sphere that a picture lacks, and the light that took its place.
-    pub(crate) fn report(&self, part: &Part, fill: Fill, context: &Context<'_>) {
+    pub(crate) fn report(&self, part: &Part, fill: Fill, reporter: &Reporter) {
         let what = &self.what;
         let missing = part.missing();
         if missing < NOTHING {
-            context.note(format!("{what}; nothing of the sphere is missing"));
+            reporter.note(format!("{what}; nothing of the sphere is missing"));
             return;
         }
         let missing = about(missing);
@@ -134,6 +134,6 @@ impl Shown {
             Fill::Edge => "was filled with the light at the picture's border".to_owned(),
             Fill::Colour(_) => "was filled with one colour".to_owned(),
         };
-        context.warn(format!("{what}. The rest, {missing} of the sphere, {rest}"));
+        reporter.warn(format!("{what}. The rest, {missing} of the sphere, {rest}"));
     }
 }

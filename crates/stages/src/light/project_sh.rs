@@ -83,7 +83,7 @@
 //! window = "lanczos"
 //! ```
 
-use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, choice, parameters};
 use envmap::Environment;
 use sh::{
     CellGrid, CellTransform, Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding,
@@ -204,29 +204,30 @@ impl Kind for ProjectSh {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = context.get::<artifacts::Environment>("environment")?;
+        let reporter = &context.reporter;
+        let environment = context.inputs.get::<artifacts::Environment>("environment")?;
         let soft;
         let (environment, lights) = match parameters.lamps() {
             Lamps::Series => (&environment.0, Vec::new()),
             Lamps::Separate => {
-                let separated = context.until_stopped(|stop| environment.0.separate_lamps(stop))?;
+                let separated = reporter.until_stopped(|stop| environment.0.separate_lamps(stop))?;
                 soft = separated.soft;
                 (&soft, separated.lights)
             }
         };
         if let Some(text) = lamps_text(&lights, environment.integral().iter().sum()) {
-            context.note(text);
+            reporter.note(text);
         }
         let pixels = Pixels { environment, quadrature: parameters.quadrature };
         let lighting = match (parameters.degree, parameters.tolerance) {
-            (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, context)?,
-            (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, context)?,
+            (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, reporter)?,
+            (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, reporter)?,
             (OrAuto::Auto, None) => {
                 let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
-                fixed(&pixels, degree, context)?
+                fixed(&pixels, degree, reporter)?
             }
         };
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         let lighting = match parameters.window {
             Window::Laplacian => {
                 let penalty = Penalty::new(parameters.lambda.unwrap_or_default())?;
@@ -234,7 +235,7 @@ impl Kind for ProjectSh {
             }
             Window::NonNegative => {
                 let found = non_negative(&lighting)?;
-                context.note(format!(
+                reporter.note(format!(
                     "window laplacian with lambda {:.4e}: minimum {} before, {} after",
                     found.penalty.get(),
                     describe(found.before),
@@ -251,11 +252,11 @@ impl Kind for ProjectSh {
             },
         };
         if let Some(choice) = parameters.non_negative {
-            let series = nearest(&lighting, choice.mean(), context)?;
+            let series = nearest(&lighting, choice.mean(), reporter)?;
             return Output::artifact(artifacts::Lighting(sh::Lighting { series, lights }));
         }
         if lighting.degree().get() <= MINIMUM_UP_TO {
-            context.note(format!("minimum {}", describe(minimum(&lighting))));
+            reporter.note(format!("minimum {}", describe(minimum(&lighting))));
         }
         Output::artifact(artifacts::Lighting(sh::Lighting { series: lighting, lights }))
     }
@@ -303,16 +304,16 @@ impl Pixels<'_> {
 }
 
 /// The coefficients up to a degree that the manifest gives.
-fn fixed(pixels: &Pixels<'_>, degree: Degree, context: &Context<'_>) -> Result<Expansion, Failure> {
+fn fixed(pixels: &Pixels<'_>, degree: Degree, reporter: &Reporter) -> Result<Expansion, Failure> {
     let lighting = pixels.analyse(degree)?;
     let held: f64 = energy_per_degree(&lighting).iter().flatten().sum();
     let share = energy_share(held, pixels.energy());
-    context.note(format!("degree {} holds {share} of the energy", degree.get()));
+    reporter.note(format!("degree {} holds {share} of the energy", degree.get()));
     Ok(lighting)
 }
 
 /// The coefficients up to the least degree that meets a tolerance.
-fn least(pixels: &Pixels<'_>, tolerance: Tolerance, context: &Context<'_>) -> Result<Expansion, Failure> {
+fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Result<Expansion, Failure> {
     let highest = highest_degree(pixels.environment.grid());
     let whole = pixels.analyse(highest)?;
     let energy: Vec<f64> = energy_per_degree(&whole).iter().map(|rgb| rgb.iter().sum()).collect();
@@ -321,20 +322,20 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, context: &Context<'_>) -> Re
     let degree = enough.map_or(Ok(highest), Degree::new)?;
     let held = energy_share(energy[..=degree.get()].iter().sum(), total);
     if enough.is_none() {
-        context.warn(format!(
+        reporter.warn(format!(
             "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a larger image holds \
              more, and without `tolerance` and `degree` the lamps, which need it, stay beside the series",
             tolerance.get(),
             degree.get()
         ));
     } else {
-        context.note(format!("degree {} holds {held} of the energy", degree.get()));
+        reporter.note(format!("degree {} holds {held} of the energy", degree.get()));
     }
     Ok(whole.to_degree(degree))
 }
 
 /// The nearest function that is nowhere negative.
-fn nearest(series: &Expansion, mean: sh::Mean, context: &Context<'_>) -> Result<Expansion, Failure> {
+fn nearest(series: &Expansion, mean: sh::Mean, reporter: &Reporter) -> Result<Expansion, Failure> {
     let degree = series.degree().get();
     if degree > NEAREST_UP_TO {
         return Err(Failure::new(format!(
@@ -342,8 +343,8 @@ fn nearest(series: &Expansion, mean: sh::Mean, context: &Context<'_>) -> Result<
         ))
         .help(format!("set degree = {NEAREST_UP_TO} or less instead of a tolerance")));
     }
-    let found = context.until_stopped(|stop| nearest_non_negative(series, mean, stop))?;
-    context.note(format!(
+    let found = reporter.until_stopped(|stop| nearest_non_negative(series, mean, stop))?;
+    reporter.note(format!(
         "nearest non-negative function: a change of {:.3} % in L2; minimum {} before, {} after",
         100.0 * found.change,
         describe(found.before),

@@ -138,12 +138,12 @@ impl Kind for Rotate {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let rotation = parameters.rotation();
-        if context.type_at("lighting") == Some(artifacts::Environment::TYPE) {
-            let environment = context.get::<artifacts::Environment>("lighting")?;
-            let turned = context.until_stopped(|stop| environment.0.rotated(rotation, stop))?;
+        if context.inputs.type_at("lighting") == Some(artifacts::Environment::TYPE) {
+            let environment = context.inputs.get::<artifacts::Environment>("lighting")?;
+            let turned = context.reporter.until_stopped(|stop| environment.0.rotated(rotation, stop))?;
             return Output::artifact(artifacts::Environment(turned));
         }
-        let lighting = context.get::<artifacts::Lighting>("lighting")?;
+        let lighting = context.inputs.get::<artifacts::Lighting>("lighting")?;
         Output::artifact(artifacts::Lighting(lighting.0.rotated(rotation)))
     }
 }

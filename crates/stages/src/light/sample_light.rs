@@ -48,7 +48,7 @@
 
 use std::num::NonZeroU32;
 
-use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Inputs, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use sampling::{Error, Irradiance, LightMasses, Method, Rig, rig, rig_within};
 use sh::{Degree, Expansion, Lighting};
 use shrm::Plain;
@@ -122,22 +122,23 @@ impl Kind for SampleLight {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let masses = masses(parameters, context)?;
+        let reporter = &context.reporter;
+        let masses = masses(parameters, &context.inputs)?;
         if masses.negative_share() > 0.0 {
             let help = "set non-negative = \"nearest\" in project-sh, or connect the environment itself";
-            report_loss(context, masses.negative_share(), "the series is negative, and left out", help);
+            report_loss(reporter, masses.negative_share(), "the series is negative, and left out", help);
         }
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         let RigMethodName(method) = parameters.method;
         let lights = match parameters.count {
             OrAuto::Fixed(count) => {
                 let lights = rig(&masses, number(count), method);
                 if lights.len() < count {
                     let (found, why) = (lights.len(), why(method));
-                    context.warn(format!("{found} lights instead of {count}: {why}"));
+                    reporter.warn(format!("{found} lights instead of {count}: {why}"));
                 }
                 let error = Irradiance::of(&masses).error(&lights);
-                context.note(format!("{}: irradiance to {}", lights_text(lights.len()), percent(error)));
+                reporter.note(format!("{}: irradiance to {}", lights_text(lights.len()), percent(error)));
                 lights
             }
             OrAuto::Auto => {
@@ -146,10 +147,10 @@ impl Kind for SampleLight {
                 let Rig { lights, error, tried } = rig_within(&masses, tolerance, most, method);
                 let tried = tried.iter().map(|(count, error)| format!("{count}: {}", percent(*error)));
                 let tried = tried.collect::<Vec<_>>().join(", ");
-                context.note(format!("{}: error of the irradiance {tried}", lights_text(lights.len())));
+                reporter.note(format!("{}: error of the irradiance {tried}", lights_text(lights.len())));
                 if error > tolerance {
                     let (most, error) = (MOST_TRIED, percent(error));
-                    context.warn(format!(
+                    reporter.warn(format!(
                         "{most} lights are too few for tolerance {tolerance}: surfaces are off by up to {error}; raise \
                          `tolerance` to that, or set a larger `count`"
                     ));
@@ -163,16 +164,16 @@ impl Kind for SampleLight {
 }
 
 /// The light that is connected.
-fn masses(parameters: &Parameters, context: &Context<'_>) -> Result<LightMasses, Failure> {
-    let masses = match context.type_at("light") {
+fn masses(parameters: &Parameters, inputs: &Inputs) -> Result<LightMasses, Failure> {
+    let masses = match inputs.type_at("light") {
         Some(artifacts::Environment::TYPE) => {
-            LightMasses::of_environment(&context.get::<artifacts::Environment>("light")?.0)
+            LightMasses::of_environment(&inputs.get::<artifacts::Environment>("light")?.0)
         }
         Some(artifacts::Reflection::TYPE) => {
-            let reflection = context.get::<artifacts::Reflection>("light")?;
+            let reflection = inputs.get::<artifacts::Reflection>("light")?;
             LightMasses::of_lighting(&reflection.0.with_whole_light().plain(parameters.view.0).into())
         }
-        _ => LightMasses::of_lighting(&context.get::<artifacts::Lighting>("light")?.0),
+        _ => LightMasses::of_lighting(&inputs.get::<artifacts::Lighting>("light")?.0),
     };
     masses.map_err(|error| {
         let failure = Failure::from(error);

@@ -61,14 +61,15 @@ impl Kind for SubtractLights {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = context.get::<artifacts::Environment>("environment")?;
-        let lighting = context.get::<artifacts::Lighting>("lights")?;
+        let reporter = &context.reporter;
+        let environment = context.inputs.get::<artifacts::Environment>("environment")?;
+        let lighting = context.inputs.get::<artifacts::Lighting>("lights")?;
         let power = |light: &Light| light.flux().iter().sum::<f64>();
         let mut lights = lighting.0.lights.clone();
         lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
         lights.truncate(parameters.most.unwrap_or(usize::MAX));
         if lights.is_empty() {
-            context.warn("the lighting has no lights beside its series: the environment is as it was");
+            reporter.warn("the lighting has no lights beside its series: the environment is as it was");
             return Output::artifact((*environment).clone());
         }
         if let Some(light) =
@@ -80,14 +81,14 @@ impl Kind for SubtractLights {
         let whole: f64 = environment.0.integral().iter().sum();
         let taken: f64 = subtracted.taken.iter().sum();
         let wanted: f64 = lights.iter().map(power).sum();
-        context.note(match lights.len() {
+        reporter.note(match lights.len() {
             1 => format!("1 light takes {} of the light out", share(taken / whole)),
             count => format!("{count} lights take {} of the light out", share(taken / whole)),
         });
         let missing = (wanted - taken).abs();
-        context.note(format!("the rest and the lights are the whole to {:.1e}", missing / whole));
+        reporter.note(format!("the rest and the lights are the whole to {:.1e}", missing / whole));
         if missing > MISSING * wanted {
-            context.warn(format!(
+            reporter.warn(format!(
                 "the lights have more light than the environment: {} of it was there to be subtracted",
                 share(taken / wanted)
             ));

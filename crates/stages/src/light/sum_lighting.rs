@@ -39,13 +39,13 @@ impl Kind for SumLighting {
     }
 
     fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
-        let added = &context.get::<artifacts::Lighting>("added")?.0;
+        let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
+        let added = &context.inputs.get::<artifacts::Lighting>("added")?.0;
         let sum = lighting + added;
         let degrees = [lighting, added].map(|light| light.series.degree().get());
         if degrees[0] != degrees[1] {
             let [a, b] = degrees;
-            context.note(format!("degrees {a} and {b}: the sum has degree {}", a.max(b)));
+            context.reporter.note(format!("degrees {a} and {b}: the sum has degree {}", a.max(b)));
         }
         Output::artifact(artifacts::Lighting(sum))
     }

@@ -56,7 +56,7 @@
 //! ```
 
 use brdf::{BrdfCoefficients, Choice, Material, project};
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, parameters};
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, Samples};
@@ -111,8 +111,9 @@ impl Kind for Convolve {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
-        let brdf = &context.get::<artifacts::Brdf>("brdf")?.0;
+        let reporter = &context.reporter;
+        let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
+        let brdf = &context.inputs.get::<artifacts::Brdf>("brdf")?.0;
         let given = parameters.window.fixed();
         let windowed = |reflection: &Reflection| match given {
             Some(window) => reflection.windowed(window),
@@ -122,16 +123,16 @@ impl Kind for Convolve {
         let reflection = match &brdf.material {
             Some(material) if brdf.for_light => {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };
-                let steps = Steps::new(context, searches * shrm::degrees::STEPS);
+                let steps = Steps::new(reporter, searches * shrm::degrees::STEPS);
                 let (reflection, cut) = steps.until_stopped(|stop| {
                     Reflection::for_light(lighting, &brdf.coefficients, material, stop)
                 })?;
-                context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
+                reporter.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
                 let reflection = if given.is_none() && cut.shows() {
                     let whole = whole(lighting, &brdf.coefficients, material);
-                    let (reflection, error) = least_window(reflection, &whole, dark, context)?;
+                    let (reflection, error) = least_window(reflection, &whole, dark, reporter)?;
                     if error.negative > NEGATIVE || error.p95 > RING {
-                        context.warn(format!(
+                        reporter.warn(format!(
                             "the highest degrees are too low for a highlight this sharp: {}; a larger roughness, or the \
                              levels of prefilter and export-engine, which have no degree, show no rings",
                             told(&error)
@@ -149,7 +150,7 @@ impl Kind for Convolve {
                         let parts = parts.map(|part| windowed(&part));
                         let [diffuse, specular] =
                             parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
-                        context.note(format!(
+                        reporter.note(format!(
                             "[F, P] of its parts: diffuse {diffuse:?}, specular {specular:?}; in their sum 95 % of views are \
                              within {:.3} stops, 99 % within {:.3}",
                             cut.p95, cut.p99
@@ -167,10 +168,10 @@ impl Kind for Convolve {
                         .with_parts(parts.each_ref().map(|part| Reflection::convolve(&light, part)));
                 }
                 let reflection = windowed(&reflection);
-                context.note(degrees(&reflection, brdf.coefficients.f().get()));
+                reporter.note(degrees(&reflection, brdf.coefficients.f().get()));
                 if let Some(material) = material {
-                    context.check_cancelled()?;
-                    warn_of_rings(&reflection, lighting, material, dark, context)?;
+                    reporter.check_cancelled()?;
+                    warn_of_rings(&reflection, lighting, material, dark, reporter)?;
                 }
                 reflection
             }
@@ -190,15 +191,15 @@ fn least_window(
     reflection: Reflection,
     whole: &Reflection,
     dark: f64,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<(Reflection, CutError), Failure> {
-    let right = samples(whole, context)?;
-    let (mut best, mut least) = (reflection.clone(), samples(&reflection, context)?.error(&right, dark));
+    let right = samples(whole, reporter)?;
+    let (mut best, mut least) = (reflection.clone(), samples(&reflection, reporter)?.error(&right, dark));
     for (name, window) in WINDOWS {
         let windowed = reflection.windowed(window);
-        let error = samples(&windowed, context)?.error(&right, dark);
+        let error = samples(&windowed, reporter)?.error(&right, dark);
         if error.p95 < least.p95 && error.p99 < least.p99 {
-            context.note(format!("window {name}: 95 % of views are within {:.3} stops", error.p95));
+            reporter.note(format!("window {name}: 95 % of views are within {:.3} stops", error.p95));
             (best, least) = (windowed, error);
         }
     }
@@ -206,8 +207,8 @@ fn least_window(
 }
 
 /// The samples of a reflection, unless the item is stopped.
-fn samples(reflection: &Reflection, context: &Context<'_>) -> Result<Samples, Failure> {
-    context.until_stopped(|stop| reflection.samples(stop))
+fn samples(reflection: &Reflection, reporter: &Reporter) -> Result<Samples, Failure> {
+    reporter.until_stopped(|stop| reflection.samples(stop))
 }
 
 /// Warns if a cut at degrees of the manifest shows, with the remedy that helps most.
@@ -216,27 +217,27 @@ fn warn_of_rings(
     lighting: &Lighting,
     material: &Material,
     dark: f64,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<(), Failure> {
     // A window changes what rings, and what is cut where it is sharp: without either, nothing is wrong.
-    let found = samples(reflection, context)?;
-    let calm = samples(&reflection.windowed(sh::Window::Hanning), context)?;
+    let found = samples(reflection, reporter)?;
+    let calm = samples(&reflection.windowed(sh::Window::Hanning), reporter)?;
     if found.negative(dark) <= NEGATIVE && found.error(&calm, dark).p95 <= RING {
         return Ok(());
     }
     let projection = Choice::Full.steps().unwrap_or_default();
-    let steps = Steps::new(context, projection + shrm::degrees::STEPS);
+    let steps = Steps::new(reporter, projection + shrm::degrees::STEPS);
     let full = steps.until_stopped(|stop| project(material, Choice::Full, stop))?.coefficients;
-    let right = samples(&whole(lighting, &full, material), context)?;
+    let right = samples(&whole(lighting, &full, material), reporter)?;
     let error = found.error(&right, dark);
     if error.negative <= NEGATIVE && error.p95 <= RING {
         return Ok(());
     }
     let (by_light, _) = steps.until_stopped(|stop| Reflection::for_light(lighting, &full, material, stop))?;
-    let by_light_error = samples(&by_light, context)?.error(&right, dark);
+    let by_light_error = samples(&by_light, reporter)?.error(&right, dark);
     let mut best = ("leave out `degree` and `tolerance` in project-brdf".to_owned(), by_light_error);
     for (name, window) in WINDOWS {
-        let error = samples(&reflection.windowed(window), context)?.error(&right, dark);
+        let error = samples(&reflection.windowed(window), reporter)?.error(&right, dark);
         if score(&error) < score(&best.1) {
             best = (format!("set window = \"{name}\""), error);
         }
@@ -254,7 +255,7 @@ fn warn_of_rings(
             "; around its suns the lighting's own series is black: leave out `degree` and `tolerance` in project-sh",
         );
     }
-    context.warn(text);
+    reporter.warn(text);
     Ok(())
 }
 

@@ -38,7 +38,7 @@ use containers::{Precision, TexelFormat, Texture, write_dds, write_exr, write_kt
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use rayon::prelude::*;
 
-use super::map_pictures::image;
+use crate::values::image;
 
 choice! {
     /// Masking and shadowing, and what the channels hold.
@@ -135,7 +135,7 @@ impl Kind for Dfg {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let size = parameters.resolution;
         let row = |row: usize| -> Result<Vec<[f32; 3]>, Failure> {
-            context.check_cancelled()?;
+            context.reporter.check_cancelled()?;
             Ok((0..size).map(|column| parameters.texel(row, column)).collect())
         };
         let pixels = (0..size).into_par_iter().map(row).collect::<Result<Vec<_>, _>>()?.concat();

@@ -69,8 +69,8 @@ use std::any::Any;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
-use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use containers::{Encoded, Texture};
+use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
 use shrm::{
     MapGrid, MapLayout, MapViews, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
     sphere_map_rows, sphere_maps,
@@ -79,12 +79,11 @@ use sphere::LatLong;
 
 use super::map_index::{Entry, FileLayout, NewIndex};
 use super::map_input::ERROR;
-use super::map_pictures::image;
 use super::map_source::MapSource;
 use super::{map_input, map_source};
 use crate::values::{
-    Content, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution, UntilStopped,
-    artifacts, edge_of, parts, report_loss,
+    Container, Content, Encoding, ExportedMaps, FileFormat, MAX_RESOLUTION, Numbers, PartsName, Resolution,
+    UntilStopped, artifacts, edge_of, parts, report_loss,
 };
 
 choice! {
@@ -112,8 +111,12 @@ choice! {
 }
 
 impl FileFormat for CabralFormat {
-    fn has_precision(self) -> bool {
-        self != Self::Rgbe
+    fn container(self) -> Container {
+        match self {
+            Self::Exr => Container::Exr,
+            Self::Rgbe => Container::Rgbe,
+            Self::Dds => Container::Dds,
+        }
     }
 }
 
@@ -131,6 +134,12 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<CabralFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -165,22 +174,29 @@ impl Kind for ExportCabral {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?
-            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, _, steps| {
+            files(parameters, source, context, steps)
+        })
     }
 }
 
 /// The files of one field.
-fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
-    let (context, vertices) = (steps.context(), icosahedron::vertices());
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
+    let vertices = icosahedron::vertices();
     // The lamps, and the files.
     let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
-        let map = source.map(layout, parameters.resolution, View::Local, context)?;
+        let map = source.map(layout, parameters.resolution, View::Local, reporter)?;
         let set = source.view_set(&map.0, MapViews::Icosahedron, None, &work)?;
         Ok((map, map_source::picture_size(set.grid()), source.finished(set.maps().to_vec())))
     };
@@ -189,9 +205,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         FileLayout::Cube => on_grid(MapLayout::Cube)?,
         FileLayout::LatLong => on_grid(MapLayout::LatLong)?,
         FileLayout::Sphere => {
-            let (map, edge) = for_spheres(source, parameters.resolution, context)?;
+            let (map, edge) = for_spheres(source, parameters.resolution, reporter)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
-            let mut pixels = context.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
+            let mut pixels = reporter.until_stopped(|stop| sphere_maps(&map.0, &vertices, edge, stop))?;
             if let Some(lamps) = source.lamps() {
                 let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
                 steps.until_stopped(|stop| add_to_sphere_maps(&mut pixels, lamps, &vertices, edge, stop))?;
@@ -200,23 +216,25 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
         }
     };
     let map = &map.0;
-    context.check_cancelled()?;
-    note_lost(map, context);
+    reporter.check_cancelled()?;
+    note_lost(map, reporter);
     let content = match layout {
         FileLayout::Sphere => Content::Values,
         _ => Content::Light(map.grid()),
     };
-    let precision = parameters.numbers.precision(parameters.format, &pixels, content, context)?;
-    let files = pixels.chunks_exact(size[0] * size[1]);
+    let writer = parameters.encoding().writer(&pixels, content, context)?;
+    let ([width, rows], faces) = (size, if layout == FileLayout::Cube { 6 } else { 1 });
+    let height = rows / faces;
     let steps = work.part(1, vertices.len());
-    let encoded = files.map(|pixels| {
+    let encoded = pixels.chunks_exact(width * rows).map(|pixels| {
         steps.step()?;
-        encode(parameters, precision, size, pixels, context)
+        let pixels = pixels.to_vec();
+        writer.texture(&Texture { width, height, faces, pixels, ..Texture::default() }, &[])
     });
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let negative: usize = encoded.iter().map(|file| file.negative).sum();
     if negative > 0 {
-        context.warn(format!(
+        reporter.warn(format!(
             "{negative} values are negative and turn black, because RGBE has no sign; format = \"exr\" keeps them"
         ));
     }
@@ -240,12 +258,7 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
 
 /// The name of a vertex's file.
 fn file(vertex: usize, format: CabralFormat) -> String {
-    let extension = match format {
-        CabralFormat::Exr => "exr",
-        CabralFormat::Rgbe => "hdr",
-        CabralFormat::Dds => "dds",
-    };
-    format!("view-{vertex:02}.{extension}")
+    format!("view-{vertex:02}{}", format.container().ending())
 }
 
 /// The map that sphere maps are evaluated from (an SHRM unchanged, a reflection on rows that lose nothing),
@@ -253,7 +266,7 @@ fn file(vertex: usize, format: CabralFormat) -> String {
 fn for_spheres(
     source: &MapSource,
     resolution: Option<Resolution>,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<(Arc<artifacts::Shrm>, usize), Failure> {
     let edge = |rows: usize| match resolution {
         Some(Resolution::Fixed(edge)) => edge,
@@ -271,7 +284,7 @@ fn for_spheres(
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
             let grid = MapGrid::LatLong(LatLong::with_rows(rows));
-            let map = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
+            let map = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
             let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }
@@ -279,7 +292,7 @@ fn for_spheres(
 }
 
 /// A note of the energy with p > 2.
-fn note_lost(map: &Shrm, context: &Context<'_>) {
+fn note_lost(map: &Shrm, reporter: &Reporter) {
     let p_of = |row: usize| if map.terms() == Terms::Zonal { row } else { row.isqrt() };
     let (mut lost, mut all) = (0.0, 0.0);
     for texel in 0..map.grid().len() {
@@ -295,29 +308,6 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
             "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
             map.p().get()
         );
-        report_loss(context, lost / all, &what, "export-shrm keeps it");
-    }
-}
-
-/// The file of one map.
-fn encode(
-    parameters: &Parameters,
-    precision: Precision,
-    size: [usize; 2],
-    pixels: &[[f32; 3]],
-    context: &Context<'_>,
-) -> Result<Encoded, Failure> {
-    let recipe = Some(context.recipe());
-    let picture = || image(size[0], size[1], pixels.to_vec());
-    match parameters.format {
-        CabralFormat::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
-        CabralFormat::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
-        CabralFormat::Dds => {
-            let faces = parameters.layout.0.faces();
-            let [width, height] = size;
-            let height = height / faces;
-            let texture = Texture { width, height, faces, pixels: pixels.to_vec(), ..Texture::default() };
-            Ok(write_dds(&texture, precision)?)
-        }
+        report_loss(reporter, lost / all, &what, "export-shrm keeps it");
     }
 }

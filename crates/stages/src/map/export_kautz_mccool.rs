@@ -57,8 +57,8 @@ use shrm::{MapLayout, MapViews, View, azimuthal_share};
 use super::map_input;
 use super::map_source::{MapSource, SetFiles};
 use crate::values::{
-    ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, edge_of, parts,
-    report_loss,
+    Container, Encoding, ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution,
+    UntilStopped, edge_of, parts, report_loss,
 };
 
 parameters! {
@@ -76,6 +76,12 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<MapsFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -105,28 +111,34 @@ impl Kind for ExportKautzMcCool {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?
-            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, _, steps| {
+            files(parameters, source, context, steps)
+        })
     }
 }
 
 /// The files of one field.
-fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
-    let context = steps.context();
-    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
-    let lost = context.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
+    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, reporter)?;
+    let lost = reporter.until_stopped(|stop| azimuthal_share(&map.0, source.lamps(), stop))?;
     // Rounding leaves a share of some 1e-14 in a map that was turned.
     if lost > 1e-9 {
         let what =
             "the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture";
-        report_loss(context, lost, what, "export-shrm keeps it");
+        report_loss(reporter, lost, what, "export-shrm keeps it");
     }
     if parameters.slices <= source.p() {
-        context.note(format!(
+        reporter.note(format!(
             "{} slices hold P = {}; the field has P = {}",
             parameters.slices,
             parameters.slices - 1,
@@ -140,10 +152,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
 
 /// The files that the parameters ask for.
 fn set_files(parameters: &Parameters) -> SetFiles {
-    let file = |slice: usize, format| match format {
-        MapsFormat::Dds => "texture.dds".into(),
-        MapsFormat::Ktx2 => "texture.ktx2".into(),
-        MapsFormat::Exr => format!("slice-{slice:02}.exr"),
+    let file = |slice: usize, container: Container| {
+        let ending = container.ending();
+        if container.is_texture() { format!("texture{ending}") } else { format!("slice-{slice:02}{ending}") }
     };
-    SetFiles { method: "kautz-mccool", format: parameters.format, numbers: parameters.numbers, file }
+    SetFiles { method: "kautz-mccool", encoding: parameters.encoding(), file }
 }

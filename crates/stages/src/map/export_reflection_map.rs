@@ -67,15 +67,15 @@
 //! path = "{environment}/{material}/reflection"
 //! ```
 
-use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 use sh::{energy_per_degree, lambda};
 use shrm::degrees::BLACK_SHARE;
 use shrm::{Plain, Reflection};
 
-use super::map_pictures::{Layout, MapPictures, PictureFormat, texels};
+use super::map_pictures::{Layout, MapPictures, PictureFormat, endings, texels};
 use crate::values::{
-    LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped, artifacts, parts,
-    report_loss,
+    Encoding, FileFormat, LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped,
+    artifacts, parts, report_loss,
 };
 
 parameters! {
@@ -105,8 +105,11 @@ parameters! {
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, numbers, exposure }
+        MapPictures { layout: self.layout, resolution: self.resolution }
+    }
+
+    fn encoding(&self) -> Encoding<PictureFormat> {
+        Encoding::new(self.format, self.numbers).with_exposure(self.exposure)
     }
 }
 
@@ -126,21 +129,25 @@ impl Kind for ExportReflectionMap {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(parts::endings(parameters.parts, parameters.pictures().endings()))
+        Product::Files(parts::endings(
+            parameters.parts,
+            endings(parameters.layout, parameters.format.container()),
+        ))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.pictures().check()
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
-        parts::note(parameters.parts, reflection, context);
+        let reporter = &context.reporter;
+        let reflection = &context.inputs.get::<artifacts::Reflection>("reflection")?.0;
+        parts::note(parameters.parts, reflection, reporter);
         if parameters.parts == PartsName::Together && reflection.parts().is_some() {
-            note_lost_together(reflection, parameters.view.0, context)?;
+            note_lost_together(reflection, parameters.view.0, reporter)?;
         }
         let split = reflection.parts().cloned();
-        parts::export(parameters.parts, reflection, split, context, |field, _, _| {
+        parts::export(parameters.parts, reflection, split, reporter, |field, _, _| {
             files(parameters, field, context)
         })
     }
@@ -152,6 +159,7 @@ fn files(
     reflection: &Reflection,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
     let PlainName(plain) = parameters.view;
     let shown = match plain {
         Plain::Mean => "the mean over all views",
@@ -163,7 +171,7 @@ fn files(
             "the reflected energy changes with the view (P = 1 to {}) and is lost: the map holds {shown}",
             reflection.brdf().p().get()
         );
-        report_loss(context, lost, &what, "export-shrm keeps it");
+        report_loss(reporter, lost, &what, "export-shrm keeps it");
     }
     let pictures = parameters.pictures();
     let grid = pictures.grid();
@@ -171,29 +179,29 @@ fn files(
         LampsName::Baked => texels(reflection, plain, grid)?,
         LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid)?,
     };
-    context.check_cancelled()?;
-    report_negatives(parameters.format, &pixels, context);
-    pictures.files(pixels, context)
+    reporter.check_cancelled()?;
+    report_negatives(parameters.format, &pixels, reporter);
+    pictures.files(pixels, parameters.encoding(), context)
 }
 
 /// The loss in stops at 5 % of the views from which it is a warning.
 const SHOWS: f64 = 0.1;
 
 /// Notes what one map of both parts loses.
-fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) -> Result<(), Failure> {
+fn note_lost_together(reflection: &Reflection, plain: Plain, reporter: &Reporter) -> Result<(), Failure> {
     let dark = BLACK_SHARE * reflection.light_mean();
-    let samples = context.until_stopped(|stop| reflection.samples(stop))?;
+    let samples = reporter.until_stopped(|stop| reflection.samples(stop))?;
     let lost = reflection.plain_samples(plain).error(&samples, dark);
     let found = format!(
         "95 % of the views of a ball are within {:.2} stops of both parts, 99 % within {:.2}",
         lost.p95, lost.p99
     );
     if lost.p95 > SHOWS {
-        context.warn(format!(
+        reporter.warn(format!(
             "{found}: the matte base shows the light of the wrong direction; leave out `parts`"
         ));
     } else {
-        context.note(found);
+        reporter.note(found);
     }
     Ok(())
 }
@@ -221,7 +229,7 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
 }
 
 /// Reports how many values are negative because of ringing.
-fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], context: &Context<'_>) {
+fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], reporter: &Reporter) {
     let values = || pixels.as_flattened().iter().copied();
     let negative = values().filter(|value| *value < 0.0).count();
     if negative == 0 {
@@ -235,5 +243,5 @@ fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], context: &Contex
     let what =
         format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
     let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
-    report_loss(context, negative as f64 / total as f64, &what, help);
+    report_loss(reporter, negative as f64 / total as f64, &what, help);
 }

@@ -207,9 +207,7 @@ use std::any::Any;
 use std::ops::Range;
 
 use brdf::Part;
-use containers::{
-    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
-};
+use containers::{Encoded, Texture, row_names, shrm_metadata, tensors};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::{Light, Stop};
 use shrm::{MapLayout, Reflection, Shrm, Terms};
@@ -218,8 +216,8 @@ use super::map_input;
 use super::map_input::MapInput;
 use super::map_source::MapSource;
 use crate::values::{
-    Content, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers, PartsName,
-    Resolution, UntilStopped, ViewName, edge_of, parts,
+    Container, Content, Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName,
+    Numbers, PartsName, Resolution, UntilStopped, ViewName, Writer, edge_of, parts,
 };
 
 choice! {
@@ -235,8 +233,12 @@ choice! {
 }
 
 impl FileFormat for ShrmFormat {
-    fn has_precision(self) -> bool {
-        self != Self::Safetensors
+    fn container(self) -> Container {
+        match self {
+            Self::Safetensors => Container::Safetensors,
+            Self::Exr => Container::Exr,
+            Self::Ktx2 => Container::Ktx2,
+        }
     }
 }
 
@@ -270,6 +272,10 @@ impl Parameters {
         let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
         MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps }
     }
+
+    fn encoding(&self) -> Encoding<ShrmFormat> {
+        Encoding::new(self.format, self.numbers)
+    }
 }
 
 /// The kind `export-shrm`.
@@ -288,11 +294,7 @@ impl Kind for ExportShrm {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let ending = match parameters.format {
-            ShrmFormat::Safetensors => ".safetensors",
-            ShrmFormat::Exr => ".exr",
-            ShrmFormat::Ktx2 => ".ktx2",
-        };
+        let ending = parameters.format.container().ending();
         Product::Files(parts::endings(parameters.parts, vec![ending.into()]))
     }
 
@@ -307,12 +309,12 @@ impl Kind for ExportShrm {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let mut errors = parameters.input().check();
-        errors.extend(parameters.numbers.check(parameters.format));
+        errors.extend(parameters.encoding().check());
         errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?.export(parameters.parts, context, |source, part, steps| {
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, part, steps| {
             let (map, beside) = match source {
                 MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
                 MapSource::Reflection(reflection) => (
@@ -320,7 +322,7 @@ impl Kind for ExportShrm {
                     beside(parameters, &reflection.0, part),
                 ),
             };
-            context.check_cancelled()?;
+            context.reporter.check_cancelled()?;
             Ok(vec![file(parameters, &map.0, &beside, context)?])
         })
     }
@@ -333,18 +335,14 @@ fn file(
     beside: &[Light],
     context: &Context<'_>,
 ) -> Result<Vec<u8>, Failure> {
-    let recipe = Some(context.recipe());
-    let precision =
-        parameters.numbers.precision(parameters.format, map.values(), Content::Values, context)?;
-    let file = match parameters.format {
-        ShrmFormat::Safetensors => {
-            Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, ..Encoded::default() }
-        }
-        ShrmFormat::Exr => context.until_stopped(|stop| layers(map, beside, precision, recipe, stop))?,
-        ShrmFormat::Ktx2 => texture(map, beside, precision, recipe)?,
+    let writer = parameters.encoding().writer(map.values(), Content::Values, context)?;
+    let bytes = match parameters.format {
+        ShrmFormat::Safetensors => tensors::encode_shrm(map, beside, Some(context.recipe()))?,
+        ShrmFormat::Exr => context.reporter.until_stopped(|stop| layers(map, beside, &writer, stop))?.bytes,
+        ShrmFormat::Ktx2 => texture(map, beside, &writer)?.bytes,
     };
-    context.note(format!("{} bytes", file.bytes.len()));
-    Ok(file.bytes)
+    context.reporter.note(format!("{} bytes", bytes.len()));
+    Ok(bytes)
 }
 
 /// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps
@@ -382,26 +380,20 @@ fn row(map: &Shrm, row: usize, texels: Range<usize>) -> impl Iterator<Item = [f3
 }
 
 /// A layer for each coefficient that the map keeps.
-fn texture(
-    map: &Shrm,
-    beside: &[Light],
-    precision: Precision,
-    recipe: Option<&str>,
-) -> Result<Encoded, Failure> {
+fn texture(map: &Shrm, beside: &[Light], writer: &Writer<'_>) -> Result<Encoded, Failure> {
     let [faces, height, width] = map.grid().shape();
     let layers = map.rows();
     let pixels = (0..layers).flat_map(|layer| row(map, layer, 0..map.grid().len())).collect();
     let texture = Texture { width, height, layers, faces, pixels, ..Texture::default() };
     let entries = entries(map, beside, &row_names(map.p().get(), map.terms()));
-    Ok(write_ktx2(&texture, precision, recipe, &borrowed(&entries))?)
+    writer.texture(&texture, &borrowed(&entries))
 }
 
 /// A layer for each of the (P+1)^2 coefficients, the first without a name.
 fn layers(
     map: &Shrm,
     beside: &[Light],
-    precision: Precision,
-    recipe: Option<&str>,
+    writer: &Writer<'_>,
     stop: Stop<'_>,
 ) -> Result<Encoded, containers::Error> {
     let [faces, height, width] = map.grid().shape();
@@ -420,5 +412,5 @@ fn layers(
         })
         .collect();
     let entries = entries(map, beside, &names);
-    write_exr_layers(width, faces * height, &layers, precision, recipe, &borrowed(&entries), stop)
+    writer.exr_layers([width, faces * height], &layers, &borrowed(&entries), stop)
 }

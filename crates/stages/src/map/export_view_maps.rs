@@ -54,7 +54,8 @@ use shrm::{MapLayout, MapViews, View};
 use super::map_input;
 use super::map_source::{MapSource, SetFiles};
 use crate::values::{
-    MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName, parts,
+    Container, Encoding, MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName,
+    parts,
 };
 
 parameters! {
@@ -75,6 +76,12 @@ parameters! {
         /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
+    }
+}
+
+impl Parameters {
+    fn encoding(&self) -> Encoding<MapsFormat> {
+        Encoding::new(self.format, self.numbers)
     }
 }
 
@@ -99,24 +106,30 @@ impl Kind for ExportViewMaps {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        parameters.numbers.check(parameters.format)
+        parameters.encoding().check()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?
-            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
+        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, _, steps| {
+            files(parameters, source, context, steps)
+        })
     }
 }
 
 /// The files of one field.
-fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
-    let context = steps.context();
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let reporter = &context.reporter;
     let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
-    let map = source.map(layout, parameters.resolution, view, context)?;
+    let map = source.map(layout, parameters.resolution, view, reporter)?;
     let side = parameters.views;
     let set = source.view_set(&map.0, MapViews::Table { side, view }, Some("views"), steps)?;
     if side < 2 * source.p() + 1 {
-        context.note(format!(
+        reporter.note(format!(
             "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
             (side - 1) / 2,
             source.p(),
@@ -128,10 +141,9 @@ fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Resu
 
 /// The files that the parameters ask for.
 fn set_files(parameters: &Parameters) -> SetFiles {
-    let file = |view: usize, format| match format {
-        MapsFormat::Ktx2 => "maps.ktx2".into(),
-        MapsFormat::Dds => "maps.dds".into(),
-        MapsFormat::Exr => format!("view-{view:03}.exr"),
+    let file = |view: usize, container: Container| {
+        let ending = container.ending();
+        if container.is_texture() { format!("maps{ending}") } else { format!("view-{view:03}{ending}") }
     };
-    SetFiles { method: "view-maps", format: parameters.format, numbers: parameters.numbers, file }
+    SetFiles { method: "view-maps", encoding: parameters.encoding(), file }
 }

@@ -90,7 +90,7 @@ use std::path::Path;
 use containers::{
     ReadOptions, Texture, decoder_level, is_texture, read_image, read_image_header, read_texture,
 };
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Artifact, Context, Failure, ItemFiles, Kind, Output, Port, Product, Reporter, parameters};
 use sh::Degree;
 use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
 use sphere::{Cube, Direction, LatLong};
@@ -135,13 +135,13 @@ impl Kind for ImportReflectionMaps {
     }
 
     fn check_source(_: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-        let source = context.source()?;
+        let source = context.files.source()?;
         let name = source.file_name().unwrap_or(source.as_os_str()).to_string_lossy().into_owned();
-        check(source, context).map_err(|failure| failure.context(format!("cannot import {name}")))
+        check(source, &context.files).map_err(|failure| failure.context(format!("cannot import {name}")))
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = context.source()?;
+        let source = context.files.source()?;
         let name = source.file_name().unwrap_or(source.as_os_str()).to_string_lossy().into_owned();
         let fit = import(parameters, source, context)
             .map_err(|failure| failure.context(format!("cannot import {name}")))?;
@@ -150,13 +150,13 @@ impl Kind for ImportReflectionMaps {
 }
 
 /// Checks the index and the headers of the pictures that it names; textures must only exist.
-fn check(source: &Path, context: &Context<'_>) -> Result<(), Failure> {
-    let index = Index::decode(&context.read(source)?)?;
+fn check(source: &Path, files: &ItemFiles<'_>) -> Result<(), Failure> {
+    let index = Index::decode(&files.read(source)?)?;
     sampling(&index)?;
     let mut checked = BTreeSet::new();
     let mut size = None;
     for entry in index.maps.iter().filter(|entry| checked.insert(&entry.file)) {
-        let found = check_file(&entry.file, index.layout, context)
+        let found = check_file(&entry.file, index.layout, files)
             .map_err(|failure| failure.context(entry.file.clone()))?;
         if let Some(found) = found {
             check_size(&index, entry, *size.get_or_insert(found), found)?;
@@ -166,10 +166,10 @@ fn check(source: &Path, context: &Context<'_>) -> Result<(), Failure> {
 }
 
 /// The size of the map in a picture; `None` for a texture.
-fn check_file(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Option<[usize; 2]>, Failure> {
+fn check_file(file: &str, layout: FileLayout, files: &ItemFiles<'_>) -> Result<Option<[usize; 2]>, Failure> {
     /// The number of bytes that tell a texture from a picture.
     const SIGNATURE: u64 = 64;
-    let mut opened = context.open(Path::new(file))?;
+    let mut opened = files.open(Path::new(file))?;
     let mut bytes = Vec::new();
     opened.by_ref().take(SIGNATURE).read_to_end(&mut bytes)?;
     if is_texture(&bytes) {
@@ -180,16 +180,17 @@ fn check_file(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<O
 }
 
 fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Result<Fit, Failure> {
-    let index = Index::decode(&context.read(source)?)?;
+    let reporter = &context.reporter;
+    let index = Index::decode(&context.files.read(source)?)?;
     let sampled = sampling(&index)?;
-    warn_of_repeated(&index, &sampled, context);
+    warn_of_repeated(&index, &sampled, reporter);
     let maps = read_maps(&index, context)?;
-    context.check_cancelled()?;
+    reporter.check_cancelled()?;
     if parameters.resolution.is_some() && index.layout != FileLayout::Sphere {
-        context.warn("only sphere maps use resolution; these maps keep their texels");
+        reporter.warn("only sphere maps use resolution; these maps keep their texels");
     }
     let (grid, pixels) = on_one_grid(&index, maps, parameters.resolution)?;
-    context.check_cancelled()?;
+    reporter.check_cancelled()?;
     let centre = index.centre.into();
     let fit = |degree: Option<usize>| {
         let degree = degree.map(Degree::new).transpose()?;
@@ -207,7 +208,7 @@ fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Resu
         },
         (None, None) => fit(None)?,
     };
-    note_fit(&fitted, &index, context);
+    note_fit(&fitted, &index, reporter);
     Ok(fitted)
 }
 
@@ -228,7 +229,7 @@ fn sampling(index: &Index) -> Result<Sampling, Failure> {
 
 /// Warns of two entries that name the same map or the same view: most often a line that was copied and not
 /// edited.
-fn warn_of_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
+fn warn_of_repeated(index: &Index, sampled: &Sampling, reporter: &Reporter) {
     /// Two views are the same if they round to the same multiple of this.
     const STEP: f64 = 1e-6;
     let rounded = |value: f64| (value / STEP).round() as i64;
@@ -239,10 +240,10 @@ fn warn_of_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
     let map = |k: usize| (&index.maps[k].file, index.maps[k].layer, index.maps[k].slice);
     let all = 0..index.maps.len();
     if let Some((a, b)) = repeated(all.clone().map(map)) {
-        context.warn(format!("entries {} and {} of `maps` name the same map, {}", a + 1, b + 1, map(a).0));
+        reporter.warn(format!("entries {} and {} of `maps` name the same map, {}", a + 1, b + 1, map(a).0));
     }
     if let Some((a, b)) = repeated(all.map(view)) {
-        context.warn(format!(
+        reporter.warn(format!(
             "entries {} and {} of `maps`, in {} and {}, have the same view",
             a + 1,
             b + 1,
@@ -275,7 +276,7 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<ReadMaps, Failure> 
     let mut files: BTreeMap<&str, Texture> = BTreeMap::new();
     let mut maps: Option<ReadMaps> = None;
     for entry in &index.maps {
-        context.check_cancelled()?;
+        context.reporter.check_cancelled()?;
         if !files.contains_key(entry.file.as_str()) {
             // Only the current picture is kept: each holds one map.
             files.retain(|_, file| file.layers * file.depth > 1);
@@ -329,7 +330,7 @@ fn fits(layout: FileLayout, width: usize, height: usize, faces: usize) -> bool {
 
 /// Reads a file, a texture or a picture of one layer, and checks that it can hold a map of the layout.
 fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Texture, Failure> {
-    let bytes = context.read(Path::new(file))?;
+    let bytes = context.files.read(Path::new(file))?;
     if is_texture(&bytes) {
         let texture = read_texture(&bytes)?.texture;
         let Texture { width, height, layers, faces, .. } = texture;
@@ -340,7 +341,7 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Texture
     }
     let decoded = read_image(&bytes, &ReadOptions::default())?;
     for warning in &decoded.warnings {
-        context.warn(format!("{file}: {warning}"));
+        context.reporter.warn(format!("{file}: {warning}"));
     }
     let [width, height] = picture_size(layout, decoded.image.width(), decoded.image.height())?;
     let pixels = decoded.image.into_pixels();
@@ -431,15 +432,15 @@ fn not_finite(index: &Index, map: usize, texel: usize, width: usize, value: f32)
 }
 
 /// Notes the degree, the residual and the condition of the fit.
-fn note_fit(fit: &Fit, index: &Index, context: &Context<'_>) {
+fn note_fit(fit: &Fit, index: &Index, reporter: &Reporter) {
     let p = fit.map.p().get();
-    context.note(format!(
+    reporter.note(format!(
         "P = {p} from {} maps: the residual is {:.2e} of the maps' root mean square, errors grow by a factor of {:.2}",
         index.maps.len(),
         fit.residual,
         fit.condition
     ));
     if let Some(degree) = index.degree.filter(|degree| *degree > p) {
-        context.note(format!("the maps were made from P = {degree}; these views determine only P = {p}"));
+        reporter.note(format!("the maps were made from P = {degree}; these views determine only P = {p}"));
     }
 }

@@ -63,12 +63,15 @@ impl MapInput {
     /// # Errors
     /// If the parameters ask for a map other than the one that arrives, or for one that is too large.
     pub(crate) fn map(&self, context: &Context<'_>) -> Result<Arc<artifacts::Shrm>, Failure> {
-        if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
-            let map = self.arriving(context.get::<artifacts::Shrm>("reflection")?)?;
-            context.note(format!("P = {}: {}", map.0.p().get(), describe(&map.0)));
+        if context.inputs.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
+            let map = self.arriving(context.inputs.get::<artifacts::Shrm>("reflection")?)?;
+            context.reporter.note(format!("P = {}: {}", map.0.p().get(), describe(&map.0)));
             return Ok(map);
         }
-        self.map_of(&context.get::<artifacts::Reflection>("reflection")?.0, &Steps::new(context, 1))
+        self.map_of(
+            &context.inputs.get::<artifacts::Reflection>("reflection")?.0,
+            &Steps::new(&context.reporter, 1),
+        )
     }
 
     /// [`MapInput::map`] of a reflection, in one of the steps.
@@ -77,23 +80,23 @@ impl MapInput {
         reflection: &Reflection,
         steps: &Steps<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
-        let context = steps.context();
+        let reporter = steps.reporter();
         let (grid, error_note, missed) = self.grid(reflection);
-        missed.into_iter().for_each(|missed| context.warn(missed));
+        missed.into_iter().for_each(|missed| reporter.warn(missed));
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
             LampsName::Baked => {
-                let soft = context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
+                let soft = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
                 let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, &texels, stop))?;
                 if view == View::Global { local.to_global() } else { local }
             }
-            LampsName::Separate => context.until_stopped(|stop| reflection.synthesise(grid, view, stop))?,
+            LampsName::Separate => reporter.until_stopped(|stop| reflection.synthesise(grid, view, stop))?,
         };
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
-        context.note(format!("F = {f}, P = {p}: {}{error_note}", describe(&map)));
+        reporter.note(format!("F = {f}, P = {p}: {}{error_note}", describe(&map)));
         Ok(Arc::new(artifacts::Shrm(map)))
     }
 

@@ -1,13 +1,12 @@
 //! The pictures of a map with one value for each direction: arranged by a layout, in a picture's container.
 
-use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
 use engine::{Context, Failure, choice};
-use envmap::{Image, ToneMap, to_srgb8};
+use envmap::Image;
 use sh::{Synthesis, synthesise_cube};
 use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
-use crate::values::{Content, FileFormat, Numbers};
+use crate::values::{Container, Content, Encoding, FileFormat, image};
 
 choice! {
     /// How the sphere lies on the written images.
@@ -36,46 +35,34 @@ choice! {
 }
 
 impl FileFormat for PictureFormat {
-    fn has_precision(self) -> bool {
-        self == Self::Exr
+    fn container(self) -> Container {
+        match self {
+            Self::Exr => Container::Exr,
+            Self::Rgbe => Container::Rgbe,
+            Self::Png => Container::Png,
+        }
     }
 }
 
-/// The settings of a map that is written as pictures.
+/// The endings of the names of a map's files: of a picture for each face of a cube, or of one file.
+pub(crate) fn endings(layout: Layout, container: Container) -> Vec<String> {
+    let ending = container.ending();
+    match layout {
+        Layout::Cube if !container.is_texture() => {
+            Face::ALL.map(|face| format!("/{}{ending}", face.name())).into()
+        }
+        _ => vec![ending.to_owned()],
+    }
+}
+
+/// The arrangement of a map that is written as pictures.
 pub(crate) struct MapPictures {
     pub(crate) layout: Layout,
     /// Rows of a lat-long map; texels along the edge of a cube's face.
     pub(crate) resolution: usize,
-    pub(crate) format: PictureFormat,
-    pub(crate) numbers: Numbers,
-    /// The exposure in stops, for PNG only.
-    pub(crate) exposure: f64,
 }
 
 impl MapPictures {
-    /// The endings of the files' names.
-    pub(crate) fn endings(&self) -> Vec<String> {
-        let extension = match self.format {
-            PictureFormat::Exr => ".exr",
-            PictureFormat::Rgbe => ".hdr",
-            PictureFormat::Png => ".png",
-        };
-        match self.layout {
-            Layout::Cube => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
-            _ => vec![extension.to_owned()],
-        }
-    }
-
-    /// The errors of a kind's parameters: those that the format does not use.
-    pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
-        let mut errors = Vec::new();
-        if self.exposure != 0.0 && self.format != PictureFormat::Png {
-            errors.push(("exposure", "only format = \"png\" uses it".into()));
-        }
-        errors.extend(self.numbers.check(self.format));
-        errors
-    }
-
     /// The texels that the layout shows.
     pub(crate) fn grid(&self) -> MapGrid {
         match self.layout {
@@ -90,12 +77,12 @@ impl MapPictures {
     pub(crate) fn files(
         &self,
         pixels: Vec<[f32; 3]>,
+        encoding: Encoding<impl FileFormat>,
         context: &Context<'_>,
     ) -> Result<Vec<Vec<u8>>, Failure> {
-        let precision = self.numbers.precision(self.format, &pixels, Content::Light(self.grid()), context)?;
+        let writer = encoding.writer(&pixels, Content::Light(self.grid()), context)?;
         let images = self.arrange(pixels)?;
-        let files = images.iter().map(|image| self.encode(precision, image, context.recipe()));
-        files.map(|file| Ok(file?.bytes)).collect()
+        images.iter().map(|image| Ok(writer.picture(image)?.bytes)).collect()
     }
 
     /// The images of the texels' values.
@@ -110,22 +97,6 @@ impl MapPictures {
             Layout::CubeCross => Ok(vec![cross(Cube { edge: resolution }, &pixels)?]),
             // Six faces below each other are a strip.
             Layout::CubeStrip => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
-        }
-    }
-
-    /// The file of an image.
-    fn encode(&self, precision: Precision, image: &Image, recipe: &str) -> Result<Encoded, Failure> {
-        let recipe = Some(recipe);
-        match self.format {
-            PictureFormat::Exr => Ok(write_exr(image, precision, recipe)?),
-            PictureFormat::Rgbe => Ok(write_rgbe(image, recipe)?),
-            PictureFormat::Png => {
-                let codes = to_srgb8(image.pixels(), self.exposure, ToneMap::Filmic);
-                Ok(Encoded {
-                    bytes: write_png(image.width(), image.height(), &codes, recipe)?,
-                    ..Encoded::default()
-                })
-            }
         }
     }
 }
@@ -161,11 +132,4 @@ fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
         })
     };
     image(width, height, (0..width * height).map(at).collect())
-}
-
-/// A picture of these pixels.
-pub(crate) fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
-    let found = pixels.len();
-    Image::new(width, height, pixels)
-        .ok_or_else(|| Failure::new(format!("{found} pixels do not fill {width} x {height}")))
 }

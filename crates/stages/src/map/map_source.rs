@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use brdf::Part;
-use containers::{Texture, write_dds, write_exr, write_ktx2};
-use engine::{Artifact, Context, Failure, Output, Port, Steps};
+use containers::Texture;
+use engine::{Artifact, Context, Failure, Inputs, Output, Port, Reporter, Steps};
 use shrm::{Lamps, MapGrid, MapLayout, MapViews, Shrm, View, ViewSet};
 use sphere::{Cube, LatLong};
 
 use super::map_index::{Entry, NewIndex};
 use super::map_input::MapInput;
-use super::map_pictures::image;
 use crate::values::{
-    Content, LampsName, MapsFormat, Numbers, PartsName, Resolution, UntilStopped, artifacts, parts,
+    Container, Content, Encoding, FileFormat, LampsName, MapsFormat, PartsName, Resolution, UntilStopped,
+    artifacts, parts,
 };
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
@@ -28,12 +28,12 @@ impl MapSource {
     }
 
     /// The artifact at the port.
-    pub(crate) fn of(context: &Context<'_>) -> Result<Self, Failure> {
+    pub(crate) fn of(inputs: &Inputs) -> Result<Self, Failure> {
         let port = &Self::port().name;
-        if context.type_at(port) == Some(artifacts::Shrm::TYPE) {
-            return Ok(Self::Shrm(context.get::<artifacts::Shrm>(port)?));
+        if inputs.type_at(port) == Some(artifacts::Shrm::TYPE) {
+            return Ok(Self::Shrm(inputs.get::<artifacts::Shrm>(port)?));
         }
-        Ok(Self::Reflection(context.get::<artifacts::Reflection>(port)?))
+        Ok(Self::Reflection(inputs.get::<artifacts::Reflection>(port)?))
     }
 
     /// The fields of a reflection's two parts, if its material has two centres.
@@ -47,13 +47,13 @@ impl MapSource {
     pub(crate) fn export(
         &self,
         parts: PartsName,
-        context: &Context<'_>,
+        reporter: &Reporter,
         write: impl Fn(&Self, Option<Part>, &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure>,
     ) -> Result<Output, Failure> {
         if let Self::Reflection(reflection) = self {
-            parts::note(parts, &reflection.0, context);
+            parts::note(parts, &reflection.0, reporter);
         }
-        parts::export(parts, self, self.parts(), context, write)
+        parts::export(parts, self, self.parts(), reporter, write)
     }
 
     /// The degree P in the view.
@@ -89,7 +89,7 @@ impl MapSource {
         layout: MapLayout,
         resolution: Option<Resolution>,
         view: View,
-        context: &Context<'_>,
+        reporter: &Reporter,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let map = match self {
             Self::Reflection(reflection) => {
@@ -100,7 +100,7 @@ impl MapSource {
                     view: Some(view),
                     lamps: LampsName::Separate,
                 };
-                return input.map_of(&reflection.0, &Steps::new(context, 1));
+                return input.map_of(&reflection.0, &Steps::new(reporter, 1));
             }
             Self::Shrm(map) => map,
         };
@@ -118,7 +118,7 @@ impl MapSource {
         }
         if grid != map.0.grid() {
             let [old, new] = [map.0.grid(), grid].map(grid_text);
-            context.note(format!("the map was interpolated from {old} to {new}"));
+            reporter.note(format!("the map was interpolated from {old} to {new}"));
         }
         Ok(Arc::new(artifacts::Shrm(map.0.resampled(grid, view))))
     }
@@ -132,10 +132,10 @@ impl MapSource {
         count: Option<&str>,
         steps: &Steps<'_>,
     ) -> Result<ViewSet, Failure> {
-        let (context, maps, texels) = (steps.context(), views.count(), map.grid().len());
+        let (reporter, maps, texels) = (steps.reporter(), views.count(), map.grid().len());
         check_total(texels, maps, count)?;
-        context.check_cancelled()?;
-        let set = context.until_stopped(|stop| ViewSet::from_shrm(map, views, stop))?;
+        reporter.check_cancelled()?;
+        let set = reporter.until_stopped(|stop| ViewSet::from_shrm(map, views, stop))?;
         let set = set.ok_or_else(|| Failure::new(format!("{maps} views do not make a set of maps")))?;
         match self.lamps() {
             Some(lamps) => {
@@ -164,17 +164,17 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
 pub(crate) struct SetFiles {
     /// The method that made the maps, which is also the name of the index.
     pub(crate) method: &'static str,
-    pub(crate) format: MapsFormat,
-    pub(crate) numbers: Numbers,
+    pub(crate) encoding: Encoding<MapsFormat>,
     /// The name of the file that holds a map.
-    pub(crate) file: fn(usize, MapsFormat) -> String,
+    pub(crate) file: fn(usize, Container) -> String,
 }
 
 impl SetFiles {
     /// The endings of the names of the files of so many maps.
     pub(crate) fn endings(&self, maps: usize) -> Vec<String> {
-        let pictures = if self.format == MapsFormat::Exr { maps } else { 1 };
-        let files = (0..pictures).map(|map| format!("/{}", (self.file)(map, self.format)));
+        let container = self.encoding.container();
+        let files = if container.is_texture() { 1 } else { maps };
+        let files = (0..files).map(|map| format!("/{}", (self.file)(map, container)));
         files.chain([format!("/{}.json", self.method)]).collect()
     }
 
@@ -185,16 +185,16 @@ impl SetFiles {
         source: &MapSource,
         context: &Context<'_>,
     ) -> Result<Vec<Vec<u8>>, Failure> {
-        let format = self.format;
+        let container = self.encoding.container();
         let is_volume = matches!(set.views(), MapViews::Angles(_));
         let ([faces, height, width], count) = (set.grid().shape(), set.views().count());
         let (layers, depth) = if is_volume { (0, count) } else { (count, 1) };
         let pixels = source.finished(set.maps().to_vec());
         let texture = Texture { width, height, depth, layers, faces, pixels, ..Texture::default() };
-        let mut files = encode(&texture, format, self.numbers, self.method, context)?;
+        let mut files = encode(&texture, self.encoding, self.method, context)?;
         let place = |map: usize| {
-            let in_texture = (format != MapsFormat::Exr).then_some(map);
-            let entry = Entry::of_file(&(self.file)(map, format));
+            let in_texture = container.is_texture().then_some(map);
+            let entry = Entry::of_file(&(self.file)(map, container));
             if is_volume { entry.in_slice(in_texture) } else { entry.in_layer(in_texture) }
         };
         let index = NewIndex {
@@ -214,8 +214,7 @@ impl SetFiles {
 /// The files of a texture of maps: the texture itself, or a picture for each map.
 pub(crate) fn encode(
     texture: &Texture,
-    format: MapsFormat,
-    numbers: Numbers,
+    encoding: Encoding<impl FileFormat>,
     method: &str,
     context: &Context<'_>,
 ) -> Result<Vec<Vec<u8>>, Failure> {
@@ -223,22 +222,9 @@ pub(crate) fn encode(
         6 => MapGrid::Cube(Cube { edge: texture.width }),
         _ => MapGrid::LatLong(LatLong { width: texture.width, height: texture.height }),
     };
-    let content = Content::Light(grid);
-    let precision = numbers.precision(format, &texture.pixels, content, context)?;
-    let recipe = Some(context.recipe());
-    let encoded = match format {
-        MapsFormat::Dds => vec![write_dds(texture, precision)?],
-        MapsFormat::Ktx2 => vec![write_ktx2(texture, precision, recipe, &[("specula.kind", method)])?],
-        MapsFormat::Exr => {
-            let (width, height) = (texture.width, texture.faces * texture.height);
-            let maps = texture
-                .pixels
-                .chunks_exact(width * height)
-                .map(|pixels| Ok(write_exr(&image(width, height, pixels.to_vec())?, precision, recipe)?));
-            maps.collect::<Result<Vec<_>, Failure>>()?
-        }
-    };
-    Ok(encoded.into_iter().map(|file| file.bytes).collect())
+    let writer = encoding.writer(&texture.pixels, Content::Light(grid), context)?;
+    let files = writer.maps(texture, &[("specula.kind", method)])?;
+    Ok(files.into_iter().map(|file| file.bytes).collect())
 }
 
 /// Fails if there are more texels than a container, or `import-reflection-maps`, can hold, before the maps

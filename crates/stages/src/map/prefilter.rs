@@ -173,21 +173,22 @@ impl Kind for Prefilter {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let roughness =
             parameters.levels().map_err(|(name, error)| Failure::new(format!("{name}: {error}")))?;
-        let environment = context.get::<artifacts::Environment>("environment")?;
-        let lighting = context.optional::<artifacts::Lighting>("lighting")?;
+        let environment = context.inputs.get::<artifacts::Environment>("environment")?;
+        let lighting = context.inputs.optional::<artifacts::Lighting>("lighting")?;
         let lighting = lighting.as_deref().map(|lighting| &lighting.0);
         let (distribution, method) = (parameters.distribution.0, parameters.method.0);
-        let prefiltered = context.until_stopped(|stop| {
+        let prefiltered = reporter.until_stopped(|stop| {
             let (environment, edge) = (&environment.0, parameters.resolution);
             prefilter(environment, lighting, distribution, &roughness, edge, method, stop).map_err(failure)
         })?;
         for (l, level) in prefiltered.levels.iter().enumerate() {
-            context.note(level_note(l, level));
+            reporter.note(level_note(l, level));
             let is_fast = matches!(level.method, LevelMethod::Fast { .. });
             if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
-                context.warn(format!(
+                reporter.warn(format!(
                     "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and closer",
                     about(error)
                 ));
@@ -197,7 +198,7 @@ impl Kind for Prefilter {
         let by_quadrature = prefiltered.levels.iter().filter(sharp).count();
         let may_change = matches!(parameters.method.0, MethodChoice::Auto | MethodChoice::Fast);
         if let (Some(lighting), true, 1..) = (lighting, may_change, by_quadrature) {
-            context.note(format!(
+            reporter.note(format!(
                 "the lighting holds degree {}: {by_quadrature} of {} levels need more and are made by quadrature",
                 lighting.series.degree().get(),
                 prefiltered.levels.len()

@@ -70,7 +70,7 @@ use std::ops::Range;
 
 use brdf::{Centre, Choice, Material, project};
 use engine::{
-    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
+    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Reporter, Value, ValueKind, choice,
     parameters, unexpected,
 };
 use serde_json::json;
@@ -79,8 +79,8 @@ use shrm::reference::{Cull, Estimate, Reference, Sampled};
 use shrm::{MapGrid, View};
 use sphere::{Direction, LatLong, Rotation};
 
-use super::map_pictures::{Layout, MapPictures, PictureFormat};
-use crate::values::{MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
+use super::map_pictures::{Layout, MapPictures, PictureFormat, endings};
+use crate::values::{Encoding, FileFormat, MAX_RESOLUTION, Numbers, STOPS, UntilStopped, artifacts, percent};
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,8 +194,11 @@ parameters! {
 
 impl Parameters {
     fn pictures(&self) -> MapPictures {
-        let Self { layout, resolution, format, numbers, exposure, .. } = *self;
-        MapPictures { layout, resolution, format, numbers, exposure }
+        MapPictures { layout: self.layout, resolution: self.resolution }
+    }
+
+    fn encoding(&self) -> Encoding<PictureFormat> {
+        Encoding::new(self.format, self.numbers).with_exposure(self.exposure)
     }
 
     fn cull(&self) -> Cull {
@@ -228,11 +231,11 @@ impl Kind for ReferenceMap {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(parameters.pictures().endings())
+        Product::Files(endings(parameters.layout, parameters.format.container()))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut errors = parameters.pictures().check();
+        let mut errors = parameters.encoding().check();
         match parameters.method.0 {
             ReferenceMethod::Summed => {
                 let given = [("samples", parameters.samples.is_some()), ("seed", parameters.seed.is_some())];
@@ -248,8 +251,9 @@ impl Kind for ReferenceMap {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = context.get::<artifacts::Environment>("environment")?;
-        let material = context.get::<artifacts::Material>("material")?;
+        let reporter = &context.reporter;
+        let environment = context.inputs.get::<artifacts::Environment>("environment")?;
+        let material = context.inputs.get::<artifacts::Material>("material")?;
         let whole = environment.0.grid();
         let most = parameters.environment_resolution;
         let coarse =
@@ -261,22 +265,22 @@ impl Kind for ReferenceMap {
         let pixels = match parameters.method.0 {
             ReferenceMethod::Summed => {
                 let reference = Reference::new(light, &material.0, parameters.cull());
-                let pixels = by_bands(grid, context, |rows| reference.rows(grid, rows, seen.0, seen.1))?;
-                note_sizes(light.grid(), whole, &reference, grid.len(), context);
+                let pixels = by_bands(grid, reporter, |rows| reference.rows(grid, rows, seen.0, seen.1))?;
+                note_sizes(light.grid(), whole, &reference, grid.len(), reporter);
                 pixels
             }
             ReferenceMethod::Sampled => {
-                let projection = context.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
+                let projection = reporter.until_stopped(|stop| project(&material.0, Choice::Full, stop))?;
                 let coefficients = projection.coefficients;
                 let seed = u32::try_from(parameters.seed.unwrap_or(0))?;
                 let samples = parameters.samples.unwrap_or(SAMPLES);
                 let sampled = Sampled::new(light, &material.0, &coefficients, samples, seed);
-                let estimates = by_bands(grid, context, |rows| sampled.rows(grid, rows, seen.0, seen.1))?;
-                note_errors(light.grid(), whole, sampled.directions(), &estimates, context);
+                let estimates = by_bands(grid, reporter, |rows| sampled.rows(grid, rows, seen.0, seen.1))?;
+                note_errors(light.grid(), whole, sampled.directions(), &estimates, reporter);
                 estimates.iter().map(|estimate| estimate.radiance.map(|value| value as f32)).collect()
             }
         };
-        Ok(Output::files(pictures.files(pixels, context)?))
+        Ok(Output::files(pictures.files(pixels, parameters.encoding(), context)?))
     }
 }
 
@@ -298,20 +302,20 @@ fn view(viewer: Viewer, material: &Material) -> (View, Direction) {
 /// All texels of a map, from functions of some of its rows.
 fn by_bands<T>(
     grid: MapGrid,
-    context: &Context<'_>,
+    reporter: &Reporter,
     rows: impl Fn(Range<usize>) -> Vec<T>,
 ) -> Result<Vec<T>, Failure> {
     let [faces, height, _] = grid.shape();
     let mut texels = Vec::with_capacity(grid.len());
     for first in (0..faces * height).step_by(BAND) {
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         texels.extend(rows(first..(first + BAND).min(faces * height)));
     }
     Ok(texels)
 }
 
 /// Notes the sizes of the grids that were summed over.
-fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
+fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, reporter: &Reporter) {
     let from = averaged(used, whole);
     let width = reference.width();
     let cap = if width < 1.0 {
@@ -319,7 +323,7 @@ fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usiz
     } else {
         String::new()
     };
-    context.note(format!(
+    reporter.note(format!(
         "{texels} texels of the map, {} lit ones of {} x {} of the environment{from}{cap}",
         reference.lit(),
         used.width,
@@ -333,7 +337,7 @@ fn note_errors(
     whole: LatLong,
     directions: usize,
     estimates: &[Estimate],
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) {
     let squares = |of: fn(&Estimate) -> [f64; 3]| {
         estimates.iter().flat_map(of).map(|value| value * value).sum::<f64>() / (3 * estimates.len()) as f64
@@ -343,7 +347,7 @@ fn note_errors(
     let largest = estimates.iter().flat_map(|estimate| estimate.standard_error).fold(0.0, f64::max);
     // A black map is exact.
     let relative = |error: f64| percent(if error > 0.0 { error / size } else { 0.0 });
-    context.note(format!(
+    reporter.note(format!(
         "{} texels of the map, {directions} directions at each to {} x {} of the environment{}; standard error {} of \
          the map's root mean square, at most {}",
         estimates.len(),

@@ -256,7 +256,7 @@
 //! source = "assets/materials/*.toml"
 //! ```
 
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 
 use super::material_file::{check_material, read_material};
 use crate::values::{ChosenMaterial, artifacts};
@@ -289,24 +289,26 @@ impl Kind for ImportMaterial {
     }
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-        let path = context.source()?;
-        if context.is_folder(path) {
+        let path = context.files.source()?;
+        if context.files.is_folder(path) {
             return Err(folder(&path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()));
         }
         let choice = parameters.material.as_ref().map(|ChosenMaterial(choice)| choice);
-        check_material(path, choice, &|path| context.open(path))
+        check_material(path, choice, &|path| context.files.open(path))
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let path = context.source()?;
+        let reporter = &context.reporter;
+        let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let read = context.read(path);
-        let bytes = read.map_err(|failure| if context.is_folder(path) { folder(&file) } else { failure })?;
+        let read = context.files.read(path);
+        let bytes =
+            read.map_err(|failure| if context.files.is_folder(path) { folder(&file) } else { failure })?;
         let choice = parameters.material.as_ref().map(|ChosenMaterial(choice)| choice);
-        let found = read_material(&file, &bytes, choice, &|path| context.read(path))?;
-        found.notes.into_iter().for_each(|note| context.note(note));
-        found.warnings.into_iter().for_each(|warning| context.warn(warning));
-        warn_of_excess(&found.material, context);
+        let found = read_material(&file, &bytes, choice, &|path| context.files.read(path))?;
+        found.notes.into_iter().for_each(|note| reporter.note(note));
+        found.warnings.into_iter().for_each(|warning| reporter.warn(warning));
+        warn_of_excess(&found.material, reporter);
         Output::artifact(artifacts::Material(found.material))
     }
 }
@@ -317,11 +319,11 @@ fn folder(name: &str) -> Failure {
 }
 
 /// Warns of a material that reflects more than it receives.
-fn warn_of_excess(material: &brdf::Material, context: &Context<'_>) {
+fn warn_of_excess(material: &brdf::Material, reporter: &Reporter) {
     let checks = brdf::checks(material);
     if checks.makes_light() {
         let most = checks.greatest();
-        context.warn(format!(
+        reporter.warn(format!(
             "the material reflects more light than falls on it: {:.3} times as much when viewed {} degrees from the normal",
             most.greatest(),
             most.theta,

@@ -97,7 +97,7 @@ use brdf::{
     ProjectionError, nearest_non_negative, project, unknowns,
 };
 use containers::tensors::Brdf;
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
 use sh::{Stop, Tolerance};
 
 use super::degree_pair::DegreePair;
@@ -213,11 +213,12 @@ impl Kind for ProjectBrdf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let material = &context.get::<artifacts::Material>("material")?.0;
+        let reporter = &context.reporter;
+        let material = &context.inputs.get::<artifacts::Material>("material")?.0;
         let material = match parameters.part.of(material) {
             Some(part) => part,
             None => {
-                context.note(format!("{} has no such part: it is black", material.name()));
+                reporter.note(format!("{} has no such part: it is black", material.name()));
                 Material::Lambert(Lambert::new([0.0; 3])?)
             }
         };
@@ -229,7 +230,7 @@ impl Kind for ProjectBrdf {
         // How far a search for degrees is, nobody knows.
         let total = choice.steps().unwrap_or(usize::MAX / 2);
         let split = material.split();
-        let work = Steps::new(context, if split.is_some() { 2 } else { 1 });
+        let work = Steps::new(reporter, if split.is_some() { 2 } else { 1 });
         let steps = work.part(1, total);
         let projection = steps.until_stopped(|stop| project(&material, choice, stop))?;
         let parts = match split {
@@ -240,7 +241,7 @@ impl Kind for ProjectBrdf {
             None => None,
         };
         if projection.anisotropic {
-            context.warn(format!(
+            reporter.warn(format!(
                 "{} is anisotropic; it is replaced by its mean over all turns about the normal (tabulate-brdf keeps \
                  its direction)",
                 material.name()
@@ -249,7 +250,7 @@ impl Kind for ProjectBrdf {
         if let Some(tolerance) = parameters.tolerance
             && projection.captured < 1.0 - tolerance - 1e-9
         {
-            context.warn(format!(
+            reporter.warn(format!(
                 "tolerance {tolerance} is missed: the highest degrees that are tried hold {} of the energy, not {}, and most \
                  of the rest is at grazing views; name neither `degree` nor `tolerance`, and `convolve` chooses degrees \
                  for each light",
@@ -258,20 +259,20 @@ impl Kind for ProjectBrdf {
             ));
         }
         if projection.uncertainty > UNCERTAIN {
-            context.warn(format!(
+            reporter.warn(format!(
                 "the material changes too fast to be sampled exactly: up to {:.1} % of what it reflects may be wrong; a \
                  larger roughness avoids that",
                 100.0 * projection.uncertainty
             ));
         }
-        context.note(described(&projection));
+        reporter.note(described(&projection));
         if let Some([diffuse, specular]) = &parts {
             let [diffuse, specular] = [diffuse, specular].map(|part| [part.f().get(), part.p().get()]);
-            context.note(format!("its parts: diffuse {diffuse:?}, specular {specular:?}"));
+            reporter.note(format!("its parts: diffuse {diffuse:?}, specular {specular:?}"));
         }
         let (mut coefficients, mut parts) = (projection.coefficients, parts);
         if let Some(choice) = parameters.non_negative {
-            let nearest = |name, given: &_| nearest(name, given, choice.mean(), context);
+            let nearest = |name, given: &_| nearest(name, given, choice.mean(), reporter);
             coefficients = nearest("nearest non-negative function", &coefficients)?;
             if let Some([diffuse, specular]) = &mut parts {
                 *diffuse = nearest("of the diffuse part", diffuse)?;
@@ -292,9 +293,9 @@ fn nearest(
     name: &str,
     coefficients: &BrdfCoefficients,
     mean: sh::Mean,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<BrdfCoefficients, Failure> {
-    let found = context.until_stopped(|stop| {
+    let found = reporter.until_stopped(|stop| {
         nearest_non_negative(coefficients, mean, stop).map_err(|error| match error {
             NearestBrdfError::TooMany { .. } => {
                 Failure::from(error).help("give lower degrees, or a larger tolerance")
@@ -302,7 +303,7 @@ fn nearest(
             _ => Failure::from(error),
         })
     })?;
-    context.note(format!(
+    reporter.note(format!(
         "{name}: a change of {:.3} % in L2; minimum {:.4} before, {:.4} after",
         100.0 * found.change,
         found.before,

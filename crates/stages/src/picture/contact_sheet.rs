@@ -39,7 +39,7 @@ use std::f64::consts::PI;
 
 use brdf::Centre;
 use containers::write_png;
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, parameters};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Reporter, Steps, parameters};
 use envmap::{Environment, ToneMap};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
@@ -111,9 +111,10 @@ impl Kind for ContactSheet {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = &context.get::<artifacts::Environment>("environment")?.0;
-        let lighting = context.optional::<artifacts::Lighting>("lighting")?;
-        let reflections = context.many::<artifacts::Reflection>("reflection")?;
+        let reporter = &context.reporter;
+        let environment = &context.inputs.get::<artifacts::Environment>("environment")?.0;
+        let lighting = context.inputs.optional::<artifacts::Lighting>("lighting")?;
+        let reflections = context.inputs.many::<artifacts::Reflection>("reflection")?;
         let own = context.key().cloned().unwrap_or_default();
 
         let usual = environment.exposure();
@@ -130,16 +131,16 @@ impl Kind for ContactSheet {
                 facts.push(format!("lighting of degree {}", lighting.0.series.degree().get()));
                 let soft = lighting.0.series.get(0, 0).iter().sum::<f64>() * (4.0 * PI).sqrt();
                 facts.extend(lamps_text(&lighting.0.lights, soft));
-                Some(harmonics(parameters, environment, &lighting.0, context)?)
+                Some(harmonics(parameters, environment, &lighting.0, reporter)?)
             }
             None => None,
         };
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         // The maps, and the balls.
-        let work = Steps::new(context, 2);
+        let work = Steps::new(reporter, 2);
         let steps = work.part(1, reflections.len());
         let materials = reflections.par_iter().map(|(key, reflection)| {
-            let made = material(&own, key, &reflection.0, context)?;
+            let made = material(&own, key, &reflection.0, reporter)?;
             steps.step()?;
             Ok(made)
         });
@@ -161,12 +162,12 @@ fn harmonics(
     parameters: &Parameters,
     environment: &Environment,
     lighting: &sh::Lighting,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<Harmonics, Failure> {
     let (beside, lighting) = (!lighting.lights.is_empty(), &lighting.series);
     let energies: Vec<f64> = energy_per_degree(lighting).iter().map(|rgb| rgb.iter().sum()).collect();
     let image = if beside {
-        energy(&context.until_stopped(|stop| environment.separate_lamps(stop))?.soft)
+        energy(&reporter.until_stopped(|stop| environment.separate_lamps(stop))?.soft)
     } else {
         energy(environment)
     };
@@ -198,7 +199,7 @@ fn material(
     own: &ItemKey,
     key: &ItemKey,
     reflection: &shrm::Reflection,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<MaterialPictures, Failure> {
     let name = name(own, key);
     let brdf = reflection.brdf();
@@ -211,7 +212,7 @@ fn material(
     let detail = format!("F {} · P {p} · by the {about}", f.get());
     let most = if p > MAX_P_AT_FULL_EDGE { MANY_EDGE } else { BALL_EDGES[1] };
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
-    let field = context.until_stopped(|stop| {
+    let field = reporter.until_stopped(|stop| {
         let field = reflection.synthesise(grid, View::Local, stop);
         field.map_err(|error| Failure::from(error).context(name.clone()))
     })?;
@@ -349,8 +350,8 @@ mod tests {
         let environment = sky();
         let lighting = lighting(&environment, 12);
         let parameters = Parameters { degrees: vec![10, 2, 2, 40], ..DEFAULTS };
-        let context = Context::new(&NoFiles);
-        let shown = harmonics(&parameters, &environment, &lighting.clone().into(), &context).unwrap();
+        let reporter = Reporter::default();
+        let shown = harmonics(&parameters, &environment, &lighting.clone().into(), &reporter).unwrap();
         let degrees: Vec<_> = shown.reconstructions.iter().map(|shown| shown.degree).collect();
         assert_eq!(degrees, [2, 10, 12]);
         // Parseval: the image's energy is the expansion's and that of what is left.

@@ -11,7 +11,7 @@ use crate::light::light;
 /// # Errors
 /// If the port is not connected, or the light has a radiance that is not finite.
 pub fn picture_exposure(context: &Context<'_>, more: f64) -> Result<f64, Failure> {
-    let usual = light(context)?.exposure();
-    context.note(described(usual, more));
+    let usual = light(&context.inputs)?.exposure();
+    context.reporter.note(described(usual, more));
     Ok(usual.stops + more)
 }

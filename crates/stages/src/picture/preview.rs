@@ -97,7 +97,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use containers::{write_apng, write_png};
-use engine::{Context, Digest, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Steps, choice, parameters};
 use envmap::ToneMap;
 use preview::{Camera, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
@@ -334,12 +334,13 @@ impl Kind for Preview {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let scene = scene(parameters, context)?;
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         let usual = scene.light.exposure();
         let exposure = usual.stops + parameters.exposure;
-        context.note(described(usual, parameters.exposure));
-        let pictures = Steps::new(context, parameters.frames * parameters.columns().len());
+        reporter.note(described(usual, parameters.exposure));
+        let pictures = Steps::new(reporter, parameters.frames * parameters.columns().len());
         let mut renderer = FallbackRenderer::new(parameters.backend, &pictures);
         let sheet = parameters.sheet();
         let mut frames = Vec::new();
@@ -348,11 +349,11 @@ impl Kind for Preview {
             let turned = 360.0 * frame as f64 / parameters.frames as f64;
             let shot = shot(parameters, &scene, exposure, turned);
             frames.push(sheet.draw(&panels(parameters, &scene, &shot, &mut renderer, &mut worst)?));
-            context.check_cancelled()?;
+            reporter.check_cancelled()?;
         }
         for (mode, error) in worst {
             let most = if parameters.frames > 1 { " at most" } else { "" };
-            context.note(format!("{}: {}", mode.label(), said(error, most)));
+            reporter.note(format!("{}: {}", mode.label(), said(error, most)));
         }
         let [width, height] = sheet.size();
         let recipe = Some(context.recipe());
@@ -410,49 +411,51 @@ fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
 
 /// The mesh with its look.
 fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failure> {
-    let material = context.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
-    let table = context.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
+    let material =
+        context.inputs.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
+    let table =
+        context.inputs.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
     for mode in parameters.columns() {
         let port = match mode {
             Mode::BruteForce | Mode::ShadowedBruteForce => "material",
             Mode::Table => "table",
             Mode::Transfer if table.is_none() => "table",
             Mode::Transfer => "transfer",
-            Mode::Samples if context.type_at("reflection").is_none() => "material",
+            Mode::Samples if context.inputs.type_at("reflection").is_none() => "material",
             mode if mode.needs_maps() => "reflection",
             _ => continue,
         };
-        if context.type_at(port).is_none() {
+        if context.inputs.type_at(port).is_none() {
             let mode = mode.name();
             return Err(Failure::new(format!("{mode} needs a {port}, but the port {port} is not connected"))
                 .help(format!("add {port} = \"...\" to the stage's inputs")));
         }
     }
-    let mesh = match context.optional::<artifacts::Mesh>("mesh")? {
+    let mesh = match context.inputs.optional::<artifacts::Mesh>("mesh")? {
         Some(mesh) => mesh.0.clone(),
         None => built_in(parameters.mesh)?,
     };
     if mesh.triangles().is_empty() {
-        context.warn("the mesh has no triangles: only the background is seen");
+        context.reporter.warn("the mesh has no triangles: only the background is seen");
     }
-    let light = Arc::new(light(context)?);
+    let light = Arc::new(light(&context.inputs)?);
     let sizes = MapSizes { edge: parameters.resolution, slices: parameters.slices };
-    let look = match context.type_at("reflection") {
+    let look = match context.inputs.type_at("reflection") {
         Some(name) if name == <artifacts::Shrm as engine::Artifact>::TYPE => {
-            let map = context.get::<artifacts::Shrm>("reflection")?.0.clone();
+            let map = context.inputs.get::<artifacts::Shrm>("reflection")?.0.clone();
             Look::from_map(light, map, material, sizes)
         }
         Some(_) => {
-            let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
+            let reflection = context.inputs.get::<artifacts::Reflection>("reflection")?.0.clone();
             if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
-                context.warn(difference);
+                context.reporter.warn(difference);
             }
             Look::new(light, reflection, material, sizes)
                 .with_lamps_in_maps(parameters.lamps == LampsName::Baked)
         }
         None => Look::of_light(light, material, sizes),
     };
-    let transfer = transfer(context, &mesh)?;
+    let transfer = transfer(&context.inputs, &mesh)?;
     let blend = match &table {
         Some(table) => blend(context, &mesh, table)?.map(Arc::new),
         None => None,
@@ -462,13 +465,10 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
 }
 
 /// The transfer of the mesh, if there is one.
-fn transfer(
-    context: &Context<'_>,
-    mesh: &mesh::Mesh,
-) -> Result<Option<Arc<Vec<transfer::Transfer>>>, Failure> {
-    let Some(transfer) = context.optional::<artifacts::Transfer>("transfer")? else { return Ok(None) };
-    let digest = match context.type_at("mesh") {
-        Some(_) => Digest::of(&context.bytes("mesh")?).to_string(),
+fn transfer(inputs: &Inputs, mesh: &mesh::Mesh) -> Result<Option<Arc<Vec<transfer::Transfer>>>, Failure> {
+    let Some(transfer) = inputs.optional::<artifacts::Transfer>("transfer")? else { return Ok(None) };
+    let digest = match inputs.type_at("mesh") {
+        Some(_) => Digest::of(&inputs.bytes("mesh")?).to_string(),
         None => String::new(),
     };
     if transfer.0.mesh != digest {

@@ -116,7 +116,7 @@ use std::ops::Bound;
 use std::sync::Arc;
 
 use brdf::{Centre, Choice};
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
 use serde_json::value::RawValue;
 use sh::Tolerance;
 use shrm::Reflection;
@@ -240,10 +240,12 @@ impl Kind for ReportKind {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
         let own = context.key().cloned().unwrap_or_default();
-        let environments = context.many::<artifacts::Environment>("environment")?;
-        let materials = context.many::<artifacts::Material>("material")?;
-        let reflections = Reflections { all: context.many("reflection")?, choice: parameters.choice()? };
+        let environments = context.inputs.many::<artifacts::Environment>("environment")?;
+        let materials = context.inputs.many::<artifacts::Material>("material")?;
+        let reflections =
+            Reflections { all: context.inputs.many("reflection")?, choice: parameters.choice()? };
         if !reflections.all.is_empty() && reflections.choice.is_some() {
             return Err(Failure::new("`degree` and `tolerance` have no effect on a connected reflection")
                 .help("leave them out, or leave the port reflection unconnected"));
@@ -266,15 +268,16 @@ impl Kind for ReportKind {
         // One pair after another: each uses all threads.
         let count = materials.len() * lit.len();
         let sections = [Section::Maps, Section::Tables, Section::Sampling, Section::Rigs];
-        let steps = Steps::new(context, count * sections.into_iter().filter(|section| has(*section)).count());
+        let steps =
+            Steps::new(reporter, count * sections.into_iter().filter(|section| has(*section)).count());
         let mut pictures = PagePictures::default();
         let (mut pairs, mut figures): (Vec<PairFigures>, Vec<_>) = Default::default();
         for (key, material) in materials.iter().filter(|_| has(Section::Maps)) {
             let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
             let first = pairs.len();
             for (environment_key, lit) in &lit {
-                context.check_cancelled()?;
-                let made = reflections.of(lit, environment_key, &studied, key, context)?;
+                reporter.check_cancelled()?;
+                let made = reflections.of(lit, environment_key, &studied, key, reporter)?;
                 let is_default = reflections.all.is_empty() && reflections.choice.is_none();
                 let made = StudiedReflection { reflection: &made, is_default };
                 let (pair, picture) = study::pair(lit, &studied, made, &settings, &steps)
@@ -307,11 +310,11 @@ impl Kind for ReportKind {
         if has(Section::Rigs) {
             (rigs, pictures.rigs) = rigs::study(&lit, &named, &settings, &steps)?;
         }
-        context.check_cancelled()?;
+        reporter.check_cancelled()?;
         let specula = RawValue::from_string(context.recipe().to_owned())?;
         let report =
             Report { schema: 4, specula, settings, materials: figures, pairs, tables, sampling: noise, rigs };
-        note(&report, context);
+        note(&report, reporter);
         let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
         let page = page::page(&title, &report, &pictures, context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
@@ -321,10 +324,10 @@ impl Kind for ReportKind {
 }
 
 /// Notes how many pairs have a good export, and the degrees of tables.
-fn note(report: &Report, context: &Context<'_>) {
+fn note(report: &Report, reporter: &Reporter) {
     for table in &report.tables {
         let error = percent(report.settings.table_error);
-        context.note(match table.advised {
+        reporter.note(match table.advised {
             Some(degree) => format!("{}: a table of degree {degree} is within {error} RMS", table.material),
             None => {
                 format!("{}: no table up to degree {} is within {error} RMS", table.material, cuts::MAX_CUT)
@@ -333,7 +336,7 @@ fn note(report: &Report, context: &Context<'_>) {
     }
     if !report.sampling.is_empty() {
         let least = |pair: &&NoisePair| pair.least(NOTED) == Some(Follows::Product);
-        context.note(format!(
+        reporter.note(format!(
             "at {NOTED} samples, the product of light and material has the least noise in {} of {} pairs",
             report.sampling.iter().filter(least).count(),
             report.sampling.len()
@@ -344,7 +347,7 @@ fn note(report: &Report, context: &Context<'_>) {
     }
     let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
     let Limits { p95, p99 } = report.settings.limits;
-    context.note(format!(
+    reporter.note(format!(
         "{good} of {} pairs have a good export: 95 % of samples within {p95:.2} stops, 99 % within {p99:.2}",
         report.pairs.len()
     ));
@@ -366,10 +369,10 @@ impl Reflections {
         environment: &ItemKey,
         material: &Studied<'_>,
         material_key: &ItemKey,
-        context: &Context<'_>,
+        reporter: &Reporter,
     ) -> Result<Reflection, Failure> {
         if self.all.is_empty() {
-            return study::reflection(lit, material, self.choice, context);
+            return study::reflection(lit, material, self.choice, reporter);
         }
         let found = self.all.iter().find(|(key, _)| holds(key, environment) && holds(key, material_key));
         let Some((_, reflection)) = found else {
@@ -382,7 +385,7 @@ impl Reflections {
             ));
         };
         if let Some(difference) = light_mismatch::difference(lit.environment, &reflection.0) {
-            context.warn(format!("{} under {}: {difference}", material.name, lit.name));
+            reporter.warn(format!("{} under {}: {difference}", material.name, lit.name));
         }
         if reflection.0.brdf().centre() != material.material.centre() {
             return Err(Failure::new(format!("the reflection of {} is of another material", material.name))

@@ -31,7 +31,7 @@ pub(crate) fn blend(
     mesh: &Mesh,
     table: &BrdfTable,
 ) -> Result<Option<Vec<f32>>, Failure> {
-    let Some(blend) = context.optional::<artifacts::VertexBlend>("blend")? else {
+    let Some(blend) = context.inputs.optional::<artifacts::VertexBlend>("blend")? else {
         return match table.count() {
             1 => Ok(None),
             count => {
@@ -40,8 +40,8 @@ pub(crate) fn blend(
             }
         };
     };
-    let digest = match context.type_at("mesh") {
-        Some(_) => Digest::of(&context.bytes("mesh")?).to_string(),
+    let digest = match context.inputs.type_at("mesh") {
+        Some(_) => Digest::of(&context.inputs.bytes("mesh")?).to_string(),
         None => String::new(),
     };
     if blend.0.mesh != digest {
@@ -52,7 +52,7 @@ pub(crate) fn blend(
         return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
     }
     if table.count() == 1 {
-        context.warn("the table has one material: the blend changes nothing");
+        context.reporter.warn("the table has one material: the blend changes nothing");
     }
     Ok(Some(blend.0.value.clone()))
 }

@@ -7,6 +7,8 @@ use engine::{Diagnostic, OrAuto, Parameter, Value, ValueKind, choice, unexpected
 use envmap::ToneMap;
 use shrm::{Distribution, MapLayout, Plain, View};
 
+use super::encoding::{Container, FileFormat};
+
 /// The range of a share: above 0 and below 1.
 pub(crate) const SHARE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Excluded(1.0));
 
@@ -80,28 +82,6 @@ choice! {
 }
 
 choice! {
-    /// How many bits the numbers of a file have.
-    pub enum PrecisionName {
-        /// 16 bits, or 32 if a value exceeds the largest half.
-        Auto = "auto",
-        /// 16 bits.
-        Half = "half",
-        /// 32 bits.
-        Float = "float",
-    }
-}
-
-choice! {
-    /// What happens to values past the largest number of a file.
-    pub enum Overflow {
-        /// Each becomes the largest number, unless the file can have 32-bit floats and no precision is named.
-        Clamp = "clamp",
-        /// The item fails.
-        Error = "error",
-    }
-}
-
-choice! {
     /// The curve from exposed radiance to what is shown.
     pub(crate) enum ToneMapName: ToneMap {
         /// A film-like shoulder: highlights keep their shape.
@@ -120,6 +100,16 @@ choice! {
         Dds = "dds",
         /// An OpenEXR picture for each map.
         Exr = "exr",
+    }
+}
+
+impl FileFormat for MapsFormat {
+    fn container(self) -> Container {
+        match self {
+            Self::Ktx2 => Container::Ktx2,
+            Self::Dds => Container::Dds,
+            Self::Exr => Container::Exr,
+        }
     }
 }
 

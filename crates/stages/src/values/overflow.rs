@@ -5,7 +5,7 @@
 //! 32-bit floats gets them by itself if it needs them; every other loss is reported in shares of each
 //! channel's light, which an artist can judge, and not in numbers of texels.
 
-use engine::Context;
+use engine::Reporter;
 use shrm::MapGrid;
 
 use super::share::percent;
@@ -132,9 +132,9 @@ fn weights(content: Content) -> Vec<f64> {
 }
 
 /// Notes why a file has 32-bit floats.
-pub(crate) fn note_floats(excess: &Excess, context: &Context<'_>) {
+pub(crate) fn note_floats(excess: &Excess, reporter: &Reporter) {
     let largest = excess.largest;
-    context.note(format!(
+    reporter.note(format!(
         "written in 32-bit floats, because values up to {largest:.3e} exceed 65504, the largest half"
     ));
 }

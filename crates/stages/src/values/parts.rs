@@ -2,7 +2,7 @@
 //! the reflection vector, so that an export writes a map for each.
 
 use brdf::Part;
-use engine::{Context, Failure, Output, Steps, choice};
+use engine::{Failure, Output, Reporter, Steps, choice};
 use shrm::Reflection;
 
 choice! {
@@ -32,11 +32,11 @@ pub(crate) fn export<T>(
     parts: PartsName,
     whole: &T,
     split: Option<[T; 2]>,
-    context: &Context<'_>,
+    reporter: &Reporter,
     write: impl Fn(&T, Option<Part>, &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure>,
 ) -> Result<Output, Failure> {
     let maps = if parts == PartsName::Separate && split.is_some() { 2 } else { 1 };
-    let steps = &Steps::new(context, maps);
+    let steps = &Steps::new(reporter, maps);
     let (diffuse, files) = match (parts, split) {
         (PartsName::Together, _) => (Vec::new(), write(whole, None, steps)?),
         (PartsName::Separate, Some([diffuse, specular])) => {
@@ -52,9 +52,9 @@ pub(crate) fn export<T>(
 }
 
 /// A note on the maps of a reflection that has two parts, and a warning of one that loses its direction.
-pub(crate) fn note(parts: PartsName, reflection: &Reflection, context: &Context<'_>) {
+pub(crate) fn note(parts: PartsName, reflection: &Reflection, reporter: &Reporter) {
     if reflection.material().is_some_and(|material| material.turns() > 1) {
-        context.warn(
+        reporter.warn(
             "the material is anisotropic, and a map is looked up without the surface's tangent: it holds the mean \
              over all turns of the surface, a round highlight, lamps included; for a highlight that follows the \
              brushing use tabulate-brdf with shade-vertices, or shade lamps apart with lamps = \"separate\"",
@@ -62,7 +62,7 @@ pub(crate) fn note(parts: PartsName, reflection: &Reflection, context: &Context<
     }
     let Some([diffuse, specular]) = reflection.parts() else { return };
     let p = |field: &Reflection| field.brdf().p().get();
-    context.note(match parts {
+    reporter.note(match parts {
         PartsName::Separate => format!(
             "a map of each part: add the diffuse one, looked up by the normal (P = {}), to the other (P = {})",
             p(diffuse),

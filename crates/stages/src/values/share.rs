@@ -1,6 +1,6 @@
 //! Formats shares of energy and relative errors, and reports what is lost.
 
-use engine::Context;
+use engine::Reporter;
 use sh::Light;
 
 /// The share of the light above which a loss is a warning.
@@ -8,11 +8,11 @@ pub(crate) const LOSS: f64 = 0.01;
 
 /// Notes the share of something that a result loses: `0.4 % of ` and then `what`, such as `the vertices are
 /// below zero`. If the share is above 1 %, this is a warning, which ends with `help`.
-pub fn report_loss(context: &Context<'_>, lost: f64, what: &str, help: &str) {
+pub fn report_loss(reporter: &Reporter, lost: f64, what: &str, help: &str) {
     if lost > LOSS {
-        context.warn(format!("{} of {what}; {help}", about(lost)));
+        reporter.warn(format!("{} of {what}; {help}", about(lost)));
     } else {
-        context.note(format!("{} of {what}", about(lost)));
+        reporter.note(format!("{} of {what}", about(lost)));
     }
 }
 

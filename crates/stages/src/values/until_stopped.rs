@@ -1,6 +1,6 @@
 //! Kernels that end early once their item is to stop.
 
-use engine::{Context, Failure, Steps};
+use engine::{Failure, Reporter, Steps};
 use sh::Stop;
 
 /// Calls kernels so that they end early once their item is to stop. Every kernel that works for long takes a
@@ -16,7 +16,7 @@ pub trait UntilStopped {
     ) -> Result<T, Failure>;
 }
 
-impl UntilStopped for Context<'_> {
+impl UntilStopped for Reporter {
     fn until_stopped<T, E: Into<Failure>>(
         &self,
         kernel: impl FnOnce(Stop<'_>) -> Result<T, E>,
@@ -33,7 +33,7 @@ impl UntilStopped for Steps<'_> {
         kernel: impl FnOnce(Stop<'_>) -> Result<T, E>,
     ) -> Result<T, Failure> {
         let result = kernel(Stop::when(&|| self.stop()));
-        self.context().check_cancelled()?;
+        self.reporter().check_cancelled()?;
         result.map_err(Into::into)
     }
 }
@@ -43,24 +43,23 @@ mod tests {
     use engine::Cancel;
 
     use super::*;
-    use crate::testkit::NoFiles;
 
     #[test]
     fn a_kernel_that_was_stopped_cancels_its_item_and_another_error_is_its_own() {
         let cancel = Cancel::default();
-        let context = Context::new(&NoFiles).with_cancel(cancel.clone());
-        let steps = Steps::new(&context, 2);
-        assert_eq!(context.until_stopped(|stop| stop.check().map(|()| 1)), Ok(1));
+        let reporter = Reporter::new(cancel.clone());
+        let steps = Steps::new(&reporter, 2);
+        assert_eq!(reporter.until_stopped(|stop| stop.check().map(|()| 1)), Ok(1));
         assert_eq!(steps.until_stopped(|stop| stop.check().map(|()| 2)), Ok(2));
-        assert_eq!(context.share_done(), 0.5);
+        assert_eq!(reporter.share_done(), 0.5);
         let wrong = || Failure::new("wrong");
-        assert_eq!(context.until_stopped(|_| Err::<(), _>(wrong())), Err(wrong()));
+        assert_eq!(reporter.until_stopped(|_| Err::<(), _>(wrong())), Err(wrong()));
         cancel.cancel();
         let (whole, part) =
-            (context.until_stopped(|stop| stop.check()), steps.until_stopped(|stop| stop.check()));
+            (reporter.until_stopped(|stop| stop.check()), steps.until_stopped(|stop| stop.check()));
         for found in [whole, part] {
             assert_eq!(found, Err(Failure::cancelled()));
         }
-        assert_eq!(context.until_stopped(|_| Err::<(), _>(wrong())), Err(Failure::cancelled()));
+        assert_eq!(reporter.until_stopped(|_| Err::<(), _>(wrong())), Err(Failure::cancelled()));
     }
 }

@@ -220,10 +220,10 @@ impl Case {
             said
         };
         Ok(Ran {
-            notes: half(context.notes()),
-            warnings: half(context.warnings()),
-            reads: context.reads(),
-            share_done: context.share_done(),
+            notes: half(context.reporter.notes()),
+            warnings: half(context.reporter.warnings()),
+            reads: context.files.reads(),
+            share_done: context.reporter.share_done(),
             output,
         })
     }

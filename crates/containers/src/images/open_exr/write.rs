@@ -78,9 +78,9 @@ pub fn write_exr_layers(
 }
 
 /// A name, and the pixels row by row.
-type Layer<'a> = (&'a str, &'a [[f32; 3]]);
+type NamedLayer<'a> = (&'a str, &'a [[f32; 3]]);
 
-fn check_layers(width: usize, height: usize, layers: &[Layer<'_>]) -> Result<(), Error> {
+fn check_layers(width: usize, height: usize, layers: &[NamedLayer<'_>]) -> Result<(), Error> {
     let unwritable = |message| Err(Error::new(ErrorKind::Unwritable, message));
     let pixels = limits::pixels(width, height)
         .map_err(|error| Error::new(ErrorKind::Unwritable, error.to_string()))?;
@@ -108,7 +108,7 @@ fn check_layers(width: usize, height: usize, layers: &[Layer<'_>]) -> Result<(),
 fn write(
     width: usize,
     height: usize,
-    layers: &[Layer<'_>],
+    layers: &[NamedLayer<'_>],
     precision: Precision,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Candidate, Job, Message, Request, Runner, Threads};
+use super::{Candidate, Job, Request, Runner, TaskResult, Threads};
 use crate::build::outcome::{Outcome, Refusal};
 use crate::build::run::RunContext;
 use crate::build::session::WORKER;
@@ -54,13 +54,13 @@ impl<'a> Runner<'a> for Elsewhere<'a> {
         let item = receipt.item;
         let act = move || {
             job.work(worker, |request| match request {
-                Request::Run(request) => Message::Ran(item, context.run_elsewhere(request, options)),
+                Request::Run(request) => TaskResult::Ran(item, context.run_elsewhere(request, options)),
                 other => other.perform(context),
             });
         };
         if let Err(error) = (threads.waiting)(format!("{WORKER} e{worker}"), Box::new(act)) {
             let refusal = Refusal::by_fault(format!("a thread cannot be started: {error}"));
-            receipt.send(worker, Instant::now(), Message::Ran(item, Ok(Outcome::Refused(refusal))));
+            receipt.send(worker, Instant::now(), TaskResult::Ran(item, Ok(Outcome::Refused(refusal))));
         }
     }
 

@@ -10,7 +10,7 @@ use super::tasks::Task;
 use crate::build::outcome::Outcome;
 use crate::build::publish::{PublishError, PublishEvent};
 use crate::build::run::failure_of;
-use crate::build::runner::Message;
+use crate::build::runner::TaskResult;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Event, ItemName};
 use crate::kinds::Failure;
@@ -18,40 +18,40 @@ use crate::plan::ItemIndex;
 use crate::storage::Blob;
 
 impl Scheduler<'_, '_> {
-    pub(super) fn handle(&mut self, message: Message) {
+    pub(super) fn handle(&mut self, message: TaskResult) {
         match message {
-            Message::Fetched(item, Ok(Some(handle))) => {
+            TaskResult::Fetched(item, Ok(Some(handle))) => {
                 // Its consumers may have been skipped meanwhile.
                 if self.items[item].users > 0 {
                     self.items[item].handle = Some(handle);
                 }
                 self.release_fetchers(item);
             }
-            Message::Fetched(item, Ok(None)) => self.make_again(item),
-            Message::Fetched(item, Err(error)) => {
+            TaskResult::Fetched(item, Ok(None)) => self.make_again(item),
+            TaskResult::Fetched(item, Err(error)) => {
                 self.reopen(item);
                 self.fail(item, &failure_of(error));
             }
-            Message::Found(item, None) => {
+            TaskResult::Found(item, None) => {
                 self.items[item].is_missed = true;
                 self.run_when_ready(item);
             }
-            Message::Found(item, Some(record)) => {
+            TaskResult::Found(item, Some(record)) => {
                 let host = record.shared.as_ref().map(|shared| shared.host.clone());
                 self.take_result(item, record.outputs.clone(), Some(record), host);
             }
-            Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
-            Message::Ran(_, Err(error)) => self.fatal = Some(error),
-            Message::Published(item, events, Ok(())) => self.up_to_date(item, events),
-            Message::Published(item, _, Err(PublishError::ResultLost)) => {
+            TaskResult::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
+            TaskResult::Ran(_, Err(error)) => self.fatal = Some(error),
+            TaskResult::Published(item, events, Ok(())) => self.up_to_date(item, events),
+            TaskResult::Published(item, _, Err(PublishError::ResultLost)) => {
                 self.items[item].lost = true;
                 self.run_when_ready(item);
             }
-            Message::Published(item, events, Err(PublishError::Error(error))) => {
+            TaskResult::Published(item, events, Err(PublishError::Error(error))) => {
                 self.report_all(item, events);
                 self.fail(item, &failure_of(error));
             }
-            Message::Panicked(item, message) => {
+            TaskResult::Panicked(item, message) => {
                 let name = self.check.name(item);
                 let error = Error::new(ErrorKind::Io, format!("the engine panicked at {name}: {message}"));
                 self.fatal = Some(error.with_help(

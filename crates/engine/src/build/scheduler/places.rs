@@ -12,15 +12,15 @@ use crate::event::Event;
 use crate::plan::ItemIndex;
 
 /// The places of a build, the preferred ones first.
-pub(super) struct Places<'a> {
-    places: Vec<Place<'a>>,
+pub(super) struct RunnerPlaces<'a> {
+    places: Vec<RunnerPlace<'a>>,
     /// The number of tasks in work.
     busy: usize,
     sender: Sender<Ended>,
     receiver: Receiver<Ended>,
 }
 
-struct Place<'a> {
+struct RunnerPlace<'a> {
     runner: Box<dyn Runner<'a> + 'a>,
     tasks: Tasks,
 }
@@ -33,9 +33,9 @@ pub(super) struct Next {
     pub(super) is_wanted: bool,
 }
 
-impl<'a> Places<'a> {
+impl<'a> RunnerPlaces<'a> {
     pub(super) fn new(runners: Vec<Box<dyn Runner<'a> + 'a>>) -> Self {
-        let places = runners.into_iter().map(|runner| Place { runner, tasks: Tasks::default() });
+        let places = runners.into_iter().map(|runner| RunnerPlace { runner, tasks: Tasks::default() });
         let (sender, receiver) = channel();
         Self { places: places.collect(), busy: 0, sender, receiver }
     }
@@ -77,7 +77,7 @@ impl<'a> Places<'a> {
 
     /// Takes the most urgent task of the first place that can start one.
     pub(super) fn next(&mut self) -> Option<Next> {
-        self.places.iter_mut().enumerate().find_map(|(index, Place { runner, tasks })| {
+        self.places.iter_mut().enumerate().find_map(|(index, RunnerPlace { runner, tasks })| {
             let can_start = runner.can_start(tasks.has_wanted());
             let (task, is_wanted) = if can_start { tasks.pop() } else { None }?;
             Some(Next { task, place: index, is_wanted })

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 
-use super::tables::{Names, Tables};
+use super::tables::{NumberedTexts, Tables};
 use crate::key::Digest;
 use crate::storage::regular::{read_file, replace_through};
 
@@ -118,7 +118,7 @@ pub(super) fn read(path: &Path) -> Option<(Covered, Tables)> {
         results: table(&mut rest, results)?,
         blobs: table(&mut rest, blobs)?,
         reads: table(&mut rest, reads)?,
-        names: Names::default(),
+        names: NumberedTexts::default(),
     };
     for number in 0..names {
         let length = u64::from_ne_bytes(take(&mut rest, 8)?.try_into().ok()?);

@@ -106,16 +106,16 @@ const LOOKUP: u32 = 8;
 const SETTLED: u32 = 2;
 
 /// A row of a table that is sorted by subject.
-pub(super) trait Entry: Pod {
+pub(super) trait SubjectRow: Pod {
     fn line(&self) -> &Location;
 }
 
 macro_rules! entries {
-    ($($entry:ident),*) => { $(impl Entry for $entry { fn line(&self) -> &Location { &self.line } })* };
+    ($($entry:ident),*) => { $(impl SubjectRow for $entry { fn line(&self) -> &Location { &self.line } })* };
 }
 entries!(ItemEntry, FileEntry);
 
-impl Entry for Location {
+impl SubjectRow for Location {
     fn line(&self) -> &Location {
         self
     }
@@ -181,17 +181,17 @@ pub(super) struct Tables {
     pub(super) results: Vec<Location>,
     pub(super) blobs: Vec<Blob>,
     pub(super) reads: Vec<ReadEntry>,
-    pub(super) names: Names,
+    pub(super) names: NumberedTexts,
 }
 
 /// Recurring texts, by number.
 #[derive(Default)]
-pub(super) struct Names {
+pub(super) struct NumberedTexts {
     texts: Vec<Box<str>>,
     numbers: HashMap<Box<str>, u32>,
 }
 
-impl Names {
+impl NumberedTexts {
     pub(super) fn iter(&self) -> impl Iterator<Item = &str> {
         self.texts.iter().map(|text| &**text)
     }
@@ -346,9 +346,9 @@ impl Tables {
 
     pub(super) fn line(&self, tag: Tag, subject: Subject) -> Option<&Location> {
         match tag {
-            Tag::Item => find(&self.items, subject).map(Entry::line),
-            Tag::Stamp => find(&self.stamps, subject).map(Entry::line),
-            Tag::Published => find(&self.files, subject).map(Entry::line),
+            Tag::Item => find(&self.items, subject).map(SubjectRow::line),
+            Tag::Stamp => find(&self.stamps, subject).map(SubjectRow::line),
+            Tag::Published => find(&self.files, subject).map(SubjectRow::line),
             Tag::Publishing => find(&self.publishing, subject),
             Tag::Result => self.results_of(subject).last(),
         }
@@ -365,9 +365,9 @@ impl Tables {
     /// The lines of a tag, by subject.
     pub(super) fn lines(&self, tag: Tag) -> Box<dyn Iterator<Item = &Location> + '_> {
         match tag {
-            Tag::Item => Box::new(self.items.iter().map(Entry::line)),
-            Tag::Stamp => Box::new(self.stamps.iter().map(Entry::line)),
-            Tag::Published => Box::new(self.files.iter().map(Entry::line)),
+            Tag::Item => Box::new(self.items.iter().map(SubjectRow::line)),
+            Tag::Stamp => Box::new(self.stamps.iter().map(SubjectRow::line)),
+            Tag::Published => Box::new(self.files.iter().map(SubjectRow::line)),
             Tag::Publishing => Box::new(self.publishing.iter()),
             Tag::Result => Box::new(self.results.iter()),
         }
@@ -483,7 +483,7 @@ fn file_entry(line: Location, fields: Option<FileFields>) -> FileEntry {
 
 /// Enters rows, in the order of the file, into a sorted table. A row replaces earlier rows on the same
 /// subject; one without a length revokes them.
-fn merge<E: Entry>(table: &mut Vec<E>, added: Vec<E>) {
+fn merge<E: SubjectRow>(table: &mut Vec<E>, added: Vec<E>) {
     if added.is_empty() {
         return;
     }
@@ -505,13 +505,13 @@ fn merge<E: Entry>(table: &mut Vec<E>, added: Vec<E>) {
     }
 }
 
-fn is_sorted<E: Entry>(table: &[E]) -> bool {
+fn is_sorted<E: SubjectRow>(table: &[E]) -> bool {
     table.is_sorted_by(|one, other| one.line().subject < other.line().subject)
 }
 
 /// The row of a subject. Subjects are digests, so the search starts where it would be if they were evenly
 /// spread.
-fn find<E: Entry>(table: &[E], subject: Subject) -> Option<&E> {
+fn find<E: SubjectRow>(table: &[E], subject: Subject) -> Option<&E> {
     let at = |index: usize| table[index].line().subject();
     let guess = (((subject >> 64) * table.len() as u128) >> 64) as usize;
     let (mut first, mut last, mut step) = (guess, guess, 4);

@@ -27,8 +27,8 @@ impl Kind for Meddler {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         static RUNS: AtomicUsize = AtomicUsize::new(0);
-        let text = context.get::<Text>("text")?;
-        let path = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+        let text = context.inputs.get::<Text>("text")?;
+        let path = String::from_utf8(context.files.read(context.files.source()?)?.to_vec())?;
         std::fs::write(path, RUNS.fetch_add(1, Ordering::Relaxed).to_string())?;
         Output::artifact((*text).clone())
     }

@@ -1,7 +1,7 @@
 //! Events that are lost or never arrive.
 
 use super::*;
-use crate::watch::Message;
+use crate::watch::WatchMessage;
 
 /// `notify`'s full debouncer reports nothing here, which is why it is not used.
 #[test]
@@ -35,7 +35,7 @@ fn after_an_overflow_of_the_queue_everything_is_checked() {
 
     project.write("in/sky.txt", "grey");
     project.write("in/rain.txt", "wet");
-    system.send(Message::EventsLost).unwrap();
+    system.send(WatchMessage::EventsLost).unwrap();
     watched.until_out(&[("gold.txt", "WARM"), ("rain.txt", "WET"), ("sky.txt", "GREY")]);
     assert_eq!(watched.noticed(), [(".".into(), Changed::Unknown)]);
 }
@@ -49,7 +49,7 @@ fn after_an_overflow_folders_that_were_replaced_meanwhile_are_watched() {
     let watched = Watched::with(&project, options, collector);
     watched.until_watching();
     for text in ["one", "two"] {
-        system.send(Message::EventsLost).unwrap();
+        system.send(WatchMessage::EventsLost).unwrap();
         project.remove("in");
         project.write("in/sky.txt", text);
         watched.until_out(&[("sky.txt", &text.to_uppercase())]);

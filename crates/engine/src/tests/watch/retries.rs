@@ -17,7 +17,7 @@ impl TextKind for Refused {
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
         let gate = Path::new(text);
-        context.warn("it may be refused");
+        context.reporter.warn("it may be refused");
         let tries = gate.with_extension("tries");
         OpenOptions::new().create(true).append(true).open(tries)?.write_all(b".")?;
         if !gate.exists() {

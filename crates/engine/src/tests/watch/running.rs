@@ -15,7 +15,7 @@ impl TextKind for WaitForFile {
         if let Some(path) = text.strip_prefix("wait ") {
             let deadline = Instant::now() + 2 * DEADLINE;
             while !Path::new(path).exists() {
-                context.check_cancelled()?;
+                context.reporter.check_cancelled()?;
                 if Instant::now() > deadline {
                     return Err(Failure::new("the file did not appear"));
                 }

@@ -193,7 +193,7 @@ fn the_watcher_does_not_wait_for_a_close_event_that_was_lost() {
     write!(file, "grey.").unwrap();
     // The event of the write may come after the first of them.
     for _ in 0..10 {
-        system.send(crate::watch::Message::EventsLost).unwrap();
+        system.send(crate::watch::WatchMessage::EventsLost).unwrap();
         std::thread::sleep(PAUSE);
     }
     watched.until_out(&[BEFORE[0], ("sky.txt", "GREY")]);

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use containers::{OpenExrEnvmap, Precision, ReadOptions, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{
-    Artifact, Context, Diagnostic, Failure, Output, Parameter, Product, Table, Value, ValueKind, choice,
-    nearest, unexpected, unknown_keys,
+    Artifact, Context, Diagnostic, Failure, Output, Parameter, Product, Reporter, Table, Value, ValueKind,
+    choice, nearest, unexpected, unknown_keys,
 };
 use envmap::{BadPixels, Image, Layout};
 use serde_json::{Map, json};
@@ -118,7 +118,7 @@ pub(super) fn write_input(
     context: &Context<'_>,
     work: &Path,
 ) -> Result<String, Failure> {
-    let arrives = context.type_at(port).unwrap_or_default();
+    let arrives = context.inputs.type_at(port).unwrap_or_default();
     let format = formats.of(port, arrives);
     let image = |environment: &Environment| {
         let grid = environment.0.grid();
@@ -127,12 +127,12 @@ pub(super) fn write_input(
     };
     let bytes = match (arrives, format) {
         (Environment::TYPE, ExchangeFormat::Exr) => {
-            write_exr(&image(&*context.get::<Environment>(port)?)?, Precision::Float, None)?.bytes
+            write_exr(&image(&*context.inputs.get::<Environment>(port)?)?, Precision::Float, None)?.bytes
         }
         (Environment::TYPE, ExchangeFormat::Hdr) => {
-            let encoded = write_rgbe(&image(&*context.get::<Environment>(port)?)?, None)?;
+            let encoded = write_rgbe(&image(&*context.inputs.get::<Environment>(port)?)?, None)?;
             if encoded.negative > 0 {
-                context.warn(format!(
+                context.reporter.warn(format!(
                     "{port}: {} negative values became 0, which RGBE ends at",
                     encoded.negative
                 ));
@@ -140,10 +140,10 @@ pub(super) fn write_input(
             encoded.bytes
         }
         (Lighting::TYPE, ExchangeFormat::Json) => {
-            let lighting = context.get::<Lighting>(port)?;
+            let lighting = context.inputs.get::<Lighting>(port)?;
             lighting_json::encode(&lighting.0.whole().into(), lighting_json::Preset::Specula, None)?
         }
-        _ => context.bytes(port)?,
+        _ => context.inputs.bytes(port)?,
     };
     let name = format!("input/{port}.{}", format.name());
     let written = fs::create_dir_all(work.join("input")).and_then(|()| fs::write(work.join(&name), bytes));
@@ -226,7 +226,7 @@ impl ProgramOutput {
         match self {
             Self::Artifact(name, format) => {
                 let bytes = read_file(work, &place, program)?;
-                decode(name, *format, &bytes, context)
+                decode(name, *format, &bytes, &context.reporter)
                     .map_err(|failure| failure.context(format!("{program} did not write a valid {name}")))
             }
             Self::File(_) => {
@@ -373,15 +373,10 @@ fn read_file(work: &Path, place: &str, program: &str) -> Result<Vec<u8>, Failure
     })
 }
 
-fn decode(
-    name: &str,
-    format: ExchangeFormat,
-    bytes: &[u8],
-    context: &Context<'_>,
-) -> Result<Output, Failure> {
+fn decode(name: &str, format: ExchangeFormat, bytes: &[u8], reporter: &Reporter) -> Result<Output, Failure> {
     match (name, format) {
-        (Environment::TYPE, ExchangeFormat::Exr) => image(containers::Format::OpenExr, bytes, context),
-        (Environment::TYPE, ExchangeFormat::Hdr) => image(containers::Format::Radiance, bytes, context),
+        (Environment::TYPE, ExchangeFormat::Exr) => image(containers::Format::OpenExr, bytes, reporter),
+        (Environment::TYPE, ExchangeFormat::Hdr) => image(containers::Format::Radiance, bytes, reporter),
         (Lighting::TYPE, ExchangeFormat::Json) => {
             Output::artifact(Lighting(lighting_json::decode(bytes)?.into()))
         }
@@ -392,19 +387,19 @@ fn decode(
     }
 }
 
-fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Result<Output, Failure> {
+fn image(format: containers::Format, bytes: &[u8], reporter: &Reporter) -> Result<Output, Failure> {
     if let Some(found) = containers::Format::sniff(bytes).filter(|found| *found != format) {
         let message = format!("the file is {}, not {}", found.name(), format.name());
         return Err(Failure::new(message).help("output: format must be the format that the program writes"));
     }
     let decoded = read_image(bytes, &ReadOptions::default())?;
-    decoded.warnings.iter().for_each(|warning| context.warn(format!("the output: {warning}")));
+    decoded.warnings.iter().for_each(|warning| reporter.warn(format!("the output: {warning}")));
     let layout = match decoded.openexr_envmap {
         None => Layout::LatLong,
         Some(OpenExrEnvmap::LatLong) => Layout::OpenExrLatLong,
         Some(OpenExrEnvmap::Cube) => Layout::OpenExrCube,
     };
-    let image = repaired(decoded.image, layout, BadPixels::default(), context)
+    let image = repaired(decoded.image, layout, BadPixels::default(), reporter)
         .map_err(|error| Failure::from(error).help("the program must write finite values"))?;
     Output::artifact(Environment(envmap::Environment::from_image(image, layout, None)?))
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use engine::{Context, Failure};
+use engine::{Failure, ItemFiles};
 
 /// The most interpreters that follow each other, as on Linux.
 const MAX_INTERPRETERS: usize = 5;
@@ -16,14 +16,14 @@ const MAX_LINE: usize = 256;
 ///
 /// # Errors
 /// If one is in the folder for exports.
-pub(super) fn read_interpreters(script: Arc<Vec<u8>>, context: &Context<'_>) -> Result<bool, Failure> {
+pub(super) fn read_interpreters(script: Arc<Vec<u8>>, files: &ItemFiles<'_>) -> Result<bool, Failure> {
     let mut content = script;
     for _ in 0..MAX_INTERPRETERS {
         let Some((file, argument)) = first_line(&content) else { return Ok(true) };
-        content = read(&file, context)?;
+        content = read(&file, files)?;
         if is_env(&file) {
             let Some(program) = started_by_env(argument.split_whitespace()) else { return Ok(false) };
-            content = read_program(&program, context)?;
+            content = read_program(&program, files)?;
         }
     }
     Ok(true)
@@ -35,10 +35,10 @@ pub(super) fn read_interpreters(script: Arc<Vec<u8>>, context: &Context<'_>) -> 
 /// If one of the files is in the folder for exports.
 pub(super) fn read_started_by_env<'w>(
     arguments: impl Iterator<Item = &'w str>,
-    context: &Context<'_>,
+    files: &ItemFiles<'_>,
 ) -> Result<bool, Failure> {
     match started_by_env(arguments) {
-        Some(program) => read_interpreters(read_program(&program, context)?, context),
+        Some(program) => read_interpreters(read_program(&program, files)?, files),
         None => Ok(false),
     }
 }
@@ -48,21 +48,21 @@ pub(super) fn is_env(program: &Path) -> bool {
     program.file_name().is_some_and(|name| name == "env")
 }
 
-fn read_program(name: &str, context: &Context<'_>) -> Result<Arc<Vec<u8>>, Failure> {
+fn read_program(name: &str, files: &ItemFiles<'_>) -> Result<Arc<Vec<u8>>, Failure> {
     if name.contains('/') {
-        return read(Path::new(name), context);
+        return read(Path::new(name), files);
     }
-    match context.find_program(name.as_ref()) {
-        Ok(file) => read(&file, context),
+    match files.find_program(name.as_ref()) {
+        Ok(file) => read(&file, files),
         // The look-up is recorded; the system says what is wrong.
         Err(_) => Ok(Arc::default()),
     }
 }
 
 /// The content of a file; empty if it cannot be read, because a program need not be readable.
-fn read(file: &Path, context: &Context<'_>) -> Result<Arc<Vec<u8>>, Failure> {
-    context.check_not_exported(file)?;
-    Ok(context.read(file).unwrap_or_default())
+fn read(file: &Path, files: &ItemFiles<'_>) -> Result<Arc<Vec<u8>>, Failure> {
+    files.check_not_exported(file)?;
+    Ok(files.read(file).unwrap_or_default())
 }
 
 /// The interpreter that a file's first line names, and the rest of the line. A relative path is one from the

@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use engine::{Context, NamedPath};
+use engine::{ItemFiles, NamedPath};
 
 use super::command::{Command, Piece};
 
@@ -37,7 +37,7 @@ pub(super) trait Exists {
     }
 }
 
-impl Exists for Context<'_> {
+impl Exists for ItemFiles<'_> {
     fn is_file(&self, path: &Path) -> bool {
         self.resolve(path).is_file()
     }

@@ -8,7 +8,7 @@ use std::process::{ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use engine::{Context, Failure};
+use engine::{Failure, Reporter};
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
 use super::tools::Variable;
@@ -47,8 +47,8 @@ impl Process {
     ///
     /// # Errors
     /// If it cannot be started, fails or does not end in time, or the build is cancelled.
-    pub(super) fn run(&self, work: &Path, context: &Context<'_>) -> Result<(), Failure> {
-        context.check_cancelled()?;
+    pub(super) fn run(&self, work: &Path, reporter: &Reporter) -> Result<(), Failure> {
+        reporter.check_cancelled()?;
         let output = OUTPUT_FILES.map(|name| self.scratch.join(name));
         let mut running = Running(self.start(&output, work)?);
         let began = Instant::now();
@@ -59,7 +59,7 @@ impl Process {
             if let Some(status) = ended {
                 break status;
             }
-            context.check_cancelled()?;
+            reporter.check_cancelled()?;
             if began.elapsed() >= self.limit {
                 drop(running);
                 let seconds = self.limit.as_secs_f64();

@@ -5,7 +5,9 @@ use std::env;
 use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
-use engine::{Context, Diagnostic, Digest, Entry, Failure, Parameter, Value, ValueKind, unexpected};
+use engine::{
+    Context, Diagnostic, Digest, Entry, Failure, ItemFiles, Parameter, Reporter, Value, ValueKind, unexpected,
+};
 
 use super::command::{Command, Piece};
 use super::paths::Mention;
@@ -92,7 +94,7 @@ pub(super) struct Variable {
 }
 
 /// The environment of a program.
-pub(super) fn environment(variables: &Variables, scratch: &Path, context: &Context<'_>) -> Vec<Variable> {
+pub(super) fn environment(variables: &Variables, scratch: &Path, reporter: &Reporter) -> Vec<Variable> {
     let kept = ["PATH", "SystemRoot", "SystemDrive", "ComSpec", "PATHEXT"];
     let kept = if cfg!(windows) { &kept[..] } else { &kept[..1] };
     let variable =
@@ -115,7 +117,7 @@ pub(super) fn environment(variables: &Variables, scratch: &Path, context: &Conte
     for (name, value) in &variables.0 {
         match value {
             Some(value) => environment.push(variable(name, value.clone(), false)),
-            None => context.warn(format!("the environment variable {name} is not set")),
+            None => reporter.warn(format!("the environment variable {name} is not set")),
         }
     }
     environment
@@ -126,7 +128,8 @@ pub(super) struct Tools<'t> {
     command: &'t Command,
     /// The parameter `tools`.
     listed: &'t [String],
-    context: &'t Context<'t>,
+    files: &'t ItemFiles<'t>,
+    reporter: &'t Reporter,
     /// The warnings about the files that cannot be told.
     warnings: Vec<String>,
 }
@@ -142,7 +145,8 @@ pub(super) fn read(
     tools: &[String],
     context: &Context<'_>,
 ) -> Result<(PathBuf, Vec<String>), Failure> {
-    let mut read = Tools { command, listed: tools, context, warnings: Vec::new() };
+    let Context { files, reporter, .. } = context;
+    let mut read = Tools { command, listed: tools, files, reporter, warnings: Vec::new() };
     let program = read.program()?;
     read.arguments()?;
     read.listed()?;
@@ -152,27 +156,27 @@ pub(super) fn read(
 impl Tools<'_> {
     /// The program's file and its interpreters.
     fn program(&mut self) -> Result<PathBuf, Failure> {
-        let context = self.context;
-        let written = super::filled(self.command.program(), &[], "", &context.resolve(Path::new("")));
+        let files = self.files;
+        let written = super::filled(self.command.program(), &[], "", &files.resolve(Path::new("")));
         let name = Path::new(&written);
         let file = if name.components().count() > 1 || name.is_absolute() {
-            context.resolve(name)
+            files.resolve(name)
         } else {
-            context.find_program(&written).map_err(|failure| {
+            files.find_program(&written).map_err(|failure| {
                 failure.help(
                     "install it, or write its path in command; a program beside the manifest is \"./NAME\"",
                 )
             })?
         };
-        let content = context.read(&file);
+        let content = files.read(&file);
         let content = content.map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
-        let mut is_known = interpreter::read_interpreters(content, context)?;
+        let mut is_known = interpreter::read_interpreters(content, files)?;
         if interpreter::is_env(&file) {
             let words = self.command.arguments().map(|pieces| match pieces.first() {
                 Some(Piece::Text(text)) => text.as_str(),
                 _ => "",
             });
-            is_known &= interpreter::read_started_by_env(words, context)?;
+            is_known &= interpreter::read_started_by_env(words, files)?;
         }
         if !is_known && self.listed.is_empty() {
             self.warnings.push(format!(
@@ -187,21 +191,21 @@ impl Tools<'_> {
     /// Adds the files and folders that the arguments name.
     fn arguments(&mut self) -> Result<(), Failure> {
         for (text, pieces) in self.command.shown_arguments() {
-            let mentions = paths::mentions(pieces, self.context);
+            let mentions = paths::mentions(pieces, self.files);
             if mentions.is_empty()
                 && let Some(word) = paths::whole(pieces)
             {
                 // It becomes a path as soon as something of this name exists.
-                let _ = self.context.read(&word);
-                self.context.is_folder(&word);
+                let _ = self.files.read(&word);
+                self.files.is_folder(&word);
             }
             for mention in mentions {
                 match mention {
                     Mention::Path(path) => self.named(&path, &text)?,
                     Mention::Program(path) => {
                         self.named(&path, &text)?;
-                        if let Ok(content) = self.context.read(&path) {
-                            interpreter::read_interpreters(content, self.context)?;
+                        if let Ok(content) = self.files.read(&path) {
+                            interpreter::read_interpreters(content, self.files)?;
                         }
                     }
                     Mention::Below(path) => self.warn_of_folder(&path, &text),
@@ -215,26 +219,26 @@ impl Tools<'_> {
     /// A file or folder that an argument names. One that does not exist is recorded as missing, so that the
     /// item reruns when it appears.
     fn named(&mut self, path: &Path, argument: &str) -> Result<(), Failure> {
-        if path.components().count() == 1 && self.context.is_out(path) {
+        if path.components().count() == 1 && self.files.is_out(path) {
             // A word that is the name of the folder for exports by chance.
             return Ok(());
         }
-        self.context.check_not_exported(path)?;
-        let file = self.context.resolve(path);
+        self.files.check_not_exported(path)?;
+        let file = self.files.resolve(path);
         if file.is_dir() {
-            let is_inside = !path.starts_with("..") && file.starts_with(self.context.resolve(Path::new("")));
+            let is_inside = !path.starts_with("..") && file.starts_with(self.files.resolve(Path::new("")));
             let is_read = is_inside
-                && !self.context.contains_exports(path)
-                && FolderReader::new(self.context, Some(MAX_FILES)).read(path)?;
+                && !self.files.contains_exports(path)
+                && self.folder_reader(Some(MAX_FILES)).read(path)?;
             if !is_read {
                 self.warn_of_folder(path, argument);
             }
             return Ok(());
         }
-        match self.context.read(path) {
+        match self.files.read(path) {
             Err(failure) if file.is_file() || failure.cancelled => return Err(failure),
             // A folder may appear there.
-            Err(_) => drop(self.context.is_folder(path)),
+            Err(_) => drop(self.files.is_folder(path)),
             Ok(_) => {}
         }
         Ok(())
@@ -242,13 +246,13 @@ impl Tools<'_> {
 
     /// Warns of a word that may be a path, unless `tools` lists it.
     fn warn_of_word(&mut self, path: &Path, argument: &str) {
-        let project = self.context.resolve(Path::new(""));
+        let project = self.files.resolve(Path::new(""));
         let path = path.strip_prefix(project).unwrap_or(path);
         if is_listed(path, self.listed) {
             return;
         }
         let shown = path.display();
-        self.warnings.push(match self.context.check_not_exported(path) {
+        self.warnings.push(match self.files.check_not_exported(path) {
             Ok(()) => format!(
                 "the argument {argument:?} has the word {shown}, a file of the project that is not tracked: \
                  write {{folder}}/{shown}, or list it in tools = [...]"
@@ -262,7 +266,7 @@ impl Tools<'_> {
 
     /// Warns of an argument that names an unknown part of a folder, unless `tools` lists the folder.
     fn warn_of_folder(&mut self, folder: &Path, argument: &str) {
-        let is_project = folder.as_os_str().is_empty() || self.context.contains_exports(folder);
+        let is_project = folder.as_os_str().is_empty() || self.files.contains_exports(folder);
         if if is_project { !self.listed.is_empty() } else { is_listed(folder, self.listed) } {
             return;
         }
@@ -273,13 +277,21 @@ impl Tools<'_> {
         ));
     }
 
+    /// A reader of folders with at most this many files; without a limit, a file that cannot be read is an
+    /// error.
+    fn folder_reader(&self, limit: Option<usize>) -> FolderReader<'_> {
+        let left = limit.unwrap_or(usize::MAX);
+        let is_strict = limit.is_none();
+        FolderReader { files: self.files, reporter: self.reporter, open: Vec::new(), left, is_strict }
+    }
+
     /// The files and folders of the parameter `tools`.
     fn listed(&self) -> Result<(), Failure> {
         for tool in self.listed.iter().map(Path::new) {
-            let read = if self.context.is_folder(tool) {
-                FolderReader::new(self.context, None).read(tool).map(drop)
+            let read = if self.files.is_folder(tool) {
+                self.folder_reader(None).read(tool).map(drop)
             } else {
-                self.context.read(tool).map(drop)
+                self.files.read(tool).map(drop)
             };
             read.map_err(|failure| match failure.help {
                 Some(_) => failure,
@@ -298,14 +310,14 @@ fn is_listed(path: &Path, tools: &[String]) -> bool {
 }
 
 /// The file that a whole argument names, if it names one.
-pub(super) fn named_file(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
-    paths::whole(pieces).map(|path| context.resolve(&path)).filter(|path| path.is_file())
+pub(super) fn named_file(pieces: &[Piece], files: &ItemFiles<'_>) -> Option<PathBuf> {
+    paths::whole(pieces).map(|path| files.resolve(&path)).filter(|path| path.is_file())
 }
 
 /// The missing file that an argument names.
-pub(super) fn absent(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
-    paths::mentions(pieces, context).into_iter().find_map(|mention| match mention {
-        Mention::Path(path) => Some(context.resolve(&path)).filter(|path| !path.exists()),
+pub(super) fn absent(pieces: &[Piece], files: &ItemFiles<'_>) -> Option<PathBuf> {
+    paths::mentions(pieces, files).into_iter().find_map(|mention| match mention {
+        Mention::Path(path) => Some(files.resolve(&path)).filter(|path| !path.exists()),
         _ => None,
     })
 }
@@ -315,7 +327,8 @@ const MAX_FILES: usize = 4096;
 
 /// Reads the files in folders.
 struct FolderReader<'c> {
-    context: &'c Context<'c>,
+    files: &'c ItemFiles<'c>,
+    reporter: &'c Reporter,
     /// The folders above the present one, so that a link to one of them is not followed for ever.
     open: Vec<PathBuf>,
     /// The number of files that may still be read.
@@ -324,21 +337,16 @@ struct FolderReader<'c> {
     is_strict: bool,
 }
 
-impl<'c> FolderReader<'c> {
-    fn new(context: &'c Context<'c>, limit: Option<usize>) -> Self {
-        let left = limit.unwrap_or(usize::MAX);
-        Self { context, open: Vec::new(), left, is_strict: limit.is_none() }
-    }
-
+impl FolderReader<'_> {
     /// Reads all files in a folder; returns whether those were not too many.
     fn read(&mut self, folder: &Path) -> Result<bool, Failure> {
-        let path = self.context.resolve(folder);
+        let path = self.files.resolve(folder);
         let real = path.canonicalize().unwrap_or(path);
         if self.open.contains(&real) {
             return Ok(true);
         }
         self.open.push(real);
-        let names = match self.context.list(folder) {
+        let names = match self.files.list(folder) {
             Err(failure) if self.is_strict => return Err(failure),
             names => names.unwrap_or_default(),
         };
@@ -346,9 +354,9 @@ impl<'c> FolderReader<'c> {
             if name.starts_with('.') || name == "__pycache__" || name.ends_with(".pyc") {
                 continue;
             }
-            self.context.check_cancelled()?;
+            self.reporter.check_cancelled()?;
             let path = folder.join(name);
-            self.context.check_not_exported(&path)?;
+            self.files.check_not_exported(&path)?;
             if is_folder {
                 if !self.read(&path)? {
                     return Ok(false);
@@ -357,7 +365,7 @@ impl<'c> FolderReader<'c> {
                 return Ok(false);
             } else {
                 self.left -= 1;
-                match self.context.read(&path) {
+                match self.files.read(&path) {
                     Err(failure) if self.is_strict || failure.cancelled => return Err(failure),
                     _ => {}
                 }

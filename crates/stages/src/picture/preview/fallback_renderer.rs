@@ -28,7 +28,7 @@ impl<'a> FallbackRenderer<'a> {
         let mut renderer = Self { pictures, device: None, cpu: Cpu::new() };
         match device {
             Some(Ok(device)) => {
-                pictures.context().note(format!("drawn by {}", device.name()));
+                pictures.reporter().note(format!("drawn by {}", device.name()));
                 renderer.device = Some(device);
             }
             Some(Err(error)) => renderer.warn(&error),
@@ -39,7 +39,7 @@ impl<'a> FallbackRenderer<'a> {
 
     fn warn(&self, error: &RenderError) {
         let message = format!("drawn on the CPU, because the graphics device cannot draw this: {error}");
-        self.pictures.context().warn(message + KEPT);
+        self.pictures.reporter().warn(message + KEPT);
     }
 
     /// The picture of a scene. If the device cannot draw it, the CPU draws this picture and all after it.
@@ -73,13 +73,12 @@ mod tests {
     use std::sync::Arc;
 
     use brdf::{Choice, Lambert, Material, project};
-    use engine::Context;
+    use engine::Reporter;
     use preview::{Background, Camera, Light, Look, MapSizes, Mode, Show};
     use sh::{Degree, Expansion, Stop};
     use sphere::{LatLong, Rotation};
 
     use super::*;
-    use crate::testkit::NoFiles;
 
     /// Returns this many black pictures of one pixel, then the error.
     struct FakeRenderer(usize, RenderError);
@@ -122,32 +121,32 @@ mod tests {
 
     #[test]
     fn without_a_device_the_cpu_draws_with_a_warning_that_says_why() {
-        let context = Context::new(&NoFiles);
-        let pictures = Steps::new(&context, 3);
+        let reporter = Reporter::default();
+        let pictures = Steps::new(&reporter, 3);
         let none = RenderError::Device("no adapter was found".into());
         let scene = scene();
         let mut renderer = FallbackRenderer::with(Some(Err(none)), &pictures);
         assert_eq!(renderer.draw(&scene, &shot(&scene)).unwrap().codes.len(), 32);
         let expected = "drawn on the CPU, because the graphics device cannot draw this: no adapter was found";
-        assert_eq!(context.warnings(), [format!("{expected}{KEPT}")]);
+        assert_eq!(reporter.warnings(), [format!("{expected}{KEPT}")]);
     }
 
     #[test]
     fn after_an_error_of_the_device_the_cpu_draws() {
-        let context = Context::new(&NoFiles);
-        let pictures = Steps::new(&context, 3);
+        let reporter = Reporter::default();
+        let pictures = Steps::new(&reporter, 3);
         let lost = FakeRenderer(1, RenderError::Limit { what: "the map".into(), asked: 9, limit: 8 });
         let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(lost))), &pictures));
         let drawn = [(); 3].map(|()| renderer.draw(&scene, &shot(&scene)).unwrap().codes.len());
         assert_eq!(drawn, [1, 32, 32]);
-        assert_eq!(context.notes(), ["drawn by a fake device"]);
-        assert_eq!(context.warnings().len(), 1, "{:?}", context.warnings());
+        assert_eq!(reporter.notes(), ["drawn by a fake device"]);
+        assert_eq!(reporter.warnings().len(), 1, "{:?}", reporter.warnings());
     }
 
     #[test]
     fn an_error_that_is_not_of_the_device_fails_the_item() {
-        let context = Context::new(&NoFiles);
-        let pictures = Steps::new(&context, 3);
+        let reporter = Reporter::default();
+        let pictures = Steps::new(&reporter, 3);
         let faulty = FakeRenderer(0, RenderError::Maps("a map is too large".into()));
         let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(faulty))), &pictures));
         let failure = renderer.draw(&scene, &shot(&scene)).unwrap_err();

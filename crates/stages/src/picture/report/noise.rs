@@ -72,7 +72,7 @@ pub(crate) fn study(
     let mut pairs = Vec::new();
     for (name, material) in materials {
         let degrees = Choice::Degree { f: Degree::new(F)?, p: Degree::new(P)? };
-        let projection = steps.context().until_stopped(|stop| project(material, degrees, stop))?;
+        let projection = steps.reporter().until_stopped(|stop| project(material, degrees, stop))?;
         let series = projection.coefficients;
         for lit in lit {
             let steps = steps.part(1, SURFACES as usize + Follows::ALL.len());

@@ -118,7 +118,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
-    use engine::Context;
+    use engine::Reporter;
     use sh::{Degree, Lighting, Stop};
     use shrm::{Plain, Reflection, View, ViewSet};
     use sphere::LatLong;
@@ -126,7 +126,6 @@ mod tests {
     use super::*;
     use crate::map::texels;
     use crate::picture::report::study::zonal;
-    use crate::testkit::NoFiles;
 
     fn lighting() -> Lighting {
         let degree = Degree::new(6).unwrap();
@@ -176,7 +175,7 @@ mod tests {
             let expected: Vec<_> = central.iter().map(|central| maps.radiance(*central, view)).collect();
             assert_eq!(reader.cabral(&soft, lamps), expected);
 
-            let zonal = zonal(&reflection, LatLong::with_rows(14), &Context::new(&NoFiles)).unwrap();
+            let zonal = zonal(&reflection, LatLong::with_rows(14), &Reporter::default()).unwrap();
             let texture = finished(&zonal, &angles);
             let expected: Vec<_> = central.iter().map(|central| texture.radiance(*central, view)).collect();
             let rings: Option<Vec<MeanLobe>> = lamps

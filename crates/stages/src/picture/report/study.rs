@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use brdf::{BrdfCoefficients, Choice, Part, project};
-use engine::{Context, Failure, Steps};
+use engine::{Failure, Reporter, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use sh::{Degree, Lighting};
@@ -64,11 +64,11 @@ impl<'a> Lit<'a> {
     }
 
     /// The lighting that `project-sh` makes by default.
-    fn full(&self, context: &Context<'_>) -> Result<&Lighting, Failure> {
+    fn full(&self, reporter: &Reporter) -> Result<&Lighting, Failure> {
         if let Some(full) = self.full.get() {
             return Ok(full);
         }
-        let made = full(self.environment, context)?;
+        let made = full(self.environment, reporter)?;
         Ok(self.full.get_or_init(|| made))
     }
 }
@@ -132,8 +132,8 @@ impl<'a> Studied<'a> {
     }
 
     /// The coefficients that `project-brdf` makes by default.
-    fn full(&self, context: &Context<'_>) -> Result<&BrdfCoefficients, Failure> {
-        projected(&self.full, &self.material, Choice::Full, context)
+    fn full(&self, reporter: &Reporter) -> Result<&BrdfCoefficients, Failure> {
+        projected(&self.full, &self.material, Choice::Full, reporter)
     }
 }
 
@@ -141,12 +141,12 @@ fn projected<'a>(
     cell: &'a OnceCell<BrdfCoefficients>,
     material: &brdf::Material,
     choice: Choice,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<&'a BrdfCoefficients, Failure> {
     if let Some(made) = cell.get() {
         return Ok(made);
     }
-    let made = context.until_stopped(|stop| project(material, choice, stop))?.coefficients;
+    let made = reporter.until_stopped(|stop| project(material, choice, stop))?.coefficients;
     Ok(cell.get_or_init(|| made))
 }
 
@@ -155,18 +155,18 @@ pub(crate) fn reflection(
     lit: &Lit<'_>,
     material: &Studied<'_>,
     choice: Option<Choice>,
-    context: &Context<'_>,
+    reporter: &Reporter,
 ) -> Result<Reflection, Failure> {
     Ok(match choice {
         None => {
-            let (lighting, brdf) = (lit.full(context)?, material.full(context)?);
-            let found =
-                context.until_stopped(|stop| Reflection::for_light(lighting, brdf, &material.material, stop));
+            let (lighting, brdf) = (lit.full(reporter)?, material.full(reporter)?);
+            let found = reporter
+                .until_stopped(|stop| Reflection::for_light(lighting, brdf, &material.material, stop));
             found?.0
         }
         Some(choice) => {
-            let brdf = projected(&material.given, &material.material, choice, context)?;
-            Reflection::convolve(&lit.full(context)?.whole(), brdf)
+            let brdf = projected(&material.given, &material.material, choice, reporter)?;
+            Reflection::convolve(&lit.full(reporter)?.whole(), brdf)
         }
     })
 }
@@ -192,7 +192,7 @@ pub(crate) fn pair(
     let lattice = Lattice::first(Sphere::new(settings.sphere).indices().len());
     let mut sphere = Sphere::on(lattice, settings.sphere);
     let steps = steps.part(1, sphere.indices().len().div_ceil(BAND) + Method::ALL.len());
-    let soft = soft(reflection, settings.resolution, steps.context())?;
+    let soft = soft(reflection, settings.resolution, steps.reporter())?;
     let mut before = None;
     let (scene, mut measured) = loop {
         let scene = StudyScene::new(lit, material, reflection, sphere, before.as_ref(), &steps)?;
@@ -242,9 +242,9 @@ pub(crate) fn pair(
 type Seen = (Lattice, Vec<[f32; 3]>);
 
 /// The map without lamps.
-fn soft(reflection: &Reflection, edge: usize, context: &Context<'_>) -> Result<Shrm, Failure> {
+fn soft(reflection: &Reflection, edge: usize, reporter: &Reporter) -> Result<Shrm, Failure> {
     let grid = MapGrid::Cube(Cube { edge });
-    context.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))
+    reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))
 }
 
 /// A sphere under one light, with its ground truth.
@@ -253,7 +253,7 @@ struct StudyScene<'a> {
     central: Vec<Direction>,
     truth: Vec<[f32; 3]>,
     dark: f64,
-    context: &'a Context<'a>,
+    reporter: &'a Reporter,
 }
 
 impl<'a> StudyScene<'a> {
@@ -284,7 +284,7 @@ impl<'a> StudyScene<'a> {
                 .enumerate()
                 .for_each(|(place, value)| *value = radiance(band * BAND + place));
         }
-        Ok(Self { sphere, central, truth, dark, context: steps.context() })
+        Ok(Self { sphere, central, truth, dark, reporter: steps.reporter() })
     }
 
     /// Measures every export but the map with lamps in it; returns each with the radiance that its readers
@@ -342,11 +342,11 @@ impl<'a> StudyScene<'a> {
             own = reflection.lamps().map(|lamps| &lamps.lights[..]).unwrap_or_default();
             (reflection.lighting(), own)
         } else {
-            full = lit.full(self.context)?;
+            full = lit.full(self.reporter)?;
             (&full.series, &full.lights[..])
         };
         for part in parts {
-            self.context.check_cancelled()?;
+            self.reporter.check_cancelled()?;
             let central = self.sphere.central(part.material.centre());
             let reader = Reader { central: &central, least: 0.0 };
             let field = part.mean().reflect(series, reflection.brdf().f());
@@ -383,7 +383,7 @@ impl<'a> StudyScene<'a> {
         soft: &Shrm,
         edge: usize,
     ) -> Result<(Export, Seen), Failure> {
-        self.context.check_cancelled()?;
+        self.reporter.check_cancelled()?;
         let (reader, lamps) = (self.reader(reflection), reflection.lamps());
         // A reflection that is connected may be of other parameters.
         let other;
@@ -414,7 +414,7 @@ impl<'a> StudyScene<'a> {
                 let rows = LatLong::with_rows(2 * edge);
                 let lights = lamps.map(|lamps| (lit_by.rings(), &lamps.lights[..]));
                 let angles = MapViews::even_angles(SLICES);
-                let values = reader.kautz_mccool(&zonal(reflection, rows, self.context)?, &angles, lights);
+                let values = reader.kautz_mccool(&zonal(reflection, rows, self.reporter)?, &angles, lights);
                 let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
                 (values, (8 * SLICES * rows.len(), size))
             }
@@ -469,7 +469,7 @@ impl<'a> StudyScene<'a> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let map = self.context.until_stopped(|stop| reflection.bake_texels(soft, &seen, stop))?;
+        let map = self.reporter.until_stopped(|stop| reflection.bake_texels(soft, &seen, stop))?;
         Ok((map, lattice))
     }
 
@@ -493,11 +493,11 @@ impl<'a> StudyScene<'a> {
         }
         let (mut tried, mut change) = (Vec::new(), Change::default());
         let by_light =
-            if is_default { None } else { Some(self::reflection(lit, material, None, self.context)?) };
+            if is_default { None } else { Some(self::reflection(lit, material, None, self.reporter)?) };
         let reflection = match by_light.as_ref().filter(|by_light| *by_light != reflection) {
             Some(by_light) => {
                 change.no_degree = true;
-                let soft = soft(by_light, settings.resolution, self.context)?;
+                let soft = soft(by_light, settings.resolution, self.reporter)?;
                 for method in shrms(by_light) {
                     let (export, _) =
                         self.measure(*method, material, by_light, &soft, settings.resolution)?;
@@ -512,21 +512,21 @@ impl<'a> StudyScene<'a> {
         let finer = 2 * settings.resolution;
         if !tried.iter().any(|trial| is_good(&trial.export)) && finer <= crate::values::MAX_RESOLUTION {
             change.resolution = Some(finer);
-            let soft = soft(reflection, finer, self.context)?;
+            let soft = soft(reflection, finer, self.reporter)?;
             let (export, _) = self.measure(method, material, reflection, &soft, finer)?;
             tried.push(Trial { change, export });
         }
         if !tried.iter().any(|trial| is_good(&trial.export)) && reflection.lamps().is_none() {
-            let (lighting, brdf) = (&lit.full(self.context)?.series, material.full(self.context)?);
+            let (lighting, brdf) = (&lit.full(self.reporter)?.series, material.full(self.reporter)?);
             let p = Degree::new(MOST_P)?;
             let highest = Reflection::convolve(lighting, &brdf.cut_to(Degree::MAX, p));
             let degree = [highest.brdf().f().get(), highest.brdf().p().get()];
-            if lit.full(self.context)?.lights.is_empty()
+            if lit.full(self.reporter)?.lights.is_empty()
                 && (degree[0] > reflection.brdf().f().get() || degree[1] > reflection.brdf().p().get())
             {
                 let edge = change.resolution.unwrap_or(settings.resolution);
                 let change = Change { no_degree: false, degree: Some(degree), ..change };
-                let soft = soft(&highest, edge, self.context)?;
+                let soft = soft(&highest, edge, self.reporter)?;
                 let (export, _) = self.measure(Method::Shrm, material, &highest, &soft, edge)?;
                 tried.push(Trial { change, export });
             }
@@ -541,7 +541,7 @@ fn shrms(reflection: &Reflection) -> &'static [Method] {
 }
 
 /// The map of a reflection's terms without azimuth, which are all that a 3D texture holds.
-pub(crate) fn zonal(reflection: &Reflection, grid: LatLong, context: &Context<'_>) -> Result<Shrm, Failure> {
+pub(crate) fn zonal(reflection: &Reflection, grid: LatLong, reporter: &Reporter) -> Result<Shrm, Failure> {
     let brdf = reflection.brdf();
     let side = brdf.p().get() + 1;
     let without_azimuth = |(index, rho): (usize, &[f64; 3])| if index % side == 0 { *rho } else { [0.0; 3] };
@@ -549,7 +549,7 @@ pub(crate) fn zonal(reflection: &Reflection, grid: LatLong, context: &Context<'_
     let zonal = BrdfCoefficients::new(brdf.centre(), brdf.f(), brdf.p(), rho).unwrap_or_else(|| brdf.clone());
     let zonal = Reflection::convolve(reflection.lighting(), &zonal);
     let grid = MapGrid::LatLong(grid);
-    let map = context.until_stopped(|stop| zonal.synthesise(grid, View::Local, stop))?;
+    let map = reporter.until_stopped(|stop| zonal.synthesise(grid, View::Local, stop))?;
     debug_assert_eq!(map.terms(), Terms::Zonal);
     Ok(map)
 }

@@ -5,7 +5,7 @@
 //! every pixel. The sphere is brushed along +Z, projected into the surface.
 
 use brdf::{BrdfTable, Material, captured, tabulate};
-use engine::{Context, Failure, Steps};
+use engine::{Failure, Reporter, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use sh::{Degree, Expansion, Transform, Window};
 use transfer::{Frames, Viewer, shade};
@@ -29,7 +29,7 @@ pub(crate) fn study(
     let series = lit.iter().map(|lit| Series::new(lit)).collect::<Result<Vec<_>, Failure>>()?;
     let (mut figures, mut spheres) = (Vec::new(), Vec::new());
     for (name, material) in materials {
-        let tabulated = Tabulated::new(material, steps.context())
+        let tabulated = Tabulated::new(material, steps.reporter())
             .map_err(|failure| failure.context(format!("the table of {name}")))?;
         let (mut pairs, mut pictures) = (Vec::new(), Vec::new());
         for (lit, series) in lit.iter().zip(&series) {
@@ -54,10 +54,10 @@ struct Tabulated {
 }
 
 impl Tabulated {
-    fn new(material: &Material, context: &Context<'_>) -> Result<Self, Failure> {
+    fn new(material: &Material, reporter: &Reporter) -> Result<Self, Failure> {
         let degree = Degree::new(MAX_CUT)?;
-        let (table, _) = context.until_stopped(|stop| tabulate(material, degree, VIEWS, stop))?;
-        let captured = context.until_stopped(|stop| captured(material, degree, stop))?;
+        let (table, _) = reporter.until_stopped(|stop| tabulate(material, degree, VIEWS, stop))?;
+        let captured = reporter.until_stopped(|stop| captured(material, degree, stop))?;
         Ok(Self { table, captured })
     }
 }
