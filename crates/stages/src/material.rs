@@ -10,6 +10,7 @@ mod tabulate_brdf;
 mod degree_pair;
 mod material_edit;
 mod material_file;
+mod material_manual;
 mod material_schema;
 
 pub(crate) use degree_pair::DegreePair;
