@@ -153,6 +153,18 @@ fn the_manual_of_the_preview_names_every_mode_and_shape() {
     }
 }
 
+/// The list of features has the models in their order, in which errors and the manual list them, too.
+#[test]
+fn the_list_of_features_names_every_reflection_model() {
+    let features = read("docs/features.md");
+    let (_, rest) = features.split_once("| materials | TOML files: ").unwrap();
+    let (list, _) = rest.split_once(", and layers of them").unwrap();
+    // A name stands between two marks, and beside `standard` is a remark.
+    let listed: Vec<_> = list.split('`').skip(1).step_by(2).collect();
+    let models: Vec<_> = brdf::MODELS.iter().map(|model| model.name).collect();
+    assert_eq!(listed, models, "docs/features.md lists the models");
+}
+
 #[test]
 fn the_manual_of_engines_says_of_each_how_its_facts_are_known() {
     let manual = read("docs/engines.md");

@@ -10,6 +10,7 @@ mod measured;
 mod measured_anisotropic;
 mod models;
 mod non_negative;
+pub mod packed;
 mod projection;
 mod quadrature;
 pub mod scattered;
@@ -21,8 +22,12 @@ pub use checks::{Albedo, Checks, albedo, checks};
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre, SurfaceView};
 pub use environment_brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo};
-pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
-pub use measured_anisotropic::{MeasuredAnisotropic, from_half_and_difference, half_and_difference};
+pub use measured::{
+    Measured, MeasuredConstants, MeasuredError, MeasuredTableConstants, from_half_difference, half_difference,
+};
+pub use measured_anisotropic::{
+    MeasuredAnisotropic, MeasuredAnisotropicConstants, from_half_and_difference, half_and_difference,
+};
 pub use models::*;
 pub use non_negative::{MOST_UNKNOWNS, NearestBrdf, NearestBrdfError, nearest_non_negative, unknowns};
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};

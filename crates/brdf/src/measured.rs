@@ -17,11 +17,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, UVec3, Vec3};
 use sphere::Direction;
 
 use crate::Centre;
 use crate::models::{Lobe, ParameterError, Value, Values, colour};
+use crate::packed::{self, packed};
 
 /// The most entries of a table: 16 million, 192 MB. A table of MERL has 1.5 million.
 pub(crate) const MOST_ENTRIES: usize = 1 << 24;
@@ -64,6 +65,26 @@ pub enum MeasuredError {
         /// The value that was found.
         value: f32,
     },
+}
+
+packed! {
+    /// The constants of the formula of a measured table.
+    pub struct MeasuredConstants as measured {
+        /// n_h, n_d and n_phi.
+        shape: UVec3,
+        /// The colour that multiplies the table.
+        scale: Vec3,
+        /// The table.
+        table: MeasuredTableConstants,
+    }
+}
+
+packed! {
+    /// The values of a measured table.
+    pub struct MeasuredTableConstants as measured_table {
+        /// The BRDF at the nodes, as in [`Measured::values`] or [`crate::MeasuredAnisotropic::values`].
+        values: Arc<[[f32; 3]]>,
+    }
 }
 
 impl Measured {
@@ -178,10 +199,12 @@ impl Measured {
         self.brdf(incident, outgoing).map(|value| value * cosine)
     }
 
-    /// The constants of the formula: n_h, n_d, n_phi, scale (3), the table.
-    pub(crate) fn constants(&self) -> Vec<f32> {
-        let (shape, scale) = (self.shape.map(|n| n as f32), self.scale.map(|scale| scale as f32));
-        [&shape, &scale, self.values.as_flattened()].concat()
+    pub(crate) fn constants(&self) -> MeasuredConstants {
+        MeasuredConstants {
+            shape: UVec3::from_array(self.shape.map(|n| n as u32)),
+            scale: packed::rgb(self.scale),
+            table: MeasuredTableConstants { values: Arc::clone(&self.values) },
+        }
     }
 
     /// The lobes to sample: a cosine, and facets as wide as the table: see [`facet_width`].

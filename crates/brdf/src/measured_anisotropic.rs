@@ -16,12 +16,15 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, UVec4, Vec3};
 use sphere::Direction;
 
 use crate::Centre;
-use crate::measured::{MOST_ENTRIES, MeasuredError, facet_width, place, refuse_values};
+use crate::measured::{
+    MOST_ENTRIES, MeasuredError, MeasuredTableConstants, facet_width, place, refuse_values,
+};
 use crate::models::{Lobe, ParameterError, Value, Values, colour};
+use crate::packed::{self, packed};
 
 /// A measured BRDF that depends on the tangent (see the text of the module).
 ///
@@ -31,6 +34,18 @@ pub struct MeasuredAnisotropic {
     shape: [usize; 4],
     values: Arc<[[f32; 3]]>,
     scale: [f64; 3],
+}
+
+packed! {
+    /// The constants of the formula of a measured table that depends on the tangent.
+    pub struct MeasuredAnisotropicConstants as measured_anisotropic {
+        /// n_h, n_phi, n_d and n_psi.
+        shape: UVec4,
+        /// The colour that multiplies the table.
+        scale: Vec3,
+        /// The table.
+        table: MeasuredTableConstants,
+    }
 }
 
 impl MeasuredAnisotropic {
@@ -155,10 +170,12 @@ impl MeasuredAnisotropic {
         self.brdf(incident, outgoing).map(|value| value * cosine)
     }
 
-    /// The constants of the formula: n_h, n_phi, n_d, n_psi, scale (3), the table.
-    pub(crate) fn constants(&self) -> Vec<f32> {
-        let (shape, scale) = (self.shape.map(|n| n as f32), self.scale.map(|scale| scale as f32));
-        [&shape[..], &scale, self.values.as_flattened()].concat()
+    pub(crate) fn constants(&self) -> MeasuredAnisotropicConstants {
+        MeasuredAnisotropicConstants {
+            shape: UVec4::from_array(self.shape.map(|n| n as u32)),
+            scale: packed::rgb(self.scale),
+            table: MeasuredTableConstants { values: Arc::clone(&self.values) },
+        }
     }
 
     /// The lobes to sample: a cosine, and facets as wide along the tangent, and across it, as the table: see

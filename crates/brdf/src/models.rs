@@ -4,7 +4,7 @@
 /// revision.
 pub const REVISION: u32 = 1;
 
-/// Calls a macro with the list of the analytic models, each as `its_module::ItsType`.
+/// Calls a macro with the list of the analytic models, each as `its_module::{ItsType, ItsConstants}`.
 ///
 /// This is the one list of them. What needs an entry for every model makes it from here: [`Material`],
 /// [`MODELS`], and the formulas of a renderer.
@@ -12,19 +12,19 @@ pub const REVISION: u32 = 1;
 macro_rules! for_each_model {
     ($callback:ident) => {
         $callback! {
-            standard::Standard,
-            lambert::Lambert,
-            oren_nayar::OrenNayar,
-            phong::Phong,
-            blinn_phong::BlinnPhong,
-            microfacet::Microfacet,
-            torrance_sparrow::TorranceSparrow,
-            ggx::Ggx,
-            ward::Ward,
-            ashikhmin_shirley::AshikhminShirley,
-            poulin_fournier::PoulinFournier,
-            lafortune::Lafortune,
-            kajiya_kay::KajiyaKay,
+            standard::{Standard, StandardConstants},
+            lambert::{Lambert, LambertConstants},
+            oren_nayar::{OrenNayar, OrenNayarConstants},
+            phong::{Phong, PhongConstants},
+            blinn_phong::{BlinnPhong, BlinnPhongConstants},
+            microfacet::{Microfacet, MicrofacetConstants},
+            torrance_sparrow::{TorranceSparrow, TorranceSparrowConstants},
+            ggx::{Ggx, GgxConstants},
+            ward::{Ward, WardConstants},
+            ashikhmin_shirley::{AshikhminShirley, AshikhminShirleyConstants},
+            poulin_fournier::{PoulinFournier, PoulinFournierConstants},
+            lafortune::{Lafortune, LafortuneConstants},
+            kajiya_kay::{KajiyaKay, KajiyaKayConstants},
         }
     };
 }
@@ -55,10 +55,11 @@ pub(crate) mod tests;
 mod torrance_sparrow;
 mod ward;
 
-pub use fresnel::Fresnel;
-pub use lafortune::LafortuneLobe;
+pub use charlie::CharlieConstants;
+pub use fresnel::{Fresnel, FresnelConstants};
+pub use lafortune::{LafortuneLobe, LafortuneLobeConstants};
 pub use lobe::Lobe;
-pub use material::{LayersError, MODELS, Material};
+pub use material::{Constants, LayersError, MODELS, Material};
 pub use model::{Model, ModelText};
 pub(crate) use parameter::colour;
 pub use parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
@@ -66,6 +67,8 @@ pub use part::Part;
 pub use standard::StandardParameters;
 
 macro_rules! reexport {
-    ($($module:ident::$model:ident),* $(,)?) => { $(pub use $module::$model;)* };
+    ($($module:ident::{$model:ident, $constants:ident}),* $(,)?) => {
+        $(pub use $module::{$model, $constants};)*
+    };
 }
 for_each_model!(reexport);

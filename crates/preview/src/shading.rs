@@ -1,9 +1,10 @@
 //! Shading: each shader `x.wgsl` has a twin `x.rs`, which computes the same on the CPU.
 //!
-//! Everything is in f32 and in the *light's frame*: if the light is rotated, normals, tangents and rays are
-//! rotated back ([`crate::ViewTransform`]), so that no mode handles the rotation. Twins have the same
-//! formulas, but may sum in another order if that is faster. The tests compare them with the f64 kernels of
-//! `shrm`, `envmap` and `sh`.
+//! Everything is in f32, except that the CPU asks the models of `brdf` for rho_hat ([`material`]), and in the
+//! *light's frame*: if the light is rotated, normals, tangents and rays are rotated back
+//! ([`crate::ViewTransform`]), so that no mode handles the rotation. Twins have the same formulas, but may
+//! sum in another order if that is faster. The tests compare them with the f64 kernels of `shrm`, `envmap`
+//! and `sh`.
 
 pub mod angles;
 pub mod background;

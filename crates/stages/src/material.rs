@@ -8,6 +8,7 @@ mod project_brdf;
 mod degree_pair;
 mod material_edit;
 mod material_file;
+mod material_manual;
 mod material_schema;
 
 pub(crate) use degree_pair::DegreePair;

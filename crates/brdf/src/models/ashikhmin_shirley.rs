@@ -19,12 +19,14 @@
 
 use std::f64::consts::PI;
 
+use glam::{Vec2, Vec3};
 use sphere::Direction;
 
 use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, Range, Value, Values, WEIGHT};
+use crate::packed::{self, packed};
 
 const EXPONENT: Parameter = Parameter::number(
     "exponent",
@@ -75,7 +77,23 @@ impl AshikhminShirley {
     }
 }
 
+packed! {
+    /// The constants of the formula of `ashikhmin-shirley`.
+    pub struct AshikhminShirleyConstants as ashikhmin_shirley {
+        /// e_x / 2 and e_y / 2.
+        half_exponent: Vec2,
+        /// The factor of rho_s.
+        lobe: f32,
+        /// The reflectance at normal incidence.
+        specular: Vec3,
+        /// The factor of rho_d.
+        base: Vec3,
+    }
+}
+
 impl Model for AshikhminShirley {
+    type Constants = AshikhminShirleyConstants;
+
     const NAME: &'static str = "ashikhmin-shirley";
     const SUMMARY: &'static str = "a highlight with Fresnel, stretched or not, over a matte base";
     const PARAMETERS: &'static [Parameter] = &[EXPONENT, EXPONENT_X, EXPONENT_Y, DIFFUSE, SHARE];
@@ -115,13 +133,22 @@ impl Model for AshikhminShirley {
         })
     }
 
-    /// The constants of the formula: e_x / 2, e_y / 2, the factor of rho_s, specular (3), the factor of rho_d
-    /// (3).
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> AshikhminShirleyConstants {
         let [x, y] = self.exponent;
         let base = |channel: usize| self.diffuse[channel] * (1.0 - self.specular[channel]);
-        let base = [0, 1, 2].map(|channel| base(channel) * 28.0 / (23.0 * PI));
-        [&[0.5 * x, 0.5 * y, ((x + 1.0) * (y + 1.0)).sqrt() / (8.0 * PI)][..], &self.specular, &base].concat()
+        AshikhminShirleyConstants {
+            half_exponent: packed::two([0.5 * x, 0.5 * y]),
+            lobe: (((x + 1.0) * (y + 1.0)).sqrt() / (8.0 * PI)) as f32,
+            specular: packed::rgb(self.specular),
+            base: packed::rgb([0, 1, 2].map(|channel| base(channel) * 28.0 / (23.0 * PI))),
+        }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![
+            Self::new([50.0, 50.0], [0.5; 3], [0.04; 3])?,
+            Self::new([50.0, 8.0], [0.5; 3], [0.04, 1.0, 0.3])?,
+        ])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
@@ -130,5 +157,24 @@ impl Model for AshikhminShirley {
 
     fn is_isotropic(&self) -> bool {
         self.exponent[0] == self.exponent[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        let shirley = |x: f64, y: f64| AshikhminShirley::new([x, y], [0.5; 3], [0.04; 3]).unwrap();
+        assert_fingerprint(
+            &shirley(50.0, 50.0),
+            [2.172572473323e-01, 1.375299289885e-01, 4.850920452489e-02, 1.204343244448e-01],
+        );
+        assert_fingerprint(
+            &shirley(50.0, 8.0),
+            [1.896100291036e-01, 1.106955331141e-01, 1.909066268143e-01, 1.204341804447e-01],
+        );
     }
 }

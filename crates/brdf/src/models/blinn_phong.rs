@@ -12,12 +12,14 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
+use crate::packed::{self, packed};
 
 const EXPONENT: Parameter = Parameter::number(
     "exponent",
@@ -50,7 +52,19 @@ pub(super) fn factor(s: f64) -> f64 {
     (s + 2.0) * (s + 4.0) / (8.0 * PI * (math::exp2(-0.5 * s) + s))
 }
 
+packed! {
+    /// The constants of the formula of `blinn-phong`.
+    pub struct BlinnPhongConstants as blinn_phong {
+        /// s / 2.
+        half_exponent: f32,
+        /// specular c(s).
+        peak: Vec3,
+    }
+}
+
 impl Model for BlinnPhong {
+    type Constants = BlinnPhongConstants;
+
     const NAME: &'static str = "blinn-phong";
     const SUMMARY: &'static str = "a highlight about the half vector";
     const PARAMETERS: &'static [Parameter] = &[EXPONENT, SPECULAR];
@@ -71,12 +85,32 @@ impl Model for BlinnPhong {
         self.specular.map(|specular| specular * value)
     }
 
-    /// The constants of the formula: s / 2, specular c(s) (3).
-    fn constants(&self) -> Vec<f64> {
-        [&[0.5 * self.exponent][..], &self.specular.map(|specular| specular * self.factor)].concat()
+    fn constants(&self) -> BlinnPhongConstants {
+        BlinnPhongConstants {
+            half_exponent: (0.5 * self.exponent) as f32,
+            peak: packed::rgb(self.specular.map(|specular| specular * self.factor)),
+        }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new(20.0, [1.0, 0.5, 0.0])?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
         vec![Lobe::facets_of_powers([self.exponent; 2])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        assert_fingerprint(
+            &BlinnPhong::new(20.0, [1.0; 3]).unwrap(),
+            [8.382000866093e-01, 3.715154093614e-01, 2.617593019360e-02, 9.706284333813e-03],
+        );
     }
 }

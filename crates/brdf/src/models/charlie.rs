@@ -15,6 +15,7 @@
 use std::f64::consts::PI;
 
 use super::directional_albedo::gauss;
+use crate::packed::packed;
 
 /// The least cosine.
 const MIN_COSINE: f64 = 1e-4;
@@ -28,6 +29,26 @@ pub(crate) struct Charlie {
     fit: [f64; 5],
     /// Twice the fitted l at 1/2.
     twice_middle: f64,
+}
+
+packed! {
+    /// The constants of the sheen of fibres.
+    pub struct CharlieConstants as charlie {
+        /// The power of sin^2(theta_h).
+        power: f32,
+        /// A coefficient of the masking l(x) = a / (1 + b x^c) + d x + e.
+        a: f32,
+        /// A coefficient of the masking.
+        b: f32,
+        /// A power of the masking.
+        c: f32,
+        /// A coefficient of the masking.
+        d: f32,
+        /// A coefficient of the masking.
+        e: f32,
+        /// 2 l(1/2).
+        twice_middle: f32,
+    }
 }
 
 impl Charlie {
@@ -46,10 +67,10 @@ impl Charlie {
         (1.0 + self.power) / (4.0 * PI)
     }
 
-    /// The constants of the formula: the power of sin^2(theta_h), a, b, c, d, e and 2 l(1/2).
-    pub(crate) fn constants(&self) -> [f64; 7] {
-        let [a, b, c, d, e] = self.fit;
-        [self.power, a, b, c, d, e, self.twice_middle]
+    /// The constants of the formula, without its scale.
+    pub(crate) fn constants(&self) -> CharlieConstants {
+        let [a, b, c, d, e] = self.fit.map(|value| value as f32);
+        CharlieConstants { power: self.power as f32, a, b, c, d, e, twice_middle: self.twice_middle as f32 }
     }
 
     /// The BRDF, in 1/sr, from sin^2(theta_h), N.L and N.V.

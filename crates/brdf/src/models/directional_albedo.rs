@@ -13,6 +13,10 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec4;
+
+use crate::packed;
+
 /// The number of functions of the cosine that a table holds.
 pub(crate) const COLUMNS: usize = 4;
 
@@ -31,9 +35,9 @@ impl Tables {
         Self((0..NODES).map(|node| math::powi(node as f64 / (NODES - 1) as f64, 2)).map(functions).collect())
     }
 
-    /// The number of nodes, and the values of all functions at each.
-    pub(crate) fn constants(&self) -> Vec<f64> {
-        [self.0.len() as f64].iter().chain(self.0.as_flattened()).copied().collect()
+    /// The values of all functions at the nodes, for renderers.
+    pub(crate) fn constants(&self) -> Vec<Vec4> {
+        self.0.iter().map(|values| packed::four(*values)).collect()
     }
 
     /// The values of all functions at a cosine, 0 to 1.
@@ -201,6 +205,6 @@ mod tests {
         for (found, expected) in tables.means().iter().zip([1.0, 0.8, 1.2, 0.0]) {
             assert!((found - expected).abs() < 1e-14, "{found} {expected}");
         }
-        assert_eq!(tables.constants().len(), 1 + NODES * COLUMNS);
+        assert_eq!(tables.constants().len(), NODES);
     }
 }

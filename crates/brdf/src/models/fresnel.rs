@@ -1,6 +1,9 @@
 //! Fresnel's equations for unpolarised light: the reflectance of a smooth facet.
 
+use glam::Vec3;
+
 use super::parameter::{Parameter, ParameterError, Range, Value, Values};
+use crate::packed::{self, packed};
 
 pub(crate) const IOR: Parameter = Parameter::number(
     "ior",
@@ -35,7 +38,22 @@ pub enum Fresnel {
     },
 }
 
+packed! {
+    /// The constants of Fresnel's equations.
+    pub struct FresnelConstants as fresnel {
+        /// Whether the facet is of a conductor.
+        is_conductor: bool,
+        /// The index of refraction; that of a dielectric in all channels.
+        n: Vec3,
+        /// The extinction of a conductor.
+        k: Vec3,
+    }
+}
+
 impl Fresnel {
+    /// Gold at about 630, 530 and 460 nm, for examples.
+    pub(crate) const GOLD: Self = Self::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
+
     pub(crate) fn checked(self) -> Result<Self, ParameterError> {
         match self {
             Self::Dielectric(ior) => IOR.checked(ior).map(|_| self),
@@ -69,13 +87,13 @@ impl Fresnel {
         }
     }
 
-    /// The constants of the formula: 0, the index of refraction three times, 0 three times; or 1, n (3), k
-    /// (3).
-    pub(crate) fn constants(&self) -> Vec<f64> {
-        match self {
-            Self::Dielectric(ior) => vec![0.0, *ior, *ior, *ior, 0.0, 0.0, 0.0],
-            Self::Conductor { n, k } => [&[1.0][..], n, k].concat(),
-        }
+    /// The constants of the formula.
+    pub(crate) fn constants(&self) -> FresnelConstants {
+        let (is_conductor, n, k) = match *self {
+            Self::Dielectric(ior) => (false, [ior; 3], [0.0; 3]),
+            Self::Conductor { n, k } => (true, n, k),
+        };
+        FresnelConstants { is_conductor, n: packed::rgb(n), k: packed::rgb(k) }
     }
 
     /// The reflectance, RGB, for light at an angle of this cosine, above 0.

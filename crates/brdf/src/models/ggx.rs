@@ -21,15 +21,17 @@
 
 use std::f64::consts::PI;
 
+use glam::{Vec2, Vec3};
 use sphere::Direction;
 
 use super::facets::HalfVector;
-use super::fresnel::{Fresnel, IOR, K, N};
+use super::fresnel::{Fresnel, FresnelConstants, IOR, K, N};
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{
     Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, ROUGHNESSES, SPECULAR, Value, Values,
 };
+use crate::packed::{self, packed};
 
 const ROUGH: Parameter =
     Parameter::number("roughness", "the width of the highlight: alpha is its square", ROUGHNESS)
@@ -71,7 +73,25 @@ impl Ggx {
     }
 }
 
+packed! {
+    /// The constants of the formula of `ggx`.
+    pub struct GgxConstants as ggx {
+        /// alpha_x alpha_y.
+        product: f32,
+        /// specular alpha_x alpha_y / (2 pi).
+        peak: Vec3,
+        /// What the facets are made of.
+        fresnel: FresnelConstants,
+        /// alpha_x^2 and alpha_y^2.
+        squares: Vec2,
+        /// alpha_y / alpha_x.
+        ratio: f32,
+    }
+}
+
 impl Model for Ggx {
+    type Constants = GgxConstants;
+
     const NAME: &'static str = "ggx";
     const SUMMARY: &'static str =
         "a rough surface with a long-tailed highlight, stretched or not, masking and Fresnel";
@@ -101,12 +121,22 @@ impl Model for Ggx {
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
     }
 
-    /// The constants of the formula: alpha_x alpha_y, specular alpha_x alpha_y / (2 pi) (3), Fresnel (7),
-    /// alpha_x^2, alpha_y^2, alpha_y / alpha_x.
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> GgxConstants {
         let [x, y] = self.roughness.map(|roughness| roughness * roughness);
-        let peak = self.specular.map(|specular| specular * 0.5 * x * y / PI);
-        [&[x * y][..], &peak, &self.fresnel.constants(), &[x * x, y * y, y / x]].concat()
+        GgxConstants {
+            product: (x * y) as f32,
+            peak: packed::rgb(self.specular.map(|specular| specular * 0.5 * x * y / PI)),
+            fresnel: self.fresnel.constants(),
+            squares: packed::two([x * x, y * y]),
+            ratio: (y / x) as f32,
+        }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![
+            Self::new(0.5, Fresnel::GOLD, [1.0, 0.5, 0.0])?,
+            Self::stretched([0.4, 0.7], Fresnel::GOLD, [1.0, 0.5, 0.0])?,
+        ])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
@@ -131,6 +161,24 @@ mod tests {
             let found = model.rho_hat(Direction::Z, Direction::Z)[0];
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         }
+    }
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        let ggx = |fresnel| Ggx::new(0.5, fresnel, [1.0; 3]).unwrap();
+        assert_fingerprint(
+            &ggx(Fresnel::Dielectric(1.5)),
+            [3.628550225203e-02, 7.737193141409e-02, 1.113349189224e-01, 1.500806428147e-03],
+        );
+        assert_fingerprint(
+            &ggx(Fresnel::GOLD),
+            [8.697344536980e-01, 9.765961274575e-01, 2.914524239095e-01, 3.635558472026e-02],
+        );
+        assert_fingerprint(
+            &Ggx::stretched([0.4, 0.7], Fresnel::GOLD, [1.0; 3]).unwrap(),
+            [5.932279054669e-01, 1.033547257712e+00, 2.503500865116e-01, 6.364501820652e-03],
+        );
     }
 
     /// The area of the facets' projections onto the surface is that of the surface: the integral of D (N.h)

@@ -8,12 +8,14 @@
 //! The model is not normalised: `specular` is its greatest value, in 1/sr. rho_hat itself, rather than the
 //! BRDF, is symmetric in light and view.
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
 use crate::coefficients::Centre;
+use crate::packed::{self, packed};
 
 const EXPONENT: Parameter =
     Parameter::number("exponent", "the sharpness of the highlight: the power of the cosine", POWER);
@@ -35,7 +37,19 @@ impl KajiyaKay {
     }
 }
 
+packed! {
+    /// The constants of the formula of `kajiya-kay`.
+    pub struct KajiyaKayConstants as kajiya_kay {
+        /// s.
+        exponent: f32,
+        /// The greatest value.
+        specular: Vec3,
+    }
+}
+
 impl Model for KajiyaKay {
+    type Constants = KajiyaKayConstants;
+
     const NAME: &'static str = "kajiya-kay";
     const SUMMARY: &'static str = "a highlight along a fibre, about the tangent; not normalised";
     const PARAMETERS: &'static [Parameter] = &[EXPONENT, SPECULAR];
@@ -63,9 +77,12 @@ impl Model for KajiyaKay {
         self.specular.map(|specular| specular * value)
     }
 
-    /// The constants of the formula: s, specular (3).
-    fn constants(&self) -> Vec<f64> {
-        [&[self.exponent][..], &self.specular].concat()
+    fn constants(&self) -> KajiyaKayConstants {
+        KajiyaKayConstants { exponent: self.exponent as f32, specular: packed::rgb(self.specular) }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new(6.0, [0.1; 3])?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
@@ -74,5 +91,19 @@ impl Model for KajiyaKay {
 
     fn is_isotropic(&self) -> bool {
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        assert_fingerprint(
+            &KajiyaKay::new(6.0, [1.0; 3]).unwrap(),
+            [1.305988031739e-01, 1.494146164915e-02, 0.0, 9.094868640419e-01],
+        );
     }
 }

@@ -10,11 +10,13 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
+use crate::packed::{self, packed};
 
 const DIFFUSE: Parameter =
     Parameter::colour("diffuse", "the share of light that the matte part reflects", WEIGHT).or(0.0);
@@ -78,7 +80,33 @@ impl Lafortune {
     }
 }
 
+packed! {
+    /// The constants of the formula of `lafortune`.
+    pub struct LafortuneConstants as lafortune {
+        /// diffuse / pi.
+        diffuse: Vec3,
+        /// The lobes.
+        lobes: Vec<LafortuneLobeConstants>,
+    }
+}
+
+packed! {
+    /// The constants of a lobe of `lafortune`.
+    pub struct LafortuneLobeConstants as lafortune_lobe {
+        /// The factor of L_x V_x + L_y V_y.
+        cx: f32,
+        /// The factor of L_z V_z.
+        cz: f32,
+        /// The power of the lobe's cosine.
+        n: f32,
+        /// The weight of the lobe.
+        weight: Vec3,
+    }
+}
+
 impl Model for Lafortune {
+    type Constants = LafortuneConstants;
+
     const NAME: &'static str = "lafortune";
     const SUMMARY: &'static str =
         "a matte part and generalised cosine lobes, fitted to measurements; not normalised";
@@ -126,20 +154,40 @@ impl Model for Lafortune {
         brdf.map(|brdf| brdf * light.z)
     }
 
-    /// The constants of the formula: diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3).
-    fn constants(&self) -> Vec<f64> {
-        let mut constants = self.diffuse.map(|diffuse| diffuse / PI).to_vec();
-        constants.push(self.lobes.len() as f64);
-        for lobe in &self.lobes {
-            constants.extend([lobe.cx, lobe.cz, lobe.n]);
-            constants.extend(lobe.weight);
-        }
-        constants
+    fn constants(&self) -> LafortuneConstants {
+        let lobes = self.lobes.iter().map(|lobe| LafortuneLobeConstants {
+            cx: lobe.cx as f32,
+            cz: lobe.cz as f32,
+            n: lobe.n as f32,
+            weight: packed::rgb(lobe.weight),
+        });
+        let diffuse = packed::rgb(self.diffuse.map(|diffuse| diffuse / PI));
+        LafortuneConstants { diffuse, lobes: lobes.collect() }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        let lobe = |cx: f64, cz: f64, n: f64| LafortuneLobe { cx, cz, n, weight: [1.0; 3] };
+        Ok(vec![Self::new([0.1; 3], vec![lobe(-0.95, 0.8, 12.0), lobe(0.5, 0.5, 3.0)])?])
     }
 
     /// A lobe of the model is a power about its axis; the matte part is a cosine.
     fn lobes(&self) -> Vec<Lobe> {
         let powers = self.lobes.iter().map(|lobe| Lobe::power(lobe.cx, lobe.cz, lobe.n));
         std::iter::once(Lobe::Cosine).chain(powers).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        let lobe = LafortuneLobe { cx: -0.95, cz: 0.8, n: 12.0, weight: [1.0; 3] };
+        assert_fingerprint(
+            &Lafortune::new([0.1; 3], vec![lobe]).unwrap(),
+            [8.894878737077e-02, 1.128892544862e-01, 5.565270780154e-02, 2.434568433145e-02],
+        );
     }
 }

@@ -5,12 +5,14 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::model::Model;
 use super::parameter::{Parameter, ParameterError, Value, Values, WEIGHT};
 use crate::clamped_cosine::ClampedCosine;
 use crate::coefficients::Centre;
+use crate::packed::{self, packed};
 
 const ALBEDO: Parameter = Parameter::colour("albedo", "the share of light that is reflected, 0 to 1", WEIGHT);
 
@@ -35,7 +37,17 @@ impl Lambert {
     }
 }
 
+packed! {
+    /// The constants of the formula of `lambert`.
+    pub struct LambertConstants as lambert {
+        /// albedo / pi.
+        brdf: Vec3,
+    }
+}
+
 impl Model for Lambert {
+    type Constants = LambertConstants;
+
     const NAME: &'static str = "lambert";
     const SUMMARY: &'static str = "matte, the same from every view";
     const PARAMETERS: &'static [Parameter] = &[ALBEDO];
@@ -56,9 +68,12 @@ impl Model for Lambert {
         self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
     }
 
-    /// The constants of the formula: albedo / pi (3).
-    fn constants(&self) -> Vec<f64> {
-        self.albedo.map(|albedo| albedo / PI).to_vec()
+    fn constants(&self) -> LambertConstants {
+        LambertConstants { brdf: packed::rgb(self.albedo.map(|albedo| albedo / PI)) }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new([1.0, 0.5, 0.0])?])
     }
 
     fn radial(&self) -> Option<ClampedCosine> {

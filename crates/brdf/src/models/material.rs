@@ -15,12 +15,13 @@ use super::parameter::{ParameterError, Values};
 use super::part::Part;
 use crate::clamped_cosine::ClampedCosine;
 use crate::coefficients::Centre;
-use crate::measured::Measured;
-use crate::measured_anisotropic::MeasuredAnisotropic;
+use crate::measured::{Measured, MeasuredConstants};
+use crate::measured_anisotropic::{MeasuredAnisotropic, MeasuredAnisotropicConstants};
+use crate::packed::{Packed, Shape};
 
 macro_rules! models {
-    ($($module:ident::$model:ident),* $(,)?) => {
-        use super::{$($module::$model),*};
+    ($($module:ident::{$model:ident, $constants:ident}),* $(,)?) => {
+        use super::{$($module::{$model, $constants}),*};
 
         /// A material: one of the reflection models, with its parameters, a table, or a sum of materials.
         #[derive(Clone, Debug, PartialEq)]
@@ -34,9 +35,39 @@ macro_rules! models {
             Layers(Vec<Material>),
         }
 
-        /// Every analytic model: its name, summary and parameters.
+        /// The constants of the formula of a material that is not a sum.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Constants {
+            $(#[doc = concat!("Those of [`", stringify!($model), "`].")] $model($constants),)*
+            /// Those of a table of measured values.
+            Measured(MeasuredConstants),
+            /// Those of a table of measured values that depend on the tangent.
+            MeasuredAnisotropic(MeasuredAnisotropicConstants),
+        }
+
+        impl Constants {
+            /// What the words of each variant are, in the order of the variants.
+            pub const SHAPES: &[Shape] =
+                &[$($constants::SHAPE,)* MeasuredConstants::SHAPE, MeasuredAnisotropicConstants::SHAPE];
+
+            /// Appends the words of the constants.
+            pub fn pack(&self, words: &mut Vec<u32>) {
+                match self {
+                    $(Self::$model(constants) => constants.pack(words),)*
+                    Self::Measured(constants) => constants.pack(words),
+                    Self::MeasuredAnisotropic(constants) => constants.pack(words),
+                }
+            }
+        }
+
+        /// Every analytic model: its name, texts and parameters.
         pub const MODELS: &[ModelText] = &[
-            $(ModelText { name: $model::NAME, summary: $model::SUMMARY, parameters: $model::PARAMETERS },)*
+            $(ModelText {
+                name: $model::NAME,
+                summary: $model::SUMMARY,
+                details: $model::DETAILS,
+                parameters: $model::PARAMETERS,
+            },)*
         ];
 
         impl Material {
@@ -101,15 +132,27 @@ macro_rules! models {
                 }
             }
 
-            /// The constants of rho_hat's formula, for renderers: see each model's file. Those of a measured
-            /// table are its shape, its scale and its values; those of layers follow each other.
-            pub fn constants(&self) -> Vec<f32> {
+            /// The constants of rho_hat's formula, for renderers: those of each of the
+            /// [leaves](Self::leaves).
+            pub fn constants(&self) -> Vec<Constants> {
                 match self {
-                    $(Self::$model(model) => model.constants().iter().map(|value| *value as f32).collect(),)*
-                    Self::Measured(measured) => measured.constants(),
-                    Self::MeasuredAnisotropic(measured) => measured.constants(),
+                    $(Self::$model(model) => vec![Constants::$model(model.constants())],)*
+                    Self::Measured(measured) => vec![Constants::Measured(measured.constants())],
+                    Self::MeasuredAnisotropic(measured) => {
+                        vec![Constants::MeasuredAnisotropic(measured.constants())]
+                    }
                     Self::Layers(layers) => layers.iter().flat_map(Self::constants).collect(),
                 }
+            }
+
+            /// The [examples](Model::examples) of every model, in the order of [`MODELS`].
+            ///
+            /// # Errors
+            /// The errors of [`Model::examples`].
+            pub fn examples() -> Result<Vec<Self>, ParameterError> {
+                let mut examples = Vec::new();
+                $(examples.extend($model::examples()?.into_iter().map(Self::$model));)*
+                Ok(examples)
             }
 
             /// The lobes that a renderer samples in place of rho_hat, each once.

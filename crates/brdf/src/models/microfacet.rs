@@ -11,11 +11,13 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{Parameter, ParameterError, Range, SPECULAR, Value, Values};
+use crate::packed::{self, packed};
 
 const SIGMA: Parameter = Parameter::number(
     "sigma",
@@ -50,7 +52,19 @@ impl Microfacet {
     }
 }
 
+packed! {
+    /// The constants of the formula of `microfacet`.
+    pub struct MicrofacetConstants as microfacet {
+        /// The width of the highlight, in radians.
+        sigma: f32,
+        /// specular / (4 pi sigma^2).
+        peak: Vec3,
+    }
+}
+
 impl Model for Microfacet {
+    type Constants = MicrofacetConstants;
+
     const NAME: &'static str = "microfacet";
     const SUMMARY: &'static str =
         "the paper's simplified rough surface (equation 11): a Gaussian of the half vector's angle";
@@ -79,13 +93,31 @@ impl Model for Microfacet {
         self.specular.map(|specular| specular * value)
     }
 
-    /// The constants of the formula: sigma, specular / (4 pi sigma^2) (3).
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> MicrofacetConstants {
         let scale = 0.25 / (PI * self.sigma * self.sigma);
-        [&[self.sigma][..], &self.specular.map(|specular| specular * scale)].concat()
+        let peak = packed::rgb(self.specular.map(|specular| specular * scale));
+        MicrofacetConstants { sigma: self.sigma as f32, peak }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new(0.3, [1.0, 0.5, 0.0])?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
         vec![Lobe::facets([self.sigma; 2])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        assert_fingerprint(
+            &Microfacet::new(0.3, [1.0; 3]).unwrap(),
+            [7.243904530039e-01, 6.714368812270e-01, 1.606295151875e-01, 9.284242429114e-03],
+        );
     }
 }

@@ -6,13 +6,19 @@ use super::lobe::Lobe;
 use super::parameter::{Parameter, ParameterError, Values};
 use crate::clamped_cosine::ClampedCosine;
 use crate::coefficients::Centre;
+use crate::packed::Packed;
 
 /// A reflection model.
 pub trait Model: Clone + std::fmt::Debug + PartialEq {
+    /// What a renderer needs of a material of this model.
+    type Constants: Packed;
+
     /// The name in material files.
     const NAME: &'static str;
     /// A description in one line, for the manual.
     const SUMMARY: &'static str;
+    /// What else the manual says of the model, Markdown; empty for most.
+    const DETAILS: &'static str = "";
     /// The parameters of the model.
     const PARAMETERS: &'static [Parameter];
 
@@ -24,6 +30,13 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
 
     /// The values of the parameters, from which [`Model::from_values`] makes the same model.
     fn values(&self) -> Values;
+
+    /// One or more materials of this model, for tests that go through all models. Together they have every
+    /// parameter that is not a choice, and none of them makes light.
+    ///
+    /// # Errors
+    /// If a value is out of its range, which a test of all examples would show.
+    fn examples() -> Result<Vec<Self>, ParameterError>;
 
     /// The direction that rho_hat is taken about.
     fn centre(&self) -> Centre {
@@ -43,7 +56,7 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     }
 
     /// The constants of rho_hat's formula, for renderers: they depend on the parameters alone.
-    fn constants(&self) -> Vec<f64>;
+    fn constants(&self) -> Self::Constants;
 
     /// The lobes that a renderer samples in place of rho_hat: one or more.
     fn lobes(&self) -> Vec<Lobe> {
@@ -64,6 +77,8 @@ pub struct ModelText {
     pub name: &'static str,
     /// The model's description in one line.
     pub summary: &'static str,
+    /// What else the manual says of the model, Markdown; empty for most.
+    pub details: &'static str,
     /// The model's parameters.
     pub parameters: &'static [Parameter],
 }

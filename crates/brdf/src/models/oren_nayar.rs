@@ -12,11 +12,13 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::model::Model;
 use super::parameter::{Parameter, ParameterError, Range, Value, Values, WEIGHT};
 use crate::coefficients::Centre;
+use crate::packed::{self, packed};
 
 const ALBEDO: Parameter =
     Parameter::colour("albedo", "the share of light that a facet reflects, 0 to 1", WEIGHT);
@@ -48,7 +50,19 @@ impl OrenNayar {
     }
 }
 
+packed! {
+    /// The constants of the formula of `oren-nayar`.
+    pub struct OrenNayarConstants as oren_nayar {
+        /// albedo A / pi.
+        matte: Vec3,
+        /// albedo B / pi.
+        rough: Vec3,
+    }
+}
+
 impl Model for OrenNayar {
+    type Constants = OrenNayarConstants;
+
     const NAME: &'static str = "oren-nayar";
     const SUMMARY: &'static str = "a rough matte surface";
     const PARAMETERS: &'static [Parameter] = &[ALBEDO, SIGMA];
@@ -79,8 +93,27 @@ impl Model for OrenNayar {
         self.albedo.map(|albedo| albedo * value)
     }
 
-    /// The constants of the formula: albedo A / pi (3), albedo B / pi (3).
-    fn constants(&self) -> Vec<f64> {
-        self.factors.iter().flat_map(|factor| self.albedo.map(|albedo| albedo * factor)).collect()
+    fn constants(&self) -> OrenNayarConstants {
+        let [matte, rough] =
+            self.factors.map(|factor| packed::rgb(self.albedo.map(|albedo| albedo * factor)));
+        OrenNayarConstants { matte, rough }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new([1.0, 0.5, 0.0], 25.0)?])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        assert_fingerprint(
+            &OrenNayar::new([0.8; 3], 25.0).unwrap(),
+            [1.987728289306e-01, 9.437782946012e-02, 2.507250234213e-02, 1.832958222227e-01],
+        );
     }
 }

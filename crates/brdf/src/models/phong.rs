@@ -7,12 +7,14 @@
 
 use std::f64::consts::TAU;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
 use crate::clamped_cosine::ClampedCosine;
+use crate::packed::{self, packed};
 
 const EXPONENT: Parameter =
     Parameter::number("exponent", "the sharpness of the highlight: the power of the cosine", POWER);
@@ -45,7 +47,19 @@ impl Phong {
     }
 }
 
+packed! {
+    /// The constants of the formula of `phong`.
+    pub struct PhongConstants as phong {
+        /// s.
+        exponent: f32,
+        /// specular (s + 1) / (2 pi).
+        peak: Vec3,
+    }
+}
+
 impl Model for Phong {
+    type Constants = PhongConstants;
+
     const NAME: &'static str = "phong";
     const SUMMARY: &'static str = "a highlight about the reflection vector, of one shape from every view";
     const PARAMETERS: &'static [Parameter] = &[EXPONENT, SPECULAR];
@@ -68,10 +82,14 @@ impl Model for Phong {
         self.specular.map(|specular| specular * value)
     }
 
-    /// The constants of the formula: s, specular (s + 1) / (2 pi) (3).
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> PhongConstants {
         let scale = (self.exponent + 1.0) / TAU;
-        [&[self.exponent][..], &self.specular.map(|specular| specular * scale)].concat()
+        let peak = packed::rgb(self.specular.map(|specular| specular * scale));
+        PhongConstants { exponent: self.exponent as f32, peak }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new(20.0, [1.0, 0.5, 0.0])?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {

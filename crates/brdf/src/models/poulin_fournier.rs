@@ -21,6 +21,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use glam::{Vec2, Vec3};
 use sphere::{DVec3, Direction};
 
 use super::blinn_phong::factor;
@@ -28,6 +29,7 @@ use super::facets::HalfVector;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, Range, SPECULAR, Value, Values, WEIGHT};
+use crate::packed::{self, packed};
 
 const EXPONENT: Parameter = Parameter::number(
     "exponent",
@@ -193,9 +195,39 @@ fn matte([light, view]: [Seen; 2], [from, to]: [f64; 2]) -> f64 {
     0.5 * (between * (to - from) + 0.5 * (math::sin(2.0 * to - sum) - math::sin(2.0 * from - sum)))
 }
 
+packed! {
+    /// The constants of the formula of `poulin-fournier`.
+    pub struct PoulinFournierConstants as poulin_fournier {
+        /// s.
+        exponent: f32,
+        /// d.
+        distance: f32,
+        /// The height of the floor, 0 at the cylinders' axes.
+        floor: f32,
+        /// The last angle of a cylinder above the floor.
+        edge: f32,
+        /// Half the width of a cylinder at the floor.
+        half_width: f32,
+        /// The greatest tan(psi / 2).
+        reach: f32,
+        /// diffuse / pi.
+        diffuse: Vec3,
+        /// specular c(s).
+        specular: Vec3,
+        /// The nodes above 0 of Gauss' rule, each with its weight.
+        gauss: [Vec2; 8],
+    }
+}
+
 impl Model for PoulinFournier {
+    type Constants = PoulinFournierConstants;
+
     const NAME: &'static str = "poulin-fournier";
     const SUMMARY: &'static str = "parallel cylinders along the tangent, as of brushed metal or satin";
+    const DETAILS: &'static str = "\
+Each point of the cylinders, and of the floor between them, is matte with a highlight; what one cylinder
+hides of the next does not count (Poulin and Fournier 1990). The highlight is drawn out across the
+cylinders; higher or closer cylinders draw it out more.";
     const PARAMETERS: &'static [Parameter] = &[EXPONENT, DIFFUSE, SPECULAR, DISTANCE, HEIGHT];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
@@ -241,13 +273,22 @@ impl Model for PoulinFournier {
         [0, 1, 2].map(|channel| self.diffuse[channel] * diffuse + self.specular[channel] * specular)
     }
 
-    /// The constants of the formula: s, d, 1 - height, its arc cosine, b, the greatest tan(psi / 2), diffuse
-    /// / pi (3), specular c(s) (3), the nodes and weights of Gauss' rule (16).
-    fn constants(&self) -> Vec<f64> {
-        let Self { exponent, distance, height, edge, half_width, reach, .. } = *self;
-        let shape = [exponent, distance, 1.0 - height, edge, half_width, reach];
-        let specular = self.specular.map(|specular| specular * self.factor);
-        [&shape[..], &self.diffuse.map(|diffuse| diffuse / PI), &specular, GAUSS.as_flattened()].concat()
+    fn constants(&self) -> PoulinFournierConstants {
+        PoulinFournierConstants {
+            exponent: self.exponent as f32,
+            distance: self.distance as f32,
+            floor: (1.0 - self.height) as f32,
+            edge: self.edge as f32,
+            half_width: self.half_width as f32,
+            reach: self.reach as f32,
+            diffuse: packed::rgb(self.diffuse.map(|diffuse| diffuse / PI)),
+            specular: packed::rgb(self.specular.map(|specular| specular * self.factor)),
+            gauss: GAUSS.map(packed::two),
+        }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new(20.0, [0.3; 3], [0.7, 0.5, 0.0], 2.2, 1.0)?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {

@@ -34,9 +34,10 @@
 
 use std::f64::consts::PI;
 
+use glam::{Vec3, Vec4};
 use sphere::Direction;
 
-use super::charlie::{Charlie, CharlieQuadrature};
+use super::charlie::{Charlie, CharlieConstants, CharlieQuadrature};
 use super::directional_albedo::{Facets, Tables};
 use super::facets::HalfVector;
 use super::lobe::Lobe;
@@ -44,6 +45,7 @@ use super::model::Model;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Values, WEIGHT};
 use super::part::Part;
 use crate::coefficients::Centre;
+use crate::packed::{self, packed};
 
 /// A share of light. Above 1 a material would make light.
 const SHARE: Range = Range { least: 0.0, most: 1.0, words: "a number from 0 to 1" };
@@ -312,10 +314,45 @@ fn greatest(rgb: [f64; 3]) -> f64 {
     rgb.into_iter().fold(0.0, f64::max)
 }
 
+packed! {
+    /// The constants of the formula of `standard`.
+    pub struct StandardConstants as standard {
+        /// alpha^2 of the highlight.
+        alpha2: f32,
+        /// F_0 of the highlight, times alpha^2 / (2 pi).
+        f_0: Vec3,
+        /// F_90 of the highlight, times alpha^2 / (2 pi).
+        f_90: f32,
+        /// alpha^2 of the coat.
+        coat_alpha2: f32,
+        /// F_0 of the coat, times its weight and alpha^2 / (2 pi).
+        coat_0: f32,
+        /// F_90 of the coat, times its weight and alpha^2 / (2 pi).
+        coat_90: f32,
+        /// The colour of the sheen, times its scale.
+        sheen: Vec3,
+        /// The sheen without its scale.
+        charlie: CharlieConstants,
+        /// The factor of w_L w_V.
+        multiple: Vec3,
+        /// The factor of t_L t_V.
+        diffuse: Vec3,
+        /// u, s, w and t at the nodes, which are equal steps of the cosine's root from 0 to 1.
+        tables: Vec<Vec4>,
+    }
+}
+
 impl Model for Standard {
+    type Constants = StandardConstants;
+
     const NAME: &'static str = "standard";
     const SUMMARY: &'static str =
         "the material of glTF: a dielectric or a metal, with a coat, sheen or neither";
+    const DETAILS: &'static str = "\
+Start here: these are the parameters of glTF 2.0 and of most tools for artists. Light that the highlight
+loses between facets is added to the body of the material, so that a white material is white at any
+roughness. A file without `metallic` is a dielectric, such as plastic or varnished wood; in a glTF file
+without `metallicFactor` the material is a metal, and is imported as one.";
     const PARAMETERS: &'static [Parameter] = &[
         BASE_COLOR,
         METALLIC,
@@ -393,25 +430,40 @@ impl Model for Standard {
         })
     }
 
-    /// The highlight: alpha^2, and F_0 (3) and F_90 times alpha^2 / (2 pi); the same of the coat, whose F_0
-    /// is grey: alpha^2, F_0 and F_90; sheen: its colour times its scale (3), the power of sin^2(theta_h), a
-    /// to e of its masking and 2 l(1/2); the factors of w_L w_V (3) and t_L t_V (3); the number of nodes of
-    /// the tables, and u, s, w and t at each.
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> StandardConstants {
         let formula = &*self.formula;
         let [peak, coat] =
             [(formula.alpha2, 1.0), (formula.coat_alpha2, formula.coat)].map(|(a2, w)| w * 0.5 * a2 / PI);
-        [
-            &[formula.alpha2][..],
-            &formula.f_0.map(|f_0| f_0 * peak),
-            &[formula.f_90 * peak, formula.coat_alpha2, COAT * coat, coat],
-            &formula.sheen.map(|sheen| sheen * formula.charlie.scale()),
-            &formula.charlie.constants(),
-            &formula.multiple,
-            &formula.diffuse,
-            &formula.tables.constants(),
-        ]
-        .concat()
+        StandardConstants {
+            alpha2: formula.alpha2 as f32,
+            f_0: packed::rgb(formula.f_0.map(|f_0| f_0 * peak)),
+            f_90: (formula.f_90 * peak) as f32,
+            coat_alpha2: formula.coat_alpha2 as f32,
+            coat_0: (COAT * coat) as f32,
+            coat_90: coat as f32,
+            sheen: packed::rgb(formula.sheen.map(|sheen| sheen * formula.charlie.scale())),
+            charlie: formula.charlie.constants(),
+            multiple: packed::rgb(formula.multiple),
+            diffuse: packed::rgb(formula.diffuse),
+            tables: formula.tables.constants(),
+        }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        // A coat and sheen over a mixture of metal and dielectric, in colours: every term at once.
+        let coated = StandardParameters {
+            base_color: [0.9, 0.5, 0.2],
+            metallic: 0.6,
+            roughness: 0.4,
+            ior: 1.7,
+            specular: 0.8,
+            specular_color: [1.0, 0.7, 0.4],
+            clearcoat: 0.7,
+            clearcoat_roughness: 0.15,
+            sheen: [0.3, 0.5, 0.1],
+            sheen_roughness: 0.4,
+        };
+        Ok(vec![Self::new(coated)?, Self::new(StandardParameters::default())?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {

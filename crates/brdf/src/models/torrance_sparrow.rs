@@ -17,13 +17,15 @@
 
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use sphere::Direction;
 
 use super::facets::HalfVector;
-use super::fresnel::{Fresnel, IOR, K, N};
+use super::fresnel::{Fresnel, FresnelConstants, IOR, K, N};
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+use crate::packed::{self, packed};
 
 const ROUGH: Parameter = Parameter::number(
     "roughness",
@@ -66,7 +68,21 @@ impl TorranceSparrow {
     }
 }
 
+packed! {
+    /// The constants of the formula of `torrance-sparrow`.
+    pub struct TorranceSparrowConstants as torrance_sparrow {
+        /// m.
+        roughness: f32,
+        /// specular / (4 pi m^2).
+        peak: Vec3,
+        /// What the facets are made of.
+        fresnel: FresnelConstants,
+    }
+}
+
 impl Model for TorranceSparrow {
+    type Constants = TorranceSparrowConstants;
+
     const NAME: &'static str = "torrance-sparrow";
     const SUMMARY: &'static str = "a rough surface with Gaussian slopes, masking and Fresnel";
     const PARAMETERS: &'static [Parameter] = &[ROUGH, IOR, N, K, SPECULAR];
@@ -98,14 +114,34 @@ impl Model for TorranceSparrow {
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
     }
 
-    /// The constants of the formula: m, specular / (4 pi m^2) (3), Fresnel (7).
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> TorranceSparrowConstants {
         let m = self.roughness;
-        let peak = self.specular.map(|specular| specular * 0.25 / (PI * m * m));
-        [&[m][..], &peak, &self.fresnel.constants()].concat()
+        TorranceSparrowConstants {
+            roughness: m as f32,
+            peak: packed::rgb(self.specular.map(|specular| specular * 0.25 / (PI * m * m))),
+            fresnel: self.fresnel.constants(),
+        }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new(0.4, Fresnel::Dielectric(1.5), [1.0, 0.5, 0.0])?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
         vec![Lobe::facets([self.roughness; 2])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        assert_fingerprint(
+            &TorranceSparrow::new(0.4, Fresnel::Dielectric(1.5), [1.0; 3]).unwrap(),
+            [2.120296728275e-02, 5.469186046161e-02, 2.361044652237e-01, 1.814355226116e-03],
+        );
     }
 }

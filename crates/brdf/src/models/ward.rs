@@ -13,6 +13,7 @@
 
 use std::f64::consts::PI;
 
+use glam::{Vec2, Vec3};
 use sphere::Direction;
 
 use super::facets::HalfVector;
@@ -21,6 +22,7 @@ use super::model::Model;
 use super::parameter::{
     Parameter, ParameterError, ROUGHNESS, ROUGHNESS_X, ROUGHNESS_Y, ROUGHNESSES, SPECULAR, Value, Values,
 };
+use crate::packed::{self, packed};
 
 const ROUGH: Parameter = Parameter::number(
     "roughness",
@@ -53,7 +55,19 @@ impl Ward {
     }
 }
 
+packed! {
+    /// The constants of the formula of `ward`.
+    pub struct WardConstants as ward {
+        /// a_x and a_y.
+        roughness: Vec2,
+        /// specular / (pi a_x a_y).
+        peak: Vec3,
+    }
+}
+
 impl Model for Ward {
+    type Constants = WardConstants;
+
     const NAME: &'static str = "ward";
     const SUMMARY: &'static str = "a Gaussian highlight, stretched along or across the tangent or not";
     const PARAMETERS: &'static [Parameter] = &[ROUGH, ROUGHNESS_X, ROUGHNESS_Y, SPECULAR];
@@ -85,10 +99,14 @@ impl Model for Ward {
         self.specular.map(|specular| specular * value)
     }
 
-    /// The constants of the formula: a_x, a_y, specular / (pi a_x a_y) (3).
-    fn constants(&self) -> Vec<f64> {
+    fn constants(&self) -> WardConstants {
         let [x, y] = self.roughness;
-        [&[x, y][..], &self.specular.map(|specular| specular / (PI * x * y))].concat()
+        let peak = packed::rgb(self.specular.map(|specular| specular / (PI * x * y)));
+        WardConstants { roughness: packed::two([x, y]), peak }
+    }
+
+    fn examples() -> Result<Vec<Self>, ParameterError> {
+        Ok(vec![Self::new([0.3, 0.3], [1.0, 0.5, 0.0])?, Self::new([0.3, 0.15], [1.0, 0.5, 0.0])?])
     }
 
     fn lobes(&self) -> Vec<Lobe> {
@@ -97,5 +115,24 @@ impl Model for Ward {
 
     fn is_isotropic(&self) -> bool {
         self.roughness[0] == self.roughness[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::tests::assert_fingerprint;
+
+    #[test]
+    fn fingerprint() {
+        let ward = |x: f64, y: f64| Ward::new([x, y], [1.0; 3]).unwrap();
+        assert_fingerprint(
+            &ward(0.3, 0.3),
+            [8.368960699012e-01, 1.075355977798e+00, 6.496160724649e-01, 3.483062010185e-03],
+        );
+        assert_fingerprint(
+            &ward(0.3, 0.15),
+            [1.241998075435e+00, 9.735908072661e-01, 2.581537302367e-02, 1.586491847140e-03],
+        );
     }
 }

@@ -118,7 +118,7 @@ impl<'a> Shader<'a> {
     ) -> Result<Self, RenderError> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
-        let lamps = || once(&cache.lamps, || PackedLamps::new(look.beside()));
+        let lamps = || cache.lamps.get_or_init(|| PackedLamps::new(look.beside()));
         let brute = || once(&cache.brute, || Prepared::new(look));
         let product = || match ProductSampling::is_worth(shot) {
             true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),
@@ -128,13 +128,13 @@ impl<'a> Shader<'a> {
         Ok(match mode {
             Mode::LocalShrm => Self::Local {
                 map: once(&cache.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?,
-                lamps: lamps()?,
+                lamps: lamps(),
             },
             Mode::GlobalShrm => {
                 let map = once(&cache.global, || GlobalShrm::new(look.global()?).ok_or_else(no_cube))?;
                 let mut radiance = vec![[0.0; 3]; map.texels()];
                 global_update_into(map, view, &mut radiance);
-                Self::Global { map, radiance, lamps: lamps()? }
+                Self::Global { map, radiance, lamps: lamps() }
             }
             Mode::Cabral => {
                 Self::Cabral { icosahedron: Icosahedron::default(), cube: cube(look.cabral()?.maps()) }

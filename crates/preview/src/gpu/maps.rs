@@ -13,6 +13,7 @@ use crate::shading::brute_force::Prepared;
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
+use crate::shading::material::PackedMaterial;
 use crate::{Light, Look, Mode, RenderError};
 
 /// The properties of a map: `MapUniforms` of map.wgsl.
@@ -152,7 +153,8 @@ impl LookMaps {
         if self.samples.is_none() {
             let prepared = Prepared::new(look)?;
             let usage = BufferUsages::STORAGE;
-            let material = device.filled("the material", usage, prepared.material().words())?;
+            let material = PackedMaterial::new(Some(prepared.material()))?;
+            let material = device.filled("the material", usage, material.words())?;
             let lobes = device.filled("the material's lobes", usage, &prepared.lobes().words())?;
             let light = lights.samples(device, &prepared)?.clone();
             let buffers = [light, material, lobes];
@@ -178,9 +180,10 @@ impl LookMaps {
         look: &Look,
     ) -> Result<(), RenderError> {
         if self.lamps.is_none() {
-            let packed = PackedLamps::new(look.beside())?;
+            let packed = PackedLamps::new(look.beside());
             let usage = BufferUsages::STORAGE;
-            let material = device.filled("the material", usage, packed.material())?;
+            let material = PackedMaterial::new(packed.material())?;
+            let material = device.filled("the material", usage, material.words())?;
             let lamps = device.filled("the lamps", usage, packed.elements())?;
             let entries = [(1, &material), (3, &lamps)].map(|(binding, buffer)| wgpu::BindGroupEntry {
                 binding,

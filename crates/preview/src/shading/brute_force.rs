@@ -26,16 +26,15 @@ use sampling::ProductSampler;
 
 use super::light_samples::LightSamples;
 use super::lobe_sampling::LobeSampling;
-use super::material::PackedMaterial;
-use super::sequence;
 use super::surface::Surface;
+use super::{material, sequence};
 use crate::{Look, RenderError};
 
 /// A look prepared for sampling.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     light: Arc<LightSamples>,
-    material: PackedMaterial,
+    material: Material,
     lobes: LobeSampling,
 }
 
@@ -43,25 +42,18 @@ impl Prepared {
     /// Prepares the material of a look. All looks of one light share its samples.
     ///
     /// # Errors
-    /// [`RenderError::Missing`] without a material, [`RenderError::Maps`] if its model has no shader.
+    /// [`RenderError::Missing`] without a material.
     pub fn new(look: &Look) -> Result<Self, RenderError> {
         let material = look
             .material()
             .ok_or(RenderError::Missing { what: "brute force", missing: "the material of the reflection" })?;
-        Self::of(Arc::clone(look.light().samples()), material)
+        Ok(Self::of(Arc::clone(look.light().samples()), material))
     }
 
     /// Prepares a material under a light.
-    ///
-    /// # Errors
-    /// [`RenderError::Maps`] if its model has no shader.
-    pub fn of(light: Arc<LightSamples>, material: &Material) -> Result<Self, RenderError> {
+    pub fn of(light: Arc<LightSamples>, material: &Material) -> Self {
         let share = if light.is_lit() { 0.5 } else { 0.0 };
-        Ok(Self {
-            light,
-            material: PackedMaterial::new(material)?,
-            lobes: LobeSampling::new(material, share),
-        })
+        Self { light, material: material.clone(), lobes: LobeSampling::new(material, share) }
     }
 
     /// The light: the buffer `light_samples`.
@@ -69,8 +61,8 @@ impl Prepared {
         &self.light
     }
 
-    /// The material: the buffer `material`.
-    pub fn material(&self) -> &PackedMaterial {
+    /// The material, which a [`PackedMaterial`](material::PackedMaterial) brings into the buffer `material`.
+    pub fn material(&self) -> &Material {
         &self.material
     }
 
@@ -104,10 +96,11 @@ pub(crate) fn brute_force_past(
     samples: Range<u32>,
     sees: impl Fn(Vec3) -> bool,
 ) -> Vec3 {
-    let Prepared { light, material, lobes } = prepared;
+    let Prepared { light, material: of, lobes } = prepared;
     let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
     let to_surface = frame.transpose();
     let view = to_surface * surface.view;
+    let outgoing = material::direction(view);
     let shift = sequence::shift(sample_index);
     let share = lobes.light();
     let product_share = if product.is_some() { PRODUCT } else { 0.0 };
@@ -127,7 +120,7 @@ pub(crate) fn brute_force_past(
             let incident = lobes.sample([choice, along], view);
             (incident, light.at(frame * incident))
         };
-        let rho_hat = material.evaluate(incident, view);
+        let rho_hat = material::rho_hat(of, incident, outgoing);
         if rho_hat == Vec3::ZERO || !sees(frame * incident) {
             continue;
         }

@@ -3,8 +3,8 @@
 //
 // It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and
 // lobe_sampling.wgsl. Their buffers come from `Prepared`: light_samples from `Prepared::light`, material from
-// `Prepared::material`, lobe_sampling from `Prepared::lobes`. `brute_force_sees` says whether light from a
-// direction arrives: it is in shadows.wgsl, or always true.
+// the `PackedMaterial` of `Prepared::material`, lobe_sampling from `Prepared::lobes`. `brute_force_sees` says
+// whether light from a direction arrives: it is in shadows.wgsl, or always true.
 
 // The sum over `count` light samples from `first` on: the reflected radiance times the samples' number.
 fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> vec3f {

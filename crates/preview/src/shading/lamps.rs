@@ -21,13 +21,13 @@
 
 use std::f32::consts::TAU;
 
+use brdf::Material;
 use glam::{Mat3, Vec3};
 use shrm::{LampLevels, LampPoints, Lamps, Reflection};
 use sphere::Direction;
 
-use super::material::PackedMaterial;
+use super::material;
 use super::surface::Surface;
-use crate::RenderError;
 
 /// The number of elements before the lamps, and that of each lamp.
 const HEAD: usize = 2;
@@ -37,15 +37,12 @@ const LAMP: usize = 3;
 #[derive(Clone, Debug)]
 pub struct PackedLamps {
     elements: Vec<[f32; 4]>,
-    material: Option<PackedMaterial>,
+    material: Option<Material>,
 }
 
 impl PackedLamps {
     /// Packs the lamps of a reflection; an imported map has none.
-    ///
-    /// # Errors
-    /// The errors of [`PackedMaterial::new`].
-    pub fn new(reflection: Option<&Reflection>) -> Result<Self, RenderError> {
+    pub fn new(reflection: Option<&Reflection>) -> Self {
         let lamps = reflection.and_then(Reflection::lamps).filter(|lamps| !lamps.lights.is_empty());
         let is_cut = lamps.is_some() || reflection.is_some_and(Reflection::is_for_light);
         let turns = lamps.map_or(1, |lamps| lamps.material.turns());
@@ -76,8 +73,7 @@ impl PackedLamps {
             }
             elements.extend(levels.concat().into_iter().map(|(direction, share)| element(direction, share)));
         }
-        let material = lamps.map(|lamps| PackedMaterial::new(&lamps.material)).transpose()?;
-        Ok(Self { elements, material })
+        Self { elements, material: lamps.map(|lamps| lamps.material.clone()) }
     }
 
     /// The elements: the buffer `lamps` of the shader.
@@ -85,9 +81,10 @@ impl PackedLamps {
         &self.elements
     }
 
-    /// The words of the material: the buffer `material` of the shader. Without lamps it has no layer.
-    pub fn material(&self) -> &[u32] {
-        self.material.as_ref().map_or(&[0], PackedMaterial::words)
+    /// The material of the lamps, if there are any, which a
+    /// [`PackedMaterial`](material::PackedMaterial) brings into the buffer `material` of the shader.
+    pub fn material(&self) -> Option<&Material> {
+        self.material.as_ref()
     }
 }
 
@@ -95,7 +92,7 @@ impl PackedLamps {
 pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
     let [_, is_cut, turns, _] = lamps.elements[0];
     let soft = if is_cut == 1.0 { soft.max(Vec3::ZERO) } else { soft };
-    let Some(material) = &lamps.material else { return soft };
+    let Some(of) = &lamps.material else { return soft };
     let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
     let to_surface = frame.transpose();
     let view = to_surface * surface.view;
@@ -114,7 +111,8 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
                 let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
                 let turned =
                     Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
-                reflected += *share / turns * material.evaluate(turned * incident, turned * view);
+                let outgoing = material::direction(turned * view);
+                reflected += *share / turns * material::rho_hat(of, turned * incident, outgoing);
             }
         }
         sum += Vec3::from_slice(&lamp[1]) * reflected;
@@ -150,10 +148,9 @@ fn chosen_level(
 mod tests {
     use super::*;
     use crate::shading::material::tests::{allowed, materials};
-    #[cfg(feature = "gpu")]
-    use crate::shading::on_device;
     use crate::shading::testkit::{apart, lights, reflection, surfaces};
-    use brdf::Material;
+    #[cfg(feature = "gpu")]
+    use crate::shading::{material::PackedMaterial, on_device};
     use sphere::{DVec3, Direction};
 
     /// Materials of every model, with their sharpness, and their lamps: anisotropic ones have fewer, which
@@ -167,7 +164,7 @@ mod tests {
     }
 
     fn packed(lamps: &Lamps) -> PackedLamps {
-        PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone()))).unwrap()
+        PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone())))
     }
 
     /// The sum over the points of lamps that the kernel chooses for a surface with these axes, and the
@@ -237,8 +234,7 @@ mod tests {
     fn negative_soft_light_is_cut_unless_its_degrees_were_given() {
         let (surface, _) = surfaces()[7];
         let soft = Vec3::new(-1.0, 0.5, -0.1);
-        let shown =
-            |reflection: Option<&Reflection>| lamps(&PackedLamps::new(reflection).unwrap(), soft, &surface);
+        let shown = |reflection: Option<&Reflection>| lamps(&PackedLamps::new(reflection), soft, &surface);
         let given = reflection(brdf::Centre::Normal, 2, 1);
         assert_eq!(shown(Some(&given)), soft);
         assert_eq!(shown(None), soft);
@@ -270,8 +266,9 @@ mod tests {
         let (mut count, mut others) = (0, 0);
         for (beside, s) in cases() {
             let (packed, all) = (packed(&beside), beside.for_views());
+            let material = PackedMaterial::new(packed.material()).unwrap();
             let [material, elements] =
-                [bytemuck::cast_slice(packed.material()), bytemuck::cast_slice(packed.elements())];
+                [bytemuck::cast_slice(material.words()), bytemuck::cast_slice(packed.elements())];
             let buffers: [&[u8]; 4] = [&[], material, &[], elements];
             let answers = on_device::answers(&device, &source, &asked, surfaces.len(), &buffers);
             for (surface, found) in surfaces.iter().zip(answers) {
@@ -291,9 +288,10 @@ mod tests {
         for is_cut in [false, true] {
             let given = reflection(brdf::Centre::Normal, 2, 1);
             let given = if is_cut { given.marked_for_light() } else { given };
-            let none = PackedLamps::new(Some(&given)).unwrap();
+            let none = PackedLamps::new(Some(&given));
+            let material = PackedMaterial::new(none.material()).unwrap();
             let [material, elements] =
-                [bytemuck::cast_slice(none.material()), bytemuck::cast_slice(none.elements())];
+                [bytemuck::cast_slice(material.words()), bytemuck::cast_slice(none.elements())];
             let buffers: [&[u8]; 4] = [&[], material, &[], elements];
             let expected = if is_cut { soft.max(Vec3::ZERO) } else { soft };
             let answers = on_device::answers(&device, &source, &asked, surfaces.len(), &buffers);

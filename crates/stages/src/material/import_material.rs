@@ -19,158 +19,7 @@
 //!
 //! ## Models
 //!
-//! ### `standard`
-//!
-//! The material of glTF: a dielectric or a metal, with a coat, sheen or neither.
-//!
-//! Start here: these are the parameters of glTF 2.0 and of most tools for artists. Light that the highlight
-//! loses between facets is added to the body of the material, so that a white material is white at any
-//! roughness. A file without `metallic` is a dielectric, such as plastic or varnished wood; in a glTF file
-//! without `metallicFactor` the material is a metal, and is imported as one.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `base_color` | a colour, each a number from 0 to 1; default 1 | the colour of the matte base, or of the metal |
-//! | `metallic` | a number from 0 to 1; default 0 | 0 for a dielectric, 1 for a metal, or between for a mixture |
-//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: alpha is its square |
-//! | `ior` | a number from 1 to 10; default 1.5 | the index of refraction of the dielectric (glass 1.5, water 1.33) |
-//! | `specular` | a number from 0 to 1; default 1 | the weight of the dielectric's highlight |
-//! | `specular_color` | a colour, each a number from 0 to 1e6; default 1 | a factor on the dielectric's reflectance at normal incidence; the product is at most 1 |
-//! | `clearcoat` | a number from 0 to 1; default 0 | the weight of the clear coat |
-//! | `clearcoat_roughness` | a number from 0.01 to 1; default 0.01 | the width of the coat's highlight |
-//! | `sheen` | a colour, each a number from 0 to 1; default 0 | the colour of the sheen |
-//! | `sheen_roughness` | a number from 0.1 to 1; default 0.5 | how far the fibres of the sheen lean: small values shine toward grazing only |
-//!
-//! ### `lambert`
-//!
-//! Matte, the same from every view.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `albedo` | a colour, each a number from 0 to 1e6; required | the share of light that is reflected, 0 to 1 |
-//!
-//! ### `oren-nayar`
-//!
-//! A rough matte surface.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `albedo` | a colour, each a number from 0 to 1e6; required | the share of light that a facet reflects, 0 to 1 |
-//! | `sigma` | a number of degrees from 0 to 90; required | the standard deviation of the facets' angle from the surface, in degrees; 0 is lambert |
-//!
-//! ### `phong`
-//!
-//! A highlight about the reflection vector, of one shape from every view.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the cosine |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//!
-//! ### `blinn-phong`
-//!
-//! A highlight about the half vector.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the half vector's cosine |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//!
-//! ### `microfacet`
-//!
-//! The paper's simplified rough surface (equation 11): a Gaussian of the half vector's angle.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `sigma` | a number from 1e-4 to 100; required | the width of the highlight: the angle of the half vector from the normal, in radians, at which it has fallen to 1/e |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//!
-//! ### `torrance-sparrow`
-//!
-//! A rough surface with Gaussian slopes, masking and Fresnel.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: the tangent of the half vector's angle at which the facets have thinned out to 1/e |
-//! | `ior` | a number from 1 to 10; optional | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
-//! | `n` | a colour, each a number from 0.01 to 50; optional | the index of refraction of a conductor, with `k` |
-//! | `k` | a colour, each a number from 0 to 50; optional | the extinction of a conductor, with `n` |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//!
-//! ### `ggx`
-//!
-//! A rough surface with a long-tailed highlight, stretched or not, masking and Fresnel.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; required unless `roughness_x` and `roughness_y` are given | the width of the highlight: alpha is its square |
-//! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; default `roughness` |
-//! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; default `roughness` |
-//! | `ior` | a number from 1 to 10; optional | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
-//! | `n` | a colour, each a number from 0.01 to 50; optional | the index of refraction of a conductor, with `k` |
-//! | `k` | a colour, each a number from 0 to 50; optional | the extinction of a conductor, with `n` |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//!
-//! ### `ward`
-//!
-//! A Gaussian highlight, stretched along or across the tangent or not.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; required unless `roughness_x` and `roughness_y` are given | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
-//! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; default `roughness` |
-//! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; default `roughness` |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//!
-//! ### `ashikhmin-shirley`
-//!
-//! A highlight with Fresnel, stretched or not, over a matte base.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; required unless `exponent_x` and `exponent_y` are given | the sharpness of the highlight: the power of the half vector's cosine |
-//! | `exponent_x` | a number from 0 to 1e9; optional | the sharpness along the tangent; default `exponent` |
-//! | `exponent_y` | a number from 0 to 1e9; optional | the sharpness across the tangent; default `exponent` |
-//! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of the remaining light that the base reflects |
-//! | `specular` | a colour, each a number from 0 to 1; required | the share of light that the highlight reflects at normal incidence |
-//!
-//! ### `poulin-fournier`
-//!
-//! Parallel cylinders along the tangent, as of brushed metal or satin.
-//!
-//! Each point of the cylinders, and of the floor between them, is matte with a highlight; what one cylinder
-//! hides of the next does not count (Poulin and Fournier 1990). The highlight is drawn out across the
-//! cylinders; higher or closer cylinders draw it out more.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; required | the sharpness of a point's highlight: the power of the half vector's cosine |
-//! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of light that a point's matte part reflects |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
-//! | `distance` | a number from 2 to 100; default 2 | the distance between the axes of cylinders, in radii; 2 if they touch |
-//! | `height` | a number from 0 to 2; default 1 | how far cylinders rise above the floor, in radii; 0 is flat, 1 half a cylinder |
-//!
-//! ### `lafortune`
-//!
-//! A matte part and generalised cosine lobes, fitted to measurements; not normalised.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of light that the matte part reflects |
-//! | `lobes` | an array of tables { cx, cz, n, weight }; required | the lobes |
-//! | `lobes.cx` | a number from -10 to 10; required | the factor of L_x V_x + L_y V_y; -1 for Phong's lobe |
-//! | `lobes.cz` | a number from -10 to 10; required | the factor of L_z V_z; 1 for Phong's lobe |
-//! | `lobes.n` | a number from 0 to 1e6; required | the power |
-//! | `lobes.weight` | a colour, each a number from 0 to 1e6; default 1 | the weight of the lobe |
-//!
-//! ### `kajiya-kay`
-//!
-//! A highlight along a fibre, about the tangent; not normalised.
-//!
-//! | key | value | meaning |
-//! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the cosine |
-//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//! {list: models}
 //!
 //! ## Measured materials
 //!
@@ -259,6 +108,7 @@
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 
 use super::material_file::{check_material, read_material};
+use super::material_manual;
 use crate::values::{ChosenMaterial, artifacts};
 
 parameters! {
@@ -279,6 +129,10 @@ impl Kind for ImportMaterial {
     const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
+
+    fn manual(text: String) -> String {
+        material_manual::fill_in(&text)
+    }
 
     fn ports() -> Vec<Port> {
         Vec::new()

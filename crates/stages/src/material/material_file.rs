@@ -171,7 +171,7 @@ fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// The expected form of a value, for messages and the manual.
-fn looks_like(value_type: &ValueType) -> String {
+pub(crate) fn looks_like(value_type: &ValueType) -> String {
     match value_type {
         ValueType::Number(range) => range.words.to_owned(),
         ValueType::Colour(range) => {
@@ -544,54 +544,4 @@ fn place(error: &ParameterError, table: &Table) -> Range<usize> {
     });
     let table = record.unwrap_or(table);
     table.get(error.parameter).map_or(table.span.clone(), |entry| entry.value.span.clone())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::material::material_schema::capital;
-
-    /// The manual's table of models is that of the kernel. If it differs, this prints the expected lines.
-    #[test]
-    fn the_manual_lists_every_model_and_parameter() {
-        let manual = include_str!("import_material.rs");
-        let mut lines = Vec::new();
-        for model in MODELS {
-            lines.push(format!("//! ### `{}`", model.name));
-            lines.push(format!("//! {}.", capital(model.summary)));
-            lines.extend(rows(model.parameters, ""));
-        }
-        let missing: Vec<_> =
-            lines.iter().filter(|line| !manual.lines().any(|have| have == line.as_str())).collect();
-        let rows = manual.lines().filter(|line| line.starts_with("//! | `")).count();
-        let expected = lines.iter().filter(|line| line.starts_with("//! | `")).count();
-        assert!(
-            missing.is_empty() && rows == expected + 5,
-            "{rows} rows of parameters, not {expected} and the 5 of measured and glTF files; import_material.rs should have these lines:\n{}",
-            lines.join("\n")
-        );
-    }
-
-    fn rows(parameters: &[Parameter], within: &str) -> Vec<String> {
-        let row = |parameter: &Parameter| {
-            let looks_like = match parameter.value_type {
-                ValueType::Number(range) => range.words.to_owned(),
-                ValueType::Colour(range) => format!("a colour, each {}", range.words),
-                ValueType::Records(_) => looks_like(&parameter.value_type),
-            };
-            let absent = match parameter.absent {
-                Absent::Required => "required".to_owned(),
-                Absent::RequiredUnless([x, y]) => format!("required unless `{x}` and `{y}` are given"),
-                Absent::Optional => "optional".to_owned(),
-                Absent::Default(value) => format!("default {value}"),
-            };
-            let (name, meaning) = (parameter.name, parameter.meaning);
-            let mut rows = vec![format!("//! | `{within}{name}` | {looks_like}; {absent} | {meaning} |")];
-            if let ValueType::Records(inner) = parameter.value_type {
-                rows.extend(self::rows(inner, &format!("{within}{name}.")));
-            }
-            rows
-        };
-        parameters.iter().flat_map(row).collect()
-    }
 }

@@ -1,15 +1,19 @@
 use std::path::Path;
 
 use brdf::{
-    Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Material as Model, Phong, Standard, StandardParameters,
+    Absent, Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, MODELS, Material as Model, Phong, Standard,
+    StandardParameters, Value, Values,
 };
 use engine::{Artifact, Output};
 use stages::artifacts::Material;
 
 use crate::fixture::{Case, case};
 
-const MODELS: &str = "standard, lambert, oren-nayar, phong, blinn-phong, microfacet, torrance-sparrow, ggx, ward, \
-                      ashikhmin-shirley, poulin-fournier, lafortune, kajiya-kay, measured, gltf, layers";
+/// The values of `model`, as errors list them.
+fn models() -> String {
+    let names: Vec<_> = MODELS.iter().map(|model| model.name).chain(["measured", "gltf", "layers"]).collect();
+    names.join(", ")
+}
 
 fn import(text: &str) -> Case {
     case("import-material", "").file("materials/gold.toml", text).source("materials/gold.toml")
@@ -46,29 +50,39 @@ fn models_take_their_parameters() {
     );
 }
 
-/// Every model of the list, with the parameters that it must have and one of each choice, is read by the one
-/// mechanism.
+/// A value as a material file has it.
+fn toml(value: &Value) -> String {
+    let table = |values: &Values| {
+        let entries: Vec<_> =
+            values.iter().map(|(name, value)| format!("{name} = {}", toml(value))).collect();
+        format!("{{ {} }}", entries.join(", "))
+    };
+    match value {
+        Value::Number(number) => format!("{number:?}"),
+        Value::Colour(rgb) => format!("{rgb:?}"),
+        Value::Records(records) => format!("[{}]", records.iter().map(table).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// The examples of every model are read by the one mechanism, with all of their parameters, and with those
+/// alone that they must have and those of each choice.
 #[test]
 fn every_model_can_be_imported() {
-    for (model, rest) in [
-        ("standard", "roughness = 0.5"),
-        ("lambert", "albedo = 0.5"),
-        ("oren-nayar", "albedo = 0.5\nsigma = 20"),
-        ("phong", "exponent = 9"),
-        ("blinn-phong", "exponent = 9"),
-        ("microfacet", "sigma = 0.2"),
-        ("torrance-sparrow", "roughness = 0.2\nior = 1.5"),
-        ("ggx", "roughness = 0.2\nroughness_x = 0.5\nior = 1.5"),
-        ("ward", "roughness = 0.2\nroughness_y = 0.1"),
-        ("ashikhmin-shirley", "exponent = 9\nspecular = 0.04"),
-        ("poulin-fournier", "exponent = 9\nheight = 0.5"),
-        ("lafortune", "lobes = []"),
-        ("kajiya-kay", "exponent = 9\nspecular = 0.1"),
-    ] {
-        let found = import(&format!("model = \"{model}\"\n{rest}")).artifact::<Material>();
-        assert_eq!(found.0.name(), model);
+    for example in Model::examples().unwrap() {
+        let model = MODELS.iter().find(|model| model.name == example.name()).unwrap();
+        let (mut whole, mut least) = (format!("model = \"{}\"\n", model.name), String::new());
+        for (name, value) in example.values().iter() {
+            let line = format!("{name} = {}\n", toml(value));
+            let parameter = model.parameters.iter().find(|parameter| parameter.name == name).unwrap();
+            if !matches!(parameter.absent, Absent::Default(_)) {
+                least += &line;
+            }
+            whole += &line;
+        }
+        assert_eq!(import(&whole).artifact::<Material>().0, example, "{whole}");
+        let found = import(&format!("{least}model = \"{}\"", model.name)).artifact::<Material>();
+        assert_eq!(found.0.name(), model.name, "{least}");
     }
-    assert_eq!(brdf::MODELS.len(), 13, "add the new model here");
 }
 
 #[test]
@@ -340,7 +354,8 @@ fn all_errors_are_reported_each_with_its_place() {
             "gold.toml:2:52: specular: -2 is not a number from 0 to 1e6".into(),
             "gold.toml:2:56: specular: \"x\" is not a number from 0 to 1e6".into(),
             format!(
-                "gold.toml:3:13: there is no model \"labmert\"; expected one of: {MODELS}; did you mean \"lambert\"?"
+                "gold.toml:3:13: there is no model \"labmert\"; expected one of: {}; did you mean \"lambert\"?",
+                models()
             ),
             "gold.toml:4:3: layers[2]: 3 is not a table { model, ... }".into(),
             "gold.toml:5:35: \"lobes[0].n\" is missing; expected n = a number from 0 to 1e6".into(),
@@ -352,7 +367,7 @@ fn all_errors_are_reported_each_with_its_place() {
 
 #[test]
 fn one_fault_stands_alone() {
-    let expected_models = format!("expected one of: {MODELS}");
+    let expected_models = format!("expected one of: {}", models());
     for (text, expected) in [
         (
             "model = \"fong\"",

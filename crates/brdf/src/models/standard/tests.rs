@@ -1,8 +1,12 @@
 //! Tests of the model `standard`.
 
 use super::*;
-use crate::models::tests::coated;
 use crate::{Material, checks};
+
+/// The example that has every term at once.
+fn coated() -> Standard {
+    Standard::examples().unwrap().swap_remove(0)
+}
 
 fn standard(parameters: StandardParameters) -> Standard {
     Standard::new(parameters).unwrap()

@@ -8,7 +8,7 @@ use sphere::{Direction, LatLong};
 
 use super::*;
 #[cfg(feature = "gpu")]
-use crate::shading::{lobe_sampling, material, on_device};
+use crate::shading::{lobe_sampling, on_device};
 
 fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
     let grid = LatLong::with_rows(rows);
@@ -88,7 +88,7 @@ fn it_converges_to_the_sum_over_texels() {
     for (name, environment) in environments() {
         let light = Arc::new(LightSamples::new(&environment));
         for material in materials() {
-            let prepared = Prepared::of(Arc::clone(&light), &material).unwrap();
+            let prepared = Prepared::of(Arc::clone(&light), &material);
             for surface in surfaces() {
                 let expected = expected(&environment, &material, &surface);
                 let pixels = 64;
@@ -157,11 +157,12 @@ fn the_shader_matches_its_twin() {
     for (name, environment) in environments() {
         let light = Arc::new(LightSamples::new(&environment));
         for material in materials() {
-            let prepared = Prepared::of(Arc::clone(&light), &material).unwrap();
+            let prepared = Prepared::of(Arc::clone(&light), &material);
+            let packed = material::PackedMaterial::new(Some(&material)).unwrap();
             let lobes = prepared.lobes.words();
             let buffers: [&[u8]; 3] = [
                 bytemuck::cast_slice(light.elements()),
-                bytemuck::cast_slice(prepared.material.words()),
+                bytemuck::cast_slice(packed.words()),
                 bytemuck::cast_slice(&lobes),
             ];
             let answers = on_device::answers(&device, &source, &asked, surfaces.len(), &buffers);

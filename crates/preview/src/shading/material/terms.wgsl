@@ -1,5 +1,12 @@
 // What the formulas of materials share: the half vector, powers of cosines, Fresnel's shares and the masking
-// of facets. The twin of terms.rs, which puts its constants before this text. It needs angles.wgsl.
+// of facets. terms.rs puts its constants before this text, and has a twin of what shaders of other files use.
+// It needs angles.wgsl.
+
+// Light nearer to the horizon than this counts as below it: products of two such cosines are still normal
+// numbers.
+const MATERIAL_HORIZON: f32 = 1e-12;
+// The square of a sum of light and view below which they count as opposite.
+const MATERIAL_OPPOSITE: f32 = 1e-20;
 
 // 1 - sin(x) / x, x of 0 to 2 pi: a series below 1.
 fn material_one_less_sinc(x: f32) -> f32 {

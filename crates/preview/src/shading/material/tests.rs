@@ -1,19 +1,19 @@
-//! The packed form against the models in f64.
+//! The shader against the models in f64.
 
 use brdf::{
-    AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, MODELS,
-    Measured, MeasuredAnisotropic, Microfacet, OrenNayar, Phong, PoulinFournier, Standard,
-    StandardParameters, TorranceSparrow, Ward,
+    AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, Measured,
+    MeasuredAnisotropic, Microfacet, OrenNayar, Phong, PoulinFournier, Standard, StandardParameters,
+    TorranceSparrow, Ward,
 };
+#[cfg(feature = "gpu")]
 use glam::DVec3;
-use sphere::Direction;
 
 use super::*;
 #[cfg(feature = "gpu")]
 use crate::shading::on_device;
 
 /// Materials of every model, a table and layers, each with its sharpness s: its highlight is about 1 /
-/// sqrt(s) wide.
+/// sqrt(s) wide. A model that has none here is tested with its examples.
 pub(crate) fn materials() -> Vec<(Material, f64)> {
     let glass = Fresnel::Dielectric(1.5);
     let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
@@ -103,6 +103,12 @@ pub(crate) fn materials() -> Vec<(Material, f64)> {
     for (x, y) in [(0.0, 0.0), (50.0, 50.0), (5000.0, 8.0)] {
         materials.push((ashikhmin(x, y), x));
     }
+    for example in Material::examples().unwrap() {
+        if materials.iter().all(|(material, _)| material.name() != example.name()) {
+            let sharpness = example.highlight_width().powi(-2);
+            materials.push((example, sharpness));
+        }
+    }
     materials
 }
 
@@ -136,7 +142,8 @@ fn twill() -> Material {
 
 /// Directions over the whole sphere for light and over the upper half for views: scattered ones, some near
 /// the horizon, the normal, and light near the mirror direction of each view, where highlights are.
-pub(crate) fn pairs() -> Vec<[Vec3; 2]> {
+#[cfg(feature = "gpu")]
+fn pairs() -> Vec<[Vec3; 2]> {
     let scattered = |i: u32, seed: f64, reach: f64| {
         let i = f64::from(i) + seed;
         Direction::from_angles((1.0 - reach * (i * 0.618_034).fract()).acos(), i * 2.399_963).vector()
@@ -183,30 +190,132 @@ pub(crate) fn allowed(value: f64, s: f64, [light, view]: [Vec3; 2]) -> f64 {
     of_itself * value + 1e-7
 }
 
+/// A formula for each model, chosen by its number.
 #[test]
-fn packed_materials_are_the_models() {
+fn the_shader_has_a_formula_for_every_model() {
+    let source = shader(&all_models());
+    let mut seen = BTreeSet::new();
+    for (material, _) in materials().iter().filter(|(material, _)| material.leaves() == [material]) {
+        let number = PackedMaterial::new(Some(material)).unwrap().words()[1];
+        let name = material.name().replace('-', "_");
+        for part in [
+            format!("case {number}u: {{ return material_{name}(at, light, view); }}"),
+            format!("fn material_{name}(at: u32, light: vec3f, view: vec3f) -> vec3f {{"),
+        ] {
+            assert!(source.contains(&part), "{part}: {source}");
+        }
+        seen.insert(number);
+    }
+    assert_eq!(seen, all_models());
+}
+
+/// Extreme vectors: axes, nearly opposite ones, and some with the smallest numbers.
+fn extremes() -> Vec<Vec3> {
+    let mut vectors = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+    for z in [f32::MIN_POSITIVE, 1e-30, 1e-20, 1e-13, 1e-11, 1e-7, 1e-4] {
+        for [x, y] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.6, -0.8], [1.0, 1e-30]] {
+            vectors.push(Vec3::new(x, y, z));
+            vectors.push(Vec3::new(y * z, x * z, 1.0));
+        }
+    }
+    vectors
+}
+
+#[test]
+fn no_value_is_infinite_or_nan() {
+    for (material, _) in materials() {
+        for light in extremes() {
+            for view in extremes() {
+                let exact = material.rho_hat(direction(light), direction(view));
+                let value = rho_hat(&material, light, direction(view));
+                let is_finite = exact.iter().all(|value| value.is_finite()) && value.is_finite();
+                assert!(
+                    is_finite && value.min_element() >= 0.0,
+                    "{material:?}: {light} {view}: {value} {exact:?}"
+                );
+            }
+        }
+    }
+}
+
+#[cfg(feature = "gpu")]
+#[test]
+fn no_value_of_the_shader_is_infinite_or_nan() {
+    let Some(device) = on_device::device("no_value_of_the_shader_is_infinite_or_nan") else { return };
+    let pairs: Vec<[Vec3; 2]> = extremes()
+        .into_iter()
+        .flat_map(|light| extremes().into_iter().map(move |view| [light, view]))
+        .collect();
+    for (material, _) in materials() {
+        for ([light, view], value) in pairs.iter().zip(of_shader(&device, &material, &pairs)) {
+            assert!(value.is_finite() && value.min_element() >= 0.0, "{material:?}: {light} {view}: {value}");
+        }
+    }
+}
+
+/// rho_hat of a material on a device, for each light and view.
+#[cfg(feature = "gpu")]
+fn of_shader(device: &(wgpu::Device, wgpu::Queue), material: &Material, pairs: &[[Vec3; 2]]) -> Vec<Vec3> {
+    let source = [
+        include_str!("../angles.wgsl"),
+        &shader(&PackedMaterial::models(material)),
+        "fn answer(k: u32) -> vec3f { return material_rho_hat(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
+    ];
+    let asked: Vec<[f32; 4]> = pairs.iter().flatten().map(|v| v.extend(0.0).to_array()).collect();
+    let packed = PackedMaterial::new(Some(material)).unwrap();
+    let words = bytemuck::cast_slice(packed.words());
+    let answers = on_device::answers(device, &source.concat(), &asked, pairs.len(), &[&[], words]);
+    answers.into_iter().map(Vec3::from).collect()
+}
+
+/// Compares a material on a device with its model.
+#[cfg(feature = "gpu")]
+fn compare(device: &(wgpu::Device, wgpu::Queue), material: &Material, s: f64) {
+    let pairs = pairs();
+    for ([light, view], found) in pairs.iter().zip(of_shader(device, material, &pairs)) {
+        let expected = material.rho_hat(direction(*light), direction(*view));
+        for channel in 0..3 {
+            let (found, expected) = (f64::from(found[channel]), expected[channel]);
+            assert!(
+                (found - expected).abs() <= allowed(expected, s, [*light, *view]),
+                "{material:?}\nlight {light} view {view} channel {channel}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// Beside the errors of [`allowed`], a device has those of its division and root (2.5 units), exponential
+/// and logarithm (WGSL allows 2^-21 of the latter, times s), which are no larger.
+#[cfg(feature = "gpu")]
+#[test]
+fn the_shader_is_the_models() {
+    let Some(device) = on_device::device("the_shader_is_the_models") else { return };
     for (material, s) in materials() {
-        compare(&material, s);
+        compare(&device, &material, s);
     }
 }
 
 /// Garnet red as it was measured. Its highlight is so sharp that it lies in the first few nodes of the table,
 /// where the square root of theta_h is as uncertain as the cosine with a power of 1e6.
+#[cfg(feature = "gpu")]
 #[test]
 fn a_measured_material_of_the_corpus_is_what_its_table_says() {
     let Some(corpus) = test_data::folder("a_measured_material_of_the_corpus", "SPECULA_CORPUS") else {
         return;
     };
+    let Some(device) = on_device::device("a_measured_material_of_the_corpus") else { return };
     let file = "garnet_red.brdf";
     let bytes = std::fs::read(corpus.join("brdf/measured").join(file)).unwrap();
     let measured = containers::measured::read(file, &bytes, None).unwrap();
-    compare(&measured, 1e6);
+    compare(&device, &measured, 1e6);
 }
 
 /// Ngan's fits of Ward's model to 86 measured materials: a matte layer and a highlight each.
+#[cfg(feature = "gpu")]
 #[test]
 fn fits_of_the_corpus_are_what_the_models_say() {
     let Some(corpus) = test_data::folder("fits_of_the_corpus", "SPECULA_CORPUS") else { return };
+    let Some(device) = on_device::device("fits_of_the_corpus") else { return };
     let text = std::fs::read_to_string(corpus.join("brdf/fits/ngan_ward.fit")).unwrap();
     let mut fits = 0;
     for line in text.lines().filter(|line| line.contains("NganWard")) {
@@ -219,99 +328,8 @@ fn fits_of_the_corpus_are_what_the_models_say() {
         let roughness = roughness.clamp(0.01, 1.0);
         let matte = Material::Lambert(Lambert::new([r, g, b]).unwrap());
         let highlight = Material::Ward(Ward::new([roughness; 2], [r_s, g_s, b_s]).unwrap());
-        compare(&Material::layers(vec![matte, highlight]).unwrap(), roughness.powi(-2));
+        compare(&device, &Material::layers(vec![matte, highlight]).unwrap(), roughness.powi(-2));
         fits += 1;
     }
     assert_eq!(fits, 86);
-}
-
-fn compare(material: &Material, s: f64) {
-    let packed = PackedMaterial::new(material).unwrap();
-    for [light, view] in pairs() {
-        let found = packed.evaluate(light, view);
-        let directions = [light, view].map(|v| Direction::normalised(v.as_dvec3()));
-        let expected = material.rho_hat(directions[0], directions[1]);
-        for channel in 0..3 {
-            let (found, expected) = (f64::from(found[channel]), expected[channel]);
-            assert!(
-                (found - expected).abs() <= allowed(expected, s, [light, view]),
-                "{material:?}\nlight {light} view {view} channel {channel}: {found} {expected}"
-            );
-        }
-    }
-}
-
-#[test]
-fn every_model_has_a_shader() {
-    for model in MODELS {
-        let example = materials().into_iter().find(|(material, _)| material.name() == model.name);
-        let (material, _) = example.unwrap_or_else(|| panic!("give {} an example here", model.name));
-        let packed = PackedMaterial::new(&material);
-        assert!(packed.is_ok(), "{}: {packed:?}", model.name);
-    }
-}
-
-/// A material's number is the case of the formula with its name.
-#[test]
-fn the_shader_numbers_models_as_its_twin() {
-    let source = shader(&all_models());
-    for (material, _) in materials().iter().filter(|(material, _)| material.leaves() == [material]) {
-        let number = PackedMaterial::new(material).unwrap().words()[1];
-        let name = material.name().replace('-', "_");
-        assert!(source.contains(&format!("case {number}u: {{ return material_{name}(")), "{name}: {source}");
-    }
-}
-
-/// Extreme vectors: axes, nearly opposite ones, and some with the smallest numbers.
-#[test]
-fn no_value_is_infinite_or_nan() {
-    let mut vectors = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
-    for z in [f32::MIN_POSITIVE, 1e-30, 1e-20, 1e-13, 1e-11, 1e-7, 1e-4] {
-        for [x, y] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.6, -0.8], [1.0, 1e-30]] {
-            vectors.push(Vec3::new(x, y, z));
-            vectors.push(Vec3::new(y * z, x * z, 1.0));
-        }
-    }
-    for (material, _) in materials() {
-        let packed = PackedMaterial::new(&material).unwrap();
-        for light in &vectors {
-            for view in &vectors {
-                let value = packed.evaluate(*light, *view);
-                assert!(
-                    value.is_finite() && value.min_element() >= 0.0,
-                    "{material:?}: {light} {view}: {value}"
-                );
-            }
-        }
-    }
-}
-
-/// Compares the twins, which differ by the roundings of a device's division and root (2.5 units), exponential
-/// and logarithm (WGSL allows 2^-21 of the latter, times s as in [`allowed`]).
-#[cfg(feature = "gpu")]
-#[test]
-fn the_shader_is_its_twin() {
-    let Some(device) = on_device::device("the_shader_is_its_twin") else { return };
-    let pairs = pairs();
-    let asked: Vec<[f32; 4]> = pairs.iter().flatten().map(|v| v.extend(0.0).to_array()).collect();
-    let source = [
-        include_str!("../angles.wgsl"),
-        &shader(&all_models()),
-        "fn answer(k: u32) -> vec3f { return material_rho_hat(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
-    ];
-    for (material, s) in materials() {
-        let packed = PackedMaterial::new(&material).unwrap();
-        let words = bytemuck::cast_slice(packed.words());
-        let answers = on_device::answers(&device, &source.concat(), &asked, pairs.len(), &[&[], words]);
-        for (pair, found) in pairs.iter().zip(answers) {
-            let expected = packed.evaluate(pair[0], pair[1]);
-            for channel in 0..3 {
-                let (found, expected) = (f64::from(found[channel]), f64::from(expected[channel]));
-                assert!(
-                    (found - expected).abs() <= allowed(expected, s, *pair),
-                    "{material:?}\nlight and view {pair:?} channel {channel}: {found} {expected}"
-                );
-            }
-        }
-    }
 }
