@@ -28,7 +28,7 @@ fn tables(criterion: &mut Criterion) {
     for row in TABLE5 {
         let case = Table5::new(row.sigma);
         let shrm = case.shrm();
-        let view = case.maps(&shrm).views()[VIEW];
+        let view = case.maps(&shrm).views().directions()[VIEW];
         let name = |part: &str| format!("table5/{part}/{}", row.sigma);
         group.bench_function(name("angular"), |bencher| bencher.iter(|| case.angular(view)));
         group.bench_function(name("shrm"), |bencher| bencher.iter(|| case.shrm()));

@@ -114,7 +114,7 @@ fn an_unpublished_file_in_the_way_is_an_error_and_survives() {
     let events_now = events(&project);
     let line = events_now.lines().find(|line| line.starts_with("FAILED pair [a]")).unwrap();
     assert_has(
-        &line,
+        line,
         ["body.txt is in the way: it was not published by this manifest", "move it away or delete it"],
     );
     assert_eq!(project.read("out/pairs/a/body.txt"), "theirs");

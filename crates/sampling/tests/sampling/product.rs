@@ -229,7 +229,7 @@ fn estimates_are_the_product_integral() {
 #[test]
 fn negative_texels_are_not_drawn_and_texels_that_are_not_finite_are_errors() {
     let grid = LatLong { width: 16, height: 8 };
-    let value = |index: usize| if index % 3 == 0 { -1.0 } else { 1.0 + index as f32 };
+    let value = |index: usize| if index.is_multiple_of(3) { -1.0 } else { 1.0 + index as f32 };
     let environment = Environment::new(grid, (0..128).map(|index| [value(index); 3]).collect()).unwrap();
     let sampler = product(&environment, &slope(), ProductOptions::default());
     let (directions, densities) = draw(&sampler, &points(5, 10_000));
