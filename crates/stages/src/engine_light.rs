@@ -11,8 +11,14 @@ mod test_pattern;
 mod engine_files;
 mod irradiance;
 
-pub(crate) use export_engine::ExportEngine;
-pub(crate) use export_environment::ExportEnvironment;
-pub(crate) use export_light_rig::ExportLightRig;
-pub(crate) use export_sh::ExportSh;
-pub(crate) use test_pattern::TestPattern;
+use engine::Kinds;
+
+/// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
+pub(crate) fn add_to(kinds: Kinds) -> Kinds {
+    kinds
+        .with(test_pattern::TestPattern)
+        .with(export_engine::ExportEngine)
+        .with(export_environment::ExportEnvironment)
+        .with(export_sh::ExportSh)
+        .with(export_light_rig::ExportLightRig)
+}

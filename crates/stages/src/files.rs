@@ -9,6 +9,12 @@ mod light_edit;
 mod manifest_edit;
 mod preview_catalog;
 
-pub(crate) use exec::Exec;
+use engine::Kinds;
+
 pub use light_edit::LightEdit;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
+
+/// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
+pub(crate) fn add_to(kinds: Kinds) -> Kinds {
+    kinds.with(exec::Exec)
+}

@@ -32,38 +32,11 @@ pub use material::{
 pub use picture::{Picture, material_picture, table_picture};
 pub use values::{artifacts, quantity};
 
-/// The kinds of this crate, in the order in which a pipeline uses them. Those of `mesh-stages` are not among
-/// them: `cli::kinds()` has all.
+/// The kinds of this crate, folder by folder, each in the order in which a pipeline uses them. Those of
+/// `mesh-stages` are not among them: `cli::kinds()` has all.
 pub fn kinds() -> engine::Kinds {
-    engine::Kinds::new()
-        .with_recipe_reader(containers::read_recipe)
-        .with(light::ImportEnvironment)
-        .with(material::ImportMaterial)
-        .with(light::ProjectSh)
-        .with(light::CircularLights)
-        .with(light::SampleLight)
-        .with(light::SubtractLights)
-        .with(light::Rotate)
-        .with(light::SumLighting)
-        .with(light::LightFieldKind)
-        .with(material::ProjectBrdf)
-        .with(map::Convolve)
-        .with(map::Prefilter)
-        .with(map::Dfg)
-        .with(engine_light::TestPattern)
-        .with(engine_light::ExportEngine)
-        .with(engine_light::ExportEnvironment)
-        .with(map::ExportReflectionMap)
-        .with(engine_light::ExportSh)
-        .with(map::ExportShrm)
-        .with(map::ExportCabral)
-        .with(map::ExportKautzMcCool)
-        .with(map::ExportViewMaps)
-        .with(engine_light::ExportLightRig)
-        .with(map::ImportReflectionMaps)
-        .with(map::ReferenceMap)
-        .with(picture::ContactSheet)
-        .with(picture::ReportKind)
-        .with(picture::Preview)
-        .with(files::Exec)
+    let folders =
+        [light::add_to, material::add_to, map::add_to, engine_light::add_to, picture::add_to, files::add_to];
+    let empty = engine::Kinds::new().with_recipe_reader(containers::read_recipe);
+    folders.into_iter().fold(empty, |kinds, add_to| add_to(kinds))
 }

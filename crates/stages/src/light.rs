@@ -19,15 +19,23 @@ pub(crate) mod light_mismatch;
 mod panorama;
 mod six_faces;
 
+use engine::Kinds;
+
 pub(crate) use bad_pixels::repaired;
-pub(crate) use circular_lights::CircularLights;
 pub(crate) use full_lighting::full;
-pub(crate) use import_environment::ImportEnvironment;
-pub(crate) use light_field::LightFieldKind;
 pub(crate) use light_input::light;
-pub(crate) use project_sh::ProjectSh;
 pub(crate) use rotate::Rotate;
-pub(crate) use sample_light::SampleLight;
 pub use six_faces::{face_sets, is_face, six_faces};
-pub(crate) use subtract_lights::SubtractLights;
-pub(crate) use sum_lighting::SumLighting;
+
+/// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
+pub(crate) fn add_to(kinds: Kinds) -> Kinds {
+    kinds
+        .with(import_environment::ImportEnvironment)
+        .with(project_sh::ProjectSh)
+        .with(circular_lights::CircularLights)
+        .with(sample_light::SampleLight)
+        .with(subtract_lights::SubtractLights)
+        .with(rotate::Rotate)
+        .with(sum_lighting::SumLighting)
+        .with(light_field::LightFieldKind)
+}

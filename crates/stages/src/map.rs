@@ -18,16 +18,23 @@ mod map_input;
 mod map_pictures;
 pub(crate) mod map_source;
 
-pub(crate) use convolve::Convolve;
-pub(crate) use dfg::Dfg;
-pub(crate) use export_cabral::ExportCabral;
-pub(crate) use export_kautz_mccool::ExportKautzMcCool;
-pub(crate) use export_reflection_map::ExportReflectionMap;
-pub(crate) use export_shrm::ExportShrm;
-pub(crate) use export_view_maps::ExportViewMaps;
-pub(crate) use import_reflection_maps::ImportReflectionMaps;
+use engine::Kinds;
+
 #[cfg(test)]
 pub(crate) use map_pictures::texels;
 pub(crate) use map_pictures::{Layout, MapPictures, endings};
-pub(crate) use prefilter::Prefilter;
-pub(crate) use reference::ReferenceMap;
+
+/// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
+pub(crate) fn add_to(kinds: Kinds) -> Kinds {
+    kinds
+        .with(convolve::Convolve)
+        .with(prefilter::Prefilter)
+        .with(dfg::Dfg)
+        .with(export_reflection_map::ExportReflectionMap)
+        .with(export_shrm::ExportShrm)
+        .with(export_cabral::ExportCabral)
+        .with(export_kautz_mccool::ExportKautzMcCool)
+        .with(export_view_maps::ExportViewMaps)
+        .with(import_reflection_maps::ImportReflectionMaps)
+        .with(reference::ReferenceMap)
+}

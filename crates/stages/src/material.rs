@@ -11,9 +11,15 @@ mod material_file;
 mod material_manual;
 mod material_schema;
 
+use engine::Kinds;
+
 pub(crate) use degree_pair::DegreePair;
 pub(crate) use import_material::ImportMaterial;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
 pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_schema::material_schema;
-pub(crate) use project_brdf::ProjectBrdf;
+
+/// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
+pub(crate) fn add_to(kinds: Kinds) -> Kinds {
+    kinds.with(import_material::ImportMaterial).with(project_brdf::ProjectBrdf)
+}

@@ -12,10 +12,14 @@ mod material_picture;
 mod sheet;
 mod table_picture;
 
-pub(crate) use contact_sheet::ContactSheet;
+use engine::Kinds;
+
 pub use exposure::picture_exposure;
 pub use material_picture::material_picture;
-pub(crate) use preview::Preview;
-pub(crate) use report::ReportKind;
 pub use sheet::Picture;
 pub use table_picture::table_picture;
+
+/// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
+pub(crate) fn add_to(kinds: Kinds) -> Kinds {
+    kinds.with(contact_sheet::ContactSheet).with(report::ReportKind).with(preview::Preview)
+}

@@ -4,8 +4,8 @@
 //! Specula's kinds for meshes use nothing else of this crate.
 //!
 //! - Values of parameters: [`Place`], [`Vector`], [`Rgb`], [`ChosenMaterial`] and the range [`STOPS`].
-//! - Exported texels: [`Numbers`] adds the parameters `precision` and `overflow` to a kind whose `format` is a
-//!   [`FileFormat`]. Its [`Encoding`] checks the three and gives a [`Writer`] of files.
+//! - Exported texels: [`Numbers`] adds the parameters `precision` and `overflow` to a kind whose `format` is
+//!   a [`FileFormat`]. Its [`Encoding`] checks the three and gives a [`Writer`] of files.
 //! - Inputs: [`blended_frames`] and [`picture_exposure`].
 //! - Kernels that end early: [`UntilStopped`].
 //! - Messages: [`report_loss`] and [`size`].

@@ -314,7 +314,8 @@ mod tests {
         }
     }
 
-    /// One light is given in pixels and in pixels of a sixteenth of the size; the lobes are narrower than either.
+    /// One light is given in pixels and in pixels of a sixteenth of the size; the lobes are narrower than
+    /// either.
     #[test]
     fn finer_pixels_of_the_same_light_change_no_sharp_reflection() {
         let value = |row: usize, column: usize| {

@@ -194,9 +194,9 @@ impl BuildSession {
     /// changed the graph, what the graph is now.
     ///
     /// If that makes anything stale, the build ends early: stale items stop at their next
-    /// [`Reporter::check_cancelled`](crate::kinds::Reporter::check_cancelled), the other running items finish,
-    /// no item starts any more, and its summary is `cancelled`. If nothing is stale, or no build runs,
-    /// nothing happens.
+    /// [`check_cancelled`](crate::kinds::Reporter::check_cancelled), the other running items finish, no item
+    /// starts any more, and its summary is `cancelled`. If nothing is stale, or no build runs, nothing
+    /// happens.
     pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
         let running = self.running.lock().upgrade();
         if let Some(running) = running {

@@ -31,8 +31,8 @@ pub(crate) fn share(part: f64) -> String {
     format!("{} %", (part * 1e5).floor() / 1e3)
 }
 
-/// Writes a share, or a relative error, with two digits of it or of the rest, whichever is smaller: `0.021 %`,
-/// `99.997 %`.
+/// Writes a share, or a relative error, with two digits of it or of the rest, whichever is smaller:
+/// `0.021 %`, `99.997 %`.
 pub(crate) fn percent(part: f64) -> String {
     let percent = 100.0 * part;
     let small = percent.abs().min((100.0 - percent).abs());
@@ -74,7 +74,7 @@ mod tests {
             (1.0, "100 %"),
             (0.000_214, "0.021 %"),
             (0.123_45, "12.3 %"),
-            (1.234_5, "123.5 %"),
+            (1.234_6, "123.5 %"),
             (1e-9, "less than 0.000001 %"),
             (0.0, "0 %"),
         ];
