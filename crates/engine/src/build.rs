@@ -28,9 +28,9 @@ use std::sync::Arc;
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
 use crate::event::{Event, Summary};
-use crate::plan::{Plan, Selection, Wanted};
+use crate::plan::{ItemIndex, Plan, Selection, Wanted};
 use crate::shared::{SharedCacheOptions, Trouble};
-use crate::storage::{Disk, LockPurpose, LockRequest, LockTimeout, State};
+use crate::storage::{Disk, Lock, LockPurpose, LockRequest, LockTimeout, State};
 use publish::sweep;
 use removal_cause::RemovalCauses;
 use reporter::BuildReporter;
@@ -165,6 +165,7 @@ impl BuildSession {
         }
     }
 
+    /// Checks the items, runs those that are out of date, and publishes.
     fn run_items(
         &self,
         plan: &Plan,
@@ -175,28 +176,12 @@ impl BuildSession {
         watcher: WatchedBuild<'_>,
     ) -> Result<Built, Error> {
         let events = reporter.events;
-        let waiting = |holder| {
-            let limit = options.lock_timeout.0.map(|limit| limit.as_secs_f64() * 1e3);
-            events(Event::Waiting { holder, limit_milliseconds: limit });
+        let Some(lock) = lock(plan, options, cancel, events)? else {
+            let summary = Summary { skipped: selected.items(), cancelled: true, ..Summary::default() };
+            return Ok(Built { summary: reporter.end(summary), failed_on: HashSet::new() });
         };
-        let (purpose, timeout) = (options.lock_purpose, options.lock_timeout);
-        let lock =
-            match State::lock(&plan.state, &LockRequest { purpose, timeout, cancel, waiting: &waiting }) {
-                Err(error) if error.kind() == ErrorKind::Cancelled => {
-                    let summary =
-                        Summary { skipped: selected.items(), cancelled: true, ..Summary::default() };
-                    return Ok(Built { summary: reporter.end(summary), failed_on: HashSet::new() });
-                }
-                lock => lock?,
-            };
-        let (journal, last_build) = {
-            let mut saved = self.saved.lock();
-            (saved.journal.take(), saved.last_build.take())
-        };
-        let state = self.pool.install(|| State::open(lock, journal))?;
+        let (state, before) = self.open(lock, plan, selected)?;
         sweep(&state, plan)?;
-        let before = last_build.filter(|_| state.journal.is_unchanged());
-        let before = before.and_then(|last_build| last_build.known(plan, selected));
         let changes = options.changed.as_deref().map(ChangedPaths::new);
         let known = before.clone().filter(|_| changes.is_some());
         let is_known = known.is_some();
@@ -219,17 +204,8 @@ impl BuildSession {
         self.pool.install(|| check.check_files(&readers, changes.as_ref(), &stop));
         check.mark_gone()?;
         let shared_blobs = match &options.shared {
+            Some(shared) => Some(self.find_shared(shared, &state, &mut check, &stop, events)?),
             None => None,
-            Some(options) => {
-                let shared = Arc::new(SharedBlobs::new(Arc::clone(&options.cache)));
-                shared.add_recorded(&state.journal);
-                let needed = self.pool.install(|| check.find_shared(options, &shared, &stop));
-                shared.receive(&state.store, &needed, &stop);
-                let source = Arc::clone(&shared);
-                state.store.connect(move |digest| source.get(digest));
-                report_trouble(options, events)?;
-                Some(shared)
-            }
         };
         let context = RunContext {
             check: &check,
@@ -246,18 +222,11 @@ impl BuildSession {
             shared_blobs: shared_blobs.as_deref(),
             keep_scratch: options.keep_scratch,
         };
-        let jobs = self.pool.current_num_threads();
-        let runners = runners(&context, jobs);
+        let runners = runners(&context, self.pool.current_num_threads());
         let mut scheduler = self.pool.install(|| {
             Scheduler::new(&context, selected, options.keep_going, runners, reporter, watcher.heard)
         });
-        let mut removals = Vec::new();
-        let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
-        let causes = RemovalCauses::new(&check);
-        for (item, event) in removals {
-            scheduler.report(event_of(&item, event, || causes.of(&item)));
-        }
-        removed?;
+        remove_gone(&context, selected, options.stages.is_empty(), &mut scheduler)?;
         let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         let failed_on = running.read_by(&scheduler.failed);
         self.end_reads();
@@ -266,30 +235,115 @@ impl BuildSession {
         if !is_known {
             publisher.leftovers()?.into_iter().for_each(|event| scheduler.report(event));
         }
-        if let Some(options) = &options.shared {
-            let traffic = options.cache.finish(&|| cancel.is_cancelled());
+        if let Some(shared) = &options.shared {
+            let traffic = shared.cache.finish(&|| cancel.is_cancelled());
             scheduler.summary.shared_traffic = Some(traffic);
-            report_trouble(options, events)?;
+            report_trouble(shared, events)?;
         }
         let before = check.known().or(before.as_ref());
         let complete = scheduler.complete_items(before.map(|known| &known.complete[..]));
-        let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
+        let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect();
         let summary = reporter.end(scheduler.into_summary());
         // The rest is written for the next build after the end is reported, so that nobody waits for it.
+        self.close(state, plan, selected, complete, readers.into_items(), handled);
+        Ok(Built { summary, failed_on })
+    }
+
+    /// Opens the state folder, and finds the items that the last build left with complete results, if nobody
+    /// has written there since and the plan and the selection are the same.
+    fn open(
+        &self,
+        lock: Lock,
+        plan: &Plan,
+        selected: &Selection,
+    ) -> Result<(State, Option<KnownItems>), Error> {
+        let (journal, last_build) = {
+            let mut saved = self.saved.lock();
+            (saved.journal.take(), saved.last_build.take())
+        };
+        let state = self.pool.install(|| State::open(lock, journal))?;
+        let last_build = last_build.filter(|_| state.journal.is_unchanged());
+        let known = last_build.and_then(|last_build| last_build.known(plan, selected));
+        Ok((state, known))
+    }
+
+    /// Looks for items that are out of date in a shared cache, and receives what this build needs of them. The
+    /// store gets the rest from there if it is asked for it.
+    fn find_shared(
+        &self,
+        options: &SharedCacheOptions,
+        state: &State,
+        check: &mut UpToDateCheck<'_>,
+        stop: &(dyn Fn() -> bool + Sync),
+        events: &(dyn Fn(Event) + Sync),
+    ) -> Result<Arc<SharedBlobs>, Error> {
+        let shared = Arc::new(SharedBlobs::new(Arc::clone(&options.cache)));
+        shared.add_recorded(&state.journal);
+        let needed = self.pool.install(|| check.find_shared(options, &shared, stop));
+        shared.receive(&state.store, &needed, stop);
+        let source = Arc::clone(&shared);
+        state.store.connect(move |digest| source.get(digest));
+        report_trouble(options, events)?;
+        Ok(shared)
+    }
+
+    /// Closes the state folder, and keeps for the next build which items are complete, and which of those
+    /// that were checked (`readers`) or handled read files.
+    fn close(
+        &self,
+        state: State,
+        plan: &Plan,
+        selected: &Selection,
+        complete: Vec<bool>,
+        mut readers: Vec<ItemIndex>,
+        handled: Vec<(ItemIndex, u128)>,
+    ) {
         let mut saved = self.saved.lock();
         saved.stored += state.store.stored();
         saved.journal = state.close();
         if let Some(journal) = &saved.journal {
             let reads =
                 |subject| journal.latest(subject).is_some_and(|latest| latest.reads().next().is_some());
-            let mut readers = readers.into_items();
             readers.extend(handled.into_iter().filter(|(_, subject)| reads(*subject)).map(|(item, _)| item));
             readers.sort_unstable();
             readers.dedup();
             saved.last_build = Some(LastBuild::new(plan, selected, KnownItems { complete, readers }));
         }
-        Ok(Built { summary, failed_on })
     }
+}
+
+/// Locks the state folder; `None` if the build is cancelled while another process holds it.
+fn lock(
+    plan: &Plan,
+    options: &BuildOptions,
+    cancel: &Cancel,
+    events: &(dyn Fn(Event) + Sync),
+) -> Result<Option<Lock>, Error> {
+    let waiting = |holder| {
+        let limit = options.lock_timeout.0.map(|limit| limit.as_secs_f64() * 1e3);
+        events(Event::Waiting { holder, limit_milliseconds: limit });
+    };
+    let (purpose, timeout) = (options.lock_purpose, options.lock_timeout);
+    match State::lock(&plan.state, &LockRequest { purpose, timeout, cancel, waiting: &waiting }) {
+        Err(error) if error.kind() == ErrorKind::Cancelled => Ok(None),
+        lock => lock.map(Some),
+    }
+}
+
+/// Removes the files of items that no longer exist, and reports why each went.
+fn remove_gone(
+    context: &RunContext<'_>,
+    selected: &Selection,
+    all: bool,
+    scheduler: &mut Scheduler<'_, '_>,
+) -> Result<(), Error> {
+    let mut removals = Vec::new();
+    let removed = context.publisher.remove_gone(context.check.plan, selected, all, &mut removals);
+    let causes = RemovalCauses::new(context.check);
+    for (item, event) in removals {
+        scheduler.report(event_of(&item, event, || causes.of(&item)));
+    }
+    removed
 }
 
 /// The places where a build with so many threads runs its items, the preferred one first.
