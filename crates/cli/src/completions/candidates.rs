@@ -280,7 +280,7 @@ mod tests {
             ("graph --format=d", &["--format=dot"]),
             ("preview --mode global", &["global-shrm"]),
             ("preview --mode=br", &["--mode=brute-force"]),
-            ("stages export-sh", &["export-sh", "export-shrm"]),
+            ("stages export-sh", &["export-shrm", "export-sh"]),
             ("completions z", &["zsh"]),
             ("schema pipe", &["pipeline"]),
             ("build -- --fail", &[]),
