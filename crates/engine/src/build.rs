@@ -267,8 +267,8 @@ impl BuildSession {
         Ok((state, known))
     }
 
-    /// Looks for items that are out of date in a shared cache, and receives what this build needs of them. The
-    /// store gets the rest from there if it is asked for it.
+    /// Looks for items that are out of date in a shared cache, and receives what this build needs of them.
+    /// The store gets the rest from there if it is asked for it.
     fn find_shared(
         &self,
         options: &SharedCacheOptions,
