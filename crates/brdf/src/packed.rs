@@ -24,14 +24,14 @@ use glam::{DVec2, DVec3, DVec4, UVec3, UVec4, Vec2, Vec3, Vec4};
 
 /// A value that can be packed into words.
 pub trait Packed {
-    /// What its words are.
+    /// Which words a value of this type becomes.
     const SHAPE: Shape;
 
     /// Appends its words.
     fn pack(&self, words: &mut Vec<u32>);
 }
 
-/// What the words of a value are.
+/// The words that a packed value becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// So many numbers, 1 to 4, each the bits of its f32.
@@ -84,7 +84,7 @@ pub struct Layout {
 pub struct Member {
     /// The name, the same in Rust and in shaders.
     pub name: &'static str,
-    /// What its words are.
+    /// Which words a value of this type becomes.
     pub shape: Shape,
 }
 

@@ -38,15 +38,15 @@ macro_rules! models {
         /// The constants of the formula of a material that is not a sum.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Constants {
-            $(#[doc = concat!("Those of [`", stringify!($model), "`].")] $model($constants),)*
-            /// Those of a table of measured values.
+            $(#[doc = concat!("The constants of [`", stringify!($model), "`].")] $model($constants),)*
+            /// The constants of a table of measured values.
             Measured(MeasuredConstants),
-            /// Those of a table of measured values that depend on the tangent.
+            /// The constants of a table of measured values that depend on the tangent.
             MeasuredAnisotropic(MeasuredAnisotropicConstants),
         }
 
         impl Constants {
-            /// What the words of each variant are, in the order of the variants.
+            /// The shapes of the packed constants, in the order of the variants.
             pub const SHAPES: &[Shape] =
                 &[$($constants::SHAPE,)* MeasuredConstants::SHAPE, MeasuredAnisotropicConstants::SHAPE];
 

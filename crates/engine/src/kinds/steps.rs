@@ -56,7 +56,7 @@ impl<'a> Steps<'a> {
         self.step().is_err()
     }
 
-    /// What the steps are reported to.
+    /// The reporter of the item that takes the steps.
     pub fn reporter(&self) -> &'a Reporter {
         self.reporter
     }

@@ -206,7 +206,7 @@ mod tests {
         points.iter().all(|direction| surface.normal.dot(direction.vector().as_vec3()).abs() > 1e-5)
     }
 
-    /// Of so many sums, in one rounding may choose other points.
+    /// The number of sums among which rounding may choose other points in one.
     const OTHER_POINTS: usize = 200;
 
     #[test]

@@ -9,7 +9,7 @@ use test_data::reference;
 
 use crate::given::{degree, direction, lighting, material, triple};
 
-/// Of the lighting (sharpness up to 22, e^(-l^2 / 44)) about 1e-9 is left past this degree.
+/// The degree past which about 1e-9 of the lighting is left: its sharpness is up to 22, so e^(-l^2 / 44).
 const F: usize = 30;
 
 /// The RMS error over all rows and channels, divided by the RMS radiance, for degrees P in the view.

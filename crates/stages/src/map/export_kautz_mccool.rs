@@ -57,8 +57,8 @@ use shrm::{MapLayout, MapViews, View, azimuthal_share};
 use super::map_input;
 use super::map_source::{MapSource, SetFiles};
 use crate::values::{
-    Container, Encoding, ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution,
-    UntilStopped, edge_of, parts, report_loss,
+    Encoding, ExportedMaps, MAX_RESOLUTION, MapsFormat, Numbers, PartsName, Resolution, UntilStopped,
+    edge_of, parts, report_loss,
 };
 
 parameters! {
@@ -152,9 +152,6 @@ fn files(
 
 /// The files that the parameters ask for.
 fn set_files(parameters: &Parameters) -> SetFiles {
-    let file = |slice: usize, container: Container| {
-        let ending = container.ending();
-        if container.is_texture() { format!("texture{ending}") } else { format!("slice-{slice:02}{ending}") }
-    };
-    SetFiles { method: "kautz-mccool", encoding: parameters.encoding(), file }
+    let picture = |slice: usize| format!("slice-{slice:02}");
+    SetFiles { method: "kautz-mccool", encoding: parameters.encoding(), texture: "texture", picture }
 }

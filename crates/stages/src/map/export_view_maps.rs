@@ -54,8 +54,7 @@ use shrm::{MapLayout, MapViews, View};
 use super::map_input;
 use super::map_source::{MapSource, SetFiles};
 use crate::values::{
-    Container, Encoding, MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName,
-    parts,
+    Encoding, MAX_RESOLUTION, MapLayoutName, MapsFormat, Numbers, PartsName, Resolution, ViewName, parts,
 };
 
 parameters! {
@@ -141,9 +140,6 @@ fn files(
 
 /// The files that the parameters ask for.
 fn set_files(parameters: &Parameters) -> SetFiles {
-    let file = |view: usize, container: Container| {
-        let ending = container.ending();
-        if container.is_texture() { format!("maps{ending}") } else { format!("view-{view:03}{ending}") }
-    };
-    SetFiles { method: "view-maps", encoding: parameters.encoding(), file }
+    let picture = |view: usize| format!("view-{view:03}");
+    SetFiles { method: "view-maps", encoding: parameters.encoding(), texture: "maps", picture }
 }

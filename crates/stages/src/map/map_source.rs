@@ -11,8 +11,8 @@ use sphere::{Cube, LatLong};
 use super::map_index::{Entry, NewIndex};
 use super::map_input::MapInput;
 use crate::values::{
-    Container, Content, Encoding, FileFormat, LampsName, MapsFormat, PartsName, Resolution, UntilStopped,
-    artifacts, parts,
+    Content, Encoding, FileFormat, LampsName, MapsFormat, PartsName, Resolution, UntilStopped, artifacts,
+    parts,
 };
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
@@ -165,17 +165,25 @@ pub(crate) struct SetFiles {
     /// The method that made the maps, which is also the name of the index.
     pub(crate) method: &'static str,
     pub(crate) encoding: Encoding<MapsFormat>,
-    /// The name of the file that holds a map.
-    pub(crate) file: fn(usize, Container) -> String,
+    /// The name of the texture, without its ending.
+    pub(crate) texture: &'static str,
+    /// The name of the picture of a map, without its ending.
+    pub(crate) picture: fn(usize) -> String,
 }
 
 impl SetFiles {
     /// The endings of the names of the files of so many maps.
     pub(crate) fn endings(&self, maps: usize) -> Vec<String> {
-        let container = self.encoding.container();
-        let files = if container.is_texture() { 1 } else { maps };
-        let files = (0..files).map(|map| format!("/{}", (self.file)(map, container)));
+        let files = if self.encoding.container().is_texture() { 1 } else { maps };
+        let files = (0..files).map(|map| format!("/{}", self.file(map)));
         files.chain([format!("/{}.json", self.method)]).collect()
+    }
+
+    /// The name of the file that holds a map.
+    fn file(&self, map: usize) -> String {
+        let container = self.encoding.container();
+        let name = if container.is_texture() { self.texture.to_owned() } else { (self.picture)(map) };
+        format!("{name}{}", container.ending())
     }
 
     /// The contents of the files.
@@ -185,7 +193,7 @@ impl SetFiles {
         source: &MapSource,
         context: &Context<'_>,
     ) -> Result<Vec<Vec<u8>>, Failure> {
-        let container = self.encoding.container();
+        let is_texture = self.encoding.container().is_texture();
         let is_volume = matches!(set.views(), MapViews::Angles(_));
         let ([faces, height, width], count) = (set.grid().shape(), set.views().count());
         let (layers, depth) = if is_volume { (0, count) } else { (count, 1) };
@@ -193,8 +201,8 @@ impl SetFiles {
         let texture = Texture { width, height, depth, layers, faces, pixels, ..Texture::default() };
         let mut files = encode(&texture, self.encoding, self.method, context)?;
         let place = |map: usize| {
-            let in_texture = container.is_texture().then_some(map);
-            let entry = Entry::of_file(&(self.file)(map, container));
+            let in_texture = is_texture.then_some(map);
+            let entry = Entry::of_file(&self.file(map));
             if is_volume { entry.in_slice(in_texture) } else { entry.in_layer(in_texture) }
         };
         let index = NewIndex {

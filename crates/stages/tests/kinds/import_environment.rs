@@ -56,7 +56,8 @@ fn resolution_resizes() {
     assert_eq!(message, "resolution: 0 is not a whole number from 1 to 8192");
 }
 
-/// The same sky in OpenEXR's own lat-long and cube, whose pixel centres lie on the poles and the edges.
+/// One sky is imported from OpenEXR's own lat-long and cube, whose pixel centres lie on the poles and the
+/// edges.
 ///
 /// Bilinear interpolation and the mean over a texel blur by (h^2 + g^2 / 2) / 12 of the Laplacian (1.8 at
 /// most; h = 2 / 15 in the middle of a face, g = pi / 32): 0.003. A texel at a pole is a triangle, whose mean

@@ -52,7 +52,7 @@ fn no_format_loses_light_silently(name: &str, environment: Environment) {
     for engine in ENGINES {
         let (preset, is_cube) = (engine.name, engine.loads_cube());
         let environment = if is_cube { &environment } else { &smaller };
-        // Of a small cube, which is made fast; texels are means over their areas.
+        // An engine of cubes gets the smallest that it loads, which is made fast: its texels are means.
         let edge = smallest(engine);
         let size = if is_cube { format!("resolution = {edge}") } else { String::new() };
         for format in engine.format_names() {

@@ -1,6 +1,6 @@
 // What the formulas of materials share: the half vector, powers of cosines, Fresnel's shares and the masking
 // of facets. terms.rs puts its constants before this text, and has a twin of what shaders of other files use.
-// It needs angles.wgsl.
+// A shader has the text of angles.wgsl, too.
 
 // Light nearer to the horizon than this counts as below it: products of two such cosines are still normal
 // numbers.
