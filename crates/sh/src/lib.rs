@@ -6,6 +6,7 @@
 
 mod basis;
 mod cells;
+mod cube_interpolation;
 mod cube_synthesis;
 mod energy;
 pub mod exchange;
@@ -32,6 +33,7 @@ mod window;
 
 pub use basis::{Basis, lambda, zonal_into};
 pub use cells::{CellGrid, CellTransform};
+pub use cube_interpolation::interpolate_cube;
 pub use cube_synthesis::synthesise_cube;
 pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree, image_energy};
 pub use exchange::Mean;

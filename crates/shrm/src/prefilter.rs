@@ -23,7 +23,6 @@
 
 mod blocks;
 mod fast;
-mod interpolation;
 mod levels;
 mod series;
 mod zonal;

@@ -1,17 +1,11 @@
 //! Prefiltering of coefficients, onto a cube.
 //!
-//! Up to degree 40 each texel is a sum of the series itself ([`sh::synthesise_cube`]), whose time grows with
-//! edge F^2. Above, the series is evaluated on the rows of a lat-long image by fast transforms, and
-//! interpolated from there.
+//! Each texel is a value of the filtered series, by [`sh::interpolate_cube`].
 
-use sh::{Degree, Expansion, Synthesis, TransformError, synthesise_cube};
-use sphere::{Cube, LatLong};
+use sh::{Degree, Expansion, TransformError, interpolate_cube};
+use sphere::Cube;
 
 use super::PrefilterKernel;
-use super::interpolation::interpolate;
-
-/// The highest degree whose texels are summed one by one.
-const SUMMED: usize = 40;
 
 /// The prefilter of a series at the centres of a cube's texels: six faces in file order, rows from the top.
 ///
@@ -38,25 +32,13 @@ pub fn prefilter_series(
 ) -> Result<Vec<[f32; 3]>, TransformError> {
     let degree = Degree::new(kernel.degree()).unwrap_or(Degree::MAX).min(series.degree());
     let filtered = kernel.convolve(&series.to_degree(degree));
-    if degree.get() <= SUMMED {
-        return synthesise_cube(&filtered, cube);
-    }
-    if cube.is_empty() {
-        return Err(TransformError::Empty { columns: 0, rows: 0 });
-    }
-    let grid = LatLong::with_rows(fast_rows(degree.get() * 3 / 2));
-    let rows: Vec<[f32; 3]> = Synthesis::new(grid, degree)?.synthesise(&filtered);
-    Ok(interpolate(grid, &rows, cube))
-}
-
-/// The least 2^n or 3 2^n that is not below `rows`: rings of this many pixels transform fast.
-fn fast_rows(rows: usize) -> usize {
-    let power = rows.next_power_of_two();
-    if 3 * power / 4 >= rows { 3 * power / 4 } else { power }
+    interpolate_cube(&filtered, cube)
 }
 
 #[cfg(test)]
 mod tests {
+    use sh::synthesise_cube;
+
     use super::*;
     use crate::Distribution;
 
@@ -76,10 +58,5 @@ mod tests {
             let worst = errors.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max) / largest;
             assert!(worst < 1e-4, "roughness {roughness}: {worst:e}");
         }
-    }
-
-    #[test]
-    fn rows_of_fast_transforms() {
-        assert_eq!([5, 6, 7, 8, 9, 12, 13, 892].map(fast_rows), [6, 6, 8, 8, 12, 12, 16, 1024]);
     }
 }

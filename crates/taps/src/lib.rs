@@ -1,0 +1,14 @@
+//! Compact reflection maps: a few look-ups into a scale space of the light.
+
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
+
+mod fit;
+mod gaussian;
+mod scale_space;
+mod table;
+mod widths;
+
+pub use fit::{FitError, FitOptions, fit};
+pub use scale_space::{ScaleSpace, ScaleSpaceError};
+pub use table::{ROWS, Tap, TapTable};
+pub use widths::Widths;
