@@ -1,100 +1,157 @@
-//! Fits the taps of a material to its BRDF alone.
+//! Fits the taps of a material to its BRDF alone: no environment is looked at.
+//!
+//! At some views as a ball shows them, what the taps make of round spots of light is compared with what the BRDF
+//! reflects of them, in stops. First each view is fitted by itself, from the one before it; then each parameter
+//! becomes a polynomial in 1 - cos(theta_v), all views at once, so that the table can be interpolated. Weights are
+//! those of a lobe whose albedo is 1, times the exact directional albedo toward each view and in each colour.
 
 mod least_squares;
-mod lights;
 mod lobe;
 mod smooth;
+mod spots;
 mod view;
 
-use brdf::Material;
+use std::f64::consts::FRAC_PI_2;
+
+use brdf::{Centre, Material, Part};
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
+use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 use crate::widths::Widths;
-use crate::{ROWS, Tap, TapTable};
-use lights::TestLights;
 use lobe::Lobe;
-use view::{Parameters, ViewFit};
+use smooth::Smooth;
+use view::{Shape, ViewFit};
 
-/// How taps are fitted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FitOptions {
-    /// The number J of taps.
-    pub taps: usize,
-    /// The widths of the scale space that the taps look into.
-    pub widths: Widths,
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 1;
+
+/// Taps and how well they fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// The taps.
+    pub table: TapTable,
+    /// The root of the mean squared residual under spots of light, in stops.
+    pub rms: f64,
 }
 
 /// The taps could not be fitted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// The material reflects nothing toward any view.
-    #[error("the material reflects nothing")]
-    Black,
+    /// The material reflects a ring of light about its tangent.
+    #[error("{0} reflects a ring of light, which no few round spots make")]
+    Ring(&'static str),
     /// The work was stopped, because the caller did not want it any more.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
 
-/// The squared sines of the views that are fitted: as a ball shows them, and two grazing ones.
+/// The widths of the first taps, as shares of the lobe's: from the narrowest to the widest. The better fit wins.
+const STARTS: [[f64; 2]; 2] = [[0.6, 6.0], [0.5, 2.0]];
+
+/// The last view, 88 degrees from the normal: beyond, taps stay as they are.
+const LAST_VIEW: f64 = 0.9985;
+
+/// The views that are fitted, in radians from the normal: as a ball shows them, and three grazing ones.
 fn views() -> Vec<f64> {
     const COUNT: usize = 20;
     let even = (0..COUNT).map(|view| view as f64 / COUNT as f64);
-    even.chain([0.975, 0.992, 0.9985]).map(|squared| math::asin(squared.sqrt())).collect()
+    even.chain([0.975, 0.992, LAST_VIEW]).map(|squared| math::asin(squared.sqrt())).collect()
 }
 
-/// Fits taps to a material.
+/// Fits `taps` taps for each highlight of a material, and one about the normal. A matte base, and any other part
+/// whose light is taken about the normal, is another tap about the normal and needs none of these.
 ///
 /// # Errors
-/// If the material is black, or the work was stopped.
-pub fn fit(material: &Material, options: &FitOptions, stop: Stop<'_>) -> Result<(TapTable, f64), FitError> {
-    let thetas = views();
-    let width = lobe::width(material);
-    let lights = TestLights::new(width, options.widths);
-    let lobes: Vec<Lobe> = thetas.par_iter().map(|theta| Lobe::new(material, *theta, width)).collect();
-    if lobes.iter().all(|lobe| lobe.is_black()) {
-        return Err(FitError::Black);
+/// If the material is taken about its tangent, or the work was stopped.
+pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Fitted, FitError> {
+    if material.centre() == Centre::Tangent {
+        return Err(FitError::Ring(material.name()));
     }
-    let problems: Vec<ViewFit> = (thetas.par_iter().zip(&lobes))
-        .map(|(theta, lobe)| ViewFit::new(*theta, lobe, &lights))
-        .collect();
-    stop.check()?;
-    let starts = [(0.6, 6.0), (0.9, 1.1), (0.5, 2.0)];
-    let tries = starts.par_iter().map(|(least, most)| {
-        let start = Parameters::start(options.taps, width * least, width * most, options.widths);
-        let mut per_view: Vec<Parameters> = Vec::new();
-        for problem in &problems {
-            stop.check()?;
-            let before = per_view.last().unwrap_or(&start);
-            per_view.push(problem.solve(before));
+    let mut rows = vec![TapRow::default(); ROWS];
+    let (mut squares, mut residuals) = (0.0, 0);
+    if let Some(gloss) = material.part(Part::Specular) {
+        for layer in gloss.leaves() {
+            let (added, cost, count) = fit_lobe(layer, taps, 1, widths, stop)?;
+            (squares, residuals) = (squares + cost, residuals + count);
+            for (row, added) in rows.iter_mut().zip(added) {
+                row.taps.extend(added.taps);
+                row.normals.extend(added.normals);
+            }
         }
-        let smooth = smooth::refine(&problems, &thetas, &per_view, stop)?;
-        let cost = smooth.cost(&problems);
-        if std::env::var("DEBUG").is_ok() {
-            let rms = |taps: &[[f64; 3]], p: &ViewFit<'_>| (p.evaluate(taps, None) / p.len() as f64).sqrt();
-            let a: Vec<String> = problems.iter().zip(&per_view).map(|(p, v)| format!("{:.3}", rms(&v.0, p))).collect();
-            let b: Vec<String> = problems.iter().map(|p| { let mut t = smooth.at(p.theta); p.bound(&mut t); format!("{:.3}", rms(&t, p)) }).collect();
-            println!("start {least} {most}: {cost:.4}\n  views  {}\n  smooth {}", a.join(" "), b.join(" "));
-        }
-        Ok::<_, Stopped>((smooth, cost))
-    });
-    let tries = tries.collect::<Result<Vec<_>, _>>()?;
-    let Some((best, cost)) = tries.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
-        return Err(FitError::Black);
+    }
+    if let Some(matte) = material.part(Part::Diffuse) {
+        let (added, cost, count) = fit_lobe(&matte, 0, 1, widths, stop)?;
+        (squares, residuals) = (squares + cost, residuals + count);
+        rows.iter_mut().zip(added).for_each(|(row, added)| row.normals.extend(added.normals));
+    }
+    Ok(Fitted { table: TapTable::from_rows(rows), rms: (squares / residuals.max(1) as f64).sqrt() })
+}
+
+/// The rows of one lobe, and the sum of squared residuals and their number.
+fn fit_lobe(
+    material: &Material,
+    taps: usize,
+    normals: usize,
+    widths: Widths,
+    stop: Stop<'_>,
+) -> Result<(Vec<TapRow>, f64, usize), Stopped> {
+    let shape = Shape { taps, normals, levels: widths.len() };
+    let width = if taps == 0 { 0.5 } else { lobe::width(material) };
+    let spots = spots::spots(width, widths);
+    let thetas = views();
+    let fits = |channel: Option<usize>, lobes: &[Lobe]| -> Vec<ViewFit<'_>> {
+        let fit = |(theta, lobe): (&f64, &Lobe)| ViewFit::new(*theta, lobe, channel, &spots, shape);
+        thetas.par_iter().zip(lobes).map(fit).collect()
     };
-    let rows = (0..ROWS).map(|row| {
-        let u = row as f64 / (ROWS - 1) as f64;
-        let theta = math::acos(1.0 - u);
-        let albedo = lobe::albedo(material, theta.min(std::f64::consts::FRAC_PI_2 - 0.01), width);
-        let parameters = best.at(theta.min(thetas[thetas.len() - 1]));
-        let whole: f64 = parameters.iter().map(|tap| math::exp(tap[2])).sum();
-        let tap = |[delta, x, log]: &[f64; 3]| Tap {
-            delta: *delta,
-            std: options.widths.std(0) * math::exp2(x / Widths::PER_OCTAVE as f64),
-            weight: albedo.map(|albedo| albedo * math::exp(*log) / whole),
+    let lobes: Vec<Lobe> = thetas.par_iter().map(|theta| Lobe::new(material, *theta, width)).collect();
+    stop.check()?;
+    let all = fits(None, &lobes);
+    let start = |[least, most]: [f64; 2]| -> Vec<f64> {
+        let weight = -math::ln((taps + normals) as f64);
+        let tap = |tap: usize| {
+            let part = if taps == 1 { 0.3 } else { tap as f64 / (taps - 1) as f64 };
+            [0.0, widths.place(width * least * math::pow(most / least, part)), weight]
         };
-        parameters.iter().map(tap).collect()
+        (0..taps).flat_map(tap).chain(std::iter::repeat_n([1.3, weight], normals).flatten()).collect()
+    };
+    let tries = STARTS.par_iter().map(|shares| {
+        let mut before = start(*shares);
+        let mut parameters = Vec::with_capacity(all.len());
+        for fit in &all {
+            stop.check()?;
+            before = fit.solve(&before);
+            parameters.push(before.clone());
+        }
+        let smooth = Smooth::new(shape, &all, &parameters);
+        let cost: f64 = all.iter().map(|fit| fit.evaluate(&smooth.at(fit.theta), None)).sum();
+        Ok((smooth, cost))
     });
-    let table = TapTable::new(rows.collect()).ok_or(FitError::Black)?;
-    Ok((table, cost))
+    let tries = tries.collect::<Result<Vec<_>, Stopped>>()?;
+    let (best, cost) = tries
+        .into_iter()
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or_else(|| unreachable!("there are starts"));
+    let last = math::asin(LAST_VIEW.sqrt());
+    let row = |row: usize| {
+        let cosine = 1.0 - row as f64 / (ROWS - 1) as f64;
+        let albedo = Lobe::new(material, math::acos(cosine).min(FRAC_PI_2 - 1e-3), width).albedo();
+        let parameters = best.at(math::acos(cosine).min(last));
+        let (of_taps, of_normals) = parameters.split_at(3 * taps);
+        let (of_taps, of_normals) = (of_taps.as_chunks::<3>().0, of_normals.as_chunks::<2>().0);
+        let logs = of_taps.iter().map(|tap| tap[2]).chain(of_normals.iter().map(|tap| tap[1]));
+        let whole: f64 = logs.map(math::exp).sum();
+        let weight = |log: f64| albedo.map(|albedo| albedo * math::exp(log) / whole);
+        TapRow {
+            taps: (of_taps.iter())
+                .map(|[delta, x, log]| Tap { delta: *delta, std: widths.std_at(*x), weight: weight(*log) })
+                .collect(),
+            normals: (of_normals.iter())
+                .map(|[x, log]| NormalTap { y: x / (crate::NORMAL_KERNELS - 1) as f64, weight: weight(*log) })
+                .collect(),
+        }
+    };
+    let count = all.iter().map(ViewFit::len).sum();
+    Ok(((0..ROWS).into_par_iter().map(row).collect(), cost, count))
 }

@@ -3,12 +3,13 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod fit;
-mod gaussian;
+mod kernels;
 mod scale_space;
 mod table;
 mod widths;
 
-pub use fit::{FitError, FitOptions, fit};
+pub use fit::{FitError, Fitted, fit};
+pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
-pub use table::{ROWS, Tap, TapTable};
+pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use widths::Widths;

@@ -55,7 +55,12 @@ impl Widths {
 
     /// The standard deviation of level k, in radians.
     pub fn std(self, k: usize) -> f64 {
-        Self::SHARPEST / self.edge as f64 * math::exp2(k as f64 / Self::PER_OCTAVE as f64)
+        self.std_at(k as f64)
+    }
+
+    /// The standard deviation at a place between levels, in radians: s_0 2^(x / 4).
+    pub fn std_at(self, x: f64) -> f64 {
+        Self::SHARPEST / self.edge as f64 * math::exp2(x / Self::PER_OCTAVE as f64)
     }
 
     /// The standard deviation that the texels of level k hold, in radians: a bilinear look-up between texels of

@@ -1,44 +1,65 @@
-//! The fit at one view.
+//! The fit at one view: what spots of light look like, and what some taps make of them.
 
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 use sphere::DVec3;
 
-use super::least_squares::Normal;
-use super::lights::TestLights;
+use super::least_squares::{Normal, minimise};
 use super::lobe::Lobe;
-use crate::widths::Widths;
+use super::spots::{Between, Spots};
 
-/// The taps at one view: the angle delta, the place x between levels, and the logarithm of the weight.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Parameters(pub(crate) Vec<[f64; 3]>);
+/// The number of taps of each sort, and the order of their parameters: delta, x and the logarithm of the weight
+/// of each tap, then x and the logarithm of the weight of each tap about the normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shape {
+    /// The taps about directions between R and N.
+    pub(super) taps: usize,
+    /// The taps about the normal.
+    pub(super) normals: usize,
+    /// The last place between the levels of the scale space.
+    pub(super) levels: usize,
+}
 
-impl Parameters {
-    /// Taps of widths from `least` to `most`, all at R.
-    pub(crate) fn start(taps: usize, least: f64, most: f64, widths: Widths) -> Self {
-        let tap = |j: usize| {
-            let part = if taps == 1 { 0.3 } else { j as f64 / (taps - 1) as f64 };
-            let std = least * math::pow(most / least, part);
-            [0.0, widths.place(std), -math::ln(taps as f64) ]
-        };
-        Self((0..taps).map(tap).collect())
+/// The last place between the kernels about the normal.
+const LAST_NORMAL: f64 = crate::kernels::NORMAL_KERNELS as f64 - 1.0 - 1e-6;
+
+/// What a parameter means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    /// The angle from R toward the normal.
+    Delta,
+    /// The place between levels.
+    Level,
+    /// The place between kernels about the normal.
+    Kernel,
+    /// The logarithm of a weight.
+    Weight,
+}
+
+impl Shape {
+    /// The number of parameters.
+    pub(super) fn len(self) -> usize {
+        3 * self.taps + 2 * self.normals
     }
-}
 
-/// One residual's light: its size, its centre, and what the material reflects of it.
-struct Target {
-    size: usize,
-    centre: DVec3,
-    truth: f64,
-    weight: f64,
-}
+    /// What each parameter means.
+    pub(super) fn meanings(self) -> impl Iterator<Item = Meaning> {
+        let taps = std::iter::repeat_n([Meaning::Delta, Meaning::Level, Meaning::Weight], self.taps);
+        let normals = std::iter::repeat_n([Meaning::Kernel, Meaning::Weight], self.normals);
+        taps.flatten().chain(normals.flatten())
+    }
 
-/// The residuals of one view.
-pub(crate) struct ViewFit<'a> {
-    pub(crate) theta: f64,
-    lights: &'a TestLights,
-    targets: Vec<Target>,
-    last: f64,
+    /// Keeps parameters where a scale space has levels and kernels.
+    pub(super) fn bound(self, parameters: &mut [f64]) {
+        for (value, meaning) in parameters.iter_mut().zip(self.meanings()) {
+            *value = match meaning {
+                Meaning::Delta => value.clamp(-1.5, 1.5),
+                Meaning::Level => value.clamp(0.0, (self.levels - 1) as f64 - 1e-3),
+                Meaning::Kernel => value.clamp(0.0, LAST_NORMAL),
+                Meaning::Weight => value.clamp(-14.0, 4.0),
+            };
+        }
+    }
 }
 
 /// The ambient light of every test, in shares of the spot's flux.
@@ -47,139 +68,138 @@ const AMBIENT: f64 = 0.03 / (4.0 * PI);
 /// How much more the uniform light weighs than one spot.
 const UNIFORM: f64 = 4.0;
 
+/// The pull of each parameter to its start.
+const PULL: f64 = 0.05;
+
+/// The lobe of one view, normalised to an albedo of 1, under every spot.
+pub(super) struct ViewFit<'a> {
+    pub(super) theta: f64,
+    spots: &'a [Spots],
+    shape: Shape,
+    /// What the lobe reflects of each spot, size by size.
+    truth: Vec<f64>,
+}
+
+/// A tap, ready for look-ups.
+struct Placed {
+    direction: DVec3,
+    /// The derivative of the direction by delta.
+    turned: DVec3,
+    between: Between,
+    weight: f64,
+}
+
 impl<'a> ViewFit<'a> {
-    pub(crate) fn new(theta: f64, lobe: &Lobe, lights: &'a TestLights) -> Self {
-        let mut targets = Vec::new();
-        for (size, spots) in lights.sizes.iter().enumerate() {
-            for (angle, azimuth) in &spots.centres {
-                let (s, c) = math::sin_cos(*angle);
-                let (y, x) = math::sin_cos(*azimuth);
-                let centre = DVec3::new(s * x, s * y, c);
+    /// The fit of a lobe's channel, or of the sum of all if `channel` is `None`.
+    pub(super) fn new(
+        theta: f64,
+        lobe: &Lobe,
+        channel: Option<usize>,
+        spots: &'a [Spots],
+        shape: Shape,
+    ) -> Self {
+        let of = |rgb: &[f64; 3]| channel.map_or_else(|| rgb.iter().sum(), |channel| rgb[channel]);
+        let whole: f64 = lobe.shares.iter().map(|(_, rgb)| of(rgb)).sum();
+        let shares: Vec<(DVec3, f64)> = (lobe.shares.iter())
+            .map(|(direction, rgb)| (*direction, of(rgb) / whole.max(1e-30)))
+            .filter(|(_, share)| *share > 1e-9)
+            .collect();
+        let mut truth = Vec::new();
+        for spots in spots {
+            for centre in &spots.centres {
                 let mirrored = DVec3::new(centre.x, -centre.y, centre.z);
-                let mut truth = 0.0;
-                for (direction, share) in &lobe.shares {
-                    let seen = [centre, mirrored]
-                        .map(|centre| spots.radiance.at(math::acos(centre.dot(*direction).clamp(-1.0, 1.0))));
-                    truth += 0.5 * share * (seen[0] + seen[1]);
-                }
-                targets.push(Target { size, centre, truth, weight: 1.0 });
+                let seen = |(direction, share): &(DVec3, f64)| {
+                    share
+                        * (spots.radiance(centre.dot(*direction)) + spots.radiance(mirrored.dot(*direction)))
+                };
+                truth.push(0.5 * shares.iter().map(seen).sum::<f64>());
             }
         }
-        Self { theta, lights, targets, last: 0.0 }
+        Self { theta, spots, shape, truth }
     }
 
     /// The number of residuals.
-    pub(crate) fn len(&self) -> usize {
-        self.targets.len() + 1
+    pub(super) fn len(&self) -> usize {
+        self.truth.len() + 1
     }
 
-    /// The sum of squared residuals, and the normal equations if they are wanted. Taps beyond one side of the
-    /// plane have a mirror image, of which each sees a half.
-    pub(crate) fn evaluate(&self, taps: &[[f64; 3]], mut normal: Option<&mut Normal>) -> f64 {
-        let mut row = vec![0.0; 3 * taps.len()];
-        let placed: Vec<(DVec3, DVec3, f64, f64)> = taps
-            .iter()
-            .map(|[delta, x, log]| {
+    /// The sum of squared residuals in stops; adds to the normal equations, if they are given.
+    pub(super) fn evaluate(&self, parameters: &[f64], mut normal: Option<&mut Normal>) -> f64 {
+        let (taps, normals) = parameters.split_at(3 * self.shape.taps);
+        let taps: Vec<Placed> = (taps.as_chunks::<3>().0.iter())
+            .map(|[delta, x, weight]| {
                 let (s, c) = math::sin_cos(*delta);
-                (DVec3::new(s, 0.0, c), DVec3::new(c, 0.0, -s), *x, math::exp(*log))
+                Placed {
+                    direction: DVec3::new(s, 0.0, c),
+                    turned: DVec3::new(c, 0.0, -s),
+                    between: Between::levels(*x),
+                    weight: math::exp(*weight),
+                }
             })
             .collect();
+        let normals: Vec<(Between, f64)> = (normals.as_chunks::<2>().0.iter())
+            .map(|[x, weight]| (Between::normals(*x), math::exp(*weight)))
+            .collect();
+        let (s, c) = math::sin_cos(self.theta);
+        let about_normal = DVec3::new(s, 0.0, c);
+        let mut row = vec![0.0; self.shape.len()];
         let mut cost = 0.0;
-        for target in &self.targets {
-            let spots = &self.lights.sizes[target.size];
-            let mut sum = AMBIENT;
-            for (tap, (d, along, x, weight)) in placed.iter().enumerate() {
-                let cosine = d.dot(target.centre).clamp(-1.0, 1.0);
-                let angle = math::acos(cosine);
-                let [seen, by_angle, by_x] = spots.seen(angle, *x);
-                sum += weight * seen;
-                // d angle / d delta = -(d cosine / d delta) / sin(angle).
-                let sine = (1.0 - cosine * cosine).sqrt().max(1e-9);
-                row[3 * tap] = -weight * by_angle * along.dot(target.centre) / sine;
-                row[3 * tap + 1] = weight * by_x;
-                row[3 * tap + 2] = weight * seen;
-            }
-            let residual = target.weight * math::log2(sum / (target.truth + AMBIENT));
-            cost += residual * residual;
-            if let Some(normal) = normal.as_deref_mut() {
-                let scale = target.weight / (std::f64::consts::LN_2 * sum);
-                row.iter_mut().for_each(|value| *value *= scale);
-                normal.add(&row, residual);
+        let mut truth = self.truth.iter();
+        for spots in self.spots {
+            for (centre, truth) in spots.centres.iter().zip(&mut truth) {
+                let mut sum = AMBIENT;
+                let (of_taps, of_normals) = row.split_at_mut(3 * taps.len());
+                for (tap, row) in taps.iter().zip(of_taps.as_chunks_mut::<3>().0) {
+                    let seen = spots.in_levels(tap.direction.dot(*centre), tap.between);
+                    sum += tap.weight * seen.value;
+                    *row = [
+                        tap.weight * seen.by_cosine * tap.turned.dot(*centre),
+                        tap.weight * seen.by_place,
+                        tap.weight * seen.value,
+                    ];
+                }
+                for ((between, weight), row) in normals.iter().zip(of_normals.as_chunks_mut::<2>().0) {
+                    let seen = spots.about_normal(about_normal.dot(*centre), *between);
+                    sum += weight * seen.value;
+                    *row = [weight * seen.by_place, weight * seen.value];
+                }
+                let residual = math::log2(sum / (truth + AMBIENT));
+                cost += residual * residual;
+                if let Some(normal) = normal.as_deref_mut() {
+                    let scale = 1.0 / (LN_2 * sum);
+                    row.iter_mut().for_each(|value| *value *= scale);
+                    normal.add(&row, residual);
+                }
             }
         }
         // The uniform light: the sum of the weights is 1.
-        let whole: f64 = placed.iter().map(|(.., weight)| weight).sum();
+        let weights = || taps.iter().map(|tap| tap.weight).chain(normals.iter().map(|normal| normal.1));
+        let whole: f64 = weights().sum();
         let residual = UNIFORM * math::log2(whole);
         cost += residual * residual;
         if let Some(normal) = normal {
             row.fill(0.0);
-            for (tap, (.., weight)) in placed.iter().enumerate() {
-                row[3 * tap + 2] = UNIFORM * weight / (std::f64::consts::LN_2 * whole);
+            let places = self.shape.meanings().enumerate().filter(|(_, meaning)| *meaning == Meaning::Weight);
+            for ((index, _), weight) in places.zip(weights()) {
+                row[index] = UNIFORM * weight / (LN_2 * whole);
             }
             normal.add(&row, residual);
         }
-        cost + self.last
+        cost
     }
 
-    /// The taps that fit best, from a start, with a weak pull to it.
-    pub(crate) fn solve(&self, start: &Parameters) -> Parameters {
-        const PULL: f64 = 0.05;
-        let pulled = |taps: &[[f64; 3]], normal: Option<&mut Normal>| {
-            let (taps_flat, start_flat) = (taps.as_flattened(), start.0.as_flattened());
-            let mut cost = 0.0;
-            for (a, b) in taps_flat.iter().zip(start_flat) {
-                cost += PULL * PULL * (a - b) * (a - b);
+    /// The parameters that fit best, from a start, to which each is weakly pulled.
+    pub(super) fn solve(&self, start: &[f64]) -> Vec<f64> {
+        let evaluate = |parameters: &[f64], normal: Option<&mut Normal>| {
+            let pairs = || parameters.iter().zip(start).map(|(value, start)| PULL * (value - start));
+            let pull: f64 = pairs().map(|pull| pull * pull).sum();
+            let Some(normal) = normal else { return self.evaluate(parameters, None) + pull };
+            let cost = self.evaluate(parameters, Some(normal));
+            for (index, pull) in pairs().enumerate() {
+                normal.add_one(index, PULL, pull);
             }
-            if let Some(normal) = normal {
-                for (i, (a, b)) in taps_flat.iter().zip(start_flat).enumerate() {
-                    normal.matrix[i * normal.size + i] += PULL * PULL;
-                    normal.vector[i] += PULL * PULL * (a - b);
-                }
-            }
-            cost
+            cost + pull
         };
-        let mut taps = start.0.clone();
-        let mut damping = 1e-2;
-        let mut cost = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            let mut normal = Normal::new(3 * taps.len());
-            cost = self.evaluate(&taps, Some(&mut normal)) + pulled(&taps, Some(&mut normal));
-            let mut better = None;
-            while damping < 1e6 {
-                if let Some(step) = normal.step(damping) {
-                    let mut trial = taps.clone();
-                    trial.as_flattened_mut().iter_mut().zip(&step).for_each(|(value, step)| *value += step);
-                    self.bound(&mut trial);
-                    let trial_cost = self.evaluate(&trial, None) + pulled(&trial, None);
-                    if trial_cost < cost {
-                        better = Some((trial, trial_cost));
-                        break;
-                    }
-                }
-                damping *= 4.0;
-            }
-            let Some((trial, trial_cost)) = better else { break };
-            taps = trial;
-            damping = (damping * 0.25).max(1e-7);
-            let gain = cost - trial_cost;
-            cost = trial_cost;
-            if gain < 1e-4 * cost {
-                break;
-            }
-        }
-        let _ = cost;
-        Parameters(taps)
-    }
-
-    /// Keeps taps where a scale space has levels.
-    pub(crate) fn bound(&self, taps: &mut [[f64; 3]]) {
-        let last = (self.lights.levels() - 1) as f64 - 1e-3;
-        for [delta, x, log] in taps {
-            *delta = delta.clamp(-1.5, 1.5);
-            *x = x.clamp(0.0, last);
-            *log = log.clamp(-12.0, 3.0);
-        }
+        minimise(start.to_vec(), evaluate, |parameters| self.shape.bound(parameters))
     }
 }
-
-const ITERATIONS: usize = 40;
