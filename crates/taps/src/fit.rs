@@ -50,6 +50,12 @@ pub enum FitError {
 /// The widths of the first taps, as shares of the lobe's: from the narrowest to the widest. The better fit wins.
 const STARTS: [[f64; 2]; 2] = [[0.6, 6.0], [0.5, 2.0]];
 
+/// The root mean square, in stops, up to which a tap about the normal is enough for a matte part.
+const MATTE: f64 = 0.02;
+
+/// The taps of a matte part for which it is not.
+const MATTE_TAPS: usize = 2;
+
 /// The last view, 88 degrees from the normal: beyond, taps stay as they are.
 const LAST_VIEW: f64 = 0.9985;
 
@@ -61,7 +67,8 @@ fn views() -> Vec<f64> {
 }
 
 /// Fits `taps` taps for each highlight of a material, and one about the normal. A matte base, and any other part
-/// whose light is taken about the normal, is another tap about the normal and needs none of these.
+/// whose light is taken about the normal, is one more tap about the normal, and if it is not as even as a white
+/// wall, as that of a rough or dusty surface, two taps.
 ///
 /// # Errors
 /// If the material is taken about its tangent, or the work was stopped.
@@ -82,9 +89,16 @@ pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> 
         }
     }
     if let Some(matte) = material.part(Part::Diffuse) {
-        let (added, cost, count) = fit_lobe(&matte, 0, 1, widths, stop)?;
+        let mut fitted = fit_lobe(&matte, 0, 1, widths, stop)?;
+        if fitted.1 > MATTE * MATTE * fitted.2 as f64 {
+            fitted = fit_lobe(&matte, taps.min(MATTE_TAPS), 1, widths, stop)?;
+        }
+        let (added, cost, count) = fitted;
         (squares, residuals) = (squares + cost, residuals + count);
-        rows.iter_mut().zip(added).for_each(|(row, added)| row.normals.extend(added.normals));
+        for (row, added) in rows.iter_mut().zip(added) {
+            row.taps.extend(added.taps);
+            row.normals.extend(added.normals);
+        }
     }
     Ok(Fitted { table: TapTable::from_rows(rows), rms: (squares / residuals.max(1) as f64).sqrt() })
 }

@@ -2,14 +2,22 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
+mod accuracy;
 mod fit;
 mod kernels;
 mod scale_space;
 mod table;
 mod widths;
 
+pub use accuracy::{Accuracy, LightPoints, Truth};
 pub use fit::{FitError, Fitted, fit};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use widths::Widths;
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::fit::REVISION as FIT;
+    pub use crate::scale_space::REVISION as SCALE_SPACE;
+}

@@ -13,8 +13,12 @@ use sphere::{Cube, Direction, LatLong};
 use crate::kernels::{NORMAL_KERNELS, gaussian_factors, normal_factors};
 use crate::widths::{Widths, share};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 1;
+
 /// The light of an environment at every width.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ScaleSpace {
     widths: Widths,
     levels: Vec<CubeMap>,
@@ -98,6 +102,23 @@ impl ScaleSpace {
         Ok(Self { widths, levels, normals, lights: lights.to_vec(), diffuse })
     }
 
+    /// A scale space of cubes; `None` if their number or an edge is not that of the widths, or the series is of
+    /// another degree than 2.
+    pub fn from_parts(
+        widths: Widths,
+        levels: Vec<CubeMap>,
+        normals: Vec<CubeMap>,
+        diffuse: Expansion,
+        lights: Vec<Light>,
+    ) -> Option<Self> {
+        let edges = levels.iter().map(|level| level.cube().edge);
+        let is_whole = edges.eq((0..widths.len()).map(|k| widths.edge_of(k)))
+            && normals.len() == NORMAL_KERNELS
+            && normals.iter().all(|map| map.cube().edge == NORMAL_EDGE)
+            && diffuse.degree().get() == 2;
+        is_whole.then_some(Self { widths, levels, normals, lights, diffuse })
+    }
+
     /// The widths of the levels.
     pub fn widths(&self) -> Widths {
         self.widths
@@ -167,5 +188,119 @@ fn scale(series: &mut Expansion, factors: &[f64]) {
     for (l, factor) in factors.iter().enumerate() {
         let Some(rows) = rows.get_mut(l * l..(l + 1) * (l + 1)) else { return };
         rows.as_flattened_mut().iter_mut().for_each(|value| *value *= factor);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sphere::DVec3;
+
+    use super::*;
+
+    fn sky(rows: usize, radiance: impl Fn(Direction) -> [f32; 3]) -> Environment {
+        let grid = LatLong::with_rows(rows);
+        let texel = |index: usize| radiance(grid.direction(index / grid.width, index % grid.width));
+        Environment::new(grid, (0..grid.len()).map(texel).collect()).unwrap()
+    }
+
+    fn space(environment: &Environment, lights: &[Light], edge: usize) -> ScaleSpace {
+        ScaleSpace::new(environment, lights, Widths::new(edge).unwrap(), Stop::NEVER).unwrap()
+    }
+
+    #[test]
+    fn a_constant_sky_stays_constant() {
+        let space = space(&sky(64, |_| [1.0, 2.0, 0.5]), &[], 32);
+        for cube in space.levels().iter().chain(space.normals()) {
+            for texel in cube.pixels() {
+                let errors = [texel[0] - 1.0, texel[1] / 2.0 - 1.0, texel[2] * 2.0 - 1.0];
+                assert!(errors.iter().all(|error| error.abs() < 1e-5), "{texel:?}");
+            }
+        }
+        let white = space.diffuse().evaluate(Direction::X);
+        assert!((white[1] - 2.0).abs() < 1e-6, "{white:?}");
+    }
+
+    /// A lamp of a few pixels, 1000 times as bright as a sky that changes: the kernels themselves, summed over
+    /// pixels. Within 1 % of the level's largest value for Gaussians, which are smooth, and also relative to the
+    /// sum where that is small: what a cut rings is below 1 % of the sky. The step of the hemisphere's kernel is
+    /// left out.
+    #[test]
+    fn levels_are_sums_over_pixels() {
+        let lamp = Direction::from_angles(1.0, 0.7);
+        let environment = sky(128, |d| {
+            let glow = if d.dot(lamp) > 0.06_f64.cos() { 1000.0 } else { 0.0 };
+            [1.0 + 0.5 * d.vector().z as f32 + glow, 1.0, 0.2 + 0.1 * (6.0 * d.vector().x).sin() as f32]
+        });
+        let space = space(&environment, &[], 64);
+        let grid = environment.grid();
+        let sum = |kernel: &dyn Fn(f64) -> f64, at: Direction| {
+            let (mut sum, mut whole) = ([0.0; 3], 0.0);
+            for (index, rgb) in environment.pixels().iter().enumerate() {
+                let (row, column) = (index / grid.width, index % grid.width);
+                let angle = grid.direction(row, column).dot(at).clamp(-1.0, 1.0).acos();
+                let weight = if angle < std::f64::consts::FRAC_PI_2 { kernel(angle) } else { 0.0 };
+                let weight = weight * grid.solid_angle(row);
+                (0..3).for_each(|channel| sum[channel] += weight * f64::from(rgb[channel]));
+                whole += weight;
+            }
+            sum.map(|value| value / whole)
+        };
+        let directions = [
+            lamp,
+            Direction::from_angles(1.05, 0.8),
+            Direction::from_angles(1.6, 0.7),
+            Direction::Z,
+            Direction::normalised(DVec3::new(-1.0, 0.3, -0.5)),
+        ];
+        for k in [0, 5, 9, 14] {
+            let cube = &space.levels()[k];
+            let largest = cube.pixels().iter().map(|texel| texel[0]).fold(0.0, f32::max);
+            for at in directions {
+                // At a texel's own centre nothing is interpolated.
+                let (face, s, t) = cube.cube().position(at);
+                let [row, column] = [t, s].map(|part| (part * cube.cube().edge as f64) as usize);
+                let centre = cube.cube().direction(face, row, column);
+                let found =
+                    cube.pixels()[(face as usize * cube.cube().edge + row) * cube.cube().edge + column];
+                let std = space.widths().texel_std(k);
+                let expected = sum(&|angle| (-0.5 * (angle / std).powi(2)).exp(), centre);
+                for channel in 0..3 {
+                    let error = (f64::from(found[channel]) - expected[channel]).abs();
+                    let allowed =
+                        0.01 * expected[channel] + if channel == 0 { 3e-5 * f64::from(largest) } else { 0.0 };
+                    assert!(error < allowed, "level {k}, channel {channel}: {found:?} {expected:?}");
+                }
+            }
+        }
+        for kernel in [1, 2, 3] {
+            let y = kernel as f64 / 3.0;
+            let cube = &space.normals()[kernel];
+            let at = cube.cube().direction(sphere::Face::PositiveX, 3, 9);
+            let expected = sum(&|angle| angle.cos() / (angle.cos() * (1.0 - y) + y), at);
+            let found = cube.pixels()[3 * 16 + 9];
+            for channel in 0..3 {
+                let error = f64::from(found[channel]) / expected[channel] - 1.0;
+                assert!(error.abs() < 0.01, "kernel {kernel}: {found:?} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn lights_beside_it_are_not_in_it() {
+        let lamp = Direction::from_angles(0.8, 2.0);
+        let environment = sky(128, |d| if d.dot(lamp) > 0.03_f64.cos() { [3000.0; 3] } else { [1.0; 3] });
+        let lights = environment.separate_lamps(Stop::NEVER).unwrap().lights;
+        let space = space(&environment, &lights, 32);
+        let most = space.levels()[0].pixels().iter().map(|texel| texel[0]).fold(0.0, f32::max);
+        assert!(most < 11.0, "{most}");
+        assert_eq!(space.lights(), lights);
+    }
+
+    #[test]
+    fn a_small_image_is_interpolated() {
+        let environment = sky(8, |d| [2.0 + d.vector().z as f32, 1.0, 1.0]);
+        let space = space(&environment, &[], 64);
+        let up = space.blurred(Direction::Z, space.widths().std(3));
+        assert!((up[0] - 3.0).abs() < 0.1 && (up[1] - 1.0).abs() < 1e-4, "{up:?}");
     }
 }

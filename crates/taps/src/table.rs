@@ -47,11 +47,13 @@ pub struct TapTable {
 }
 
 impl TapTable {
-    /// A table of [`ROWS`] rows; `None` if their number is another, or they have not the same numbers of taps.
+    /// A table of [`ROWS`] rows; `None` if their number is another, they have not the same numbers of taps, or a
+    /// width is not above 0.
     pub fn new(rows: Vec<TapRow>) -> Option<Self> {
         let counts = |row: &TapRow| (row.taps.len(), row.normals.len());
-        let is_even = rows.iter().all(|row| counts(row) == counts(&rows[0]));
-        (rows.len() == ROWS && is_even).then_some(Self { rows })
+        let is_even = rows.windows(2).all(|rows| counts(&rows[0]) == counts(&rows[1]));
+        let is_wide = rows.iter().flat_map(|row| &row.taps).all(|tap| tap.std > 0.0);
+        (rows.len() == ROWS && is_even && is_wide).then_some(Self { rows })
     }
 
     /// A table of rows that were made alike.

@@ -10,6 +10,9 @@
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `prefiltered` | `sh` as above; `level0` [6, edge, edge, 3] f32, `level1` ... | `distribution`; `levels`, JSON: roughness and method of each |
+//! | `scale-space` | `level_00` [6, edge, edge, 3] f32, ..., `normal_0` to `normal_3`; `std`, `diffuse`, `lights` and `points` ([`encode_scale_space`]) | |
+//! | `taps` | `taps` [65, J, 5] and `normals` [65, K, 4] f64 ([`encode_taps`]); the tables of the material | `material`, `rms` |
+//! | `compact-map` | the tensors of both, without `points` ([`encode_compact_map`]) | |
 //! | `brdf-table` | `c` [Q, N, N, (F+1)^2, channels] f32, row 0 of the map toward +y, row l*l + l + m | `below`, `channels`, `degree` |
 //! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f16, rows in each vertex' frame, or another form ([`encode_transfer`]) | `mesh`, the digest of the mesh |
 //! | `vertex-radiance` | `radiance` [V, 3] f32 | `mesh` |
@@ -49,6 +52,7 @@ mod material;
 mod mesh;
 mod prefiltered;
 mod reflection_map;
+mod taps;
 mod transfer;
 
 use crate::error::{Error, ErrorKind};
@@ -62,6 +66,10 @@ pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use prefiltered::{decode_prefiltered, encode_prefiltered};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
+pub use taps::{
+    EnvironmentScales, MaterialTaps, decode_scale_space, decode_taps, encode_compact_map, encode_scale_space,
+    encode_taps,
+};
 pub use transfer::{
     OfMesh, decode_transfer, decode_vertex_blend, decode_vertex_radiance, encode_transfer,
     encode_vertex_blend, encode_vertex_radiance,

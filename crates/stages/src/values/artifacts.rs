@@ -11,6 +11,8 @@
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //! | `prefiltered` | [`shrm::Prefiltered`] | safetensors: `sh` as above, `level0` [6, edge, edge, 3] f32, `level1` ... |
+//! | `scale-space` | [`taps::ScaleSpace`], [`taps::LightPoints`] | safetensors: `level_00` [6, edge, edge, 3] f32, ..., `normal_0` ..., `points` [p, 6] f32 |
+//! | `taps` | [`taps::TapTable`], [`brdf::Material`] | safetensors: `taps` [65, J, 5] and `normals` [65, K, 4] f64; the material as above |
 //! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f16, or another form |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `vertex-blend` | a number from 0 to 1 for each vertex and their mesh's digest | safetensors: `blend` \[V\] f32 |
@@ -169,6 +171,38 @@ impl Artifact for Prefiltered {
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(Self(tensors::decode_prefiltered(bytes)?))
+    }
+}
+
+/// An environment, blurred by Gaussians of many widths, and as points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScaleSpace(pub tensors::EnvironmentScales);
+
+impl Artifact for ScaleSpace {
+    const TYPE: &'static str = "scale-space";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_scale_space(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_scale_space(bytes)?))
+    }
+}
+
+/// The look-ups by which a material reads a scale space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Taps(pub tensors::MaterialTaps);
+
+impl Artifact for Taps {
+    const TYPE: &'static str = "taps";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_taps(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_taps(bytes)?))
     }
 }
 

@@ -172,7 +172,11 @@ impl<'a> TensorFile<'a> {
     }
 
     pub(super) fn lighting(&self, prefix: &str) -> Result<Expansion, Error> {
-        let name = &*format!("{prefix}sh");
+        self.series(&format!("{prefix}sh"))
+    }
+
+    /// The series that a tensor holds.
+    pub(super) fn series(&self, name: &str) -> Result<Expansion, Error> {
         const SHAPE: &str = "[(F+1)^2, 3]";
         let tensor = self.tensor(name, Dtype::F64, SHAPE)?;
         let &[rows, 3] = tensor.shape() else { return Err(wrong_shape(name, SHAPE, tensor.shape())) };

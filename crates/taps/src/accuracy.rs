@@ -1,0 +1,199 @@
+//! How far the taps of a material are from a sum over the pixels of an environment.
+//!
+//! Views are those of a ball that a distant camera sees, from every side: the direction of reflection is uniform
+//! over the sphere, and the squared sine of the angle between normal and view is uniform. Errors are in stops,
+//! |log2((taps + e) / (sum + e))| with e = 1 % of the environment's mean radiance, of each colour by itself.
+
+use std::f64::consts::{PI, TAU};
+
+use brdf::Material;
+use envmap::Environment;
+use rayon::prelude::*;
+use sh::{Light, Stop, Stopped};
+use sphere::{DVec3, Direction, LatLong, spiral};
+
+use crate::{ScaleSpace, TapTable};
+
+/// The radiance that counts as black, as a share of an environment's mean.
+const BLACK_SHARE: f64 = 0.01;
+
+/// A pixel that is this many times brighter than the mean stays a point of its own.
+const BRIGHT: f64 = 6.0;
+
+/// The rows of the pixels that bright points are taken from, and of all others.
+const ROWS: [usize; 2] = [256, 128];
+
+/// An environment as points of light: what an error is measured against.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightPoints {
+    /// The direction and the flux, RGB, of each point.
+    points: Vec<([f32; 3], [f32; 3])>,
+}
+
+impl LightPoints {
+    /// The points of an environment: its pixels, joined to 256 rows where it is bright and to 128 elsewhere.
+    ///
+    /// # Errors
+    /// If the environment cannot be resampled.
+    pub fn new(environment: &Environment) -> Result<Self, envmap::Error> {
+        let fine = LatLong::with_rows(ROWS[0].min(environment.grid().height.max(2)));
+        let pixels = environment.downsampled(fine)?;
+        let integral = pixels.integral();
+        let mean = integral.iter().sum::<f64>() / (12.0 * PI);
+        let coarse = LatLong::with_rows((fine.height / 2).max(1));
+        let mut sums = vec![(DVec3::ZERO, [0.0_f64; 3]); coarse.len()];
+        let mut points = Vec::new();
+        for (index, rgb) in pixels.pixels().iter().enumerate() {
+            let (row, column) = (index / fine.width, index % fine.width);
+            let solid_angle = fine.solid_angle(row);
+            let direction = fine.direction(row, column).vector();
+            let flux = rgb.map(|value| f64::from(value) * solid_angle);
+            if rgb.iter().map(|value| f64::from(*value)).sum::<f64>() > 3.0 * BRIGHT * mean {
+                points.push((direction.as_vec3().to_array(), flux.map(|flux| flux as f32)));
+                continue;
+            }
+            let (direction_sum, sum) = &mut sums
+                [(row / 2).min(coarse.height - 1) * coarse.width + (column / 2).min(coarse.width - 1)];
+            *direction_sum += direction * solid_angle;
+            (0..3).for_each(|channel| sum[channel] += flux[channel]);
+        }
+        for (direction, flux) in sums {
+            if let Some(direction) = direction.try_normalize().filter(|_| flux != [0.0; 3]) {
+                points.push((direction.as_vec3().to_array(), flux.map(|flux| flux as f32)));
+            }
+        }
+        Ok(Self { points })
+    }
+
+    /// Points with these directions and fluxes; `None` if a number is not finite or a direction not of length 1.
+    pub fn from_points(points: Vec<([f32; 3], [f32; 3])>) -> Option<Self> {
+        let is_sound = |(direction, flux): &([f32; 3], [f32; 3])| {
+            let length: f32 = direction.iter().map(|value| value * value).sum();
+            (length - 1.0).abs() < 1e-4 && flux.iter().all(|value| value.is_finite())
+        };
+        points.iter().all(is_sound).then_some(Self { points })
+    }
+
+    /// The direction and the flux, RGB, of each point.
+    pub fn points(&self) -> &[([f32; 3], [f32; 3])] {
+        &self.points
+    }
+
+    /// The mean radiance over the sphere and the three colours.
+    fn mean(&self) -> f64 {
+        self.points.iter().flat_map(|(_, flux)| flux).map(|value| f64::from(*value)).sum::<f64>()
+            / (12.0 * PI)
+    }
+}
+
+/// An error in stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Accuracy {
+    /// The error that 95 of 100 views stay below.
+    pub p95: f64,
+    /// The error that 99 of 100 views stay below.
+    pub p99: f64,
+}
+
+/// A normal and the direction toward the viewer.
+#[derive(Clone, Copy, Debug)]
+struct BallView {
+    normal: DVec3,
+    view: DVec3,
+}
+
+/// A material under an environment, toward many views, by sums over points of light.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    views: Vec<BallView>,
+    radiance: Vec<[f64; 3]>,
+    dark: f64,
+}
+
+impl Truth {
+    /// The sums toward `count` views. Each takes rho_hat at every point of light above its horizon.
+    ///
+    /// # Errors
+    /// If the work was stopped.
+    pub fn new(
+        light: &LightPoints,
+        material: &Material,
+        count: usize,
+        stop: Stop<'_>,
+    ) -> Result<Self, Stopped> {
+        let views: Vec<BallView> = (0..count).map(|index| ball_view(index, count)).collect();
+        let radiance = |view: &BallView| {
+            stop.check()?;
+            let points = light
+                .points
+                .iter()
+                .map(|(direction, flux)| (DVec3::from_array(direction.map(f64::from)), flux.map(f64::from)));
+            Ok(reflected(material, view, points))
+        };
+        let radiance = views.par_iter().map(radiance).collect::<Result<_, Stopped>>()?;
+        Ok(Self { views, radiance, dark: BLACK_SHARE * light.mean() })
+    }
+
+    /// The error of taps that look into a scale space, with the lights beside it reflected by the material.
+    pub fn error(&self, table: &TapTable, light: &ScaleSpace, material: &Material) -> Accuracy {
+        let width = material.highlight_width();
+        let points: Vec<(DVec3, [f64; 3])> =
+            light.lights().iter().flat_map(|light| light_points(light, width)).collect();
+        let stops = self.views.par_iter().zip(&self.radiance).map(|(view, truth)| {
+            let [normal, toward] = [view.normal, view.view].map(Direction::normalised);
+            let taps = table.radiance(light, normal, toward);
+            let lights = reflected(material, view, points.iter().copied());
+            std::array::from_fn(|channel| {
+                let found = (taps[channel] + lights[channel]).max(0.0);
+                math::log2((found + self.dark) / (truth[channel].max(0.0) + self.dark)).abs()
+            })
+        });
+        let stops: Vec<[f64; 3]> = stops.collect();
+        let mut stops = stops.into_flattened();
+        stops.sort_by(f64::total_cmp);
+        let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
+        Accuracy { p95: at(0.95), p99: at(0.99) }
+    }
+}
+
+/// The points of a light for a material with highlights of a width, each with its flux.
+fn light_points(light: &Light, width: f64) -> Vec<(DVec3, [f64; 3])> {
+    let flux = light.flux();
+    let point = |(direction, share): (Direction, f64)| (direction.vector(), flux.map(|flux| flux * share));
+    light.points(width).into_iter().map(point).collect()
+}
+
+/// The view of an index: directions of reflection on a spiral, angles and turns by low-discrepancy sequences.
+fn ball_view(index: usize, count: usize) -> BallView {
+    let r = spiral(index, count).vector();
+    // The plastic number's sequence fills the square evenly with the spiral's order.
+    let [a, b] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_2];
+    let part = |step: f64| (0.5 + step * index as f64).fract();
+    let theta = math::asin(part(a).sqrt());
+    let (u, w) = r.any_orthonormal_pair();
+    let (y, x) = math::sin_cos(TAU * part(b));
+    let (s, c) = math::sin_cos(theta);
+    let normal = r * c + (u * x + w * y) * s;
+    BallView { normal, view: 2.0 * normal.dot(r) * normal - r }
+}
+
+/// The radiance of a surface toward a view under points of light; its tangent lies in the plane of the view.
+fn reflected(
+    material: &Material,
+    view: &BallView,
+    points: impl Iterator<Item = (DVec3, [f64; 3])>,
+) -> [f64; 3] {
+    let z = view.normal;
+    let x = (view.view - z.dot(view.view) * z).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
+    let y = z.cross(x);
+    let local = |v: DVec3| Direction::normalised(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
+    let outgoing = local(view.view);
+    let mut sum = [0.0; 3];
+    for (direction, flux) in points {
+        if direction.dot(z) > 0.0 {
+            let rho = material.rho_hat(local(direction), outgoing);
+            (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
+        }
+    }
+    sum
+}

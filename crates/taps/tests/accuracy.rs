@@ -1,0 +1,145 @@
+//! Taps against sums over the pixels of environments that their fit has not seen.
+
+use brdf::{Fresnel, Ggx, Lambert, Material, Microfacet, OrenNayar};
+use containers::{ReadOptions, read_image};
+use envmap::{Environment, Layout};
+use sh::Stop;
+use sphere::{Direction, LatLong};
+use taps::{Accuracy, FitError, LightPoints, ScaleSpace, Truth, Widths, fit};
+
+fn copper(roughness: f64) -> Material {
+    let copper = Fresnel::Conductor { n: [0.27, 0.68, 1.32], k: [3.61, 2.63, 2.29] };
+    Material::Ggx(Ggx::new(roughness, copper, [1.0; 3]).unwrap())
+}
+
+fn microfacet(sigma: f64) -> Material {
+    Material::Microfacet(Microfacet::new(sigma, [1.0; 3]).unwrap())
+}
+
+/// A room: a dim wall, a window and a row of lamps.
+fn room() -> Environment {
+    let grid = LatLong::with_rows(128);
+    let texel = |index: usize| {
+        let v = grid.direction(index / grid.width, index % grid.width).vector();
+        let is_window = v.x > 0.8 && v.z.abs() < 0.4;
+        let lamps = (0..5).any(|k| v.dot(Direction::from_angles(0.5, f64::from(k)).vector()) > 0.9985);
+        let wall = [0.3 + 0.2 * v.z, 0.3, 0.25 - 0.1 * v.y];
+        let extra = if lamps {
+            300.0
+        } else if is_window {
+            6.0
+        } else {
+            0.0
+        };
+        wall.map(|wall| (wall + extra) as f32)
+    };
+    Environment::new(grid, (0..grid.len()).map(texel).collect()).unwrap()
+}
+
+/// The error of a material's taps with the strongest lights beside the scale space.
+fn accuracy(environment: &Environment, material: &Material, taps: usize, lights: usize) -> Accuracy {
+    let widths = Widths::new(64).unwrap();
+    let fitted = fit(material, taps, widths, Stop::NEVER).unwrap();
+    let lamps = environment.separate_lamps(Stop::NEVER).unwrap().lights;
+    let kept = &lamps[..lights.min(lamps.len())];
+    let space = ScaleSpace::new(environment, kept, widths, Stop::NEVER).unwrap();
+    let points = LightPoints::new(environment).unwrap();
+    let truth = Truth::new(&points, material, 600, Stop::NEVER).unwrap();
+    truth.error(&fitted.table, &space, material)
+}
+
+/// The bounds are a tenth above what was seen.
+#[test]
+fn six_taps_are_within_a_tenth_of_a_stop_in_a_room() {
+    let room = room();
+    for (name, material, taps, lights, [p95, p99]) in [
+        ("copper 0.3", copper(0.3), 6, 8, [0.07, 0.22]),
+        ("copper 0.3, all in the map", copper(0.3), 6, 0, [0.12, 0.31]),
+        ("copper 1", copper(1.0), 4, 8, [0.036, 0.065]),
+        ("microfacet 0.2", microfacet(0.2), 4, 8, [0.06, 0.21]),
+        (
+            "oren-nayar",
+            Material::OrenNayar(OrenNayar::new([0.8, 0.4, 0.2], 30.0).unwrap()),
+            4,
+            8,
+            [0.14, 0.32],
+        ),
+        ("lambert", Material::Lambert(Lambert::new([0.8, 0.4, 0.2]).unwrap()), 4, 8, [0.036, 0.05]),
+    ] {
+        let found = accuracy(&room, &material, taps, lights);
+        eprintln!("{name}: {found:?}");
+        assert!(found.p95 < p95 && found.p99 < p99, "{name}: {found:?}");
+    }
+}
+
+/// Photographs with suns and lamps: eight lights beside the map, none, and eight with a narrower lobe. The bounds are a
+/// tenth above what was seen.
+#[test]
+fn photographs_with_lamps_are_within_a_tenth_of_a_stop() {
+    const TEST: &str = "photographs_with_lamps_are_within_a_tenth_of_a_stop";
+    for (name, cases) in [
+        ("studio", [[0.085, 0.16], [0.262, 0.71], [0.055, 0.13]]),
+        ("sunrise", [[0.028, 0.064], [0.16, 0.305], [0.021, 0.044]]),
+        ("forest", [[0.09, 0.178], [0.078, 0.162], [0.057, 0.135]]),
+    ] {
+        let Some(path) = test_data::folder(TEST, "SPECULA_CORPUS") else { return };
+        let image = read_image(
+            &std::fs::read(path.join(format!("env/cc0/{name}.hdr"))).unwrap(),
+            &ReadOptions::default(),
+        )
+        .unwrap()
+        .image;
+        let environment = Environment::from_image(image, Layout::LatLong, None).unwrap();
+        let found = [
+            accuracy(&environment, &copper(0.3), 6, 8),
+            accuracy(&environment, &copper(0.3), 6, 0),
+            accuracy(&environment, &microfacet(0.2), 4, 8),
+        ];
+        eprintln!("{name}: {found:?}");
+        for (found, [p95, p99]) in found.iter().zip(cases) {
+            assert!(found.p95 < p95 && found.p99 < p99, "{name}: {found:?}");
+        }
+    }
+}
+
+/// Under a constant sky a material reflects its albedo, exactly, toward every view.
+#[test]
+fn a_white_furnace_shows_the_albedo() {
+    let grid = LatLong::with_rows(32);
+    let sky = Environment::new(grid, vec![[1.0; 3]; grid.len()]).unwrap();
+    let widths = Widths::new(16).unwrap();
+    let space = ScaleSpace::new(&sky, &[], widths, Stop::NEVER).unwrap();
+    let white = Material::Lambert(Lambert::new([1.0, 0.5, 0.25]).unwrap());
+    for material in [white, microfacet(0.2), copper(0.4)] {
+        let fitted = fit(&material, 3, widths, Stop::NEVER).unwrap();
+        for row in [0, 20, 50] {
+            let cosine = 1.0 - f64::from(row) / 64.0;
+            let view = Direction::from_angles(cosine.acos(), 0.4);
+            let found = fitted.table.radiance(&space, Direction::Z, view);
+            let albedo = brdf::albedo(&material, Direction::from_angles(cosine.acos(), 0.0));
+            for channel in 0..3 {
+                let error = found[channel] / albedo[channel] - 1.0;
+                assert!(error.abs() < 5e-3, "{} at {cosine}: {found:?} {albedo:?}", material.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_fit_is_the_same_on_any_number_of_threads() {
+    let widths = Widths::new(64).unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fit(&copper(0.4), 2, widths, Stop::NEVER).unwrap())
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn a_ring_of_light_is_refused_and_a_stop_is_obeyed() {
+    let hair = Material::KajiyaKay(brdf::KajiyaKay::new(16.0, [1.0; 3]).unwrap());
+    let widths = Widths::new(64).unwrap();
+    assert_eq!(fit(&hair, 4, widths, Stop::NEVER), Err(FitError::Ring("kajiya-kay")));
+    let stopped = fit(&copper(0.3), 4, widths, Stop::when(&|| true));
+    assert_eq!(stopped, Err(FitError::Stopped(sh::Stopped)));
+}
