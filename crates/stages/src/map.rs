@@ -7,10 +7,13 @@ mod export_cabral;
 mod export_kautz_mccool;
 mod export_reflection_map;
 mod export_shrm;
+mod export_taps;
 mod export_view_maps;
+mod fit_taps;
 mod import_reflection_maps;
 mod prefilter;
 mod reference;
+mod scale_space;
 
 // What they share.
 mod map_index;
@@ -27,6 +30,9 @@ pub(crate) use map_pictures::{Layout, MapPictures, endings};
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {
     kinds
+        .with(scale_space::ScaleSpaceOfLight)
+        .with(fit_taps::FitTaps)
+        .with(export_taps::ExportTaps)
         .with(convolve::Convolve)
         .with(prefilter::Prefilter)
         .with(dfg::Dfg)

@@ -177,7 +177,8 @@ fn ball_view(index: usize, count: usize) -> BallView {
     BallView { normal, view: 2.0 * normal.dot(r) * normal - r }
 }
 
-/// The radiance of a surface toward a view under points of light; its tangent lies in the plane of the view.
+/// The radiance of a surface toward a view under points of light; in the mean over all turns about its
+/// normal.
 fn reflected(
     material: &Material,
     view: &BallView,
@@ -188,10 +189,10 @@ fn reflected(
     let y = z.cross(x);
     let local = |v: DVec3| Direction::normalised(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
-    let mut sum = [0.0; 3];
+    let (mut sum, turns) = ([0.0; 3], material.turns());
     for (direction, flux) in points {
         if direction.dot(z) > 0.0 {
-            let rho = material.rho_hat(local(direction), outgoing);
+            let rho = material.mean_over_turns(turns, local(direction), outgoing);
             (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
         }
     }

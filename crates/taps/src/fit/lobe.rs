@@ -18,7 +18,8 @@ pub(super) struct Lobe {
 }
 
 impl Lobe {
-    /// The lobe toward a view at an angle from the normal; directions are dense within `width` of R.
+    /// The lobe toward a view at an angle from the normal, in the mean over all turns of the surface; directions are
+    /// dense within `width` of R.
     pub(super) fn new(material: &Material, theta: f64, width: f64) -> Self {
         let (sine, cosine) = math::sin_cos(theta);
         let view = Direction::from_unit(DVec3::new(sine, 0.0, cosine));
@@ -26,7 +27,7 @@ impl Lobe {
         let scale = 0.5 * width;
         let end = math::asinh(PI / scale);
         let angle = |part: f64| scale * math::sinh(end * part / ANGLES as f64);
-        let mut shares = Vec::new();
+        let (mut shares, turns) = (Vec::new(), material.turns());
         for i in 0..ANGLES {
             let ring = math::cos(angle(i as f64)) - math::cos(angle((i + 1) as f64));
             let solid_angle = 2.0 * PI * ring / AZIMUTHS as f64;
@@ -36,7 +37,7 @@ impl Lobe {
                 let local = DVec3::new(s * x, s * y, c);
                 let light = local.x * toward + local.y * DVec3::Y + local.z * r;
                 if light.z > 0.0 {
-                    let rho = material.rho_hat(Direction::from_unit(light), view);
+                    let rho = material.mean_over_turns(turns, Direction::from_unit(light), view);
                     shares.push((local, rho.map(|rho| rho.max(0.0) * solid_angle)));
                 }
             }
@@ -58,6 +59,6 @@ impl Lobe {
 pub(super) fn width(material: &Material) -> f64 {
     let guess = material.highlight_width().clamp(0.01, 0.7);
     let whole: f64 = Lobe::new(material, 0.0, guess).albedo().iter().sum();
-    let peak: f64 = material.rho_hat(Direction::Z, Direction::Z).iter().sum();
+    let peak: f64 = material.mean_over_turns(material.turns(), Direction::Z, Direction::Z).iter().sum();
     if peak > 0.0 && whole > 0.0 { (whole / (2.0 * PI * peak)).sqrt().clamp(0.005, 0.7) } else { guess }
 }

@@ -1,0 +1,176 @@
+//! Blurs an environment by Gaussians of many widths: the one small map that every material reads by a few look-ups.
+//!
+//! > M(d, s) = integral of L(w) g_s(angle(w, d)) dw
+//!
+//! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A material is
+//! a table of look-ups, or taps (`fit-taps`): where a pixel looks, by the angle between view and normal, how wide,
+//! and with which weight. Six of them come within a tenth of a stop of the integral over the whole environment. The
+//! scale space knows no material, and so an edit of the light makes it anew and nothing else, and an edit of a
+//! material leaves it alone. docs/taps.md derives all this, with the errors of many materials.
+//!
+//! The levels have s = s_0 2^(k / 4) with s_0 = 2.4 / `resolution` radians, and `resolution` / 2^(k / 4, rounded
+//! down) texels along the edge of a face, down to 2. Each is a convolution in spherical harmonics, one factor for
+//! each degree (Ramamoorthi and Hanrahan 2002, equation 5), so that all light is in it, however small its source.
+//! Beside the levels are four maps of the light about a normal N, by kernels h_y(m) = m / (m (1 - y) + y) of the
+//! cosine m from N: materials whose reflection the horizon of N cuts read these, and the last, y = 1, is what a
+//! white diffuse surface shows.
+//!
+//! ## Resolution
+//!
+//! | sharpest highlight | `resolution` |
+//! | --- | --- |
+//! | roughness 0.4 and more, sigma 0.15 and more | 32 |
+//! | roughness 0.3 | 64 |
+//! | roughness 0.2 | 128 |
+//! | roughness 0.15 | 256 |
+//!
+//! A highlight that is narrower than the finest level looks as wide as that.
+//!
+//! ## Lights
+//!
+//! The `lights` strongest suns and lamps are taken out of the levels and kept as lights, each a disk with a
+//! direction and an irradiance. A renderer adds each by the material's own formula, which costs less than two
+//! look-ups, and is exact where blurred lamps are farthest from the truth. All other light stays in the levels,
+//! with its real shape: nothing is lost with `lights = 0`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.light]
+//! kind = "scale-space"
+//! input = "environment"
+//! ```
+
+use containers::tensors::EnvironmentScales;
+use engine::{
+    Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind,
+    parameters, unexpected,
+};
+use taps::{LightPoints, ScaleSpace, ScaleSpaceError, Widths};
+
+use crate::engines::nearest_power_of_two;
+use crate::values::{UntilStopped, artifacts};
+
+/// How many of the strongest lights are kept beside a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightCount {
+    /// As many as there are.
+    All,
+    /// At most so many.
+    Most(usize),
+}
+
+impl LightCount {
+    /// The lights that are kept, of these in the order of their strength.
+    pub(crate) fn of<T>(self, lights: &[T]) -> &[T] {
+        match self {
+            Self::All => lights,
+            Self::Most(count) => &lights[..count.min(lights.len())],
+        }
+    }
+}
+
+impl Parameter for LightCount {
+    fn expected() -> String {
+        "a whole number of lights, 0 or more, or \"all\"".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let count = match &value.kind {
+            ValueKind::String(word) if word == "all" => Some(Self::All),
+            ValueKind::Integer(count) => usize::try_from(*count).ok().map(Self::Most),
+            _ => None,
+        };
+        count.ok_or_else(|| unexpected(value, &Self::expected()))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match self {
+            Self::All => "all".into(),
+            Self::Most(count) => (*count).into(),
+        }
+    }
+
+    fn schema() -> serde_json::Value {
+        serde_json::json!({ "type": ["integer", "string"], "minimum": 0, "pattern": "^all$" })
+    }
+}
+
+/// The range of the edge of the finest level.
+const EDGES: std::ops::RangeInclusive<usize> = Widths::EDGES[0]..=Widths::EDGES[1];
+
+parameters! {
+    /// Parameters of `scale-space`.
+    pub(crate) struct Parameters {
+        /// Texels along the edge of a face of the finest level: a power of two.
+        #[range(EDGES)]
+        resolution: usize = 64,
+        /// How many of the strongest suns and lamps are kept as lights, or "all"; see Lights.
+        lights: LightCount = LightCount::Most(8),
+    }
+}
+
+/// The kind `scale-space`.
+pub(crate) struct ScaleSpaceOfLight;
+
+impl Kind for ScaleSpaceOfLight {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "scale-space";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[
+        taps::revisions::SCALE_SPACE,
+        sh::revisions::TRANSFORM,
+        envmap::revisions::LAMPS,
+        envmap::revisions::WITHOUT_LIGHTS,
+    ];
+    const TEXT: &'static str = include_str!("scale_space.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>("environment")]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::ScaleSpace::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let edge = parameters.resolution;
+        let wrong = || {
+            let nearest = nearest_power_of_two(edge);
+            ("resolution", format!("expected a power of two; the nearest is {nearest}"))
+        };
+        Widths::new(edge).is_none().then(wrong).into_iter().collect()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
+        let environment = &context.inputs.get::<artifacts::Environment>("environment")?.0;
+        let widths = Widths::new(parameters.resolution).ok_or_else(|| {
+            Failure::new(format!("resolution {} is not a power of two", parameters.resolution))
+        })?;
+        let lamps = match parameters.lights {
+            LightCount::Most(0) => Vec::new(),
+            _ => reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights,
+        };
+        let kept = parameters.lights.of(&lamps);
+        let space = reporter.until_stopped(|stop| {
+            ScaleSpace::new(environment, kept, widths, stop).map_err(|error| match error {
+                ScaleSpaceError::Stopped(stopped) => Failure::from(stopped),
+                other => Failure::new(other.to_string()),
+            })
+        })?;
+        let of = |count: usize| if count == 1 { "1 light".to_owned() } else { format!("{count} lights") };
+        let (edge, levels) = (widths.edge(), widths.len());
+        reporter.note(match lamps.len() - kept.len() {
+            0 => format!("{levels} levels from {edge} x {edge} on; {} beside them", of(kept.len())),
+            baked => format!(
+                "{levels} levels from {edge} x {edge} on; {} beside them, {} in them",
+                of(kept.len()),
+                of(baked)
+            ),
+        });
+        let points = LightPoints::new(environment)?;
+        Output::artifact(artifacts::ScaleSpace(EnvironmentScales { space, points }))
+    }
+}
