@@ -1,6 +1,7 @@
 //! What the programs in `src/bin` are made of: figures of the documents, drawn and measured, and the tables
 //! of [RH02, sec. 7.4] on this machine. `README.md` lists the programs.
 
+pub mod compact_tables;
 pub mod default_errors;
 pub mod paper;
 pub mod sampling_figures;

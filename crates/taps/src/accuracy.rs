@@ -111,7 +111,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The sums toward `count` views. Each takes rho_hat at every point of light above its horizon.
+    /// The sums toward `count` views. Each takes rho_hat at every point of light.
     ///
     /// # Errors
     /// If the work was stopped.
@@ -191,10 +191,8 @@ fn reflected(
     let outgoing = local(view.view);
     let (mut sum, turns) = ([0.0; 3], material.turns());
     for (direction, flux) in points {
-        if direction.dot(z) > 0.0 {
-            let rho = material.mean_over_turns(turns, local(direction), outgoing);
-            (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
-        }
+        let rho = material.mean_over_turns(turns, local(direction), outgoing);
+        (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
     }
     sum
 }

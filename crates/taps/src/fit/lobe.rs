@@ -36,8 +36,8 @@ impl Lobe {
                 let (y, x) = math::sin_cos(PI * (j as f64 + 0.5) / AZIMUTHS as f64);
                 let local = DVec3::new(s * x, s * y, c);
                 let light = local.x * toward + local.y * DVec3::Y + local.z * r;
-                if light.z > 0.0 {
-                    let rho = material.mean_over_turns(turns, Direction::from_unit(light), view);
+                let rho = material.mean_over_turns(turns, Direction::from_unit(light), view);
+                if rho != [0.0; 3] {
                     shares.push((local, rho.map(|rho| rho.max(0.0) * solid_angle)));
                 }
             }
