@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction, LatLong, spiral};
 
+use crate::fit::lobe_width;
 use crate::{ScaleSpace, TapTable};
 
 /// The radiance that counts as black, as a share of an environment's mean.
@@ -22,6 +23,9 @@ const BRIGHT: f64 = 6.0;
 
 /// The rows of the pixels that bright points are taken from, and of all others.
 const ROWS: [usize; 2] = [256, 128];
+
+/// The width of a highlight, in radians, from which an environment may have fewer points.
+const WIDE: f64 = 0.2;
 
 /// An environment as points of light: what an error is measured against.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +81,28 @@ impl LightPoints {
     /// The direction and the flux, RGB, of each point.
     pub fn points(&self) -> &[([f32; 3], [f32; 3])] {
         &self.points
+    }
+
+    /// Fewer points for lobes that are wide: those of each cell of 64 rows joined at their mean direction. A lobe
+    /// that is [`WIDE`] sees the difference as 1 %.
+    fn joined(&self) -> Self {
+        let grid = LatLong::with_rows(64);
+        let mut cells = vec![(DVec3::ZERO, [0.0_f64; 3]); grid.len()];
+        for (direction, flux) in &self.points {
+            let direction = DVec3::from_array(direction.map(f64::from));
+            let (column, row) = grid.position(Direction::normalised(direction));
+            let column = (column.round().max(0.0) as usize) % grid.width;
+            let row = (row.round().max(0.0) as usize).min(grid.height - 1);
+            let (sum, whole) = &mut cells[row * grid.width + column];
+            let flux = flux.map(f64::from);
+            *sum += direction * flux.iter().map(|value| value.abs()).sum::<f64>();
+            (0..3).for_each(|channel| whole[channel] += flux[channel]);
+        }
+        let point = |(sum, flux): (DVec3, [f64; 3])| {
+            let direction = sum.try_normalize()?.as_vec3().to_array();
+            Some((direction, flux.map(|value| value as f32)))
+        };
+        Self { points: cells.into_iter().filter_map(point).collect() }
     }
 
     /// The mean radiance over the sphere and the three colours.
@@ -187,7 +213,7 @@ fn reflected(
     let z = view.normal;
     let x = (view.view - z.dot(view.view) * z).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
     let y = z.cross(x);
-    let local = |v: DVec3| Direction::normalised(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
+    let local = |v: DVec3| Direction::from_unit(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
     let (mut sum, turns) = ([0.0; 3], material.turns());
     for (direction, flux) in points {

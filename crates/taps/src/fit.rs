@@ -20,6 +20,7 @@ use sh::{Stop, Stopped};
 use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 use crate::widths::Widths;
 use lobe::Lobe;
+pub(crate) use lobe::width as lobe_width;
 use smooth::Smooth;
 use view::{Shape, ViewFit};
 

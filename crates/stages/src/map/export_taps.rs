@@ -3,7 +3,7 @@
 //!
 //! A renderer needs one scale space for each environment and one table for each material. Connect one of them to
 //! write it once, or both for one file of a pair. For a pair the build measures how far the taps are from the sum
-//! over the pixels of the environment, toward 1000 views as a ball shows them, and warns if 95 % or 99 % of them are
+//! over the pixels of the environment, toward 500 views as a ball shows them, and warns if 95 % or 99 % of them are
 //! not within `accept`.
 //!
 //! ## Files
@@ -117,7 +117,7 @@ parameters! {
 }
 
 /// The views toward which a pair is measured.
-const VIEWS: usize = 1000;
+const VIEWS: usize = 500;
 
 /// The kind `export-taps`.
 pub(crate) struct ExportTaps;

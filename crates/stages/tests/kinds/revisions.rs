@@ -9,8 +9,8 @@
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
 use stages::artifacts::{
-    Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Prefiltered, Reflection, Shrm,
-    Transfer, VertexBlend, VertexRadiance,
+    Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Prefiltered, Reflection, ScaleSpace,
+    Shrm, Taps, Transfer, VertexBlend, VertexRadiance,
 };
 
 use crate::fixture::{
@@ -87,6 +87,9 @@ pub(crate) fn fixture(kind: &str) -> Case {
             let brdf = case("project-brdf", "").input("material", Material(phong(3.0))).artifact::<Brdf>();
             case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone())
         }
+        "scale-space" => crate::taps::scale_space("resolution = 8\nlights = 1"),
+        "fit-taps" => crate::taps::fit_taps("taps = 2"),
+        "export-taps" => crate::taps::pair(""),
         "prefilter" => case("prefilter", "roughness = [0.0, 0.2, 1.0]\nresolution = 4")
             .input("environment", environment(16, sky)),
         "export-engine" => {
@@ -220,6 +223,18 @@ fn numbers(case: &Case) -> Vec<f64> {
                 let prefiltered = Prefiltered::decode(&bytes).unwrap().0;
                 let levels = prefiltered.levels.iter().flat_map(|level| level.map.pixels().as_flattened());
                 levels.map(|&value| value.into()).collect()
+            }
+            ScaleSpace::TYPE => {
+                let space = ScaleSpace::decode(&bytes).unwrap().0.space;
+                let maps = space.levels().iter().chain(space.normals());
+                maps.flat_map(|map| map.pixels().as_flattened()).map(|&value| value.into()).collect()
+            }
+            Taps::TYPE => {
+                let table = Taps::decode(&bytes).unwrap().0.fitted.table;
+                let taps = table.rows().iter().flat_map(|row| &row.taps);
+                let taps = taps.flat_map(|tap| [tap.delta, tap.std].into_iter().chain(tap.weight));
+                let normals = table.rows().iter().flat_map(|row| &row.normals);
+                taps.chain(normals.flat_map(|tap| [tap.y].into_iter().chain(tap.weight))).collect()
             }
             Material::TYPE => {
                 let models = &containers::tensors::describe(&bytes).unwrap().metadata["material"];

@@ -56,7 +56,7 @@ impl Lobe {
 }
 
 /// The width of a material's lobe seen head on, in radians: that of a Gaussian with its peak and its albedo.
-pub(super) fn width(material: &Material) -> f64 {
+pub(crate) fn width(material: &Material) -> f64 {
     let guess = material.highlight_width().clamp(0.01, 0.7);
     let whole: f64 = Lobe::new(material, 0.0, guess).albedo().iter().sum();
     let peak: f64 = material.mean_over_turns(material.turns(), Direction::Z, Direction::Z).iter().sum();
