@@ -87,7 +87,8 @@ pub(crate) fn imports(recognised: &Recognised, place: impl Fn(&Path) -> PathBuf)
 }
 
 /// The stages of the starter manifest that belong to one stage of environments.
-const OF_ENVIRONMENTS: [&str; 6] = ["environment", "lighting", "reflection", "map", "sh", "sheet"];
+const OF_ENVIRONMENTS: [&str; 8] =
+    ["environment", "light", "compact", "lighting", "reflection", "map", "sh", "sheet"];
 
 /// The starter manifest for files of a folder, which it names relative to it. Environments of a further
 /// layout have stages of their own, whose names and folders hold the layout. What was left out is at the end.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction, LatLong, spiral};
 
-use crate::fit::lobe_width;
+use crate::fit::{lobe_width, turns};
 use crate::{ScaleSpace, TapTable};
 
 /// The radiance that counts as black, as a share of an environment's mean.
@@ -215,7 +215,7 @@ fn reflected(
     let y = z.cross(x);
     let local = |v: DVec3| Direction::from_unit(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
-    let (mut sum, turns) = ([0.0; 3], material.turns());
+    let (mut sum, turns) = ([0.0; 3], turns(material));
     for (direction, flux) in points {
         let rho = material.mean_over_turns(turns, local(direction), outgoing);
         (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);

@@ -13,14 +13,14 @@ mod view;
 
 use std::f64::consts::FRAC_PI_2;
 
-use brdf::{Centre, Material, Part};
+use brdf::{Material, Part};
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
 use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 use crate::widths::Widths;
 use lobe::Lobe;
-pub(crate) use lobe::width as lobe_width;
+pub(crate) use lobe::{turns, width as lobe_width};
 use smooth::Smooth;
 use view::{Shape, ViewFit};
 
@@ -35,17 +35,6 @@ pub struct Fitted {
     pub table: TapTable,
     /// The root of the mean squared residual under spots of light, in stops.
     pub rms: f64,
-}
-
-/// The taps could not be fitted.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum FitError {
-    /// The material reflects a ring of light about its tangent.
-    #[error("{0} reflects a ring of light, which no few round spots make")]
-    Ring(&'static str),
-    /// The work was stopped, because the caller did not want it any more.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
 }
 
 /// The widths of the first taps, as shares of the lobe's: from the narrowest to the widest. The better fit wins.
@@ -69,14 +58,12 @@ fn views() -> Vec<f64> {
 
 /// Fits `taps` taps for each highlight of a material, and one about the normal. A matte base, and any other part
 /// whose light is taken about the normal, is one more tap about the normal, and if it is not as even as a white
-/// wall, as that of a rough or dusty surface, two taps.
+/// wall, as that of a rough or dusty surface, two taps. A material that depends on the direction of its tangent is
+/// replaced by its mean over all turns about the normal.
 ///
 /// # Errors
-/// If the material is taken about its tangent, or the work was stopped.
-pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Fitted, FitError> {
-    if material.centre() == Centre::Tangent {
-        return Err(FitError::Ring(material.name()));
-    }
+/// If the work was stopped.
+pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Fitted, Stopped> {
     let mut rows = vec![TapRow::default(); ROWS];
     let (mut squares, mut residuals) = (0.0, 0);
     if let Some(gloss) = material.part(Part::Specular) {

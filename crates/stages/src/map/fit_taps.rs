@@ -14,8 +14,8 @@
 //!
 //! With `taps = "auto"` J is the least of 2, 3, 4, 6 and 8 whose residual is at most `error`, or the one with the
 //! least residual. The residual is that of spots; under a photograph 95 % of views are about as close to the integral
-//! (`export-taps` measures it, and docs/taps.md has tables). kajiya-kay is refused: hair reflects a ring of light.
-//! An anisotropic material is replaced by its mean over all turns about the normal, with a warning.
+//! (`export-taps` measures it, and docs/taps.md has tables). A material that depends on the direction of its tangent
+//! (stretched highlights, kajiya-kay) is replaced by its mean over all turns about the normal, with a warning.
 //!
 //! ## Example
 //!
@@ -25,9 +25,10 @@
 //! input = "material"
 //! ```
 
+use brdf::Centre;
 use containers::tensors::MaterialTaps;
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Steps, parameters};
-use taps::{FitError, Fitted, Widths, fit};
+use taps::{Fitted, Widths, fit};
 
 use crate::values::{UntilStopped, artifacts};
 
@@ -75,20 +76,14 @@ impl Kind for FitTaps {
         let reporter = &context.reporter;
         let material = context.inputs.get::<artifacts::Material>("material")?.0.clone();
         let widths = Widths::new(FINEST).ok_or_else(|| Failure::new("no widths"))?;
-        if !material.is_isotropic() {
+        if !material.is_isotropic() || material.centre() == Centre::Tangent {
             reporter.warn(
-                "the material depends on the direction of its tangent; its taps are those of its mean over all turns",
+                "the material depends on the direction of its tangent; its taps are those of its mean over all turns, \
+                 and shade-vertices keeps the direction",
             );
         }
-        let fitted = |taps: usize, steps: &Steps<'_>| {
-            steps.until_stopped(|stop| {
-                fit(&material, taps, widths, stop).map_err(|error| match error {
-                    FitError::Ring(_) => Failure::new(error.to_string())
-                        .help("convolve and export-shrm make a map of this material"),
-                    FitError::Stopped(stopped) => stopped.into(),
-                })
-            })
-        };
+        let fitted =
+            |taps: usize, steps: &Steps<'_>| steps.until_stopped(|stop| fit(&material, taps, widths, stop));
         let best = match parameters.taps {
             OrAuto::Fixed(taps) => fitted(taps, &Steps::new(reporter, 1))?,
             OrAuto::Auto => {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use brdf::Material;
+use brdf::{Centre, Material};
 use sphere::{DVec3, Direction};
 
 /// The angles from R and the azimuths of the directions that light is taken from, on one side.
@@ -27,7 +27,7 @@ impl Lobe {
         let scale = 0.5 * width;
         let end = math::asinh(PI / scale);
         let angle = |part: f64| scale * math::sinh(end * part / ANGLES as f64);
-        let (mut shares, turns) = (Vec::new(), material.turns());
+        let (mut shares, turns) = (Vec::new(), turns(material));
         for i in 0..ANGLES {
             let ring = math::cos(angle(i as f64)) - math::cos(angle((i + 1) as f64));
             let solid_angle = 2.0 * PI * ring / AZIMUTHS as f64;
@@ -55,10 +55,21 @@ impl Lobe {
     }
 }
 
+/// The turns of the surface over which a material is averaged: 1 if it is isotropic.
+pub(crate) fn turns(material: &Material) -> usize {
+    match material.centre() {
+        Centre::Tangent => STRAND_TURNS,
+        _ => material.turns(),
+    }
+}
+
+/// The turns of a material about its tangent.
+const STRAND_TURNS: usize = 25;
+
 /// The width of a material's lobe seen head on, in radians: that of a Gaussian with its peak and its albedo.
 pub(crate) fn width(material: &Material) -> f64 {
     let guess = material.highlight_width().clamp(0.01, 0.7);
     let whole: f64 = Lobe::new(material, 0.0, guess).albedo().iter().sum();
-    let peak: f64 = material.mean_over_turns(material.turns(), Direction::Z, Direction::Z).iter().sum();
+    let peak: f64 = material.mean_over_turns(turns(material), Direction::Z, Direction::Z).iter().sum();
     if peak > 0.0 && whole > 0.0 { (whole / (2.0 * PI * peak)).sqrt().clamp(0.005, 0.7) } else { guess }
 }
