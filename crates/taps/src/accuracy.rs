@@ -148,10 +148,11 @@ impl Truth {
         stop: Stop<'_>,
     ) -> Result<Self, Stopped> {
         let views: Vec<BallView> = (0..count).map(|index| ball_view(index, count)).collect();
+        let joined = (lobe_width(material) >= WIDE).then(|| light.joined());
+        let points = &joined.as_ref().unwrap_or(light).points;
         let radiance = |view: &BallView| {
             stop.check()?;
-            let points = light
-                .points
+            let points = points
                 .iter()
                 .map(|(direction, flux)| (DVec3::from_array(direction.map(f64::from)), flux.map(f64::from)));
             Ok(reflected(material, view, points))

@@ -91,6 +91,32 @@ pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> 
     Ok(Fitted { table: TapTable::from_rows(rows), rms: (squares / residuals.max(1) as f64).sqrt() })
 }
 
+/// The numbers of taps that [`fit_least`] tries.
+const TRIED: [usize; 5] = [2, 3, 4, 6, 8];
+
+/// More taps have to lower the residual to this share to be worth their cost.
+const WORTH: f64 = 0.93;
+
+/// [`fit`] with the least of 2, 3, 4, 6 and 8 taps whose residual is at most `error`, in stops, or with the number
+/// that has the least residual.
+///
+/// # Errors
+/// If the work was stopped.
+pub fn fit_least(material: &Material, error: f64, widths: Widths, stop: Stop<'_>) -> Result<Fitted, Stopped> {
+    let mut best = fit(material, TRIED[0], widths, stop)?;
+    for taps in &TRIED[1..] {
+        // A material without a highlight has the same taps always.
+        if best.rms <= error || best.table.taps() == 0 {
+            break;
+        }
+        let next = fit(material, *taps, widths, stop)?;
+        if next.rms < WORTH * best.rms {
+            best = next;
+        }
+    }
+    Ok(best)
+}
+
 /// The rows of one lobe, and the sum of squared residuals and their number.
 fn fit_lobe(
     material: &Material,

@@ -10,7 +10,7 @@ mod table;
 mod widths;
 
 pub use accuracy::{Accuracy, LightPoints, Truth};
-pub use fit::{Fitted, fit};
+pub use fit::{Fitted, fit, fit_least};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};

@@ -22,6 +22,9 @@ impl Widths {
     /// The smallest and the largest edge.
     pub const EDGES: [usize; 2] = [8, 512];
 
+    /// The levels of the finest scale space that a fit counts on: a tap is never narrower than its first.
+    pub const FINEST: Self = Self { edge: 256 };
+
     /// The levels for an edge; `None` unless it is a power of two within [`Widths::EDGES`].
     pub fn new(edge: usize) -> Option<Self> {
         let [least, most] = Self::EDGES;

@@ -25,10 +25,10 @@
 //! input = "material"
 //! ```
 
-use brdf::Centre;
+use brdf::{Centre, Material};
 use containers::tensors::MaterialTaps;
-use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Steps, parameters};
-use taps::{Fitted, Widths, fit};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, parameters};
+use taps::{TapTable, Widths, fit, fit_least};
 
 use crate::values::{UntilStopped, artifacts};
 
@@ -40,18 +40,20 @@ parameters! {
         taps: OrAuto<usize> = OrAuto::Auto,
         /// The residual, in stops, that `taps = "auto"` accepts.
         #[range(0.0..=10.0)]
-        error: f64 = 0.08,
+        error: f64 = ERROR,
     }
 }
 
-/// The numbers of look-ups that are tried.
-const TRIED: [usize; 5] = [2, 3, 4, 6, 8];
-
-/// More look-ups have to lower the residual to this share.
-const WORTH: f64 = 0.93;
+/// The residual that is accepted by default.
+const ERROR: f64 = 0.08;
 
 /// The finest scale space that a fit counts on.
-const FINEST: usize = 256;
+const FINEST: Widths = Widths::FINEST;
+
+/// The taps of a material with the default parameters.
+pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
+    Ok(reporter.until_stopped(|stop| fit_least(material, ERROR, FINEST, stop))?.table)
+}
 
 /// The kind `fit-taps`.
 pub(crate) struct FitTaps;
@@ -75,40 +77,22 @@ impl Kind for FitTaps {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
         let material = context.inputs.get::<artifacts::Material>("material")?.0.clone();
-        let widths = Widths::new(FINEST).ok_or_else(|| Failure::new("no widths"))?;
         if !material.is_isotropic() || material.centre() == Centre::Tangent {
             reporter.warn(
                 "the material depends on the direction of its tangent; its taps are those of its mean over all turns, \
                  and shade-vertices keeps the direction",
             );
         }
-        let fitted =
-            |taps: usize, steps: &Steps<'_>| steps.until_stopped(|stop| fit(&material, taps, widths, stop));
-        let best = match parameters.taps {
-            OrAuto::Fixed(taps) => fitted(taps, &Steps::new(reporter, 1))?,
-            OrAuto::Auto => {
-                let steps = Steps::new(reporter, TRIED.len());
-                let mut best: Option<Fitted> = None;
-                for taps in TRIED {
-                    let next = fitted(taps, &steps)?;
-                    let is_best = best.as_ref().is_none_or(|best| next.rms < WORTH * best.rms);
-                    let is_same = best.as_ref().is_some_and(|best| best.table.taps() == next.table.taps());
-                    if is_best {
-                        best = Some(next);
-                    }
-                    if is_same || best.as_ref().is_some_and(|best| best.rms <= parameters.error) {
-                        break;
-                    }
-                }
-                best.ok_or_else(|| Failure::new("no number of taps was tried"))?
-            }
-        };
+        let fitted = reporter.until_stopped(|stop| match parameters.taps {
+            OrAuto::Fixed(taps) => fit(&material, taps, FINEST, stop),
+            OrAuto::Auto => fit_least(&material, parameters.error, FINEST, stop),
+        })?;
         reporter.note(format!(
             "{} taps and {} about the normal; under spots of light within {:.3} stops (RMS)",
-            best.table.taps(),
-            best.table.normals(),
-            best.rms
+            fitted.table.taps(),
+            fitted.table.normals(),
+            fitted.rms
         ));
-        Output::artifact(artifacts::Taps(MaterialTaps { material, fitted: best }))
+        Output::artifact(artifacts::Taps(MaterialTaps { material, fitted }))
     }
 }

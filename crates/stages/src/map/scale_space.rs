@@ -43,9 +43,10 @@
 
 use containers::tensors::EnvironmentScales;
 use engine::{
-    Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind,
-    parameters, unexpected,
+    Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Reporter, Value,
+    ValueKind, parameters, unexpected,
 };
+use envmap::Environment;
 use taps::{LightPoints, ScaleSpace, ScaleSpaceError, Widths};
 
 use crate::engines::nearest_power_of_two;
@@ -96,6 +97,12 @@ impl Parameter for LightCount {
     }
 }
 
+/// The default resolution.
+const RESOLUTION: usize = 64;
+
+/// The lights that are kept by default.
+const LIGHTS: LightCount = LightCount::Most(8);
+
 /// The range of the edge of the finest level.
 const EDGES: std::ops::RangeInclusive<usize> = Widths::EDGES[0]..=Widths::EDGES[1];
 
@@ -104,10 +111,39 @@ parameters! {
     pub(crate) struct Parameters {
         /// Texels along the edge of a face of the finest level: a power of two.
         #[range(EDGES)]
-        resolution: usize = 64,
+        resolution: usize = RESOLUTION,
         /// How many of the strongest suns and lamps are kept as lights, or "all"; see Lights.
-        lights: LightCount = LightCount::Most(8),
+        lights: LightCount = LIGHTS,
     }
+}
+
+/// The scale space of an environment with the default parameters.
+pub(crate) fn default_scale_space(
+    environment: &Environment,
+    reporter: &Reporter,
+) -> Result<ScaleSpace, Failure> {
+    let widths = Widths::new(RESOLUTION).unwrap_or(Widths::FINEST);
+    Ok(scale_space(environment, widths, LIGHTS, reporter)?.0)
+}
+
+/// The scale space with the strongest lights beside it, and the number of lights that were found.
+fn scale_space(
+    environment: &Environment,
+    widths: Widths,
+    lights: LightCount,
+    reporter: &Reporter,
+) -> Result<(ScaleSpace, usize), Failure> {
+    let lamps = match lights {
+        LightCount::Most(0) => Vec::new(),
+        _ => reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights,
+    };
+    let space = reporter.until_stopped(|stop| {
+        ScaleSpace::new(environment, lights.of(&lamps), widths, stop).map_err(|error| match error {
+            ScaleSpaceError::Stopped(stopped) => Failure::from(stopped),
+            other => Failure::new(other.to_string()),
+        })
+    })?;
+    Ok((space, lamps.len()))
 }
 
 /// The kind `scale-space`.
@@ -149,24 +185,15 @@ impl Kind for ScaleSpaceOfLight {
         let widths = Widths::new(parameters.resolution).ok_or_else(|| {
             Failure::new(format!("resolution {} is not a power of two", parameters.resolution))
         })?;
-        let lamps = match parameters.lights {
-            LightCount::Most(0) => Vec::new(),
-            _ => reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights,
-        };
-        let kept = parameters.lights.of(&lamps);
-        let space = reporter.until_stopped(|stop| {
-            ScaleSpace::new(environment, kept, widths, stop).map_err(|error| match error {
-                ScaleSpaceError::Stopped(stopped) => Failure::from(stopped),
-                other => Failure::new(other.to_string()),
-            })
-        })?;
+        let (space, found) = scale_space(environment, widths, parameters.lights, reporter)?;
+        let kept = space.lights().len();
         let of = |count: usize| if count == 1 { "1 light".to_owned() } else { format!("{count} lights") };
         let (edge, levels) = (widths.edge(), widths.len());
-        reporter.note(match lamps.len() - kept.len() {
-            0 => format!("{levels} levels from {edge} x {edge} on; {} beside them", of(kept.len())),
+        reporter.note(match found - kept {
+            0 => format!("{levels} levels from {edge} x {edge} on; {} beside them", of(kept)),
             baked => format!(
                 "{levels} levels from {edge} x {edge} on; {} beside them, {} in them",
-                of(kept.len()),
+                of(kept),
                 of(baked)
             ),
         });

@@ -133,10 +133,9 @@ fn advise(candidates: &[Candidate<'_>], several: bool, limits: &Limits) -> Advic
         let under = if several { format!(" under {}", candidate.environment) } else { String::new() };
         format!("{}{under} ({})", self::word(errors, limits), reached(errors))
     };
-    let others: Vec<_> =
-        candidates.iter().filter(|other| other.method != Method::ShrmSeparate).copied().collect();
+    let others: Vec<_> = candidates.iter().filter(|other| !other.method.adds_lights()).copied().collect();
     let mut named_plain = chosen.method == Method::ReflectionMap;
-    if chosen.method == Method::ShrmSeparate
+    if chosen.method.adds_lights()
         && let Some(other) = choose(&others, limits)
     {
         named_plain |= other.method == Method::ReflectionMap;
@@ -220,7 +219,7 @@ fn named(candidate: &Candidate<'_>, several: bool) -> String {
     let (title, size) = (candidate.method.title(), size(candidate.bytes));
     let all = if several { " in all" } else { "" };
     match (candidate.method, candidate.p) {
-        (Method::ReflectionMap | Method::PartMaps, _) => format!("{title} ({size}{all})"),
+        (Method::Taps | Method::ReflectionMap | Method::PartMaps, _) => format!("{title} ({size}{all})"),
         (_, [least, most]) if least < most => format!("{title} (P = {least} to {most}, {size}{all})"),
         (_, [p, _]) => format!("{title} (P = {p}, {size}{all})"),
     }
@@ -264,7 +263,8 @@ mod tests {
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.
     fn exports(p95: &[f64]) -> Vec<Export> {
         let of = |(method, (p95, bytes)): (Method, (&f64, u64))| export(method, *p95, bytes);
-        let methods = Method::ALL.into_iter().filter(|method| *method != Method::PartMaps);
+        let methods =
+            Method::ALL.into_iter().filter(|method| !matches!(method, Method::Taps | Method::PartMaps));
         methods.zip(p95.iter().zip([1, 16, 12, 60, 9])).map(of).collect()
     }
 

@@ -281,6 +281,8 @@ impl RigMethod {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Method {
+    /// A few look-ups into a scale space of the light, `export-taps`.
+    Taps,
     /// One reflection map, `export-reflection-map`.
     ReflectionMap,
     /// A reflection map of each part, for a material that has both: the diffuse one looked up by the normal.
@@ -297,8 +299,10 @@ pub(crate) enum Method {
 }
 
 impl Method {
-    /// The methods from the plainest to the most exact.
-    pub(crate) const ALL: [Self; 6] = [
+    /// The methods: the compact map, then those that make maps for each pair, from the plainest to the most
+    /// exact.
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Taps,
         Self::ReflectionMap,
         Self::PartMaps,
         Self::KautzMccool,
@@ -310,6 +314,7 @@ impl Method {
     /// The method's name in headings.
     pub(crate) fn title(self) -> &'static str {
         match self {
+            Self::Taps => "Compact map",
             Self::ReflectionMap => "Plain map",
             Self::PartMaps => "Plain map of each part",
             Self::KautzMccool => "Kautz-McCool",
@@ -319,9 +324,15 @@ impl Method {
         }
     }
 
+    /// Whether a renderer adds lights beside the map by the material's own BRDF.
+    pub(crate) fn adds_lights(self) -> bool {
+        matches!(self, Self::Taps | Self::ShrmSeparate)
+    }
+
     /// The kind of stage that writes the export.
     pub(crate) fn kind(self) -> &'static str {
         match self {
+            Self::Taps => "export-taps",
             Self::ReflectionMap => "export-reflection-map",
             Self::PartMaps => "export-reflection-map after project-brdf, part = \"diffuse\" and \"specular\"",
             Self::KautzMccool => "export-kautz-mccool",

@@ -174,6 +174,7 @@ fn figures(page: &mut Markup, export: &Export, limits: &Limits) {
     }
     page.put(format_args!("<span class=\"size\">RMS {}</span>", percent(errors.rms)));
     let degrees = match export.method {
+        Method::Taps => export.texture.clone(),
         Method::ReflectionMap | Method::PartMaps => format!("F = {}", export.f),
         _ => format!("F = {}, P = {}", export.f, export.p),
     };
@@ -288,6 +289,7 @@ fn terms(page: &mut Markup) {
     page.line(
         r#"<h2 id="terms">Terms</h2>
 <dl>
+<dt>Compact map</dt><dd>The light of the environment, blurred by many widths, and a table of a few look-ups, or taps, that make the reflection of a material from it. One such map serves every material. The strongest lights are beside it, and the renderer adds them by the material's own BRDF.</dd>
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
 <dt>Plain map of each part</dt><dd>Two such maps, which a renderer adds: that of the matte part, looked up by the normal, and that of the highlight, looked up by the reflection vector.</dd>
 <dt>Kautz-McCool</dt><dd>A 3D texture, looked up by a direction and by the angle between it and the view. It does not hold what changes around the direction.</dd>

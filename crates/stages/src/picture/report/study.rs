@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use brdf::{BrdfCoefficients, Choice, Part, project};
+use brdf::{BrdfCoefficients, Centre, Choice, Part, project};
 use engine::{Failure, Reporter, Steps};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
@@ -12,10 +12,12 @@ use sh::{Degree, Lighting};
 use shrm::MOST_P;
 use shrm::degrees::BLACK_SHARE;
 use shrm::reference::LightTree;
-use shrm::{MapGrid, MapViews, MeanLobe, Plain, Reflection, Shrm, Terms, View};
+use shrm::{Lamps, MapGrid, MapViews, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, DMat3, Direction, LatLong};
+use taps::{ScaleSpace, TapTable};
 
 use crate::light::full;
+use crate::map::{default_scale_space, default_taps};
 use crate::picture::report::advice;
 use crate::picture::report::advice::best;
 use crate::picture::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
@@ -53,6 +55,7 @@ pub(crate) struct Lit<'a> {
     /// The radiance below which a value counts as black.
     pub(crate) dark: f64,
     full: OnceCell<Lighting>,
+    space: OnceCell<ScaleSpace>,
 }
 
 impl<'a> Lit<'a> {
@@ -60,7 +63,24 @@ impl<'a> Lit<'a> {
         let tree = LightTree::new(environment);
         // Over the sphere and the three channels.
         let mean = environment.integral().iter().sum::<f64>() / (12.0 * std::f64::consts::PI);
-        Self { name, environment, exposure, tree, dark: BLACK_SHARE * mean, full: OnceCell::new() }
+        Self {
+            name,
+            environment,
+            exposure,
+            tree,
+            dark: BLACK_SHARE * mean,
+            full: OnceCell::new(),
+            space: OnceCell::new(),
+        }
+    }
+
+    /// The scale space that the kind of that name makes by default.
+    fn space(&self, reporter: &Reporter) -> Result<&ScaleSpace, Failure> {
+        if let Some(space) = self.space.get() {
+            return Ok(space);
+        }
+        let made = default_scale_space(self.environment, reporter)?;
+        Ok(self.space.get_or_init(|| made))
     }
 
     /// The lighting that `project-sh` makes by default.
@@ -107,12 +127,14 @@ pub(crate) struct Studied<'a> {
     mean: OnceCell<MeanLobe>,
     /// The material's lobes for a small light, in the mean over the views at each angle of a 3D texture.
     rings: OnceCell<Vec<MeanLobe>>,
+    /// The look-ups into a scale space.
+    taps: OnceCell<TapTable>,
 }
 
 impl<'a> Studied<'a> {
     pub(crate) fn new(name: String, material: Cow<'a, brdf::Material>) -> Self {
-        let (parts, full, given, mean, rings) = Default::default();
-        Self { name, material, parts, full, given, mean, rings }
+        let (parts, full, given, mean, rings, taps) = Default::default();
+        Self { name, material, parts, full, given, mean, rings, taps }
     }
 
     fn mean(&self) -> &MeanLobe {
@@ -129,6 +151,15 @@ impl<'a> Studied<'a> {
         let part = |part| Some(Studied::new(self.name.clone(), Cow::Owned(self.material.part(part)?)));
         let parts = || Some(Box::new([part(Part::Diffuse)?, part(Part::Specular)?]));
         self.parts.get_or_init(parts).as_deref()
+    }
+
+    /// The look-ups that `fit-taps` makes by default.
+    fn taps(&self, reporter: &Reporter) -> Result<&TapTable, Failure> {
+        if let Some(taps) = self.taps.get() {
+            return Ok(taps);
+        }
+        let made = default_taps(&self.material, reporter)?;
+        Ok(self.taps.get_or_init(|| made))
     }
 
     /// The coefficients that `project-brdf` makes by default.
@@ -306,6 +337,7 @@ impl<'a> StudyScene<'a> {
                 continue;
             }
             made.push(match (method, material.parts()) {
+                (Method::Taps, _) => self.compact(lit, material)?,
                 (Method::PartMaps, None) => continue,
                 (Method::PartMaps, Some(parts)) => self.part_maps(lit, parts, reflection, settings)?,
                 _ => self.measure(method, material, reflection, soft, settings.resolution)?,
@@ -323,6 +355,35 @@ impl<'a> StudyScene<'a> {
     /// The readers of the maps of a reflection.
     fn reader(&self, reflection: &Reflection) -> Reader<'_> {
         Reader { central: &self.central, least: if reflection.is_for_light() { 0.0 } else { f32::MIN } }
+    }
+
+    /// Measures a compact map, and the sum of its taps and lights that readers see.
+    fn compact(&self, lit: &Lit<'_>, material: &Studied<'_>) -> Result<(Export, Seen), Failure> {
+        let (space, table) = (lit.space(self.reporter)?, material.taps(self.reporter)?);
+        let lamps =
+            Lamps { lights: space.lights().to_vec(), material: material.material.clone().into_owned() };
+        let (lamps, view) = (lamps.for_views(), Sphere::view());
+        let normals = self.sphere.central(Centre::Normal);
+        let pixel = |(normal, central): (&Direction, &Direction)| {
+            let (soft, lit) = (table.radiance(space, *normal, view), lamps.radiance(*central, view));
+            std::array::from_fn(|channel| (soft[channel] + lit[channel]) as f32)
+        };
+        let values: Vec<[f32; 3]> = normals.par_iter().zip(&self.central).map(pixel).collect();
+        let lattice = self.sphere.lattice();
+        // Texels of four bytes, and halves in the table.
+        let texels: usize = space.levels().iter().chain(space.normals()).map(|map| map.cube().len()).sum();
+        let (taps, lights) = (table.taps(), space.lights().len());
+        let bytes = 4 * texels + 8 * taps::ROWS * (2 * taps + table.normals()) + LIGHT_BYTES * lights;
+        let export = Export {
+            method: Method::Taps,
+            errors: self.sphere.errors(&values, &self.truth, self.dark, lattice),
+            f: 0,
+            p: 0,
+            bytes: bytes as u64,
+            texture: format!("{taps} taps, {lights} {}", if lights == 1 { "light" } else { "lights" }),
+            one_of: lattice.one_of(),
+        };
+        Ok((export, (lattice, values)))
     }
 
     /// Measures a plain map of each part, and the sum of both that readers see.
@@ -403,7 +464,7 @@ impl<'a> StudyScene<'a> {
         };
         let (mut p, mut lattice) = (reflection.brdf().p().get(), self.sphere.lattice());
         let (values, (bytes, texture)) = match method {
-            Method::ReflectionMap | Method::PartMaps => {
+            Method::Taps | Method::ReflectionMap | Method::PartMaps => {
                 p = 0;
                 let lights = lamps.map(|lamps| (lit_by.mean(), &lamps.lights[..]));
                 let values = reader.plain(&reflection.plain(Plain::Mean), lights, Cube { edge })?;
