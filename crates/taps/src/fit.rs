@@ -46,6 +46,10 @@ const MATTE: f64 = 0.02;
 /// The taps of a matte part for which it is not.
 const MATTE_TAPS: usize = 2;
 
+/// A channel whose squared residuals are more than this many times those of all channels together has weights of
+/// its own.
+const COLOURED: f64 = 1.1;
+
 /// The last view, 88 degrees from the normal: beyond, taps stay as they are.
 const LAST_VIEW: f64 = 0.9985;
 
@@ -161,25 +165,46 @@ fn fit_lobe(
         .into_iter()
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or_else(|| unreachable!("there are starts"));
-    let last = math::asin(LAST_VIEW.sqrt());
-    let row = |row: usize| {
-        let cosine = 1.0 - row as f64 / (ROWS - 1) as f64;
-        let albedo = Lobe::new(material, math::acos(cosine).min(FRAC_PI_2 - 1e-3), width).albedo();
-        let parameters = best.at(math::acos(cosine).min(last));
-        let (of_taps, of_normals) = parameters.split_at(3 * taps);
-        let (of_taps, of_normals) = (of_taps.as_chunks::<3>().0, of_normals.as_chunks::<2>().0);
-        let logs = of_taps.iter().map(|tap| tap[2]).chain(of_normals.iter().map(|tap| tap[1]));
-        let whole: f64 = logs.map(math::exp).sum();
-        let weight = |log: f64| albedo.map(|albedo| albedo * math::exp(log) / whole);
-        TapRow {
-            taps: (of_taps.iter())
-                .map(|[delta, x, log]| Tap { delta: *delta, std: widths.std_at(*x), weight: weight(*log) })
-                .collect(),
-            normals: (of_normals.iter())
-                .map(|[x, log]| NormalTap { y: x / (crate::NORMAL_KERNELS - 1) as f64, weight: weight(*log) })
-                .collect(),
-        }
-    };
+    let colours = [0, 1, 2].map(|channel| {
+        let fits = fits(Some(channel), &lobes);
+        // A lobe of one colour has the same shape in each channel.
+        let own: f64 = fits.iter().map(|fit| fit.evaluate(&best.at(fit.theta), None)).sum();
+        let (smooth, own) = if own > COLOURED * cost {
+            let smooth = best.with_weights_of(&fits);
+            let own = fits.iter().map(|fit| fit.evaluate(&smooth.at(fit.theta), None)).sum();
+            (smooth, own)
+        } else {
+            (best.clone(), own)
+        };
+        (smooth, own)
+    });
+    let cost = colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0;
+    let row = |row: usize| row_of(material, colours.each_ref().map(|(smooth, _)| smooth), row, width, widths);
     let count = all.iter().map(ViewFit::len).sum();
     Ok(((0..ROWS).into_par_iter().map(row).collect(), cost, count))
+}
+
+/// A row of the table: the places of the taps, and in each colour their weights, which add up to the albedo.
+fn row_of(material: &Material, colours: [&Smooth; 3], row: usize, width: f64, widths: Widths) -> TapRow {
+    let theta = math::acos(1.0 - row as f64 / (ROWS - 1) as f64);
+    let albedo = Lobe::new(material, theta.min(FRAC_PI_2 - 1e-3), width).albedo();
+    let shape = colours[0].shape();
+    let parameters = colours.map(|smooth| smooth.at(theta.min(math::asin(LAST_VIEW.sqrt()))));
+    let weights: Vec<usize> = shape.weights().collect();
+    let scales: [f64; 3] = std::array::from_fn(|channel| {
+        albedo[channel] / weights.iter().map(|index| math::exp(parameters[channel][*index])).sum::<f64>()
+    });
+    let mut weights = weights
+        .into_iter()
+        .map(|index| std::array::from_fn(|channel| scales[channel] * math::exp(parameters[channel][index])));
+    let mut weight = || weights.next().unwrap_or_default();
+    let (taps, normals) = parameters[0].split_at(3 * shape.taps);
+    TapRow {
+        taps: (taps.as_chunks::<3>().0.iter())
+            .map(|[delta, x, _]| Tap { delta: *delta, std: widths.std_at(*x), weight: weight() })
+            .collect(),
+        normals: (normals.as_chunks::<2>().0.iter())
+            .map(|[x, _]| NormalTap { y: x / (crate::NORMAL_KERNELS - 1) as f64, weight: weight() })
+            .collect(),
+    }
 }

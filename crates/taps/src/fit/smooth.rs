@@ -51,16 +51,19 @@ impl Smooth {
                 coefficients.copy_from_slice(&nearest);
             }
         }
-        let evaluate = |coefficients: &[f64], normal: Option<&mut Normal>| {
-            let Some(normal) = normal else {
-                return fits
-                    .iter()
-                    .map(|fit| fit.evaluate(&values(shape, coefficients, fit.theta), None))
-                    .sum();
-            };
-            fits.iter().map(|fit| add_view(shape, coefficients, fit, normal)).sum()
-        };
-        Self { shape, coefficients: minimise(start, evaluate, |_| ()) }
+        Self { shape, coefficients: fitted(shape, fits, start, |_| true) }
+    }
+
+    /// The same places with the weights that fit other lobes best: those of a channel.
+    pub(super) fn with_weights_of(&self, fits: &[ViewFit<'_>]) -> Self {
+        let start = self.coefficients.clone();
+        let coefficients = fitted(self.shape, fits, start, |meaning| meaning == Meaning::Weight);
+        Self { shape: self.shape, coefficients }
+    }
+
+    /// What the parameters are.
+    pub(super) fn shape(&self) -> Shape {
+        self.shape
     }
 
     /// The parameters at a view.
@@ -69,11 +72,36 @@ impl Smooth {
     }
 }
 
-/// Adds what one view says of the coefficients; returns its cost.
-fn add_view(shape: Shape, coefficients: &[f64], fit: &ViewFit<'_>, whole: &mut Normal) -> f64 {
+/// The coefficients near a start that fit all views best; those of parameters that are not `free` stay.
+fn fitted(
+    shape: Shape,
+    fits: &[ViewFit<'_>],
+    start: Vec<f64>,
+    free: impl Fn(Meaning) -> bool + Copy,
+) -> Vec<f64> {
+    let evaluate = |coefficients: &[f64], normal: Option<&mut Normal>| {
+        let Some(normal) = normal else {
+            return fits.iter().map(|fit| fit.evaluate(&values(shape, coefficients, fit.theta), None)).sum();
+        };
+        fits.iter().map(|fit| add_view(shape, coefficients, fit, free, normal)).sum()
+    };
+    minimise(start, evaluate, |_| ())
+}
+
+/// Adds what one view says of the free coefficients; returns its cost.
+fn add_view(
+    shape: Shape,
+    coefficients: &[f64],
+    fit: &ViewFit<'_>,
+    free: impl Fn(Meaning) -> bool,
+    whole: &mut Normal,
+) -> f64 {
     let mut normal = Normal::new(shape.len());
     let cost = fit.evaluate(&values(shape, coefficients, fit.theta), Some(&mut normal));
-    let factors: Vec<_> = shape.meanings().map(|meaning| factors(fit.theta, meaning)).collect();
+    // Factors of 0 leave a parameter out.
+    let factors: Vec<_> = (shape.meanings())
+        .map(|meaning| if free(meaning) { factors(fit.theta, meaning) } else { [0.0; TERMS] })
+        .collect();
     for (i, f) in factors.iter().enumerate() {
         for (a, f) in f.iter().enumerate() {
             let row = i * TERMS + a;

@@ -49,6 +49,11 @@ impl Shape {
         taps.flatten().chain(normals.flatten())
     }
 
+    /// The indices of the logarithms of weights: those of the taps, then those of the taps about the normal.
+    pub(super) fn weights(self) -> impl Iterator<Item = usize> {
+        self.meanings().enumerate().filter(|(_, meaning)| *meaning == Meaning::Weight).map(|(index, _)| index)
+    }
+
     /// Keeps parameters where a scale space has levels and kernels.
     pub(super) fn bound(self, parameters: &mut [f64]) {
         for (value, meaning) in parameters.iter_mut().zip(self.meanings()) {
@@ -179,8 +184,7 @@ impl<'a> ViewFit<'a> {
         cost += residual * residual;
         if let Some(normal) = normal {
             row.fill(0.0);
-            let places = self.shape.meanings().enumerate().filter(|(_, meaning)| *meaning == Meaning::Weight);
-            for ((index, _), weight) in places.zip(weights()) {
+            for (index, weight) in self.shape.weights().zip(weights()) {
                 row[index] = UNIFORM * weight / (LN_2 * whole);
             }
             normal.add(&row, residual);
