@@ -7,6 +7,7 @@
 //! the material itself.
 
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 use brdf::Material;
 use envmap::Environment;
@@ -51,6 +52,22 @@ const COPPER_30: &str = "model = \"ggx\"\nroughness = 0.3\nn = [0.27, 0.68, 1.32
 const COPPER_50: &str = "model = \"ggx\"\nroughness = 0.5\nn = [0.27, 0.68, 1.32]\nk = [3.61, 2.63, 2.29]";
 const COPPER_70: &str = "model = \"ggx\"\nroughness = 0.7\nn = [0.27, 0.68, 1.32]\nk = [3.61, 2.63, 2.29]";
 const COPPER_100: &str = "model = \"ggx\"\nroughness = 1.0\nn = [0.27, 0.68, 1.32]\nk = [3.61, 2.63, 2.29]";
+
+/// One of [`MATERIALS`].
+///
+/// # Errors
+/// If there is none of this name.
+pub fn material(name: &str) -> Result<Material, Box<dyn std::error::Error>> {
+    let text = MATERIALS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
+    let text = text.ok_or_else(|| {
+        let names: Vec<&str> = MATERIALS.iter().map(|(name, _)| *name).collect();
+        format!("no material {name:?}; expected one of: {}", names.join(", "))
+    })?;
+    let no_file = |path: &Path| Err(engine::Failure::new(format!("{} is not read", path.display())));
+    let file = stages::read_material("material.toml", text.as_bytes(), None, &no_file)
+        .map_err(|error| format!("{name}: {error}"))?;
+    Ok(file.material)
+}
 
 /// Environments that nothing was tuned to, by their names.
 pub const PROCEDURAL: [&str; 3] = ["low-sun", "window", "street"];

@@ -14,13 +14,12 @@
 //! | `--views N` | 2000 |
 //! | `--seed N` | where the random numbers begin: 1 |
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use brdf::Material;
 use containers::{ReadOptions, read_image};
 use envmap::{Environment, Layout};
-use research::compact_tables::{MATERIALS, PROCEDURAL, Points, Truth, procedural};
+use research::compact_tables::{MATERIALS, PROCEDURAL, Points, Truth, material, procedural};
 use sh::Stop;
 use taps::{ScaleSpace, Widths, fit};
 
@@ -51,18 +50,6 @@ fn load(name: &str) -> Result<Environment, Failure> {
     let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let image = read_image(&bytes, &ReadOptions::default())?.image;
     Ok(Environment::from_image(image, Layout::LatLong, None)?)
-}
-
-fn material(name: &str) -> Result<Material, Failure> {
-    let text = MATERIALS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
-    let text = text.ok_or_else(|| {
-        let names: Vec<&str> = MATERIALS.iter().map(|(name, _)| *name).collect();
-        format!("no material {name:?}; expected one of: {}", names.join(", "))
-    })?;
-    let no_file = |path: &Path| Err(engine::Failure::new(format!("{} is not read", path.display())));
-    let file = stages::read_material("material.toml", text.as_bytes(), None, &no_file)
-        .map_err(|error| format!("{name}: {error:?}"))?;
-    Ok(file.material)
 }
 
 fn run() -> Result<(), Failure> {
