@@ -96,13 +96,13 @@ pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> 
 }
 
 /// The numbers of taps that [`fit_least`] tries.
-const TRIED: [usize; 5] = [2, 3, 4, 6, 8];
+const TRIED: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
-/// More taps have to lower the residual to this share to be worth their cost.
-const WORTH: f64 = 0.93;
+/// The next number of taps has to lower the residual to this share to be worth its cost.
+const WORTH: f64 = 0.75;
 
-/// [`fit`] with the least of 2, 3, 4, 6 and 8 taps whose residual is at most `error`, in stops, or with the number
-/// that has the least residual.
+/// [`fit`] with the least of 1, 2, 3, 4, 6 and 8 taps whose residual is at most `error`, in stops, or which the next
+/// number does not lower by a quarter.
 ///
 /// # Errors
 /// If the work was stopped.
@@ -114,9 +114,10 @@ pub fn fit_least(material: &Material, error: f64, widths: Widths, stop: Stop<'_>
             break;
         }
         let next = fit(material, *taps, widths, stop)?;
-        if next.rms < WORTH * best.rms {
-            best = next;
+        if next.rms > WORTH * best.rms {
+            break;
         }
+        best = next;
     }
     Ok(best)
 }
