@@ -548,7 +548,10 @@ impl<'a> StudyScene<'a> {
         let limits = &settings.limits;
         let is_good = |export: &Export| limits.excess(&export.errors) <= 1.0;
         let shows = |export: &Export| export.errors.p95 > RING || export.errors.negative > 0.0;
-        let cut_shows = !reflection.is_for_light() && best(exports, limits).is_some_and(shows);
+        // What may be changed are the maps of the reflection.
+        let exports: Vec<Export> =
+            exports.iter().filter(|export| export.method != Method::Taps).cloned().collect();
+        let cut_shows = !reflection.is_for_light() && best(&exports, limits).is_some_and(shows);
         if exports.iter().any(is_good) && !cut_shows {
             return Ok(Vec::new());
         }
