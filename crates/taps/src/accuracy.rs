@@ -83,12 +83,17 @@ impl LightPoints {
         &self.points
     }
 
-    /// Fewer points for lobes that are wide: those of each cell of 64 rows joined at their mean direction. A lobe
-    /// that is [`WIDE`] sees the difference as 1 %.
+    /// Fewer points for lobes that are wide: those of each cell of 64 rows, but for the brightest, joined at their mean
+    /// direction.
     fn joined(&self) -> Self {
         let grid = LatLong::with_rows(64);
         let mut cells = vec![(DVec3::ZERO, [0.0_f64; 3]); grid.len()];
-        for (direction, flux) in &self.points {
+        let sum = |flux: &[f32; 3]| flux.iter().map(|value| f64::from(*value)).sum::<f64>();
+        let mean =
+            self.points.iter().map(|(_, flux)| sum(flux)).sum::<f64>() / self.points.len().max(1) as f64;
+        let (bright, even): (Vec<_>, Vec<_>) =
+            self.points.iter().partition(|(_, flux)| sum(flux) > BRIGHT * mean);
+        for (direction, flux) in even {
             let direction = DVec3::from_array(direction.map(f64::from));
             let (column, row) = grid.position(Direction::normalised(direction));
             let column = (column.round().max(0.0) as usize) % grid.width;
@@ -102,7 +107,7 @@ impl LightPoints {
             let direction = sum.try_normalize()?.as_vec3().to_array();
             Some((direction, flux.map(|value| value as f32)))
         };
-        Self { points: cells.into_iter().filter_map(point).collect() }
+        Self { points: bright.into_iter().chain(cells.into_iter().filter_map(point)).collect() }
     }
 
     /// The mean radiance over the sphere and the three colours.

@@ -6,7 +6,7 @@
 //!
 //! | option | meaning |
 //! | --- | --- |
-//! | `--environments A,B` | these only: apartment, forest, night, studio, sunrise, low-sun, window, street |
+//! | `--environments A,B` | these only: apartment, forest, night, studio, sunrise, low-sun, window, street, or paths of lat-long pictures |
 //! | `--materials A,B` | these only; an unknown name lists them all |
 //! | `--taps A,B` | 1,2,3,4,6,8 |
 //! | `--lights A,B` | 0,4,8,all |
@@ -45,8 +45,12 @@ fn load(name: &str) -> Result<Environment, Failure> {
     if let Some(environment) = procedural(name) {
         return Ok(environment);
     }
-    let corpus = std::env::var_os("SPECULA_CORPUS").ok_or("SPECULA_CORPUS is unset")?;
-    let path = PathBuf::from(corpus).join(format!("env/cc0/{name}.hdr"));
+    let path = if PHOTOGRAPHS.contains(&name) {
+        let corpus = std::env::var_os("SPECULA_CORPUS").ok_or("SPECULA_CORPUS is unset")?;
+        PathBuf::from(corpus).join(format!("env/cc0/{name}.hdr"))
+    } else {
+        PathBuf::from(name)
+    };
     let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let image = read_image(&bytes, &ReadOptions::default())?.image;
     Ok(Environment::from_image(image, Layout::LatLong, None)?)
