@@ -6,6 +6,7 @@
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
+//! | KTX2, DDS, OpenEXR of four channels | tables of numbers | [`write_ktx2_rgba`], [`write_dds_rgba`], [`write_exr_rgba`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
 //! | glTF with EXT_lights_image_based | [`ImageBasedLight`] | [`read_gltf_image_based_light`], [`write_gltf_image_based_light`] |

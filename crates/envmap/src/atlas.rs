@@ -1,30 +1,4 @@
 //! The levels of a cube in one picture without levels of its own, for engines that have no cube arrays.
-//!
-//! Level k is in octave o = k div p, with p levels to an octave, and its faces have n_o = n_0 / 2^o texels
-//! along an edge. Each face has a border of one texel, which holds what a look-up past its edge is to find,
-//! so that hardware filtering stays within a square of t_o = n_o + 2 texels. Octave 0 is a block of p columns
-//! and 6 rows of such squares, at the left; the other octaves are such blocks, one below the other, to the
-//! right of it:
-//!
-//! ```text
-//! x = min(o, 1) p t_0 + (k mod p) t_o
-//! y = 6 max(n_0 - 2 n_o + 2 (o - 1), 0) + f t_o
-//! ```
-//!
-//! is the corner of face f of level k: the edges of the octaves between 0 and o add up to n_0 - 2 n_o, and
-//! their borders to 2 (o - 1). With 64 texels and 24 levels the picture has 400 x 432 texels, of which five in
-//! six are used. A shader finds the place of a direction that falls on face f at (s, t), each in [0, 1], as
-//!
-//! ```glsl
-//! vec3 level(vec2 st, float f, float k) {
-//!     float o = floor(k / P), n = exp2(-o) * N;
-//!     vec2 corner = vec2(min(o, 1.0) * P * (N + 2.0) + mod(k, P) * (n + 2.0),
-//!                        6.0 * max(N - 2.0 * n + 2.0 * (o - 1.0), 0.0) + f * (n + 2.0));
-//!     return textureLod(atlas, (corner + 1.0 + st * n) / vec2(textureSize(atlas, 0)), 0.0).rgb;
-//! }
-//! ```
-//!
-//! Formats of blocks do not suit such a picture, because a block would have texels of several faces.
 
 use crate::image::Image;
 
@@ -34,7 +8,35 @@ const FACES: usize = 6;
 /// The texels of a border on both sides of a face.
 const BORDERS: usize = 2;
 
-/// Where the faces of each level of a cube lie in a picture, as the module describes.
+/// Where the faces of all levels of a cube lie in a picture that has no levels of its own, for engines without
+/// cube arrays.
+///
+/// Level k is in octave o = k div p, with p levels to an octave, and its faces have n_o = n_0 / 2^o texels
+/// along an edge. Each face has a border of one texel, which holds what a look-up past its edge is to find,
+/// so that hardware filtering stays within a square of t_o = n_o + 2 texels. Octave 0 is a block of p columns
+/// and 6 rows of such squares, at the left; the other octaves are such blocks, one below the other, to the
+/// right of it:
+///
+/// ```text
+/// x = min(o, 1) p t_0 + (k mod p) t_o
+/// y = 6 max(n_0 - 2 n_o + 2 (o - 1), 0) + f t_o
+/// ```
+///
+/// is the corner of face f of level k, rows counted from the top: the edges of the octaves between 0 and o
+/// add up to n_0 - 2 n_o, and their borders to 2 (o - 1). Of the 400 x 432 texels for 24 levels, 4 to an
+/// octave, of 64 texels and less, five in six are used. A shader finds the light in a direction that falls on
+/// face f at (s, t), each in [0, 1], with N = n_0 and P = p, as
+///
+/// ```glsl
+/// vec3 level(vec2 st, float f, float k) {
+///     float o = floor(k / P), n = exp2(-o) * N;
+///     vec2 corner = vec2(min(o, 1.0) * P * (N + 2.0) + mod(k, P) * (n + 2.0),
+///                        6.0 * max(N - 2.0 * n + 2.0 * (o - 1.0), 0.0) + f * (n + 2.0));
+///     return textureLod(atlas, (corner + 1.0 + st * n) / vec2(textureSize(atlas, 0)), 0.0).rgb;
+/// }
+/// ```
+///
+/// Formats of blocks do not suit such a picture, because a block would have texels of several faces.
 ///
 /// # Example: the second octave is beside the first
 /// ```
@@ -138,7 +140,7 @@ mod tests {
         assert!(6 * used > 4 * atlas.width * atlas.height + atlas.width * atlas.height / 2);
     }
 
-    /// The formula of the module's text, in the numbers of a shader.
+    /// The formula that shaders use, in their numbers.
     #[test]
     fn a_shader_finds_every_face_by_the_formula() {
         for (edge, per_octave, levels) in [(64, 4, 24), (32, 2, 9), (48, 3, 15)] {

@@ -61,8 +61,8 @@ enum Scheme {
 /// Writes KTX2, without compression; formats of four channels have an alpha of 1.
 ///
 /// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter`
-/// are added. Values that the format cannot hold are clamped to its largest, negative ones become
-/// 0 if it has no sign, and are counted too; NaN becomes 0 there.
+/// are added. Values past the largest of the format are clamped to it, negative ones become 0 if it has no
+/// sign, and are counted too; NaN becomes 0 there. [`TexelEncoding`] says what the others become.
 ///
 /// # Errors
 /// If the texture's sizes are impossible or not those of its pixels; if a key is empty, given twice, or

@@ -58,7 +58,8 @@ pub enum Rounding {
 
 /// How the texels of a file are stored: a format, and how numbers become those of the format.
 ///
-/// A [`TexelFormat`] or a [`Precision`] stands for itself with [`Rounding::KeepLight`].
+/// A [`TexelFormat`] or a [`Precision`] stands for itself with [`Rounding::KeepLight`]. Halves are rounded to
+/// the nearest in any case.
 ///
 /// # Example: the nearest number is stored, although the tile of texels gets darker
 /// ```

@@ -63,15 +63,12 @@ fn promises(colours: &Colours, texels: TexelSet) -> Vec<(f64, usize)> {
         let chosen = || (0..TEXELS).filter(|&texel| contains(texels, texel)).map(|texel| &colours[texel]);
         let count = f64::from(texels.count_ones().max(1));
         let mean = [0, 1, 2].map(|channel| chosen().map(|colour| colour[channel]).sum::<f64>() / count);
-        let mut covariance = [[0.0; 3]; 3];
-        for colour in chosen() {
-            let around = [0, 1, 2].map(|channel| colour[channel] - mean[channel]);
-            for i in 0..3 {
-                for j in 0..3 {
-                    covariance[i][j] += around[i] * around[j];
-                }
-            }
-        }
+        let around: [[f64; 3]; TEXELS] = std::array::from_fn(|texel| {
+            let share = if contains(texels, texel) { 1.0 } else { 0.0 };
+            std::array::from_fn(|channel| share * (colours[texel][channel] - mean[channel]))
+        });
+        let covariance: [[f64; 3]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|j| around.iter().map(|a| a[i] * a[j]).sum()));
         let trace = covariance[0][0] + covariance[1][1] + covariance[2][2];
         // The variance of an even spread is a twelfth of its width squared, of a step a 49th of that.
         trace - principal(&covariance).map_or(0.0, |(_, along)| along * (1.0 - 1.0 / 49.0))
@@ -95,10 +92,10 @@ fn two_lines(colours: &Colours, texels: TexelSet, number: usize) -> Option<Fitte
                 break;
             }
             let lines = [0, 1].map(|part| through(mode, colours, parts[part], codes[part]));
-            for part in 0..2 {
+            ends = std::array::from_fn(|part| {
                 let refined = least_squares(mode, colours, parts[part], &lines[part].indices);
-                ends[part] = refined.unwrap_or(ends[part]);
-            }
+                refined.unwrap_or(ends[part])
+            });
             let found = Fitted { mode, partition: number, texels: parts, lines }.storable();
             best = match (best, found) {
                 (Some(best), Some(found)) if found.error() < best.error() => Some(found),
