@@ -8,8 +8,8 @@ const FACES: usize = 6;
 /// The texels of a border on both sides of a face.
 const BORDERS: usize = 2;
 
-/// Where the faces of all levels of a cube lie in a picture that has no levels of its own, for engines without
-/// cube arrays.
+/// Where the faces of all levels of a cube lie in a picture that has no levels of its own, for engines that
+/// have no cube arrays.
 ///
 /// Level k is in octave o = k div p, with p levels to an octave, and its faces have n_o = n_0 / 2^o texels
 /// along an edge. Each face has a border of one texel, which holds what a look-up past its edge is to find,
