@@ -127,21 +127,24 @@ const ktx = await import( pathToFileURL( require.resolve( 'ktx-parse' ) ) );
 const { ZSTDDecoder } = await load( 'three/examples/jsm/libs/zstddec.module.js' );
 const zstd = new ZSTDDecoder();
 await zstd.init();
-for ( const [ file, wanted ] of [ [ 'soft/picture.ktx2', 'soft.f32' ], [ 'sun/picture.ktx2', 'sun.f32' ], [ 'soft/cube.ktx2', 'soft/strip.f32' ], [ 'sun/cube.ktx2', 'sun/strip.f32' ], [ 'out/three/environment.ktx2' ], [ 'out/bevy/environment-specular.ktx2' ], [ 'out/shrm-array.ktx2' ] ] ) {
+const compared = new Map( [ [ 'soft/picture.ktx2', 'soft.f32' ], [ 'sun/picture.ktx2', 'sun.f32' ], [ 'soft/cube.ktx2', 'soft/strip.f32' ], [ 'sun/cube.ktx2', 'sun/strip.f32' ], [ 'out/shrm-cubes.ktx2', 'out/shrm-cubes.f32' ] ] );
+const written = fs.readdirSync( `${folder}/out`, { recursive: true } ).filter( ( file ) => file.endsWith( '.ktx2' ) ).map( ( file ) => `out/${file}` );
+for ( const file of new Set( [ ...compared.keys(), ...written.sort() ] ) ) {
 
+	const wanted = compared.get( file );
 	try {
 
 		const found = ktx.read( bytes( file ) );
-		const block = { 97: 8, 109: 16, 123: 4 }[ found.vkFormat ];
-		const size = { 97: 2, 109: 4, 123: 4 }[ found.vkFormat ];
+		// The bytes of a block and the texels along its edge, and the bytes of a number.
+		const [ block, edge, size ] = { 97: [ 8, 1, 2 ], 109: [ 16, 1, 4 ], 123: [ 4, 1, 4 ], 143: [ 16, 4, 1 ] }[ found.vkFormat ] ?? [];
 		const [ descriptor ] = found.dataFormatDescriptor;
 		const images = Math.max( found.layerCount, 1 ) * found.faceCount;
 		const keys = Object.keys( found.keyValue );
 		const levels = found.levels.map( ( level, index ) => {
 
-			const texels = Math.max( found.pixelWidth >> index, 1 ) * Math.max( found.pixelHeight >> index, 1 ) * images;
+			const [ columns, rows ] = [ found.pixelWidth, found.pixelHeight ].map( ( length ) => Math.ceil( Math.max( length >> index, 1 ) / edge ) );
 			const data = found.supercompressionScheme === 2 ? zstd.decode( level.levelData, level.uncompressedByteLength ) : level.levelData;
-			return data.length === texels * block && level.uncompressedByteLength === data.length && data;
+			return data.length === columns * rows * images * block && level.uncompressedByteLength === data.length && data;
 
 		} );
 		const checks = {
@@ -157,7 +160,7 @@ for ( const [ file, wanted ] of [ [ 'soft/picture.ktx2', 'soft.f32' ], [ 'sun/pi
 		};
 		const failed = Object.keys( checks ).filter( ( check ) => ! checks[ check ] );
 		if ( failed.length ) throw new Error( failed.join( ', ' ) );
-		if ( ! wanted || ! fs.existsSync( `${folder}/${wanted}` ) ) { said( 'ktx-parse', file, 'sound' ); continue; }
+		if ( ! wanted || ! fs.existsSync( `${folder}/${wanted}` ) ) { said( 'ktx-parse', file, `sound, ${found.layerCount} layers, ${found.faceCount} faces, ${found.levels.length} levels` ); continue; }
 		const data = levels[ 0 ].slice();
 		const numbers = size === 4 ? new Float32Array( data.buffer ) : Float32Array.from( new Uint16Array( data.buffer ), half );
 		compare( 'ktx-parse', file, () => ( { data: numbers, channels: 4, width: found.pixelWidth } ), floats( wanted ), { most: size === 4 ? 0 : HALF } );

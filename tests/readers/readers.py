@@ -67,6 +67,11 @@ if OpenEXR:
     same = layers["shrm-half"].keys() == layers["shrm-float"].keys()
     error = max(float(numpy.abs(layers["shrm-half"][key].astype(float) - layer).max() / scale) for key, layer in layers["shrm-float"].items()) if same else 1.0
     said("OpenEXR", f"out/shrm-half.exr ({len(layers['shrm-float'])} channels)", f"{error:.1e}" + ("" if error < HALF else " WRONG"))
+    # One map after the other, each of six faces: the order of an array of cubes.
+    maps = OpenEXR.File(f"{folder}/out/shrm-cube-layers.exr", separate_channels=True)
+    planes, rows = maps.channels(), maps.header()["specula.rows"].split(" ")
+    cubes = [[planes[f"{row}.{c}" if place else c].pixels for c in "RGB"] for place, row in enumerate(rows)]
+    numpy.stack([numpy.stack(cube, axis=-1) for cube in cubes]).astype("<f4").tofile(f"{folder}/out/shrm-cubes.f32")
     for name in ("soft", "sun"):
         strip = open_exr(f"{folder}/{name}/strip.exr").astype(float).reshape(6, 16, 16, 3)
         strip.astype("<f4").tofile(f"{folder}/{name}/strip.f32")

@@ -71,7 +71,7 @@ pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use decoder_level::decoder_level;
 pub(crate) use icc::srgb_to_linear;
 pub use image_header::{ImageHeader, declares_high_dynamic_range, read_image_header};
-pub use open_exr::{ExrLayers, write_exr, write_exr_layers};
+pub use open_exr::{ExrLayers, write_exr, write_exr_layers, write_exr_rgba};
 pub use panorama::{Panorama, Shows};
 pub use png::{write_apng, write_png};
 pub use radiance::write_rgbe;

@@ -6,6 +6,7 @@
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS, KTX, `.env`, glTF | light: [`LightTexture`] | [`read_light_texture`] |
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
+//! | KTX2, DDS, OpenEXR of four channels | tables of numbers | [`write_ktx2_rgba`], [`write_dds_rgba`], [`write_exr_rgba`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
 //! | glTF with EXT_lights_image_based | [`ImageBasedLight`] | [`read_gltf_image_based_light`], [`write_gltf_image_based_light`] |
@@ -47,7 +48,7 @@ pub use format::Format;
 pub use images::{
     ColourSpace, DataTexture, Decoded, Encoded, ExrLayers, ImageHeader, OpenExrEnvmap, Panorama, ReadOptions,
     Shows, Wrap, declares_high_dynamic_range, decoder_level, read_exr_layers, read_image, read_image_header,
-    write_apng, write_exr, write_exr_layers, write_png, write_rgbe,
+    write_apng, write_exr, write_exr_layers, write_exr_rgba, write_png, write_rgbe,
 };
 pub use light_texture::{LightTexture, is_light_texture, read_light_texture};
 pub use limits::MAX_PIXELS;
@@ -55,10 +56,10 @@ pub use precision::Precision;
 pub use read_recipe::read_recipe;
 pub use recipe::texture_sidecar;
 pub use textures::{
-    BabylonEnv, ByteFormat, Polynomial, TexelFormat, Texture, TextureFile, declares_cube, is_babylon_env,
-    is_texture, is_texture_ending, read_babylon_env, read_babylon_polynomial, read_dds, read_ktx2,
-    read_texture, texture_containers, write_babylon_env, write_dds, write_ktx1, write_ktx2, write_ktx2_rgba,
-    write_ktx2_zstd,
+    BabylonEnv, ByteFormat, Polynomial, Rounding, TexelEncoding, TexelFormat, Texture, TextureFile,
+    declares_cube, is_babylon_env, is_texture, is_texture_ending, read_babylon_env, read_babylon_polynomial,
+    read_dds, read_ktx2, read_texture, texture_containers, write_babylon_env, write_dds, write_dds_rgba,
+    write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
 };
 pub use values::{
     Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice, Model,

@@ -78,7 +78,7 @@ pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
 #[cfg(test)]
 mod tests {
     use brdf::Centre;
-    use containers::{Precision, write_dds, write_ktx2};
+    use containers::{Precision, TexelFormat, write_dds, write_ktx2};
     use sh::Degree;
     use shrm::{MapGrid, Shrm, Terms, View};
     use sphere::Cube;
@@ -114,6 +114,26 @@ mod tests {
         assert_eq!(facts["shape"], "2 x 2, 3 slices, 2 levels, RGBA32F");
         assert!(facts["recipe"].as_str().unwrap().contains("beside"), "{}", facts["recipe"]);
         assert!(!facts.contains_key("metadata"));
+    }
+
+    #[test]
+    fn an_array_of_cubes_has_its_layers_its_levels_and_its_texts() {
+        let level = |edge: usize| vec![[0.5, 1.0, 2.0]; 4 * 6 * edge * edge];
+        let cubes = Texture { width: 8, height: 8, layers: 4, faces: 6, ..Texture::default() };
+        let cubes = Texture { pixels: level(8), smaller_levels: vec![level(4), level(2)], ..cubes };
+        for (format, name) in [(TexelFormat::Rgb9E5, "RGB9E5"), (TexelFormat::Bc6h, "BC6H")] {
+            let texts = [("specula.std", "[0.3,0.36,0.42,0.5]")];
+            let ktx2 = write_ktx2(&cubes, format.nearest(), None, &texts).unwrap().bytes;
+            let dds = write_dds(&cubes, format.nearest()).unwrap().bytes;
+            for bytes in [&ktx2, &dds] {
+                let facts = by_label(super::super::describe(bytes).unwrap());
+                assert_eq!(facts["what"], "texture, cube array");
+                assert_eq!(facts["shape"], format!("8 x 8, 6 faces, 4 layers, 3 levels, {name}"));
+                assert_eq!(facts["greatest"], "[0.500000, 1.000000, 2.000000]");
+            }
+            let facts = by_label(super::super::describe(&ktx2).unwrap());
+            assert_eq!(facts["metadata"]["specula.std"], "[0.3,0.36,0.42,0.5]");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use read::{header, read, read_recipe};
 
 pub use read::ExrLayers;
 pub(crate) use read::read_layers;
-pub use write::{write_exr, write_exr_layers};
+pub use write::{write_exr, write_exr_layers, write_exr_rgba};
 
 pub(crate) const CODEC: Codec = Codec {
     name: "OpenEXR",

@@ -14,11 +14,12 @@
 use std::collections::BTreeMap;
 
 use super::container::Container;
-use super::texel::{ByteFormat, TexelFormat, foreign_dxgi};
-use super::texture::{Texture, TextureFile};
+use super::texel::{ByteFormat, Packed, TexelEncoding, TexelFormat, foreign_dxgi};
+use super::texture::{Texture, TextureFile, pack_rgba};
 use crate::error::Error;
 use crate::header_word::{size, word};
 use crate::images::Encoded;
+use crate::precision::Precision;
 
 /// The first bytes of every DDS file.
 const MAGIC: [u8; 4] = *b"DDS ";
@@ -40,6 +41,8 @@ const TEXTURE_2D: u32 = 3;
 const TEXTURE_3D: u32 = 4;
 const CUBE: u32 = 0x4;
 const ALPHA_OPAQUE: u32 = 3;
+/// The fourth number is no opacity.
+const ALPHA_CUSTOM: u32 = 4;
 
 /// Where the pixels of a file without DX10 header begin, and its formats: D3DFMT_A16B16G16R16F and
 /// D3DFMT_A32B32G32R32F, in which AMD's CubeMapGen, Lys and others write light.
@@ -71,9 +74,23 @@ const OLD_VOLUME: u32 = 0x20_0000;
 /// assert_eq!(read_dds(&write_dds(&volume, Precision::Half)?.bytes)?, volume);
 /// # Ok::<(), containers::Error>(())
 /// ```
-pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<Encoded, Error> {
-    let format = format.into();
-    let levels = texture.pack(format).map_err(|error| error.within("DDS"))?;
+pub fn write_dds(texture: &Texture, encoding: impl Into<TexelEncoding>) -> Result<Encoded, Error> {
+    let encoding = encoding.into();
+    let levels = texture.pack(encoding).map_err(|error| error.within("DDS"))?;
+    Ok(write(texture, &levels, encoding.format, ALPHA_OPAQUE))
+}
+
+/// Writes DDS of four channels, none of which is an opacity: `rgba` are the pixels of a texture with the
+/// sizes of `sizes`, whose own pixels are ignored.
+///
+/// # Errors
+/// The errors of [`write_dds`].
+pub fn write_dds_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision) -> Result<Encoded, Error> {
+    let level = pack_rgba(sizes, rgba, precision).map_err(|error| error.within("DDS"))?;
+    Ok(write(sizes, &[level], precision.into(), ALPHA_CUSTOM))
+}
+
+fn write(texture: &Texture, levels: &[Packed], format: TexelFormat, alpha: u32) -> Encoded {
     let (volume, cube, (block, edge)) = (texture.depth > 1, texture.faces == 6, format.block());
     let row = texture.width.div_ceil(edge) * block;
     // Of blocks the first image's bytes are declared instead of a row's.
@@ -103,20 +120,20 @@ pub fn write_dds(texture: &Texture, format: impl Into<TexelFormat>) -> Result<En
         if volume { TEXTURE_3D } else { TEXTURE_2D },
         if cube { CUBE } else { 0 },
         narrow(texture.layers.max(1)),
-        ALPHA_OPAQUE,
+        alpha,
     ]);
     let mut bytes = Vec::with_capacity(LENGTH + levels.iter().map(|level| level.bytes.len()).sum::<usize>());
     bytes.extend_from_slice(&MAGIC);
     bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
     let images = texture.faces * texture.layers.max(1);
     for image in 0..images {
-        for level in &levels {
+        for level in levels {
             let length = level.bytes.len() / images;
             bytes.extend_from_slice(&level.bytes[image * length..(image + 1) * length]);
         }
     }
     let negative = levels.iter().map(|level| level.negative).sum();
-    Ok(Encoded { bytes, negative })
+    Encoded { bytes, negative }
 }
 
 /// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it, and the other formats that
@@ -221,7 +238,6 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::precision::Precision;
 
     #[test]
     fn a_cube_without_the_dx10_header_is_read() {

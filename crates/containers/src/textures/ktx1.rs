@@ -109,7 +109,7 @@ fn write(
     if texture.faces != 6 || texture.layers > 0 {
         return Err(unwritable("expected a cube of one layer".into()));
     }
-    let levels = texture.pack(format)?;
+    let levels = texture.pack(format.into())?;
     recipe::check(recipe)?;
     let mut entries: BTreeMap<&str, &str> = recipe.map(|recipe| (KEY, recipe)).into_iter().collect();
     for (key, value) in metadata {

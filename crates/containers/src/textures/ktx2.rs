@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use super::container::Container;
-use super::texel::{ByteFormat, Packed, TexelFormat, foreign_vulkan};
+use super::texel::{ByteFormat, Packed, TexelEncoding, TexelFormat, foreign_vulkan};
 use super::texture::{Texture, TextureFile, pack_rgba};
 use crate::error::{Error, ErrorKind};
 use crate::header_word::{size, word};
@@ -61,8 +61,8 @@ enum Scheme {
 /// Writes KTX2, without compression; formats of four channels have an alpha of 1.
 ///
 /// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter`
-/// are added. Values that the format cannot hold are clamped to its largest, negative ones become
-/// 0 if it has no sign, and are counted too; NaN becomes 0 there.
+/// are added. Values past the largest of the format are clamped to it, negative ones become 0 if it has no
+/// sign, and are counted too; NaN becomes 0 there. [`TexelEncoding`] says what the others become.
 ///
 /// # Errors
 /// If the texture's sizes are impossible or not those of its pixels; if a key is empty, given twice, or
@@ -78,11 +78,11 @@ enum Scheme {
 /// ```
 pub fn write_ktx2(
     texture: &Texture,
-    format: impl Into<TexelFormat>,
+    encoding: impl Into<TexelEncoding>,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    write_levels(texture, format.into(), Scheme::Plain, recipe, metadata)
+    write_levels(texture, encoding.into(), Scheme::Plain, recipe, metadata)
 }
 
 /// Writes KTX2 as [`write_ktx2`] does, with each level compressed by Zstandard.
@@ -91,11 +91,11 @@ pub fn write_ktx2(
 /// The errors of [`write_ktx2`].
 pub fn write_ktx2_zstd(
     texture: &Texture,
-    format: impl Into<TexelFormat>,
+    encoding: impl Into<TexelEncoding>,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    write_levels(texture, format.into(), Scheme::Zstd, recipe, metadata)
+    write_levels(texture, encoding.into(), Scheme::Zstd, recipe, metadata)
 }
 
 /// Writes KTX2 as [`write_ktx2`] does, of four channels, none of which is an opacity: `rgba` are the pixels
@@ -127,14 +127,14 @@ pub fn read_ktx2(bytes: &[u8]) -> Result<Texture, Error> {
 
 fn write_levels(
     texture: &Texture,
-    format: TexelFormat,
+    encoding: TexelEncoding,
     scheme: Scheme,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    let levels = texture.pack(format);
+    let levels = texture.pack(encoding);
     levels
-        .and_then(|levels| write(texture, levels, format, scheme, recipe, metadata))
+        .and_then(|levels| write(texture, levels, encoding.format, scheme, recipe, metadata))
         .map_err(|error| error.within("KTX2"))
 }
 

@@ -44,6 +44,53 @@ pub struct ByteFormat {
     pub is_srgb: bool,
 }
 
+/// What a number becomes that a format does not hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Rounding {
+    /// One of the two that enclose it, so that tiles of 8 x 8 texels keep their light; a block of BC6H passes
+    /// on to the next what it loses. An integral over the texture does not change.
+    #[default]
+    KeepLight,
+    /// The nearest. BC6H has the nearest texels in logarithms that its blocks allow. A look-up at one place
+    /// errs least.
+    Nearest,
+}
+
+/// How the texels of a file are stored: a format, and how numbers become those of the format.
+///
+/// A [`TexelFormat`] or a [`Precision`] stands for itself with [`Rounding::KeepLight`]. Halves are rounded to
+/// the nearest in any case.
+///
+/// # Example: the nearest number is stored, although the tile of texels gets darker
+/// ```
+/// use containers::{TexelFormat, Texture, read_ktx2, write_ktx2};
+/// // Steps of 1/256 below 2, and of 1/128 for all channels if one is 2.
+/// let pixels = vec![[2.0, 1.0, 1.003]; 64];
+/// let texture = Texture { width: 8, height: 8, pixels, ..Texture::default() };
+/// let file = write_ktx2(&texture, TexelFormat::Rgb9E5.nearest(), None, &[])?;
+/// assert!(read_ktx2(&file.bytes)?.pixels.iter().all(|texel| *texel == [2.0, 1.0, 1.0]));
+/// # Ok::<(), containers::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TexelEncoding {
+    /// The stored numbers.
+    pub format: TexelFormat,
+    /// What a number becomes that the format does not hold.
+    pub rounding: Rounding,
+}
+
+impl From<TexelFormat> for TexelEncoding {
+    fn from(format: TexelFormat) -> Self {
+        Self { format, rounding: Rounding::KeepLight }
+    }
+}
+
+impl From<Precision> for TexelEncoding {
+    fn from(precision: Precision) -> Self {
+        TexelFormat::from(precision).into()
+    }
+}
+
 impl TexelFormat {
     /// Every format that is written.
     pub const ALL: [Self; 6] =
@@ -79,6 +126,11 @@ impl TexelFormat {
     /// Every format that is read.
     pub(crate) fn read() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().chain(Self::only_read())
+    }
+
+    /// The format with each number rounded to the nearest.
+    pub fn nearest(self) -> TexelEncoding {
+        TexelEncoding { format: self, rounding: Rounding::Nearest }
     }
 
     /// Whether the format holds light brighter than its white.
@@ -178,12 +230,21 @@ impl TexelFormat {
 
     /// Images of `width` x `height` texels, one after the other, as they are stored in a format that is
     /// written.
-    pub(crate) fn pack(self, width: usize, height: usize, texels: &[[f32; 3]]) -> Packed {
+    pub(crate) fn pack(self, rounding: Rounding, width: usize, height: usize, texels: &[[f32; 3]]) -> Packed {
         let negative = match self.is_signed() {
             true => 0,
             false => texels.par_iter().flatten().filter(|value| **value < 0.0).count(),
         };
         let words = |around: fn(&[f32; 3]) -> Enclosing| -> Vec<u8> {
+            if rounding == Rounding::Nearest {
+                let word = |texel: &[f32; 3]| {
+                    let around = around(texel);
+                    // NaN is 0 by `max`.
+                    let held = texel.map(|value| value.max(0.0).min(self.largest()));
+                    around.word(around.nearer(held)).to_le_bytes()
+                };
+                return texels.par_iter().flat_map_iter(word).collect();
+            }
             let upper = rounding::upper(width, height, texels, |texel| around(texel).values());
             let word = |(texel, upper): (&[f32; 3], [bool; 3])| around(texel).word(upper).to_le_bytes();
             texels.par_iter().zip(upper).flat_map_iter(word).collect()
@@ -205,7 +266,10 @@ impl TexelFormat {
                 .collect(),
             Self::Rgb9E5 => words(shared_exponent),
             Self::R11G11B10F => words(packed_floats),
-            Self::Bc6h => bc6h::encode(width, height, texels),
+            Self::Bc6h => match rounding {
+                Rounding::KeepLight => bc6h::encode(width, height, texels),
+                Rounding::Nearest => bc6h::encode_nearest(width, height, texels),
+            },
             Self::Bc6hSigned | Self::Rgb16F | Self::Rgb32F | Self::Bytes(_) => Vec::new(),
         };
         Packed { bytes, negative }
@@ -291,6 +355,16 @@ struct Enclosing {
 impl Enclosing {
     fn values(&self) -> [[f64; 2]; 3] {
         [0, 1, 2].map(|channel| self.codes[channel].map(|code| (self.value)(self, channel, code)))
+    }
+
+    /// Whether each number is nearer to the upper of its two codes.
+    fn nearer(&self, texel: [f32; 3]) -> [bool; 3] {
+        let values = self.values();
+        [0, 1, 2].map(|channel| {
+            let [low, high] = values[channel];
+            let value = f64::from(texel[channel]);
+            high - value < value - low
+        })
     }
 
     fn word(&self, upper: [bool; 3]) -> u32 {
@@ -386,7 +460,7 @@ mod tests {
 
     /// One texel, packed and unpacked.
     fn through(format: TexelFormat, texel: [f32; 3]) -> [f32; 3] {
-        format.unpack(1, 1, &format.pack(1, 1, &[texel]).bytes)[0]
+        format.unpack(1, 1, &format.pack(Rounding::KeepLight, 1, 1, &[texel]).bytes)[0]
     }
 
     /// Every code comes back, and a number goes to the nearest code.
@@ -430,10 +504,41 @@ mod tests {
         assert_eq!(through([511.75 / 512.0; 3]), [1.0; 3]);
     }
 
+    /// Texels of many tints beside each other, and the largest numbers, of which none passes into infinity.
+    #[test]
+    fn nearest_is_within_half_a_step_for_every_texel_of_an_image() {
+        let noise = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+        let number = |k: u32| ((40.0 * noise(k)) - 22.0).exp2() as f32;
+        let tinted = (0..64 * 64).map(|texel| [3 * texel, 3 * texel + 1, 3 * texel + 2].map(number));
+        let ends = [[65408.0, 65280.0, 1.0], [65407.9, 65472.0, 1e9], [f32::INFINITY, 0.0, 40_000.0]];
+        let texels: Vec<[f32; 3]> = tinted.chain(ends.into_iter().cycle().take(64)).collect();
+        let pack = |format: TexelFormat| format.pack(Rounding::Nearest, 64, 65, &texels).bytes;
+        let found = TexelFormat::Rgb9E5.unpack(64, 65, &pack(TexelFormat::Rgb9E5));
+        for (found, texel) in found.iter().zip(&texels) {
+            let given = texel.map(|value| f64::from(value.min(65408.0)));
+            let largest = given.iter().fold(0.0_f64, |a, b| a.max(*b));
+            // The exponent for which the largest mantissa rounds to 511 at most.
+            let step = (0..32).map(|shared| power(shared - 24)).find(|step| largest / step < 511.5);
+            for (found, given) in found.iter().zip(given) {
+                let error = (f64::from(*found) - given).abs();
+                assert!(error <= 0.5 * step.unwrap(), "{texel:?}: {found}");
+            }
+        }
+        let found = TexelFormat::R11G11B10F.unpack(64, 65, &pack(TexelFormat::R11G11B10F));
+        for (found, texel) in found.iter().zip(&texels) {
+            for (channel, mantissa) in [(0, 6), (1, 6), (2, 5)] {
+                let given = f64::from(texel[channel].min(64512.0));
+                let step = power(exponent(given.max(power(-14))) - mantissa);
+                let error = (f64::from(found[channel]) - given).abs();
+                assert!(error <= 0.5 * step, "{texel:?}: {found:?}");
+            }
+        }
+    }
+
     #[test]
     fn negative_numbers_are_counted_if_the_format_has_no_sign() {
         let texels = [[-1.0, 1e6, 0.5], [0.25, -0.5, 70000.0]];
-        let negative = |format: TexelFormat| format.pack(2, 1, &texels).negative;
+        let negative = |format: TexelFormat| format.pack(Rounding::KeepLight, 2, 1, &texels).negative;
         for format in TexelFormat::ALL {
             assert_eq!(negative(format), if format.is_signed() { 0 } else { 2 }, "{format:?}");
         }

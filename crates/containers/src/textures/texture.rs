@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use half::f16;
 use rayon::prelude::*;
 
-use super::texel::{Packed, TexelFormat};
+use super::texel::{Packed, TexelEncoding, TexelFormat};
 use crate::error::{Error, ErrorKind};
 use crate::limits::MAX_PIXELS;
 use crate::precision::{Precision, to_half};
@@ -168,14 +168,15 @@ impl Texture {
     ///
     /// # Errors
     /// [`ErrorKind::Unwritable`] if the sizes are impossible or are not those of the pixels.
-    pub(crate) fn pack(&self, format: TexelFormat) -> Result<Vec<Packed>, Error> {
+    pub(crate) fn pack(&self, encoding: TexelEncoding) -> Result<Vec<Packed>, Error> {
         self.check_sizes()?;
+        let TexelEncoding { format, rounding } = encoding;
         if !TexelFormat::ALL.contains(&format) {
             return Err(Error::new(ErrorKind::Unwritable, format!("{} is not written", format.name())));
         }
         let pack = |(level, pixels)| {
             let [width, height, _] = self.level_size(level);
-            format.pack(width, height, pixels)
+            format.pack(rounding, width, height, pixels)
         };
         Ok(self.levels().enumerate().map(pack).collect())
     }

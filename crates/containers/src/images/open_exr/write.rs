@@ -35,8 +35,28 @@ use crate::{limits, recipe};
 /// # Errors
 /// If the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
-    let layer = [("", image.pixels())];
-    write(image.width(), image.height(), &layer, precision, recipe, &[], Stop::NEVER)
+    let channels = channels("", "RGB", image.pixels().as_flattened());
+    write(image.width(), image.height(), channels, precision, recipe, &[], Stop::NEVER)
+        .map_err(|error| error.within(CODEC.name))
+}
+
+/// Writes OpenEXR of four channels, R, G, B and A, row by row, for numbers that are no colours: the alpha is
+/// whatever the last number is. Numbers and `metadata` as [`write_exr_layers`] has them.
+///
+/// # Errors
+/// If there are not `width` x `height` pixels; if an attribute has control characters, the name of another or
+/// one that the format uses itself.
+pub fn write_exr_rgba(
+    width: usize,
+    height: usize,
+    rgba: &[[f32; 4]],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    let channels = channels("", "RGBA", rgba.as_flattened());
+    check_count(width, height, rgba.len())
+        .and_then(|()| write(width, height, channels, precision, recipe, metadata, Stop::NEVER))
         .map_err(|error| error.within(CODEC.name))
 }
 
@@ -72,13 +92,42 @@ pub fn write_exr_layers(
 ) -> Result<Encoded, Error> {
     let views: Vec<(&str, &[[f32; 3]])> =
         layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
+    let channels = views.iter().flat_map(|(name, pixels)| channels(name, "RGB", pixels.as_flattened()));
     check_layers(width, height, &views)
-        .and_then(|()| write(width, height, &views, precision, recipe, metadata, stop))
+        .and_then(|()| write(width, height, channels.collect(), precision, recipe, metadata, stop))
         .map_err(|error| error.within(CODEC.name))
 }
 
 /// A name, and the pixels row by row.
 type NamedLayer<'a> = (&'a str, &'a [[f32; 3]]);
+
+/// The numbers of one channel, which lie among those of others.
+struct Channel<'a> {
+    name: String,
+    /// The numbers of all channels, pixel by pixel.
+    values: &'a [f32],
+    /// The place of the channel in a pixel, and the number of channels there.
+    place: [usize; 2],
+}
+
+/// The channels of a layer, of which each is a letter.
+fn channels<'a>(layer: &str, letters: &str, values: &'a [f32]) -> Vec<Channel<'a>> {
+    let channel = |(place, letter): (usize, char)| Channel {
+        name: if layer.is_empty() { letter.into() } else { format!("{layer}.{letter}") },
+        values,
+        place: [place, letters.len()],
+    };
+    letters.chars().enumerate().map(channel).collect()
+}
+
+fn check_count(width: usize, height: usize, found: usize) -> Result<(), Error> {
+    let unwritable = |message| Error::new(ErrorKind::Unwritable, message);
+    let pixels = limits::pixels(width, height).map_err(|error| unwritable(error.to_string()))?;
+    if found != pixels {
+        return Err(unwritable(format!("expected {width} x {height} pixels, found {found} pixels")));
+    }
+    Ok(())
+}
 
 fn check_layers(width: usize, height: usize, layers: &[NamedLayer<'_>]) -> Result<(), Error> {
     let unwritable = |message| Err(Error::new(ErrorKind::Unwritable, message));
@@ -108,7 +157,7 @@ fn check_layers(width: usize, height: usize, layers: &[NamedLayer<'_>]) -> Resul
 fn write(
     width: usize,
     height: usize,
-    layers: &[NamedLayer<'_>],
+    mut channels: Vec<Channel<'_>>,
     precision: Precision,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
@@ -120,20 +169,8 @@ fn write(
         Precision::Half => SampleType::F16,
     };
     // Channels stand in the order of their names' bytes.
-    let mut channels: Vec<(String, &[[f32; 3]], usize)> = layers
-        .iter()
-        .flat_map(|(layer, pixels)| {
-            let name = move |letter: &str| {
-                if layer.is_empty() { letter.to_owned() } else { format!("{layer}.{letter}") }
-            };
-            ["R", "G", "B"]
-                .into_iter()
-                .enumerate()
-                .map(move |(channel, letter)| (name(letter), *pixels, channel))
-        })
-        .collect();
-    channels.sort_by(|(a, ..), (b, ..)| a.as_bytes().cmp(b.as_bytes()));
-    let list = channels.iter().map(|(name, ..)| ChannelDescription::named(text(name), sample_type));
+    channels.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
+    let list = channels.iter().map(|channel| ChannelDescription::named(text(&channel.name), sample_type));
     let mut header = Header::new(text(""), (width, height), list.collect()).with_encoding(
         Compression::ZIP16,
         BlockDescription::ScanLines,
@@ -197,18 +234,14 @@ fn sort_attributes(bytes: &mut [u8]) {
 }
 
 /// A block's samples in the order of this machine's bytes, each row channel after channel.
-fn samples(
-    width: usize,
-    channels: &[(String, &[[f32; 3]], usize)],
-    index: BlockIndex,
-    precision: Precision,
-) -> Vec<u8> {
+fn samples(width: usize, channels: &[Channel<'_>], index: BlockIndex, precision: Precision) -> Vec<u8> {
     let mut data = Vec::new();
     let (x, y) = (index.pixel_position.0, index.pixel_position.1);
     for row in y..y + index.pixel_size.1 {
-        for (_, pixels, channel) in channels {
-            for pixel in &pixels[row * width..][x..x + index.pixel_size.0] {
-                let value = pixel[*channel];
+        for Channel { values, place: [place, count], .. } in channels {
+            let begin = row * width + x;
+            for pixel in values[begin * count..(begin + index.pixel_size.0) * count].chunks_exact(*count) {
+                let value = pixel[*place];
                 match precision {
                     Precision::Float => data.extend_from_slice(&value.to_ne_bytes()),
                     Precision::Half => data.extend_from_slice(&to_half(value).to_ne_bytes()),
