@@ -7,6 +7,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod area;
+mod atlas;
 mod audit;
 mod bright_texels;
 mod canvas;
@@ -28,6 +29,7 @@ mod texels;
 mod tone;
 mod without_lights;
 
+pub use atlas::Atlas;
 pub use audit::{BadPixels, audit, repair};
 pub use coverage::Coverage;
 pub use cube_map::CubeMap;
