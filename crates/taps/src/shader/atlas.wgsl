@@ -12,9 +12,9 @@ fn tap_cube(d: vec3f) -> vec3f {
     return vec3f(0.5 + 0.5 * vec2f(sign(c.z) * c.x, -c.y) / a.z, 4.5 - 0.5 * sign(c.z));
 }
 
-// The texel of level k in a picture whose first level has faces of `edge` texels. Four levels have the same
-// size and lie side by side, their faces below each other, each with a border of one texel. The first four
-// are at the left; the others are to the right of them, one size below the other.
+// The texel of level k in a picture whose first level has faces of so many texels along an edge. Four levels
+// have the same size and lie side by side, their faces below each other, each with a border of one texel. The
+// first four are at the left; the others are to the right of them, one size below the other.
 fn tap_texel(p: vec3f, edge: f32, k: f32) -> vec2f {
     let octave: f32 = floor(0.25 * k);
     let n: f32 = exp2(-octave) * edge;

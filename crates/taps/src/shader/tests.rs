@@ -56,6 +56,8 @@ fn every_declaration_is_turned_round() {
             {
                 assert!(!code.contains(word), "{word:?} in\n{text}");
             }
+            // The text is between the back quotes of JavaScript, too.
+            assert!(!text.contains(['`', '$', '\\']), "{text}");
         }
     }
     let glsl = look_up(Language::Glsl, Source::CubeArray, 0).functions();
