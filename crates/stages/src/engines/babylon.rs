@@ -89,7 +89,7 @@ levels alone are further from brute force, because they do not bend toward the n
 const TAPS: TapPreset = TapPreset {
     language: Language::Glsl,
     source: Source::Atlas,
-    textures: ".exr",
+    textures: ".ktx2",
     cube_coordinates: ["d.x", "d.y", "d.z"],
     rows_from_bottom: false,
     ending: "-babylon.js",

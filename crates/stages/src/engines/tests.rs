@@ -140,6 +140,7 @@ fn texts_of_taps_have_no_place_left() {
     for engine in ENGINES {
         let Some(preset) = engine.taps else { continue };
         let widths = taps::Widths::new(32).unwrap();
+        assert!([".ktx2", ".exr"].contains(&preset.textures), "{}", engine.name);
         let texts = tap_texts(preset, "copper", names, widths, [5, 2]);
         let [(ending, shader), ("-README.txt", readme)] = &texts[..] else { panic!("{texts:?}") };
         for text in [shader, readme] {

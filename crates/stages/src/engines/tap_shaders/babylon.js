@@ -1,6 +1,6 @@
 // Compact reflection maps in Babylon.js, WebGL 2. The text was written by Specula for one light and one material.
 
-import { Color3, DirectionalLight, MaterialPluginBase, Texture, Vector3 } from '@babylonjs/core';
+import { Color3, Constants, DirectionalLight, MaterialPluginBase, RawTexture, Texture, Vector3 } from '@babylonjs/core';
 
 const lookUp = /* glsl */ `
 uniform highp sampler2D tap_levels;
@@ -9,16 +9,24 @@ uniform highp sampler2D tap_table;
 
 __FUNCTIONS__`;
 
-/** Loads the three pictures from a folder, whose name ends with a slash. */
+/** Loads the three pictures, KTX2 of halves without compression, from a folder, whose name ends with a slash. */
 export async function loadTaps( scene, folder = '' ) {
 
-	const load = ( name ) => new Promise( ( done, fail ) => {
+	const load = async ( name ) => {
 
-		const options = { noMipmap: true, invertY: false, samplingMode: Texture.BILINEAR_SAMPLINGMODE };
-		const texture = new Texture( folder + name, scene, { ...options, onLoad: () => done( texture ), onError: fail } );
+		const file = await ( await fetch( folder + name ) ).arrayBuffer();
+		const header = new DataView( file );
+		const [ format, width, height ] = [ 12, 20, 24 ].map( ( at ) => header.getUint32( at, true ) );
+		const [ start, length ] = [ 80, 88 ].map( ( at ) => Number( header.getBigUint64( at, true ) ) );
+		if ( format !== 97 || length !== 8 * width * height ) throw new Error( name + ': not RGBA16F' );
+		const texels = new Uint16Array( file.slice( start, start + length ) );
+		const texture = RawTexture.CreateRGBATexture( texels, width, height, scene, false, false,
+			Texture.BILINEAR_SAMPLINGMODE, Constants.TEXTURETYPE_HALF_FLOAT );
 		texture.wrapU = texture.wrapV = Texture.CLAMP_ADDRESSMODE;
+		return texture;
 
-	} );
+	};
+
 	const [ levels, normals, table ] = await Promise.all( [ '__LEVELS__', '__NORMALS__', '__TABLE__' ].map( load ) );
 	return { levels, normals, table };
 
@@ -74,7 +82,6 @@ export function tapLights( lights, scene ) {
 		// A light shines along its direction, away from where it is.
 		const light = new DirectionalLight( 'tap light ' + index, new Vector3( y, - z, - x ), scene );
 		light.diffuse = light.specular = new Color3( ...irradiance );
-		light.intensity = Math.PI; // Babylon.js divides by pi
 		return light;
 
 	} );
