@@ -1,6 +1,8 @@
 //! A picture on the faces of a cube.
 
-use sphere::Cube;
+use sphere::{Cube, Face};
+
+use crate::texels::Continued;
 
 /// A cube map of RGB values: six faces of `cube.edge`^2 texels in file order, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,5 +31,39 @@ impl CubeMap {
     /// RGB values, face by face, row by row from the top.
     pub fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
+    }
+
+    /// The faces with a border of one texel around each: six pictures of (edge + 2)^2 texels, rows from the
+    /// top.
+    ///
+    /// The border has the texels of the neighbouring faces and at corners, where three faces meet, the mean
+    /// of theirs, so that a bilinear look-up in a face alone finds what one in the cube finds.
+    ///
+    /// # Example: the right border of +X is the left column of -Z
+    /// ```
+    /// use envmap::CubeMap;
+    /// let pixels = (0..24).map(|texel| [texel as f32; 3]).collect();
+    /// let bordered = CubeMap::new(sphere::Cube { edge: 2 }, pixels).unwrap().bordered();
+    /// assert_eq!(bordered.len(), 6 * 16);
+    /// assert_eq!([bordered[7], bordered[11]], [[20.0; 3], [22.0; 3]]);
+    /// ```
+    pub fn bordered(&self) -> Vec<[f32; 3]> {
+        let edge = self.cube.edge as isize;
+        let texel = |face: Face, row: isize, column: isize| {
+            let at = |row, column| self.cube.continued(face, row, column).map(|index| self.pixels[index]);
+            at(row, column).unwrap_or_else(|| {
+                let inside = |k: isize| k.clamp(0, edge - 1);
+                let nearest = [(inside(row), inside(column)), (inside(row), column), (row, inside(column))];
+                let nearest = nearest.map(|(row, column)| at(row, column).unwrap_or_default());
+                std::array::from_fn(|c| (nearest[0][c] + nearest[1][c] + nearest[2][c]) / 3.0)
+            })
+        };
+        let faces = Face::ALL.into_iter();
+        faces
+            .flat_map(|face| {
+                (-1..=edge).flat_map(move |row| (-1..=edge).map(move |column| (face, row, column)))
+            })
+            .map(|(face, row, column)| texel(face, row, column))
+            .collect()
     }
 }

@@ -202,7 +202,7 @@ impl Texels for Cube {
 }
 
 /// The texel of a cube at a row and column that may lie one step outside of a face.
-trait Continued {
+pub(crate) trait Continued {
     /// The texel, on the neighbouring face if it lies there; `None` past a corner.
     fn continued(self, face: Face, row: isize, column: isize) -> Option<usize>;
 }

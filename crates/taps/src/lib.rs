@@ -6,6 +6,7 @@ mod accuracy;
 mod fit;
 mod kernels;
 mod scale_space;
+mod shader;
 mod table;
 mod widths;
 
@@ -13,6 +14,7 @@ pub use accuracy::{Accuracy, LightPoints, Truth};
 pub use fit::{Fitted, fit, fit_least};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
+pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use widths::Widths;
 

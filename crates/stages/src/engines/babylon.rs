@@ -4,11 +4,13 @@ use containers::lighting_json::Preset;
 use containers::{BabylonEnv, Encoded, Polynomial, read_babylon_env, write_babylon_env};
 use engine::Failure;
 use sphere::DVec3;
+use taps::{Language, Source};
 
 use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::Levels;
+use super::tap_shaders::TapPreset;
 
 /// The scale by which Babylon.js finds the level of a roughness; the default of its own files.
 const LOD_GENERATION_SCALE: f64 = 0.8;
@@ -47,6 +49,7 @@ pub(crate) const ENGINE: Engine = Engine {
         ],
         endings: "`.env`, with the irradiance; or `.dds` and `-irradiance.json`",
     }),
+    taps: Some(&TAPS),
 };
 
 fn write_env(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
@@ -82,3 +85,15 @@ levels alone are further from brute force, because they do not bend toward the n
 "
     )
 }
+
+const TAPS: TapPreset = TapPreset {
+    language: Language::Glsl,
+    source: Source::Atlas,
+    textures: ".ktx2",
+    cube_coordinates: ["d.x", "d.y", "d.z"],
+    rows_from_bottom: false,
+    ending: "-babylon.js",
+    indent: "",
+    shader: include_str!("tap_shaders/babylon.js"),
+    readme: include_str!("tap_shaders/babylon.txt"),
+};

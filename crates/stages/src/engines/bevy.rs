@@ -5,11 +5,13 @@ use engine::Failure;
 use envmap::CubeMap;
 use shrm::{Distribution, PrefilterKernel, prefilter_series};
 use sphere::{Cube, DVec3};
+use taps::{Language, Source};
 
 use super::cube_light::{CubeLight, texture};
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::Levels;
+use super::tap_shaders::TapPreset;
 
 /// The number of texels along the edge of the cube of irradiance, which is smooth.
 const DIFFUSE_EDGE: usize = 32;
@@ -39,6 +41,7 @@ pub(crate) const ENGINE: Engine = Engine {
         }],
         endings: "`-specular.ktx2`, `-diffuse.ktx2`",
     }),
+    taps: Some(&TAPS),
 };
 
 fn write(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
@@ -71,3 +74,15 @@ commands.spawn((Camera3d::default(), EnvironmentMapLight {{
 "
     )
 }
+
+const TAPS: TapPreset = TapPreset {
+    language: Language::Wgsl,
+    source: Source::CubeArray,
+    textures: ".ktx2",
+    cube_coordinates: ["d.z", "d.y", "d.x"],
+    rows_from_bottom: false,
+    ending: ".wgsl",
+    indent: "",
+    shader: include_str!("tap_shaders/bevy.wgsl"),
+    readme: include_str!("tap_shaders/bevy.txt"),
+};

@@ -9,6 +9,7 @@ use sphere::{Cube, DVec3};
 use super::cube_light::{CubeLight, DirectionAt, texels};
 use super::engine_format::EngineFormat;
 use super::levels::{Levels, nearest_power_of_two};
+use super::tap_shaders::TapPreset;
 
 /// An engine that loads light.
 pub struct Engine {
@@ -20,6 +21,9 @@ pub struct Engine {
     pub(crate) versions: &'static str,
     /// The light that the engine loads.
     pub(crate) light: EngineLight,
+    /// How the engine looks taps up; `None` if it has no shaders of ours.
+    #[cfg_attr(not(test), allow(dead_code, reason = "for `export-taps`"))]
+    pub(crate) taps: Option<&'static TapPreset>,
 }
 
 /// The light that an engine loads.
@@ -89,7 +93,12 @@ pub(crate) fn read_cube(bytes: &[u8]) -> Result<Texture, Failure> {
 impl Engine {
     /// An engine of which every version loads a lat-long image, which it filters itself.
     pub(crate) const fn of_image(name: &'static str, meaning: &'static str, image: EngineImage) -> Self {
-        Self { name, meaning, versions: "", light: EngineLight::LatLong(image) }
+        Self { name, meaning, versions: "", light: EngineLight::LatLong(image), taps: None }
+    }
+
+    /// The same engine, which looks taps up.
+    pub(crate) const fn with_taps(self, taps: &'static TapPreset) -> Self {
+        Self { taps: Some(taps), ..self }
     }
 
     /// Whether the engine loads a cube with prefiltered levels, rather than a lat-long image.

@@ -3,11 +3,13 @@
 use containers::lighting_json::Preset;
 use containers::{Encoded, write_ktx1};
 use engine::Failure;
+use taps::{Language, Source};
 
 use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::QUADRATIC;
+use super::tap_shaders::TapPreset;
 
 /// All that is known of Filament.
 pub(crate) const ENGINE: Engine = Engine {
@@ -29,6 +31,7 @@ pub(crate) const ENGINE: Engine = Engine {
         }],
         endings: "`.ktx`, with the irradiance under the key `sh`; `-sh.txt`",
     }),
+    taps: Some(&TAPS),
 };
 
 fn write(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
@@ -54,3 +57,15 @@ In JavaScript: engine.createIblFromKtx1( '{cube}' ), which takes the irradiance 
 "
     )
 }
+
+const TAPS: TapPreset = TapPreset {
+    language: Language::Glsl,
+    source: Source::Atlas,
+    textures: ".exr",
+    cube_coordinates: ["-d.x", "d.y", "d.z"],
+    rows_from_bottom: false,
+    ending: ".mat",
+    indent: "    ",
+    shader: include_str!("tap_shaders/filament.mat"),
+    readme: include_str!("tap_shaders/filament.txt"),
+};

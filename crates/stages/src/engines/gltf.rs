@@ -35,6 +35,7 @@ pub(crate) const ENGINE: Engine = Engine {
         }],
         endings: "`.gltf` with EXT_lights_image_based",
     }),
+    taps: None,
 };
 
 fn write(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {

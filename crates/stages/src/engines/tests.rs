@@ -1,5 +1,7 @@
 use std::collections::HashSet;
 
+use sphere::DVec3;
+
 use super::*;
 
 /// The engines that load a cube.
@@ -93,5 +95,63 @@ fn the_manual_has_every_ending_of_a_cubes_files() {
         for ending in cube.files.iter().flat_map(|files| files.endings) {
             assert!(cube.endings.contains(&format!("`{ending}`")), "{}: {ending}", engine.name);
         }
+    }
+}
+
+/// The cube coordinates that the shader of an engine computes for a direction of its world.
+fn cube_coordinates(preset: &TapPreset, d: DVec3) -> DVec3 {
+    let value = |expression: &str| match expression.trim_start_matches('-') {
+        "d.x" => d.x,
+        "d.y" => d.y,
+        "d.z" => d.z,
+        other => panic!("{other}"),
+    };
+    let signed = |expression: &str| if expression.starts_with('-') { -1.0 } else { 1.0 } * value(expression);
+    DVec3::from_array(preset.cube_coordinates.map(signed))
+}
+
+/// Where the centre of a lat-long image, its left quarter and its top look, in each engine's own axes, as its
+/// lighting preset or its sky has it; in a cube they are +Z, -X and +Y.
+#[test]
+fn taps_look_where_the_light_of_the_engine_is() {
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let frames = [
+        ("three", [x, -z, y]),
+        ("filament", [z, x, y]),
+        ("babylon", [z, -x, y]),
+        ("bevy", [x, -z, y]),
+        ("godot", [-z, -x, y]),
+        ("unity", [x, z, y]),
+        ("unreal", [-y, -x, z]),
+    ];
+    let with_taps = ENGINES.iter().filter(|engine| engine.taps.is_some());
+    assert_eq!(with_taps.count(), frames.len());
+    for (name, [centre, left, top]) in frames {
+        let engine = ENGINES.iter().find(|engine| engine.name == name).unwrap();
+        let preset = engine.taps.unwrap();
+        let found = [centre, left, top].map(|d| cube_coordinates(preset, d));
+        assert_eq!(found, [DVec3::Z, -DVec3::X, DVec3::Y], "{name}");
+    }
+}
+
+#[test]
+fn texts_of_taps_have_no_place_left() {
+    let names = TapFileNames { levels: "a.x", normals: "b.x", table: "c.x", lights: "d.json" };
+    for engine in ENGINES {
+        let Some(preset) = engine.taps else { continue };
+        let widths = taps::Widths::new(32).unwrap();
+        assert!([".ktx2", ".exr"].contains(&preset.textures), "{}", engine.name);
+        let texts = tap_texts(preset, "copper", names, widths, [5, 2]);
+        let [(ending, shader), ("-README.txt", readme)] = &texts[..] else { panic!("{texts:?}") };
+        for text in [shader, readme] {
+            assert!(!text.contains("__") && text.ends_with('\n') && !text.contains("\n\n\n"), "{text}");
+            assert!(text.lines().all(|line| line.trim_end() == line), "{text}");
+        }
+        let whole = format!("{shader}{readme}");
+        for name in ["a.x", "b.x", "c.x", "d.json", &format!("copper{ending}")] {
+            assert!(whole.contains(name), "{}: {name}", engine.name);
+        }
+        assert!(shader.contains("TAP_COUNT") && shader.contains("= 5;"), "{shader}");
+        assert!(shader.contains(" tap_reflected("), "{shader}");
     }
 }

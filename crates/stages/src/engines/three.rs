@@ -2,10 +2,12 @@
 
 use containers::lighting_json::Preset;
 use sphere::DVec3;
+use taps::{Language, Source};
 
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::QUADRATIC;
+use super::tap_shaders::TapPreset;
 
 /// All that is known of three.js.
 pub(crate) const ENGINE: Engine = Engine {
@@ -36,6 +38,7 @@ pub(crate) const ENGINE: Engine = Engine {
         ],
         endings: "`.ktx2`, or `.dds` for BC6H; `-irradiance.json`",
     }),
+    taps: Some(&TAPS),
 };
 
 fn ktx2_readme(cube: &str, irradiance: &str) -> String {
@@ -70,3 +73,15 @@ isPMREMTexture tells three.js that the levels are prefiltered. The last level is
 "
     )
 }
+
+const TAPS: TapPreset = TapPreset {
+    language: Language::Glsl,
+    source: Source::Atlas,
+    textures: ".ktx2",
+    cube_coordinates: ["d.z", "d.y", "d.x"],
+    rows_from_bottom: false,
+    ending: "-three.js",
+    indent: "",
+    shader: include_str!("tap_shaders/three.js"),
+    readme: include_str!("tap_shaders/three.txt"),
+};

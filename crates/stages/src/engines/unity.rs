@@ -1,16 +1,19 @@
 //! Unity.
 
 use containers::lighting_json::Preset;
+use taps::{Language, Source};
 
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
+use super::tap_shaders::TapPreset;
 
 /// All that is known of Unity.
 pub(crate) const ENGINE: Engine = Engine::of_image(
     "unity",
     "Unity.",
     EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: Some(Preset::Unity), readme },
-);
+)
+.with_taps(&TAPS);
 
 fn readme(image: &str, irradiance: &str) -> String {
     format!(
@@ -24,3 +27,15 @@ fn readme(image: &str, irradiance: &str) -> String {
 "
     )
 }
+
+const TAPS: TapPreset = TapPreset {
+    language: Language::Hlsl,
+    source: Source::Atlas,
+    textures: ".exr",
+    cube_coordinates: ["-d.z", "d.y", "d.x"],
+    rows_from_bottom: true,
+    ending: ".hlsl",
+    indent: "",
+    shader: include_str!("tap_shaders/unity.hlsl"),
+    readme: include_str!("tap_shaders/unity.txt"),
+};

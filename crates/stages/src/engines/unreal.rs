@@ -1,16 +1,19 @@
 //! Unreal Engine.
 
 use containers::lighting_json::Preset;
+use taps::{Language, Source};
 
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
+use super::tap_shaders::TapPreset;
 
 /// All that is known of Unreal Engine.
 pub(crate) const ENGINE: Engine = Engine::of_image(
     "unreal",
     "Unreal Engine.",
     EngineImage { formats: &[EngineFormat::Hdr], irradiance: Some(Preset::Unreal), readme },
-);
+)
+.with_taps(&TAPS);
 
 fn readme(image: &str, light: &str) -> String {
     format!(
@@ -23,3 +26,15 @@ fn readme(image: &str, light: &str) -> String {
 "
     )
 }
+
+const TAPS: TapPreset = TapPreset {
+    language: Language::Hlsl,
+    source: Source::Atlas,
+    textures: ".exr",
+    cube_coordinates: ["d.x", "d.z", "-d.y"],
+    rows_from_bottom: false,
+    ending: ".ush",
+    indent: "    ",
+    shader: include_str!("tap_shaders/unreal.ush"),
+    readme: include_str!("tap_shaders/unreal.txt"),
+};

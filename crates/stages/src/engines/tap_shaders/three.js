@@ -1,0 +1,61 @@
+// Compact reflection maps in three.js, WebGL 2. The text was written by Specula for one light and one material.
+
+import * as THREE from 'three';
+import { KTX2Loader } from 'three/addons/loaders/KTX2Loader.js';
+
+const lookUp = /* glsl */ `
+uniform highp sampler2D tap_levels;
+uniform highp sampler2D tap_normals;
+uniform highp sampler2D tap_table;
+
+__FUNCTIONS__`;
+
+/** Loads the three pictures from a folder, whose name ends with a slash. */
+export async function loadTaps( renderer, folder = '' ) {
+
+	const loader = new KTX2Loader().setPath( folder ).detectSupport( renderer );
+	const names = [ '__LEVELS__', '__NORMALS__', '__TABLE__' ];
+	const [ levels, normals, table ] = await Promise.all( names.map( ( name ) => loader.loadAsync( name ) ) );
+	const sampled = { minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter, needsUpdate: true };
+	for ( const texture of [ levels, normals, table ] ) Object.assign( texture, sampled );
+	return { levels, normals, table };
+
+}
+
+/**
+ * Makes a MeshStandardMaterial or MeshPhysicalMaterial reflect the light of the taps, in place of environment and
+ * light maps. Lights of the scene are reflected as before.
+ */
+export function useTaps( material, { levels, normals, table } ) {
+
+	material.onBeforeCompile = ( shader ) => {
+
+		shader.uniforms.tap_levels = { value: levels };
+		shader.uniforms.tap_normals = { value: normals };
+		shader.uniforms.tap_table = { value: table };
+		shader.fragmentShader = shader.fragmentShader
+			.replace( '#include <common>', '#include <common>\n' + lookUp )
+			.replace( '#include <lights_fragment_maps>', '' )
+			.replace( '#include <lights_fragment_end>', `#include <lights_fragment_end>
+	reflectedLight.indirectSpecular += tap_reflected(
+		inverseTransformDirection( geometryNormal, viewMatrix ), inverseTransformDirection( geometryViewDir, viewMatrix ) );` );
+
+	};
+
+	material.customProgramCacheKey = () => lookUp;
+	material.needsUpdate = true;
+
+}
+
+/** The lights beside the levels, `lights` of __LIGHTS__, as lights of three.js. */
+export function tapLights( lights ) {
+
+	return lights.map( ( { direction: [ x, y, z ], irradiance } ) => {
+
+		const light = new THREE.DirectionalLight( new THREE.Color( ...irradiance ) );
+		light.position.set( x, z, - y );
+		return light;
+
+	} );
+
+}

@@ -1,0 +1,221 @@
+//! The look-up of taps as text for shaders: one source for every language.
+//!
+//! The source is WGSL in which every declaration has its type, in the folder `shader`. For GLSL and HLSL its
+//! declarations are turned round, and types and functions get their names there. What a texture is and how it
+//! is sampled differs, and is made here:
+//!
+//! - `sample_2d(texture, place)`, with `place` from 0 to 1, and
+//! - `sample_cube(texture, c, layer, mip)`.
+//!
+//! All names begin with `tap_` or `TAP_`, because the text becomes a part of a renderer's own shader.
+
+mod translation;
+
+use envmap::{Atlas, CubeMap, Image};
+
+use crate::{TapTable, Widths};
+use translation::translate;
+
+/// A language of shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// GLSL of OpenGL 4 and Vulkan, and that of OpenGL ES 3 and WebGL 2, which have no arrays of cubes.
+    Glsl,
+    /// HLSL of shader model 4.1 and later.
+    Hlsl,
+    /// WGSL.
+    Wgsl,
+}
+
+/// The textures that hold a scale space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Two arrays of cubes: the levels, with mips, and the light about normals.
+    CubeArray,
+    /// Two pictures without mips, in which each face has a border, for renderers without arrays of cubes.
+    Atlas,
+}
+
+/// What a look-up is written for.
+///
+/// # Example: a world whose cubes are looked up with (z, y, x)
+/// ```
+/// use taps::{Language, LookUp, Source, Widths};
+/// let look_up = LookUp {
+///     language: Language::Glsl,
+///     source: Source::Atlas,
+///     cube_coordinates: ["d.z", "d.y", "d.x"],
+///     rows_from_bottom: false,
+///     widths: Widths::new(64).unwrap(),
+///     taps: 6,
+///     normals: 1,
+///     lights: 0,
+/// };
+/// assert!(look_up.functions().contains("vec3 tap_reflected(vec3 N, vec3 V) {"));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LookUp {
+    /// The language.
+    pub language: Language,
+    /// The textures.
+    pub source: Source,
+    /// The cube coordinates (-y, z, x of Specula's frame) of a direction `d` of the renderer's world.
+    pub cube_coordinates: [&'static str; 3],
+    /// Whether the renderer turns pictures over, so that a place of 0 is at the bottom.
+    pub rows_from_bottom: bool,
+    /// The levels of the scale space.
+    pub widths: Widths,
+    /// The number J of look-ups in the levels.
+    pub taps: usize,
+    /// The number K of look-ups about the normal.
+    pub normals: usize,
+    /// The number of lights beside the levels; with none there is no function for them.
+    pub lights: usize,
+}
+
+impl LookUp {
+    /// The cube coordinates of a direction of Specula's own frame.
+    pub const SPECULA: [&'static str; 3] = ["-d.y", "d.z", "d.x"];
+
+    /// A whole text: the declarations and the functions.
+    pub fn text(&self) -> String {
+        format!("{}\n{}", self.declarations(), self.functions())
+    }
+
+    /// The declarations of the textures and, if there are some, the lights. A renderer that has its own way
+    /// to bind textures declares these names itself.
+    pub fn declarations(&self) -> String {
+        let cubes = self.source == Source::CubeArray;
+        let mut text = String::new();
+        match self.language {
+            Language::Glsl => {
+                let levels = if cubes { "samplerCubeArray" } else { "sampler2D" };
+                text += &format!("uniform highp {levels} tap_levels;\n");
+                text += &format!("uniform highp {levels} tap_normals;\n");
+                text += "uniform highp sampler2D tap_table;\n";
+                if self.lights > 0 {
+                    text += &format!("uniform vec4 tap_light_directions[{}];\n", self.lights);
+                    text += &format!("uniform vec4 tap_light_irradiances[{}];\n", self.lights);
+                }
+            }
+            Language::Hlsl => {
+                let levels = if cubes { "TextureCubeArray" } else { "Texture2D" };
+                text += &format!("{levels} tap_levels;\n");
+                text += &format!("{levels} tap_normals;\n");
+                text += "Texture2D tap_table;\n";
+                text += "SamplerState tap_sampler;  // linear, also between mips, and clamped at edges\n";
+                if self.lights > 0 {
+                    text += &format!("float4 tap_light_directions[{}];\n", self.lights);
+                    text += &format!("float4 tap_light_irradiances[{}];\n", self.lights);
+                }
+            }
+            Language::Wgsl => {
+                let levels = if cubes { "texture_cube_array<f32>" } else { "texture_2d<f32>" };
+                let mut declare = |binding: usize, declaration: &str| {
+                    text += &format!("@group(0) @binding({binding}) {declaration};\n");
+                };
+                declare(0, &format!("var tap_levels: {levels}"));
+                declare(1, &format!("var tap_normals: {levels}"));
+                declare(2, "var tap_table: texture_2d<f32>");
+                declare(3, "var tap_sampler: sampler");
+                if self.lights > 0 {
+                    let array = format!("array<vec4f, {}>", self.lights);
+                    declare(4, &format!("var<uniform> tap_light_directions: {array}"));
+                    declare(5, &format!("var<uniform> tap_light_irradiances: {array}"));
+                }
+            }
+        }
+        text
+    }
+
+    /// The constants and functions; `tap_reflected(N, V)` is what a shader calls, and `tap_lights(N, V)` if
+    /// there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands before this text.
+    pub fn functions(&self) -> String {
+        let source = match self.source {
+            Source::CubeArray => include_str!("shader/cube_array.wgsl"),
+            Source::Atlas => include_str!("shader/atlas.wgsl"),
+        };
+        let lights = if self.lights > 0 { include_str!("shader/lights.wgsl") } else { "" };
+        let parts = [&self.constants(), source, include_str!("shader/look_up.wgsl"), lights];
+        let parts = parts.into_iter().filter(|part| !part.is_empty());
+        let text = parts.map(str::trim_end).collect::<Vec<_>>().join("\n\n") + "\n";
+        let [x, y, z] = self.cube_coordinates;
+        let text = text.replace("CUBE_COORDINATES", &format!("vec3f({x}, {y}, {z})"));
+        translate(&text, self.language, self.rows_from_bottom)
+    }
+
+    /// The constants of a material and a scale space.
+    fn constants(&self) -> String {
+        let edge = self.widths.edge();
+        let sharpest = math::log2(self.widths.std(0));
+        let mut text = format!(
+            "// Compact reflection maps of Specula: docs/taps.md.
+const TAP_COUNT: i32 = {};  // look-ups between levels, each of two rows of the table
+const TAP_NORMALS: i32 = {};  // look-ups about the normal, each of one row
+const TAP_ROWS: i32 = {};
+const TAP_SHARPEST: f32 = {sharpest:.7};  // log2 of the width of level 0, which is 2.4 / {edge} radians
+const TAP_LAST: f32 = {}.0;  // the last level
+",
+            self.taps,
+            self.normals,
+            2 * self.taps + self.normals,
+            self.widths.len() - 1,
+        );
+        if self.source == Source::Atlas {
+            let Atlas { width, height, .. } =
+                atlas(edge, self.widths.len()).unwrap_or_else(|| unreachable!("edges of octaves are halves"));
+            text += &format!("const TAP_EDGE: f32 = {edge}.0;  // of a face of level 0, in texels\n");
+            text += &format!(
+                "const TAP_SIZE: vec2f = vec2f({width}.0, {height}.0);  // of the levels' picture\n"
+            );
+        }
+        if self.lights > 0 {
+            text += &format!("const TAP_LIGHTS: i32 = {};\n", self.lights);
+        }
+        text
+    }
+}
+
+/// The table that shaders look up: pictures of 65 columns, column i for 1 - cos(theta_v) = i / 64, and of 2 J
+/// + K rows. Rows 2 j and 2 j + 1 are (delta, log2 of the width, 0, 0) and (r, g, b, 0) of a look-up between
+/// levels, both angles in radians; the last K are (r, g, b, y) of those about the normal. Widths, and not
+/// places between levels, let one table serve scale spaces of every edge.
+pub fn table_texels(table: &TapTable) -> Vec<[f32; 4]> {
+    let row = |texel: &dyn Fn(usize) -> [f64; 4]| -> Vec<[f32; 4]> {
+        (0..table.rows().len()).map(|column| texel(column).map(|value| value as f32)).collect()
+    };
+    let rows = table.rows();
+    let taps = (0..table.taps()).flat_map(|j| {
+        let shape = row(&|column| {
+            let tap = rows[column].taps[j];
+            [tap.delta, math::log2(tap.std), 0.0, 0.0]
+        });
+        let weight = row(&|column| {
+            let [r, g, b] = rows[column].taps[j].weight;
+            [r, g, b, 0.0]
+        });
+        [shape, weight]
+    });
+    let normals = (0..table.normals()).map(|j| {
+        row(&|column| {
+            let tap = rows[column].normals[j];
+            let [r, g, b] = tap.weight;
+            [r, g, b, tap.y]
+        })
+    });
+    taps.chain(normals).flatten().collect()
+}
+
+/// The picture of all levels, or of the light about normals, for renderers without arrays of cubes. Its
+/// places are those of [`Atlas`]; 64 texels and 24 levels make 400 x 432, the light about normals 72 x 108.
+pub fn atlas_picture(levels: &[CubeMap]) -> Option<Image> {
+    let bordered: Vec<_> = levels.iter().map(CubeMap::bordered).collect();
+    atlas(levels.first()?.cube().edge, levels.len())?.pack(&bordered)
+}
+
+fn atlas(edge: usize, levels: usize) -> Option<Atlas> {
+    Atlas::new(edge, Widths::PER_OCTAVE, levels)
+}
+
+#[cfg(test)]
+mod tests;
