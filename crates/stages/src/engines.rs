@@ -18,7 +18,6 @@ mod definition;
 mod engine_format;
 mod engine_tables;
 mod levels;
-#[cfg_attr(not(test), allow(dead_code, reason = "for `export-taps`"))]
 mod tap_shaders;
 
 use std::fmt;
@@ -30,7 +29,6 @@ pub(crate) use cube_light::{CubeLight, texture};
 pub use definition::Engine;
 pub(crate) use engine_format::EngineFormat;
 pub(crate) use levels::nearest_power_of_two;
-#[cfg_attr(not(test), allow(unused_imports, reason = "for `export-taps`"))]
 pub(crate) use tap_shaders::{TapFileNames, TapPreset, tap_texts};
 
 /// Every engine that loads light, in the order of schemas, manuals and messages. A new one is the last.

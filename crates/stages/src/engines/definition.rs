@@ -22,7 +22,6 @@ pub struct Engine {
     /// The light that the engine loads.
     pub(crate) light: EngineLight,
     /// How the engine looks taps up; `None` if it has no shaders of ours.
-    #[cfg_attr(not(test), allow(dead_code, reason = "for `export-taps`"))]
     pub(crate) taps: Option<&'static TapPreset>,
 }
 

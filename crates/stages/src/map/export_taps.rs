@@ -8,19 +8,46 @@
 //!
 //! ## Files
 //!
-//! `.safetensors` after the item's `path` has, as far as they are connected:
+//! In the folder `path`, as far as their inputs are connected:
+//!
+//! | file | content |
+//! | --- | --- |
+//! | `levels.ktx2` | the levels of the scale space |
+//! | `normals.ktx2` | the light about the normal, by the kernels y = 0, 1/3, 2/3 and 1 |
+//! | `table.ktx2` | the taps of the material |
+//! | `taps.json` | the lights beside the levels, each with its direction, its angular radius in radians and the irradiance of a surface that faces it; the standard deviations `std` of the levels in radians; `diffuse`, nine coefficients whose dot with the harmonics Y(N), row l*l + l + m, is the radiance of a white diffuse surface; and the table as numbers |
+//!
+//! With `layout = "cube-array"` the light is an array of four cubes with mips, level k being mip k / 4 of layer k % 4, and
+//! an array of four cubes. With `layout = "atlas"`, for engines that have no arrays of cubes, each is one picture of
+//! all faces of all levels; face f of level k, with a border of one texel, has its corner at
+//!
+//! > x = min(o, 1) 4 (n_0 + 2) + (k mod 4) (n + 2), y = 6 max(n_0 - 2 n + 2 (o - 1), 0) + f (n + 2)
+//!
+//! with o = k / 4 rounded down, n = n_0 / 2^o, and n_0 the `resolution` of the scale space. DDS files have the ending
+//! `.dds`, OpenEXR pictures, which are always an atlas, `.exr`.
+//!
+//! The table has 65 columns, column i for 1 - cos(theta_v) = i / 64. Rows 2 j and 2 j + 1 are (delta, log2 s) and the
+//! weight r, g, b of tap j, angles in radians; the last K rows are r, g, b, y of the taps about the normal.
+//!
+//! `format = "safetensors"` writes one file instead, `.safetensors` after the item's `path`:
 //!
 //! | tensor | shape | content |
 //! | --- | --- | --- |
 //! | `level_00`, `level_01`, ... | [6, n, n, 3] f32 | M, faces in the order +X -X +Y -Y +Z -Z, n as `scale-space` says |
 //! | `std` | \[levels\] f64 | the standard deviation s_k of each level, in radians |
-//! | `normal_0` to `normal_3` | [6, 16, 16, 3] f32 | the light about the normal, by the kernels y = 0, 1/3, 2/3 and 1 |
-//! | `diffuse` | [9, 3] f64 | the radiance of a white diffuse surface: its dot with the nine harmonics Y(N), row l*l + l + m |
-//! | `lights` | [n, 7] f64 | direction x, y, z, angular radius in radians, irradiance r, g, b of each light beside M |
+//! | `normal_0` to `normal_3` | [6, 16, 16, 3] f32 | the light about the normal |
+//! | `diffuse` | [9, 3] f64 | as above |
+//! | `lights` | [n, 7] f64 | direction x, y, z, angular radius, irradiance r, g, b of each light beside M |
 //! | `taps` | [65, J, 5] f64 | delta, s, r, g, b of look-up j toward the view with 1 - cos(theta_v) = i / 64 |
 //! | `normals` | [65, K, 4] f64 | y, r, g, b of the look-ups about the normal |
 //!
 //! Directions are in Specula's frame, right-handed with +Z up; a cube is sampled with (-y, z, x).
+//!
+//! ## Engines
+//!
+//! `preset` writes what an engine takes: the textures in its format and layout, a shader with the look-ups of this
+//! pair, and `README.txt` with the code that loads them. It needs both inputs. The shader is made from the same source
+//! as that of Specula's own preview; those for three.js and Babylon.js were run.
 //!
 //! ## In a renderer
 //!
@@ -52,20 +79,55 @@
 //! path = "{environment}/{material}/taps"
 //! ```
 
-use containers::tensors;
+use containers::{
+    Encoded, Precision, TexelFormat, Texture, tensors, write_dds, write_dds_rgba, write_exr, write_exr_rgba,
+    write_ktx2, write_ktx2_rgba,
+};
 use engine::{
-    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, choice,
+    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Reporter, Value, ValueKind, choice,
     parameters, unexpected,
 };
-use taps::{Accuracy, Truth};
+use envmap::{CubeMap, Image};
+use serde_json::json;
+use sh::Light;
+use taps::{Accuracy, ROWS, ScaleSpace, Source, TapTable, Truth, Widths, atlas_picture, table_texels};
 
-use crate::values::{UntilStopped, artifacts, quantity};
+use crate::engines::{EnginePreset, TapFileNames, TapPreset, tap_texts};
+use crate::values::{Content, Excess, UntilStopped, artifacts, quantity};
 
 choice! {
     /// The container.
     pub(crate) enum TapsFormat {
-        /// Safetensors.
+        /// KTX2 textures.
+        Ktx2 = "ktx2",
+        /// DDS textures.
+        Dds = "dds",
+        /// OpenEXR pictures.
+        Exr = "exr",
+        /// One file of tensors.
         Safetensors = "safetensors",
+    }
+}
+
+choice! {
+    /// How the faces of all levels lie in a texture.
+    pub(crate) enum TapsLayout {
+        /// An array of four cubes with mips.
+        CubeArray = "cube-array",
+        /// One picture, in which each face has a border.
+        Atlas = "atlas",
+    }
+}
+
+choice! {
+    /// The numbers of the light.
+    pub(crate) enum TapsTexels {
+        /// Three mantissas of 9 bits and one exponent: 4 bytes.
+        Rgb9E5 = "rgb9e5",
+        /// Blocks of 4 x 4 texels, compressed: 1 byte a texel.
+        Bc6h = "bc6h",
+        /// 16-bit floats: 8 bytes.
+        Half = "half",
     }
 }
 
@@ -109,8 +171,15 @@ impl Parameter for Accept {
 parameters! {
     /// Parameters of `export-taps`.
     pub(crate) struct Parameters {
-        /// The container.
-        format: TapsFormat = TapsFormat::Safetensors,
+        /// The engine whose files are written; see Engines.
+        preset: Option<EnginePreset> = None,
+        /// The container. Default: that of the preset, or "ktx2".
+        format: Option<TapsFormat> = None,
+        /// How the faces of all levels lie in a texture. Default: that of the preset, or "cube-array"; "exr" is always
+        /// an "atlas".
+        layout: Option<TapsLayout> = None,
+        /// The numbers of the light in KTX2 and DDS files. Default: "rgb9e5", or "half" in an atlas.
+        texels: Option<TapsTexels> = None,
         /// The errors [p95, p99] of a pair, in stops, up to which there is no warning.
         accept: Accept = Accept::DEFAULT,
     }
@@ -118,6 +187,66 @@ parameters! {
 
 /// The views toward which a pair is measured.
 const VIEWS: usize = 500;
+
+/// The stem of a shader's name.
+const STEM: &str = "taps";
+
+/// The name of the numbers beside the textures.
+const NUMBERS: &str = "taps.json";
+
+impl Parameters {
+    fn taps(&self) -> Option<&'static TapPreset> {
+        self.preset.and_then(|preset| preset.taps)
+    }
+
+    fn format(&self) -> TapsFormat {
+        let of_preset =
+            |taps: &TapPreset| if taps.textures == ".exr" { TapsFormat::Exr } else { TapsFormat::Ktx2 };
+        self.format.or(self.taps().map(of_preset)).unwrap_or(TapsFormat::Ktx2)
+    }
+
+    fn layout(&self) -> TapsLayout {
+        let of_preset = |taps: &TapPreset| match taps.source {
+            Source::CubeArray => TapsLayout::CubeArray,
+            Source::Atlas => TapsLayout::Atlas,
+        };
+        match self.format() {
+            TapsFormat::Exr => TapsLayout::Atlas,
+            _ => self.layout.or(self.taps().map(of_preset)).unwrap_or(TapsLayout::CubeArray),
+        }
+    }
+
+    fn texels(&self) -> TexelFormat {
+        match (self.texels, self.layout()) {
+            (Some(TapsTexels::Rgb9E5), _) | (None, TapsLayout::CubeArray) => TexelFormat::Rgb9E5,
+            (Some(TapsTexels::Bc6h), _) => TexelFormat::Bc6h,
+            (Some(TapsTexels::Half), _) | (None, TapsLayout::Atlas) => TexelFormat::Rgba16F,
+        }
+    }
+
+    /// The ending of textures; `None` if there is one file of tensors.
+    fn ending(&self) -> Option<&'static str> {
+        match self.format() {
+            TapsFormat::Ktx2 => Some(".ktx2"),
+            TapsFormat::Dds => Some(".dds"),
+            TapsFormat::Exr => Some(".exr"),
+            TapsFormat::Safetensors => None,
+        }
+    }
+
+    /// The names of the files, with a slash before them, for these connected inputs.
+    fn names(&self, has_space: bool, has_taps: bool) -> Vec<String> {
+        let Some(ending) = self.ending() else { return vec![".safetensors".into()] };
+        let textures = [("levels", has_space), ("normals", has_space), ("table", has_taps)];
+        let textures = textures.into_iter().filter(|(_, is_there)| *is_there);
+        let mut names: Vec<String> = textures.map(|(name, _)| format!("/{name}{ending}")).collect();
+        names.push(format!("/{NUMBERS}"));
+        if let Some(taps) = self.taps() {
+            names.extend([format!("/{STEM}{}", taps.ending), "/README.txt".to_owned()]);
+        }
+        names
+    }
+}
 
 /// The kind `export-taps`.
 pub(crate) struct ExportTaps;
@@ -132,38 +261,212 @@ impl Kind for ExportTaps {
 
     fn ports() -> Vec<Port> {
         vec![
-            Port::one::<artifacts::ScaleSpace>("scale-space").optional(),
-            Port::one::<artifacts::Taps>("taps").optional(),
+            Port::one::<artifacts::ScaleSpace>(SPACE).optional(),
+            Port::one::<artifacts::Taps>(TAPS).optional(),
         ]
     }
 
-    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(vec![
-            match parameters.format {
-                TapsFormat::Safetensors => ".safetensors",
+    fn product(parameters: &Parameters, inputs: &[(&str, &'static str)]) -> Product {
+        let has = |port: &str| inputs.iter().any(|(name, _)| *name == port);
+        Product::Files(parameters.names(has(SPACE), has(TAPS)))
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut errors = Vec::new();
+        let format = parameters.format();
+        if let Some(preset) = parameters.preset {
+            if preset.taps.is_none() {
+                errors.push(("preset", format!("there is no shader of taps for {}", preset.name)));
             }
-            .into(),
-        ])
+            let given = [("format", parameters.format.is_some()), ("layout", parameters.layout.is_some())];
+            let given = given.into_iter().filter(|(_, given)| *given);
+            errors.extend(given.map(|(name, _)| (name, "the preset already gives it".into())));
+        }
+        if format == TapsFormat::Exr && parameters.layout == Some(TapsLayout::CubeArray) {
+            errors.push(("layout", "OpenEXR has no arrays of cubes; it holds an atlas".into()));
+        }
+        if parameters.texels.is_some() && !matches!(format, TapsFormat::Ktx2 | TapsFormat::Dds) {
+            errors.push(("texels", "only format = \"ktx2\" or \"dds\" uses it".into()));
+        }
+        if parameters.layout() == TapsLayout::Atlas && parameters.texels == Some(TapsTexels::Bc6h) {
+            errors.push((
+                "texels",
+                "a block of \"bc6h\" would have texels of several faces of an atlas".into(),
+            ));
+        }
+        errors
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        if types.is_empty() {
+            return vec![("inputs", "connect scale-space, taps, or both".into())];
+        }
+        let is_alone = types.len() == 1 && parameters.preset.is_some();
+        let text = "a shader is made for a pair: connect both scale-space and taps";
+        is_alone.then(|| ("preset", text.into())).into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let scales = context.inputs.optional::<artifacts::ScaleSpace>("scale-space")?;
-        let taps = context.inputs.optional::<artifacts::Taps>("taps")?;
+        let reporter = &context.reporter;
+        let scales = context.inputs.optional::<artifacts::ScaleSpace>(SPACE)?;
+        let taps = context.inputs.optional::<artifacts::Taps>(TAPS)?;
         if let (Some(scales), Some(taps)) = (&scales, &taps) {
             measure(&scales.0, &taps.0, parameters.accept.0, context)?;
         }
-        if scales.is_none() && taps.is_none() {
-            return Err(Failure::new("neither scale-space nor taps is connected")
-                .help("inputs = { scale-space = \"light\", taps = \"taps\" }, or one of them"));
-        }
-        let (space, table) =
-            (scales.as_ref().map(|scales| &scales.0.space), taps.as_ref().map(|taps| &taps.0.fitted.table));
-        let bytes = match parameters.format {
-            TapsFormat::Safetensors => tensors::encode_compact_map(space, table, Some(context.recipe()))?,
+        let space = scales.as_ref().map(|scales| &scales.0.space);
+        let table = taps.as_ref().map(|taps| &taps.0.fitted.table);
+        let recipe = context.recipe();
+        let Some(ending) = parameters.ending() else {
+            let bytes = tensors::encode_compact_map(space, table, Some(recipe))?;
+            reporter.note(quantity::size(bytes.len() as u64));
+            return Ok(Output::files(vec![bytes]));
         };
-        context.reporter.note(quantity::size(bytes.len() as u64));
-        Ok(Output::files(vec![bytes]))
+        let mut files = Vec::new();
+        if let Some(space) = space {
+            for maps in [space.levels(), space.normals()] {
+                reporter.check_cancelled()?;
+                files.push(light_file(parameters, space, maps, recipe, reporter)?);
+            }
+        }
+        if let Some(table) = table {
+            files.push(table_file(parameters.format(), table, recipe)?);
+        }
+        let bytes = files.iter().map(Vec::len).sum::<usize>();
+        reporter.note(format!("{} of textures", quantity::size(bytes as u64)));
+        files.push(numbers(space, table, recipe)?);
+        if let (Some(preset), Some(space), Some(table)) = (parameters.taps(), space, table) {
+            let [levels, normals, table_name] =
+                ["levels", "normals", "table"].map(|name| format!("{name}{ending}"));
+            let names =
+                TapFileNames { levels: &levels, normals: &normals, table: &table_name, lights: NUMBERS };
+            let counts = [table.taps(), table.normals()];
+            let texts = tap_texts(preset, STEM, names, space.widths(), counts);
+            files.extend(texts.into_iter().map(|(_, text)| text.into_bytes()));
+        }
+        Ok(Output::files(files))
     }
+}
+
+/// The ports.
+const SPACE: &str = "scale-space";
+const TAPS: &str = "taps";
+
+/// The texture of the levels, or of the light about normals.
+fn light_file(
+    parameters: &Parameters,
+    space: &ScaleSpace,
+    maps: &[CubeMap],
+    recipe: &str,
+    reporter: &Reporter,
+) -> Result<Vec<u8>, Failure> {
+    let format = parameters.texels();
+    let limit = if parameters.format() == TapsFormat::Exr { TexelFormat::Rgba16F } else { format };
+    let texels: Vec<[f32; 3]> = maps.iter().flat_map(|map| map.pixels()).copied().collect();
+    let excess = Excess::of(&texels, Content::Light, limit.largest());
+    if excess.count > 0 {
+        reporter.warn(format!(
+            "{}; keep more `lights` of scale-space beside the levels, or lower the exposure of the environment",
+            excess.text(Content::Light)
+        ));
+    }
+    let stds: Vec<f64> = (0..space.widths().len()).map(|k| space.widths().std(k)).collect();
+    let entries = [
+        ("specula.std", json!(stds).to_string()),
+        ("specula.lights", json!(space.lights().iter().map(row).collect::<Vec<_>>()).to_string()),
+    ];
+    let entries = entries.each_ref().map(|(key, value)| (*key, value.as_str()));
+    let picture = || -> Result<Image, Failure> {
+        atlas_picture(maps).ok_or_else(|| Failure::new("the levels make no atlas"))
+    };
+    let texture = || -> Result<Texture, Failure> {
+        Ok(match parameters.layout() {
+            TapsLayout::CubeArray => cube_array(maps),
+            TapsLayout::Atlas => {
+                let picture = picture()?;
+                let (width, height) = (picture.width(), picture.height());
+                Texture { width, height, pixels: picture.pixels().to_vec(), ..Texture::default() }
+            }
+        })
+    };
+    let made = match parameters.format() {
+        TapsFormat::Exr => write_exr(&picture()?, Precision::Half, Some(recipe))?,
+        TapsFormat::Dds => write_dds(&texture()?, format.nearest())?,
+        _ => write_ktx2(&texture()?, format.nearest(), Some(recipe), &entries)?,
+    };
+    Ok(made.bytes)
+}
+
+/// The levels as an array of four cubes with mips: level k is mip k / 4 of layer k % 4.
+fn cube_array(maps: &[CubeMap]) -> Texture {
+    let octaves: Vec<Vec<[f32; 3]>> = maps
+        .chunks(Widths::PER_OCTAVE)
+        .map(|octave| octave.iter().flat_map(|map| map.pixels()).copied().collect())
+        .collect();
+    let edge = maps.first().map_or(1, |map| map.cube().edge);
+    let mut octaves = octaves.into_iter();
+    Texture {
+        width: edge,
+        height: edge,
+        layers: Widths::PER_OCTAVE,
+        faces: 6,
+        pixels: octaves.next().unwrap_or_default(),
+        smaller_levels: octaves.collect(),
+        ..Texture::default()
+    }
+}
+
+/// The table as a texture of 65 columns.
+fn table_file(format: TapsFormat, table: &TapTable, recipe: &str) -> Result<Vec<u8>, Failure> {
+    let texels = table_texels(table);
+    let (width, height) = (ROWS, texels.len() / ROWS);
+    let sizes = Texture { width, height, ..Texture::default() };
+    let counts = [("specula.taps", table.taps()), ("specula.normals", table.normals())];
+    let counts = counts.map(|(key, count)| (key, count.to_string()));
+    let entries = counts.each_ref().map(|(key, count)| (*key, count.as_str()));
+    let made: Encoded = match format {
+        TapsFormat::Exr => write_exr_rgba(width, height, &texels, Precision::Half, Some(recipe), &entries)?,
+        TapsFormat::Dds => write_dds_rgba(&sizes, &texels, Precision::Half)?,
+        _ => write_ktx2_rgba(&sizes, &texels, Precision::Half, Some(recipe), &entries)?,
+    };
+    Ok(made.bytes)
+}
+
+/// A light as seven numbers.
+fn row(light: &Light) -> [f64; 7] {
+    let ([x, y, z], [r, g, b]) = (light.direction.vector().to_array(), light.irradiance);
+    [x, y, z, light.radius, r, g, b]
+}
+
+/// The numbers beside the textures.
+fn numbers(space: Option<&ScaleSpace>, table: Option<&TapTable>, recipe: &str) -> Result<Vec<u8>, Failure> {
+    let mut object = serde_json::Map::new();
+    if let Some(space) = space {
+        let light = |light: &Light| {
+            json!({
+                "direction": light.direction.vector().to_array(),
+                "radius": light.radius,
+                "irradiance": light.irradiance,
+            })
+        };
+        let stds: Vec<f64> = (0..space.widths().len()).map(|k| space.widths().std(k)).collect();
+        object.insert("resolution".into(), space.widths().edge().into());
+        object.insert("std".into(), json!(stds));
+        object.insert("diffuse".into(), json!(space.diffuse().coefficients()));
+        object.insert("lights".into(), space.lights().iter().map(light).collect());
+    }
+    if let Some(table) = table {
+        let tap = |tap: &taps::Tap| json!({ "delta": tap.delta, "std": tap.std, "weight": tap.weight });
+        let normal = |tap: &taps::NormalTap| json!({ "y": tap.y, "weight": tap.weight });
+        let row = |row: &taps::TapRow| {
+            json!({
+                "taps": row.taps.iter().map(tap).collect::<Vec<_>>(),
+                "normals": row.normals.iter().map(normal).collect::<Vec<_>>(),
+            })
+        };
+        object.insert("table".into(), table.rows().iter().map(row).collect());
+    }
+    object.insert("specula".into(), serde_json::from_str(recipe)?);
+    Ok((serde_json::to_string(&object)? + "\n").into_bytes())
 }
 
 /// Notes how far the taps are from the sum over the environment's pixels, or warns.
