@@ -362,11 +362,11 @@ fn light_file(
     let format = parameters.texels();
     let limit = if parameters.format() == TapsFormat::Exr { TexelFormat::Rgba16F } else { format };
     let texels: Vec<[f32; 3]> = maps.iter().flat_map(|map| map.pixels()).copied().collect();
-    let excess = Excess::of(&texels, Content::Light, limit.largest());
+    let excess = Excess::of(&texels, Content::Values, limit.largest());
     if excess.count > 0 {
         reporter.warn(format!(
             "{}; keep more `lights` of scale-space beside the levels, or lower the exposure of the environment",
-            excess.text(Content::Light)
+            excess.text(Content::Values)
         ));
     }
     let stds: Vec<f64> = (0..space.widths().len()).map(|k| space.widths().std(k)).collect();
