@@ -51,6 +51,17 @@ fn parameters_that_are_wrong_are_named() {
             "lights: \"many\" is not a whole number of lights, 0 or more, or \"all\"",
         ),
         ("export-taps", "accept = [0.1]", "accept: an array is not [p95, p99], two numbers of stops above 0"),
+        (
+            "export-taps",
+            "format = \"exr\"\nlayout = \"cube-array\"",
+            "layout: OpenEXR has no arrays of cubes; it holds an atlas",
+        ),
+        ("export-taps", "preset = \"three\"\nformat = \"dds\"", "format: the preset already gives it"),
+        (
+            "export-taps",
+            "format = \"exr\"\ntexels = \"half\"",
+            "texels: only format = \"ktx2\" or \"dds\" uses it",
+        ),
         ("export-taps", "accept = 0.1", "accept: 0.1 is not [p95, p99], two numbers of stops above 0"),
     ] {
         assert_eq!(case(kind, parameters).errors(), [expected]);
@@ -85,7 +96,7 @@ fn a_material_that_depends_on_its_tangent_is_a_warning() {
 
 #[test]
 fn a_pair_is_measured_and_its_file_has_every_tensor() {
-    let description = describe(&pair("").files()[0]).unwrap();
+    let description = describe(&pair("format = \"safetensors\"").files()[0]).unwrap();
     let shape = |name: &str| {
         let found = description.tensors.iter().find(|(tensor, ..)| tensor == name);
         found.unwrap_or_else(|| panic!("no {name}: {description:?}")).2.clone()
@@ -105,11 +116,71 @@ fn a_pair_is_measured_and_its_file_has_every_tensor() {
 #[test]
 fn either_may_be_written_alone_and_nothing_is_an_error() {
     let space = scale_space("resolution = 16").artifact::<ScaleSpace>();
-    let alone = case("export-taps", "").input("scale-space", (*space).clone());
+    let alone = case("export-taps", "format = \"safetensors\"").input("scale-space", (*space).clone());
     let files = alone.files();
     let names: Vec<String> =
         describe(&files[0]).unwrap().tensors.into_iter().map(|tensor| tensor.0).collect();
     assert!(names.contains(&"level_00".into()) && !names.contains(&"taps".into()), "{names:?}");
-    let text = case("export-taps", "").failure();
-    assert!(text.contains("neither scale-space nor taps is connected"), "{text}");
+    assert_eq!(case("export-taps", "").input_errors(), ["inputs: connect scale-space, taps, or both"]);
+    let textures = case("export-taps", "").input("scale-space", (*space).clone());
+    assert_eq!(textures.endings(), ["/levels.ktx2", "/normals.ktx2", "/taps.json"]);
+    let errors =
+        case("export-taps", "preset = \"three\"").input("scale-space", (*space).clone()).input_errors();
+    assert_eq!(errors, ["preset: a shader is made for a pair: connect both scale-space and taps"]);
+}
+
+/// The levels come back from an array of cubes, and the table from its texture.
+#[test]
+fn textures_hold_the_levels_and_the_table() {
+    let space = scale_space("resolution = 16").artifact::<ScaleSpace>();
+    for (format, texels, allowed) in
+        [("ktx2", "half", 1e-3), ("ktx2", "rgb9e5", 0.01), ("ktx2", "bc6h", 0.5), ("dds", "rgb9e5", 0.01)]
+    {
+        let case = pair(&format!("format = \"{format}\"\ntexels = \"{texels}\""));
+        let files = case.files();
+        let levels = containers::read_texture(&files[0]).unwrap().texture;
+        assert_eq!(
+            [levels.width, levels.layers, levels.faces, 1 + levels.smaller_levels.len()],
+            [16, 4, 6, 4]
+        );
+        for (k, map) in space.0.space.levels().iter().enumerate() {
+            let edge = map.cube().edge;
+            let mip = if k < 4 { &levels.pixels } else { &levels.smaller_levels[k / 4 - 1] };
+            let layer = &mip[k % 4 * 6 * edge * edge..][..6 * edge * edge];
+            for (found, expected) in layer.iter().zip(map.pixels()) {
+                let largest = expected.iter().copied().fold(0.0, f32::max);
+                for (found, expected) in found.iter().zip(expected) {
+                    assert!((found - expected).abs() <= allowed * largest, "{format} {texels} {k}");
+                }
+            }
+        }
+        let table = containers::read_texture(&files[2]).unwrap().texture;
+        assert_eq!([table.width, table.height], [65, 5]);
+        let numbers: serde_json::Value = serde_json::from_slice(&files[3]).unwrap();
+        let delta = numbers["table"][40]["taps"][1]["delta"].as_f64().unwrap();
+        assert!((f64::from(table.pixels[2 * 65 + 40][0]) - delta).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn each_preset_writes_a_shader_and_the_code_that_loads_it() {
+    for (preset, files) in [
+        (
+            "three",
+            ["/levels.ktx2", "/normals.ktx2", "/table.ktx2", "/taps.json", "/taps-three.js", "/README.txt"],
+        ),
+        (
+            "godot",
+            ["/levels.exr", "/normals.exr", "/table.exr", "/taps.json", "/taps.gdshader", "/README.txt"],
+        ),
+    ] {
+        let case = pair(&format!("preset = \"{preset}\""));
+        assert_eq!(case.endings(), files);
+        let written = case.files();
+        let [shader, readme] = [4, 5].map(|index| String::from_utf8(written[index].clone()).unwrap());
+        assert!(shader.contains("tap_reflected") && !shader.contains("__"), "{shader}");
+        assert!(!readme.contains("__"), "{readme}");
+    }
+    let blender = case("export-taps", "preset = \"blender\"").errors();
+    assert_eq!(blender, ["preset: there is no shader of taps for blender"]);
 }
