@@ -1,9 +1,10 @@
 //! Draws balls by brute force, by a compact map and by the split sum of engines, with the differences times 8.
 //!
-//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-balls -- OUT.png [ENVIRONMENT...]`. The
-//! environments are lat-long pictures, by default those of `assets/environments`. A row is an environment and a
-//! material: brute force, compact map, split sum, and the differences of the last two. The split sum prefilters the
-//! light by GGX about R, looks the directional albedo up as F0 A + B, and adds the irradiance of a matte base.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-balls -- OUT.png [ENVIRONMENT...]`. A
+//! second picture, OUT.few.png, has two of the rows. The environments are lat-long pictures, by default those of
+//! `assets/environments`. A row is an environment and a material: brute force, compact map, split sum, and the
+//! differences of the last two. The split sum prefilters the light by GGX about R, looks the directional albedo up as
+//! F0 A + B, and adds the irradiance of a matte base.
 
 use std::path::PathBuf;
 
@@ -152,6 +153,10 @@ fn run() -> Result<(), Failure> {
         }
     }
     std::fs::write(&out, Picture::sheet(&rows).png()?)?;
+    // The first and the last material of the first environment, for a page that has less room.
+    let few = [rows[0].clone(), rows[BALLS.len() - 1].clone()];
+    let beside = std::path::Path::new(&out).with_extension("few.png");
+    std::fs::write(beside, Picture::sheet(&few).png()?)?;
     Ok(())
 }
 
