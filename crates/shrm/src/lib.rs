@@ -16,6 +16,7 @@ pub mod icosahedron;
 mod lamps;
 mod lookup;
 mod map;
+mod map_degree;
 mod mean_lobe;
 mod plain;
 mod prefilter;
@@ -37,6 +38,7 @@ pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_vi
 pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
+pub use map_degree::{DegreeRule, MapContent, MapDegree, SMALL_P, Tolerance};
 pub use mean_lobe::{MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
@@ -44,7 +46,7 @@ pub use prefilter::{
     Prefiltered, PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series,
 };
 pub use reflection::{MOST_P, Reflection, ViewDependent};
-pub use resolution::{MapLayout, Resolution};
+pub use resolution::{ByteBudget, MapLayout, Resolution};
 pub use sphere_map::{
     SphereMapError, add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps,
 };

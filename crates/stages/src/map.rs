@@ -13,6 +13,7 @@ mod prefilter;
 mod reference;
 
 // What they share.
+mod degree_choice;
 mod map_index;
 mod map_input;
 mod map_pictures;

@@ -210,14 +210,16 @@ use brdf::Part;
 use containers::{Encoded, Texture, row_names, shrm_metadata, tensors};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::{Light, Stop};
-use shrm::{MapLayout, Reflection, Shrm, Terms};
+use shrm::{MapLayout, Reflection, SMALL_P, Shrm, Terms};
 
+use super::degree_choice::{Accept, DegreeChoice, MAX_P};
 use super::map_input;
-use super::map_input::MapInput;
+use super::map_input::{MOST_BYTES, MapInput, PartOfMaterial, SmallMap};
 use super::map_source::MapSource;
+use crate::values::quantity::size;
 use crate::values::{
     Container, Content, Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName,
-    Numbers, PartsName, Resolution, UntilStopped, ViewName, Writer, edge_of, parts,
+    Numbers, PartsName, PrecisionName, Resolution, UntilStopped, ViewName, Writer, edge_of, parts,
 };
 
 choice! {
@@ -251,10 +253,16 @@ parameters! {
         /// or the resolution of the map that arrives.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
-        /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Default:
-        /// 0.01.
+        /// The errors in stops that 5 % of the views, and 1 %, may have by the degree P; see Degree. Default:
+        /// [0.15, 0.4], unless `error` is given.
+        accept: Option<Accept> = None,
+        /// The RMS error that the map may have, as a share of the RMS radiance, in place of `accept`: by its
+        /// degree P, and with resolution "auto" by bilinear look-ups, of which 0.01 is aimed at otherwise.
         #[range(1e-6..1.0)]
         error: Option<f64> = None,
+        /// The highest P that is tried. Default: 4, or the P that the manifest names.
+        #[range(0..=MAX_P)]
+        most_p: Option<usize> = None,
         /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
         view: Option<ViewName> = None,
         /// Whether suns and lamps are in the map or beside it; see Lamps.
@@ -270,7 +278,17 @@ parameters! {
 impl Parameters {
     fn input(&self) -> MapInput {
         let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
-        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps }
+        let small = Some(SmallMap {
+            degree: DegreeChoice { accept: self.accept, error: self.error, most_p: self.most_p },
+            per_coefficient: match (self.format, self.numbers.precision) {
+                (ShrmFormat::Safetensors, _) | (ShrmFormat::Exr, PrecisionName::Float) => 12,
+                (ShrmFormat::Exr, _) => 6,
+                (ShrmFormat::Ktx2, PrecisionName::Float) => 16,
+                (ShrmFormat::Ktx2, _) => 8,
+            },
+            with_zeros: self.format != ShrmFormat::Ktx2,
+        });
+        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps, small }
     }
 
     fn encoding(&self) -> Encoding<ShrmFormat> {
@@ -285,8 +303,8 @@ impl Kind for ExportShrm {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-shrm";
-    const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = map_input::KERNELS;
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = map_input::SMALL_MAP_KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
     fn ports() -> Vec<Port> {
@@ -314,11 +332,20 @@ impl Kind for ExportShrm {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, part, steps| {
+        let whole = MapSource::of(&context.inputs)?;
+        let base = whole.parts().map(|[diffuse, _]| diffuse);
+        whole.export(parameters.parts, &context.reporter, |source, part, steps| {
+            let of = match (part, &base) {
+                (Some(Part::Diffuse), _) => PartOfMaterial::Diffuse,
+                (Some(Part::Specular), Some(MapSource::Reflection(base))) => {
+                    PartOfMaterial::Specular(&base.0)
+                }
+                _ => PartOfMaterial::All,
+            };
             let (map, beside) = match source {
                 MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
                 MapSource::Reflection(reflection) => (
-                    parameters.input().map_of(&reflection.0, steps)?,
+                    parameters.input().map_of(&reflection.0, of, steps)?,
                     beside(parameters, &reflection.0, part),
                 ),
             };
@@ -342,7 +369,31 @@ fn file(
         ShrmFormat::Ktx2 => texture(map, beside, &writer)?.bytes,
     };
     context.reporter.note(format!("{} bytes", bytes.len()));
+    if bytes.len() > MOST_BYTES {
+        context.reporter.warn(too_large(parameters, map, bytes.len()));
+    }
     Ok(bytes)
+}
+
+/// Says that a file is large, and what makes it smaller.
+fn too_large(parameters: &Parameters, map: &Shrm, bytes: usize) -> String {
+    let mut ways = Vec::new();
+    if map.p().get() > SMALL_P {
+        ways.push(format!(
+            "most-p = {SMALL_P} allows {} coefficients in place of {}",
+            (SMALL_P + 1) * (SMALL_P + 1),
+            map.p().rows()
+        ));
+    }
+    if let Some(Resolution::Fixed(_)) = parameters.resolution {
+        ways.push("resolution = \"auto\" takes what accuracy needs".into());
+    } else {
+        ways.push("a lower `resolution` takes less".into());
+    }
+    if parameters.format == ShrmFormat::Safetensors {
+        ways.push("format = \"ktx2\" holds halves".into());
+    }
+    format!("the file has {}, more than {}: {}", size(bytes as u64), size(MOST_BYTES as u64), ways.join("; "))
 }
 
 /// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps

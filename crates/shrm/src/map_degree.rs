@@ -1,0 +1,327 @@
+//! The degree P of a map: the least at which it is as near to its field as it has to be.
+//!
+//! A field keeps so many degrees P that no export shows the cut ([`crate::degrees`]). A map of (P + 1)^2
+//! coefficients costs memory for each of them, so that it takes the least P that meets a [`Tolerance`]: in
+//! stops, or in the RMS error of [RH02, sec. 5]. Where none up to the highest that is allowed does, it takes
+//! the best of those up to [`SMALL_P`]: further coefficients cost much and would not be enough.
+//!
+//! The errors are measured at views as a ball shows them to a distant camera. A map without lamps is the cut
+//! series, and the lamps that a renderer adds are beside both; a map with lamps in it is fitted at some
+//! texels, for each P that is tried ([`Reflection::bake`]).
+
+use brdf::BrdfCoefficients;
+use rayon::prelude::*;
+use sh::{Basis, Degree, Expansion, Stop, Stopped, energy_per_degree, lambda, rotate_orders};
+use sphere::{Cube, Direction, spiral};
+
+use crate::degrees::{BLACK_SHARE, SAMPLES, add, seen};
+use crate::{MapGrid, Reflection, SynthesisError, View, frame, stops};
+
+/// The highest P of a map that does not meet its tolerance: 25 coefficients.
+pub const SMALL_P: usize = 4;
+
+/// The edge of the cube at whose texels maps with lamps in them are tried: as many as [`SAMPLES`] has.
+const EDGE: usize = 4;
+
+/// The error that a map may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// The errors in stops that 5 of 100 views, and 1 of 100, may exceed.
+    Stops([f64; 2]),
+    /// The RMS error, as a share of the RMS radiance.
+    Rms(f64),
+}
+
+/// How the degree P of a map is chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DegreeRule {
+    /// The error that the map may have.
+    pub tolerance: Tolerance,
+    /// The highest P that is tried.
+    pub most_p: usize,
+}
+
+/// A degree P, and the errors of a map at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapDegree {
+    /// The degree in the view.
+    pub p: Degree,
+    /// The error in stops that 95 of 100 samples stay below.
+    pub p95: f64,
+    /// The error in stops that 99 of 100 samples stay below.
+    pub p99: f64,
+    /// The RMS error, as a share of the RMS radiance.
+    pub rms: f64,
+    /// Whether it meets the tolerance.
+    pub is_met: bool,
+    /// The least P above the highest allowed one that would meet the tolerance, if it is known.
+    pub enough: Option<usize>,
+}
+
+/// What a map is to hold, and what is seen with it.
+#[derive(Clone, Copy)]
+pub struct MapContent<'a> {
+    /// Whether the lamps are in the map, and not beside it.
+    pub lamps: bool,
+    /// The field of the material's diffuse part, if the map is one of its specular part: a renderer adds both.
+    pub base: Option<&'a Reflection>,
+}
+
+impl Tolerance {
+    /// The factor by which errors exceed the tolerance: at most 1 if they meet it.
+    pub(crate) fn excess(&self, [p95, p99]: [f64; 2], rms: f64) -> f64 {
+        let over = |error: f64, limit: f64| if error > 0.0 { error / limit } else { 0.0 };
+        match *self {
+            Self::Stops(limits) => over(p95, limits[0]).max(over(p99, limits[1])),
+            Self::Rms(limit) => over(rms, limit),
+        }
+    }
+
+    /// Returns a share of the tolerance.
+    #[must_use]
+    pub fn scaled(self, share: f64) -> Self {
+        match self {
+            Self::Stops(limits) => Self::Stops(limits.map(|limit| share * limit)),
+            Self::Rms(limit) => Self::Rms(share * limit),
+        }
+    }
+}
+
+impl DegreeRule {
+    /// The least degree up to [`DegreeRule::most_p`] that meets the tolerance, otherwise the best up to
+    /// [`SMALL_P`]. `measured` are errors at ascending degrees from 0 on, of which the last may meet it;
+    /// degrees above the highest allowed one only say what would be enough.
+    pub(crate) fn choose(&self, measured: &[MapDegree]) -> Option<MapDegree> {
+        let excess = |map: &MapDegree| self.tolerance.excess([map.p95, map.p99], map.rms);
+        let is_met = |map: &&MapDegree| excess(map) <= 1.0;
+        let allowed = |most: usize| measured.iter().filter(move |map| map.p.get() <= most);
+        if let Some(least) = allowed(self.most_p).find(is_met) {
+            return Some(MapDegree { is_met: true, ..*least });
+        }
+        let best = allowed(self.most_p.min(SMALL_P)).min_by(|a, b| excess(a).total_cmp(&excess(b)))?;
+        let enough = measured.iter().find(is_met).map(|map| map.p.get());
+        Some(MapDegree { enough, ..*best })
+    }
+}
+
+/// The RMS of what a cut at each P leaves out, as a share of the RMS of the field, over all central
+/// directions and views [RH02, sec. 5; Ram02, eq. 5.15].
+pub(crate) fn rms_of_cuts(lighting: &Expansion, brdf: &BrdfCoefficients) -> Vec<f64> {
+    let light = energy_per_degree(lighting);
+    let energy = |p: usize| -> f64 {
+        let of = |l: usize| -> f64 {
+            let of_q = |q: usize| -> f64 {
+                let (rho, signs) = (brdf.get(l, p, q), if q == 0 { 1.0 } else { 2.0 });
+                (0..3).map(|channel| signs * light[l][channel] * rho[channel] * rho[channel]).sum()
+            };
+            math::powi(lambda(l), 2) * (0..=l.min(p)).map(of_q).sum::<f64>()
+        };
+        (0..=brdf.f().get().min(light.len() - 1)).map(of).sum()
+    };
+    let energies: Vec<f64> = (0..=brdf.p().get()).map(energy).collect();
+    let whole: f64 = energies.iter().sum();
+    let mut left = whole;
+    let mut of_p = |energy: &f64| {
+        left -= energy;
+        if whole > 0.0 { (left / whole).max(0.0).sqrt() } else { 0.0 }
+    };
+    let mut shares: Vec<f64> = energies.iter().map(&mut of_p).collect();
+    // Rounding must not leave an error where nothing is cut.
+    if let Some(last) = shares.last_mut() {
+        *last = 0.0;
+    }
+    shares
+}
+
+/// A view of a sample: its central direction, the view in that direction's frame, and the radiance.
+struct Sample {
+    outgoing: Direction,
+    /// What is seen beside the map.
+    beside: [f64; 3],
+    /// The radiance that the map should give.
+    right: [f64; 3],
+    /// The field cut at each P.
+    cuts: Vec<[f64; 3]>,
+}
+
+impl Reflection {
+    /// Returns the field cut at a lower degree in the view, with its lamps; it has no parts.
+    #[must_use]
+    pub fn cut_in_view(&self, p: Degree) -> Self {
+        let cut = Self::convolve(self.lighting(), &self.brdf().cut_to(Degree::MAX, p));
+        let cut = if self.is_for_light() { cut.marked_for_light() } else { cut };
+        match self.every_lamp() {
+            Some(lamps) => cut.with_lamps(lamps.clone()),
+            None => cut,
+        }
+    }
+
+    /// The degree P of a map of this field by a rule, and its errors compared with the field: see the
+    /// module's text. `stop` is asked every few milliseconds, on every thread.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn map_degree(
+        &self,
+        content: MapContent<'_>,
+        rule: DegreeRule,
+        stop: Stop<'_>,
+    ) -> Result<MapDegree, SynthesisError> {
+        let fits = content.lamps && self.lamps().is_some();
+        let measured = if fits { self.fits(content, rule, stop)? } else { self.cuts(content, stop)? };
+        let most = MapDegree { p: self.brdf().p(), p95: 0.0, p99: 0.0, rms: 0.0, is_met: true, enough: None };
+        Ok(rule.choose(&measured).unwrap_or(most))
+    }
+
+    /// The errors of a map with the lamps in it at a degree that is given, compared with the field, and
+    /// whether they meet the rule's tolerance.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn baked_error(
+        &self,
+        content: MapContent<'_>,
+        p: Degree,
+        rule: DegreeRule,
+        stop: Stop<'_>,
+    ) -> Result<MapDegree, SynthesisError> {
+        let grid = MapGrid::Cube(Cube { edge: EDGE });
+        let samples = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
+        let soft = self.synthesise(grid, View::Local, stop)?;
+        let found = self.fit(&soft, p, &samples, stop)?;
+        let is_met = rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0;
+        Ok(MapDegree { is_met, ..found })
+    }
+
+    /// The errors of the field cut at each P, from 0 on.
+    fn cuts(&self, content: MapContent<'_>, stop: Stop<'_>) -> Result<Vec<MapDegree>, Stopped> {
+        let samples = self.map_samples(content, |index| spiral(index, SAMPLES[0]), SAMPLES[0], stop)?;
+        let dark = BLACK_SHARE * self.light_mean();
+        let rms = rms_of_cuts(self.lighting(), self.brdf());
+        let measure = |(p, rms): (usize, &f64)| {
+            let [p95, p99] = quantiles(samples.iter().map(|sample| (sample, sample.cuts[p])), dark);
+            let p = Degree::new(p).unwrap_or(Degree::MAX);
+            MapDegree { p, p95, p99, rms: *rms, is_met: false, enough: None }
+        };
+        Ok(rms.iter().enumerate().map(measure).collect())
+    }
+
+    /// The errors of maps with the lamps in them at each P from 0 on, up to the first that meets the
+    /// tolerance.
+    fn fits(
+        &self,
+        content: MapContent<'_>,
+        rule: DegreeRule,
+        stop: Stop<'_>,
+    ) -> Result<Vec<MapDegree>, SynthesisError> {
+        let grid = MapGrid::Cube(Cube { edge: EDGE });
+        let samples = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
+        let soft = self.synthesise(grid, View::Local, stop)?;
+        // Lamps are added exactly to a map that is the same for every view.
+        let most = if soft.p().get() == 0 { 0 } else { rule.most_p };
+        let mut measured = Vec::new();
+        for p in 0..=most {
+            let found = self.fit(&soft, Degree::new(p).unwrap_or(Degree::MAX), &samples, stop)?;
+            measured.push(found);
+            if rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0 {
+                break;
+            }
+        }
+        Ok(measured)
+    }
+
+    /// The errors of a map with the lamps in it, at samples of its texels.
+    fn fit(
+        &self,
+        soft: &crate::Shrm,
+        p: Degree,
+        samples: &[Sample],
+        stop: Stop<'_>,
+    ) -> Result<MapDegree, SynthesisError> {
+        let texels: Vec<usize> = (0..soft.grid().len()).collect();
+        let map = self.bake_texels(soft, p, &texels, stop)?;
+        let (mut lookup, views) = (map.lookup(), samples.len() / texels.len().max(1));
+        let found: Vec<[f64; 3]> = samples
+            .iter()
+            .enumerate()
+            .map(|(index, sample)| {
+                let texel = index / views.max(1);
+                let view = frame(soft.grid().direction(texel)).apply(sample.outgoing);
+                lookup.texel(texel, view).map(f64::from)
+            })
+            .collect();
+        let dark = BLACK_SHARE * self.light_mean();
+        let [p95, p99] = quantiles(samples.iter().zip(found.iter().copied()), dark);
+        let (mut lost, mut whole) = (0.0, 0.0);
+        for (sample, found) in samples.iter().zip(&found) {
+            for (right, found) in sample.right.iter().zip(found) {
+                lost += math::powi(found - right, 2);
+                whole += right * right;
+            }
+        }
+        let rms = if whole > 0.0 { (lost / whole).sqrt() } else { 0.0 };
+        Ok(MapDegree { p, p95, p99, rms, is_met: false, enough: None })
+    }
+
+    /// Samples of a map at central directions: [`SAMPLES`] views of each.
+    fn map_samples(
+        &self,
+        content: MapContent<'_>,
+        central: impl Fn(usize) -> Direction + Sync,
+        count: usize,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Sample>, Stopped> {
+        let basis = Basis::new(self.brdf().p());
+        let base = content.base.map(|base| (base, base.lamps().map(crate::Lamps::for_views)));
+        let at = |index: usize| {
+            stop.check()?;
+            let central = central(index);
+            let side = self.brdf().p().get();
+            let light = rotate_orders(self.lighting(), frame(central).inverse(), side);
+            let mut rows = vec![[0.0; 3]; self.brdf().p().rows()];
+            (0..=self.brdf().f().get()).for_each(|l| add(&mut rows, &light, self.brdf(), l));
+            let lights = self.lamps().map(|lamps| (lamps, lamps.about(central)));
+            let mut y = vec![0.0; rows.len()];
+            let sample = |view: usize| {
+                let outgoing = seen(self.brdf().centre(), index * SAMPLES[1] + view);
+                basis.evaluate_into(outgoing, &mut y);
+                let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
+                let mut beside = [0.0; 3];
+                if let Some((base, lamps)) = &base {
+                    let view = frame(central).apply(outgoing);
+                    let normal = central.vector() + view.vector();
+                    let normal = if normal.length() > 0.0 { Direction::normalised(normal) } else { central };
+                    let lit = lamps.as_ref().map_or([0.0; 3], |lamps| lamps.radiance(normal, view));
+                    let soft = base.evaluate(normal, view);
+                    (0..3).for_each(|channel| beside[channel] += soft[channel].max(0.0) + lit[channel]);
+                }
+                let (mut sum, mut cuts) = ([0.0; 3], Vec::with_capacity(side + 1));
+                for p in 0..=side {
+                    for row in p * p..(p + 1) * (p + 1) {
+                        (0..3).for_each(|channel| sum[channel] += rows[row][channel] * y[row]);
+                    }
+                    cuts.push(sum);
+                }
+                let mut right = sum;
+                let lamps_in = if content.lamps { &mut right } else { &mut beside };
+                (0..3).for_each(|channel| lamps_in[channel] += lit[channel]);
+                Sample { outgoing, beside, right, cuts }
+            };
+            Ok((0..SAMPLES[1]).map(sample).collect::<Vec<_>>())
+        };
+        let samples: Result<Vec<_>, Stopped> = (0..count).into_par_iter().map(at).collect();
+        Ok(samples?.into_iter().flatten().collect())
+    }
+}
+
+/// The errors in stops that 95 and 99 of 100 samples stay below; what a map leaves below zero is black.
+fn quantiles<'a>(found: impl Iterator<Item = (&'a Sample, [f64; 3])>, dark: f64) -> [f64; 2] {
+    let mut errors = Vec::new();
+    for (sample, found) in found {
+        for channel in 0..3 {
+            let seen = |value: f64| value.max(0.0) + sample.beside[channel];
+            errors.push(stops::error(seen(found[channel]), seen(sample.right[channel]), dark));
+        }
+    }
+    stops::quantiles(&mut errors)
+}
