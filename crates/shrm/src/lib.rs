@@ -38,7 +38,7 @@ pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_vi
 pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
-pub use map_degree::{DegreeRule, MapContent, MapDegree, SMALL_P, Tolerance};
+pub use map_degree::{DegreeRule, MapContent, MapDegree, MapTolerance, SMALL_P};
 pub use mean_lobe::{MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{

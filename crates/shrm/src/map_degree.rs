@@ -1,7 +1,7 @@
 //! The degree P of a map: the least at which it is as near to its field as it has to be.
 //!
 //! A field keeps so many degrees P that no export shows the cut ([`crate::degrees`]). A map of (P + 1)^2
-//! coefficients costs memory for each of them, so that it takes the least P that meets a [`Tolerance`]: in
+//! coefficients costs memory for each of them, so that it takes the least P that meets a [`MapTolerance`]: in
 //! stops, or in the RMS error of [RH02, sec. 5]. Where none up to the highest that is allowed does, it takes
 //! the best of those up to [`SMALL_P`]: further coefficients cost much and would not be enough.
 //!
@@ -25,7 +25,7 @@ const EDGE: usize = 4;
 
 /// The error that a map may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tolerance {
+pub enum MapTolerance {
     /// The errors in stops that 5 of 100 views, and 1 of 100, may exceed.
     Stops([f64; 2]),
     /// The RMS error, as a share of the RMS radiance.
@@ -36,7 +36,7 @@ pub enum Tolerance {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DegreeRule {
     /// The error that the map may have.
-    pub tolerance: Tolerance,
+    pub tolerance: MapTolerance,
     /// The highest P that is tried.
     pub most_p: usize,
 }
@@ -67,7 +67,7 @@ pub struct MapContent<'a> {
     pub base: Option<&'a Reflection>,
 }
 
-impl Tolerance {
+impl MapTolerance {
     /// The factor by which errors exceed the tolerance: at most 1 if they meet it.
     pub(crate) fn excess(&self, [p95, p99]: [f64; 2], rms: f64) -> f64 {
         let over = |error: f64, limit: f64| if error > 0.0 { error / limit } else { 0.0 };
@@ -324,4 +324,139 @@ fn quantiles<'a>(found: impl Iterator<Item = (&'a Sample, [f64; 3])>, dark: f64)
         }
     }
     stops::quantiles(&mut errors)
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, Fresnel, Ggx, Material, project};
+    use sh::{Light, Lighting};
+
+    use super::*;
+    use crate::accuracy::Accuracy;
+
+    /// A metal under a few bright windows, with a sun if that is asked for.
+    fn field(sunny: bool) -> Reflection {
+        let degree = Degree::new(16).unwrap();
+        let mut series = Expansion::zero(degree);
+        series.coefficients_mut()[0] = [1.0; 3];
+        for (theta, phi, flux) in [(0.7, 0.3, 4.0), (1.5, 2.5, 3.0), (2.2, -1.5, 2.0)] {
+            let window = |l: usize| [flux * (-0.01 * (l * (l + 1)) as f64).exp(); 3];
+            let window = Expansion::zonal(Direction::from_angles(theta, phi), degree, window);
+            for (sum, more) in series.coefficients_mut().iter_mut().zip(window.coefficients()) {
+                (0..3).for_each(|channel| sum[channel] += more[channel]);
+            }
+        }
+        let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+        let material = Material::Ggx(Ggx::new(0.4, metal, [1.0; 3]).unwrap());
+        let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let sun = Light::from_flux(Direction::from_angles(0.9, 0.4), 0.01, [24.0, 20.0, 16.0]);
+        let lights = if sunny { vec![sun] } else { Vec::new() };
+        Reflection::for_light(&Lighting { series, lights }, &brdf, &material, Stop::NEVER).unwrap().0
+    }
+
+    const BESIDE: MapContent<'static> = MapContent { lamps: false, base: None };
+
+    fn at(p: usize, p95: f64) -> MapDegree {
+        let p = Degree::new(p).unwrap();
+        MapDegree { p, p95, p99: 2.0 * p95, rms: 0.5 * p95, is_met: false, enough: None }
+    }
+
+    #[test]
+    fn the_least_degree_that_is_enough_is_taken_or_the_best_small_one() {
+        let measured: Vec<MapDegree> = [0.9, 0.5, 0.3, 0.35, 0.31, 0.2, 0.1, 0.05]
+            .into_iter()
+            .enumerate()
+            .map(|(p, e)| at(p, e))
+            .collect();
+        let chosen = |tolerance, most_p| {
+            let map = DegreeRule { tolerance, most_p }.choose(&measured).unwrap();
+            (map.p.get(), map.is_met, map.enough)
+        };
+        let stops = MapTolerance::Stops;
+        assert_eq!(chosen(stops([0.5, 1.0]), 4), (1, true, None));
+        // Both numbers count, and RMS in their place.
+        assert_eq!(chosen(stops([0.5, 0.6]), 4), (2, true, None));
+        assert_eq!(chosen(MapTolerance::Rms(0.25), 4), (1, true, None));
+        // None up to 4 is enough, and 6 is; if 6 is allowed, it is taken.
+        assert_eq!(chosen(stops([0.1, 0.4]), 4), (2, false, Some(6)));
+        assert_eq!(chosen(stops([0.1, 0.4]), 6), (6, true, None));
+        // What is allowed and not enough is not taken either, and less than 4 may be allowed.
+        assert_eq!(chosen(stops([0.01, 0.02]), 7), (2, false, None));
+        assert_eq!(chosen(stops([0.01, 0.02]), 1), (1, false, None));
+        assert!(DegreeRule { tolerance: stops([1.0; 2]), most_p: 4 }.choose(&[]).is_none());
+    }
+
+    #[test]
+    fn the_rms_of_a_cut_is_the_root_of_the_energy_that_it_loses() {
+        let field = field(false);
+        let accuracy = Accuracy::of(&field, [0.0; 3], 0.0);
+        let found = rms_of_cuts(field.lighting(), field.brdf());
+        assert_eq!(found.len(), field.brdf().p().get() + 1);
+        for (p, found) in found.iter().enumerate() {
+            let expected = accuracy.at(accuracy.f(), p).truth.sqrt();
+            // The difference of energies of about 1 has an error of some 1e-16, of which this is the root.
+            assert!((found - expected).abs() < 1e-7, "{p}: {found} {expected}");
+        }
+    }
+
+    /// The errors are those of the map that is made, with other samples of it.
+    #[test]
+    fn the_errors_are_those_of_the_map() {
+        for (lamps, field) in [(false, field(false)), (true, field(true))] {
+            let content = MapContent { lamps, ..BESIDE };
+            let rule = DegreeRule { tolerance: MapTolerance::Stops([0.2, 0.5]), most_p: 6 };
+            let chosen = field.map_degree(content, rule, Stop::NEVER).unwrap();
+            assert!(chosen.is_met && chosen.p95 <= 0.2 && chosen.p99 <= 0.5, "{chosen:?}");
+            if chosen.p.get() > 0 {
+                let less = DegreeRule { most_p: chosen.p.get() - 1, ..rule };
+                assert!(!field.map_degree(content, less, Stop::NEVER).unwrap().is_met, "{chosen:?}");
+            }
+            let grid = MapGrid::Cube(Cube { edge: 7 });
+            let map = if lamps {
+                field.bake(grid, View::Local, chosen.p, Stop::NEVER).unwrap()
+            } else {
+                field.cut_in_view(chosen.p).synthesise(grid, View::Local, Stop::NEVER).unwrap()
+            };
+            assert_eq!(map.p(), chosen.p);
+            let (mut lookup, dark, mut errors) = (map.lookup(), BLACK_SHARE * field.light_mean(), Vec::new());
+            for texel in 0..grid.len() {
+                let central = grid.direction(texel);
+                for k in 0..8 {
+                    let view = frame(central).apply(seen(map.centre(), 7919 + 8 * texel + k));
+                    let lit = field.lamps().map_or([0.0; 3], |lamps| lamps.radiance(central, view));
+                    let right = field.evaluate(central, view);
+                    for (channel, found) in lookup.texel(texel, view).into_iter().enumerate() {
+                        errors.push(stops::error(
+                            f64::from(found),
+                            right[channel].max(0.0) + lit[channel],
+                            dark,
+                        ));
+                    }
+                }
+            }
+            let [p95, p99] = stops::quantiles(&mut errors);
+            // Both are quantiles of some thousand samples.
+            assert!((p95 / chosen.p95 - 1.0).abs() < 0.3, "{lamps}: {p95} {chosen:?}");
+            assert!((p99 / chosen.p99 - 1.0).abs() < 0.5, "{lamps}: {p99} {chosen:?}");
+        }
+    }
+
+    /// A matte base beside a highlight hides a part of its error.
+    #[test]
+    fn beside_a_base_a_cut_shows_less() {
+        let (field, rule) =
+            (field(false), DegreeRule { tolerance: MapTolerance::Stops([1e-6; 2]), most_p: 2 });
+        let white = Material::Lambert(brdf::Lambert::new([0.8; 3]).unwrap());
+        let brdf = project(&white, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let base = Reflection::convolve(&field.lighting().to_degree(Degree::new(4).unwrap()), &brdf);
+        let error = |base| field.map_degree(MapContent { base, ..BESIDE }, rule, Stop::NEVER).unwrap().p95;
+        assert!(error(Some(&base)) < 0.9 * error(None), "{} {}", error(Some(&base)), error(None));
+    }
+
+    #[test]
+    fn a_stopped_choice_ends_early() {
+        let rule = DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 4 };
+        let stopped = field(true).map_degree(BESIDE, rule, Stop::when(&|| true));
+        assert_eq!(stopped, Err(Stopped.into()));
+    }
 }

@@ -70,7 +70,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, 
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, Samples};
-use shrm::{DegreeRule, Lamps, MOST_P, Reflection, Tolerance};
+use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection};
 
 use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed, of_cut};
 use crate::values::{UntilStopped, Window, about, artifacts, percent};
@@ -362,8 +362,8 @@ fn told(error: &CutError) -> String {
 fn lost(cut: &Cut, rule: Option<DegreeRule>) -> String {
     let stops = format!("95 % of views are within {:.3} stops, 99 % within {:.3}", cut.p95, cut.p99);
     match rule.map(|rule| rule.tolerance) {
-        Some(Tolerance::Rms(_)) => format!("{stops}; the RMS error of P is {}", percent(cut.rms)),
-        Some(Tolerance::Stops(_)) | None => stops,
+        Some(MapTolerance::Rms(_)) => format!("{stops}; the RMS error of P is {}", percent(cut.rms)),
+        Some(MapTolerance::Stops(_)) | None => stops,
     }
 }
 

@@ -3,7 +3,7 @@
 use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use serde_json::json;
 use shrm::degrees::Cut;
-use shrm::{DegreeRule, MapDegree, Tolerance};
+use shrm::{DegreeRule, MapDegree, MapTolerance};
 
 use crate::values::percent;
 
@@ -62,14 +62,14 @@ impl DegreeChoice {
     }
 
     /// The error that is allowed, if the manifest says so.
-    pub(crate) fn tolerance(&self) -> Option<Tolerance> {
-        let accept = self.accept.map(|Accept(stops)| Tolerance::Stops(stops));
-        accept.or(self.error.map(Tolerance::Rms))
+    pub(crate) fn tolerance(&self) -> Option<MapTolerance> {
+        let accept = self.accept.map(|Accept(stops)| MapTolerance::Stops(stops));
+        accept.or(self.error.map(MapTolerance::Rms))
     }
 
     /// The rule with these defaults.
     pub(crate) fn rule(&self, accept: Accept, most_p: usize) -> DegreeRule {
-        let tolerance = self.tolerance().unwrap_or(Tolerance::Stops(accept.0));
+        let tolerance = self.tolerance().unwrap_or(MapTolerance::Stops(accept.0));
         DegreeRule { tolerance, most_p: self.most_p.unwrap_or(most_p) }
     }
 }
@@ -81,20 +81,20 @@ pub(crate) fn of_cut(cut: &Cut) -> MapDegree {
 }
 
 /// Says how far off a map is, in the measure of its tolerance.
-pub(crate) fn reached(tolerance: Tolerance, map: &MapDegree) -> String {
+pub(crate) fn reached(tolerance: MapTolerance, map: &MapDegree) -> String {
     match tolerance {
-        Tolerance::Stops(_) => {
+        MapTolerance::Stops(_) => {
             format!("95 % of views are within {:.3} stops, 99 % within {:.3}", map.p95, map.p99)
         }
-        Tolerance::Rms(_) => format!("the RMS error is {} of the RMS radiance", percent(map.rms)),
+        MapTolerance::Rms(_) => format!("the RMS error is {} of the RMS radiance", percent(map.rms)),
     }
 }
 
 /// Says that a map misses its tolerance, by how much, and which parameters help.
 pub(crate) fn missed(rule: DegreeRule, map: &MapDegree) -> String {
     let (asked, parameter) = match rule.tolerance {
-        Tolerance::Stops([p95, p99]) => (format!("accept = [{p95}, {p99}]"), "accept"),
-        Tolerance::Rms(error) => (format!("error = {error}"), "error"),
+        MapTolerance::Stops([p95, p99]) => (format!("accept = [{p95}, {p99}]"), "accept"),
+        MapTolerance::Rms(error) => (format!("error = {error}"), "error"),
     };
     let (most, p, reached) = (rule.most_p, map.p.get(), reached(rule.tolerance, map));
     let help = match map.enough {
@@ -128,9 +128,12 @@ mod tests {
     #[test]
     fn what_is_given_goes_before_what_is_usual() {
         let none = DegreeChoice::default();
-        assert_eq!(none.rule(ACCEPT, 4), DegreeRule { tolerance: Tolerance::Stops([0.15, 0.4]), most_p: 4 });
+        assert_eq!(
+            none.rule(ACCEPT, 4),
+            DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4 }
+        );
         let given = DegreeChoice { error: Some(0.1), most_p: Some(6), ..none };
-        assert_eq!(given.rule(ACCEPT, 4), DegreeRule { tolerance: Tolerance::Rms(0.1), most_p: 6 });
+        assert_eq!(given.rule(ACCEPT, 4), DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 6 });
         assert!(none.check().is_empty() && given.check().is_empty());
         let both = DegreeChoice { accept: Some(ACCEPT), ..given };
         assert_eq!(both.check(), [("error", "accept already says which error is allowed".to_owned())]);
@@ -140,13 +143,13 @@ mod tests {
     fn a_missed_tolerance_is_told_with_the_remedy() {
         let p = Degree::new(4).unwrap();
         let map = MapDegree { p, p95: 0.242, p99: 0.666, rms: 0.08, is_met: false, enough: Some(10) };
-        let rule = DegreeRule { tolerance: Tolerance::Stops([0.15, 0.4]), most_p: 4 };
+        let rule = DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4 };
         assert_eq!(
             missed(rule, &map),
             "no P up to 4 meets accept = [0.15, 0.4]: at P = 4 95 % of views are within 0.242 stops, 99 % within \
              0.666; most-p = 10 is enough"
         );
-        let rule = DegreeRule { tolerance: Tolerance::Rms(0.05), ..rule };
+        let rule = DegreeRule { tolerance: MapTolerance::Rms(0.05), ..rule };
         assert_eq!(
             missed(rule, &MapDegree { enough: None, ..map }),
             "no P up to 4 meets error = 0.05: at P = 4 the RMS error is 8.0 % of the RMS radiance; a higher most-p comes \

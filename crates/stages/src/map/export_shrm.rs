@@ -13,10 +13,33 @@
 //! direction; most materials need few coefficients there, those without azimuth only the P + 1 with q = 0. In
 //! a *global* map [RH02, eq. 8] w is V itself: it takes more storage and less work in a shader.
 //!
+//! ## Degree
+//!
+//! A file grows with (P + 1)^2, so that the map takes the least P at which it is near enough to the field that
+//! arrives: 95 % of the views, as a ball shows them, within the first number of `accept`, in stops, and 99 %
+//! within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of what
+//! the map holds [RH02, sec. 5]. P is at most `most-p`, 4 if it is not named. If no P up to that is enough,
+//! the map takes the best of those up to 4, and a warning says what it reaches and what would help. The build
+//! notes P, its errors and the file's size.
+//!
+//! | `most-p` | coefficients | 6 faces of 32 x 32 in KTX2 |
+//! | --- | --- | --- |
+//! | 2 | 9 | 0.4 MB |
+//! | 4 | 25 | 1.2 MB |
+//! | 8 | 81 | 4.0 MB |
+//! | 16 | 289 | 14.2 MB |
+//!
+//! Degrees that `project-brdf` names are kept, unless `accept` or `most-p` is given here: `degree = [F, P]`
+//! there is the way to a map of exactly this P.
+//!
+//! ## Resolution
+//!
 //! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
-//! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an
-//! edge of 5 F texels, F being the degree, and no more than 64 MB of 32-bit numbers. The build notes the
-//! degrees, the resolution, the estimated error and the file's size.
+//! estimated error of at most 0.01 times the RMS radiance, but at most 10 F rows of a lat-long map or an edge
+//! of 5 F texels, F being the degree. If the file then has more than 1 MB, the resolution is lowered until it
+//! has no more, or until the error is 0.03, which the note says. With `error` the resolution is what that
+//! error needs. In any case "auto" stops at 16 MB. A file that is larger, because of a given resolution or
+//! P, and a map that misses its tolerance have a warning.
 //!
 //! ## Files
 //!
@@ -42,10 +65,11 @@
 //!
 //! ## Lamps
 //!
-//! If neither `project-sh` nor `project-brdf` names a degree, suns and lamps are not cut with the rest but
-//! kept as lights. With `lamps = "baked"` the map holds them too: so that no cut rings into dark views, the
-//! coefficients of each texel are then fitted to its views by relative least squares, with P = 16. For
-//! roughness below 0.2 that is too little, and `"separate"` serves better.
+//! If `project-sh` names no degree, or has `lamps = "separate"`, suns and lamps are not cut with the rest but
+//! kept as lights; degrees of `project-brdf` alone leave them there too. With `lamps = "baked"` the map holds
+//! them: so that no cut rings into dark views, the coefficients of each texel are then fitted to its views by
+//! relative least squares, and `accept` counts the lamps. P = 4 is seldom enough for a sun: then a warning
+//! says so, and `"separate"` serves better. `most-p = 16` often is enough, but not for a roughness below 0.2.
 //!
 //! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
 //! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
@@ -65,8 +89,8 @@
 //!
 //! ## From a map
 //!
-//! The input may be a map instead of a reflection. Then the map determines `layout` and `resolution`, so
-//! leave them out; `view = "global"` converts a local map to a global one.
+//! The input may be a map instead of a reflection. Then the map determines `layout`, `resolution` and P, so
+//! leave out what chooses them; `view = "global"` converts a local map to a global one.
 //!
 //! ## In a shader: local maps
 //!

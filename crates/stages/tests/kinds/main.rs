@@ -41,4 +41,5 @@ mod report;
 mod revisions;
 mod rotate;
 mod same_bytes;
+mod small_maps;
 mod vertices;
