@@ -13,10 +13,10 @@ use rayon::prelude::*;
 use sh::{Basis, Degree, Expansion, Stop, Stopped, rotate_orders};
 use sphere::{Direction, spiral};
 
+use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
 use crate::lamps::{LampPoints, Lamps};
-use crate::map_degree::rms_of_cuts;
 use crate::reflection::MOST_P;
-use crate::{DegreeRule, MapDegree, Reflection, frame};
+use crate::{Reflection, frame};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -63,7 +63,7 @@ pub struct Cut {
     pub rms: f64,
     /// Whether P meets what it was chosen by.
     pub is_met: bool,
-    /// The least P above the highest allowed one that would meet a rule, if one of those that were tried does.
+    /// The least P above the highest allowed one that would meet a rule, if one that was tried does.
     pub enough: Option<usize>,
 }
 

@@ -81,8 +81,8 @@ parameters! {
         /// The window, which reduces ringing; see Windows.
         #[words(Window::Auto, Window::None, Window::Lanczos, Window::Hanning)]
         window: Window = Window::Auto,
-        /// The errors in stops that 5 % of the views, and 1 %, may have by the degree P; see Degrees. Default:
-        /// so little that the cut does not show.
+        /// The errors in stops that 5 % of the views, and 1 %, may exceed by what P cuts; see Degrees.
+        /// Default: so little that the cut does not show.
         accept: Option<Accept> = None,
         /// The RMS error that P may leave, as a share of the RMS radiance, in place of `accept`.
         #[range(1e-6..1.0)]

@@ -15,9 +15,9 @@
 //!
 //! ## Degree
 //!
-//! A file grows with (P + 1)^2, so that the map takes the least P at which it is near enough to the field that
-//! arrives: 95 % of the views, as a ball shows them, within the first number of `accept`, in stops, and 99 %
-//! within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of what
+//! A file grows with (P + 1)^2, so that the map takes the least P at which it is near enough to the field
+//! that arrives: 95 % of the views, as a ball shows them, within the first number of `accept`, in stops, and
+//! 99 % within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of what
 //! the map holds [RH02, sec. 5]. P is at most `most-p`, 4 if it is not named. If no P up to that is enough,
 //! the map takes the best of those up to 4, and a warning says what it reaches and what would help. The build
 //! notes P, its errors and the file's size.
@@ -277,8 +277,8 @@ parameters! {
         /// or the resolution of the map that arrives.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
-        /// The errors in stops that 5 % of the views, and 1 %, may have by the degree P; see Degree. Default:
-        /// [0.15, 0.4], unless `error` is given.
+        /// The errors in stops that 5 % of the views, and 1 %, may exceed by the degree P; see Degree.
+        /// Default: [0.15, 0.4], unless `error` is given.
         accept: Option<Accept> = None,
         /// The RMS error that the map may have, as a share of the RMS radiance, in place of `accept`: by its
         /// degree P, and with resolution "auto" by bilinear look-ups, of which 0.01 is aimed at otherwise.
