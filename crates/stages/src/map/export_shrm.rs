@@ -17,10 +17,10 @@
 //!
 //! A file grows with (P + 1)^2, so that the map takes the least P at which it is near enough to the field
 //! that arrives: 95 % of the views, as a ball shows them, within the first number of `accept`, in stops, and
-//! 99 % within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of what
-//! the map holds [RH02, sec. 5]. P is at most `most-p`, 4 if it is not named. If no P up to that is enough,
-//! the map takes the best of those up to 4, and a warning says what it reaches and what would help. The build
-//! notes P, its errors and the file's size.
+//! 99 % within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of
+//! what the map holds [RH02, sec. 5]. P is at most `most-p`, 4 if it is not named. If no P up to that is
+//! enough, the map takes the best of those up to 4, and a warning says what it reaches and what would help.
+//! The build notes P, its errors and the file's size.
 //!
 //! | `most-p` | coefficients | 6 faces of 32 x 32 in KTX2 |
 //! | --- | --- | --- |
