@@ -27,7 +27,7 @@ use sh::{Degree, Stop, Stopped};
 
 use crate::degrees::BLACK_SHARE;
 use crate::lamps::{Lamps, in_frame};
-use crate::{MOST_P, MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
+use crate::{MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
 use light_table::{AddLights, LightTable};
 use solver::{F32x8, Solve};
 use view_grid::ViewGrid;
@@ -47,33 +47,40 @@ impl Reflection {
     }
 
     /// The spherical harmonic reflection map on a grid, with the lamps in it; without lamps it is
-    /// [`Reflection::synthesise`]'s. With lamps its P is at least 16 if the material depends on the view.
+    /// [`Reflection::synthesise`]'s. With lamps its degree in the view is `p`, which may be less than that of
+    /// the field, if the material depends on the view.
     ///
     /// `stop` is asked between blocks of texels.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`].
-    pub fn bake(&self, grid: MapGrid, view: View, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
+    pub fn bake(&self, grid: MapGrid, view: View, p: Degree, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
         let texels: Vec<usize> = (0..grid.len()).collect();
         let soft = self.synthesise(grid, View::Local, stop)?;
-        let local = self.bake_texels(&soft, &texels, stop)?;
+        let local = self.bake_texels(&soft, p, &texels, stop)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
-    /// Some texels of [`Reflection::bake`]'s local map, from the local map that [`Reflection::synthesise`]
-    /// makes; if they have to be fitted, texels that are not listed are black. The work is that of the listed
-    /// texels. `stop` is asked between blocks of them.
+    /// Some texels of [`Reflection::bake`]'s local map of degree `p`, from the local map that
+    /// [`Reflection::synthesise`] makes; if they have to be fitted, texels that are not listed are black. The
+    /// work is that of the listed texels. `stop` is asked between blocks of them.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`].
     ///
     /// # Panics
     /// If a texel is not one of the map.
-    pub fn bake_texels(&self, soft: &Shrm, texels: &[usize], stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
+    pub fn bake_texels(
+        &self,
+        soft: &Shrm,
+        p: Degree,
+        texels: &[usize],
+        stop: Stop<'_>,
+    ) -> Result<Shrm, SynthesisError> {
         match self.lamps().filter(|lamps| !lamps.lights.is_empty()) {
             None => Ok(soft.clone()),
             Some(lamps) if soft.p().get() == 0 => Ok(added(soft.clone(), lamps)),
-            Some(lamps) => self.fitted(soft, lamps, texels, stop),
+            Some(lamps) => self.fitted(soft, lamps, p, texels, stop),
         }
     }
 
@@ -82,16 +89,18 @@ impl Reflection {
         &self,
         soft: &Shrm,
         lamps: &Lamps,
+        p: Degree,
         texels: &[usize],
         stop: Stop<'_>,
     ) -> Result<Shrm, SynthesisError> {
         let (grid, terms) = (soft.grid(), soft.terms());
-        let p = soft.p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
         let rows = if terms == Terms::Zonal { p.get() + 1 } else { p.rows() };
         if grid.len().saturating_mul(rows) > MOST_VALUES {
             return Err(SynthesisError::TooLarge { texels: grid.len(), rows });
         }
-        let views = ViewGrid::new(p.get(), terms, soft.centre());
+        let views = ViewGrid::new(p.get(), p.get(), terms, soft.centre());
+        let field_views = ViewGrid::new(soft.p().get(), p.get(), terms, soft.centre());
+        let pairs_of_field = field_views.rows_of_pairs();
         let (pairs, table) = (views.rows_of_pairs(), LightTable::new(lamps, &views));
         let points = lamps.points();
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
@@ -99,10 +108,10 @@ impl Reflection {
         let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
         blocks.try_for_each(|(values, texels)| {
             stop.check()?;
-            let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; pairs.len()]);
+            let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; pairs_of_field.len()]);
             let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
             for (lane, &texel) in texels.iter().enumerate() {
-                for (pair, rows) in pairs.iter().enumerate() {
+                for (pair, rows) in pairs_of_field.iter().enumerate() {
                     for (part, row) in rows.iter().enumerate() {
                         let Some(value) = row.and_then(|row| soft.texel(texel).get(row)) else { continue };
                         (0..3).for_each(|channel| field[channel][pair][part].0[lane] = value[channel]);
@@ -111,10 +120,14 @@ impl Reflection {
                 let (lights, lit) = (&in_frame(&points, grid.direction(texel))[..], &mut lit);
                 level.run(AddLights { table: &table, lights, dark, views: &views, lane, lit });
             }
-            for (channel, (coefficients, lit)) in field.iter_mut().zip(&mut lit).enumerate() {
-                level.run(Solve { views: &views, dark, coefficients, lit });
+            for (channel, (field, lit)) in field.iter().zip(&mut lit).enumerate() {
+                let at = |rows| pairs_of_field.iter().position(|of_field| of_field == rows);
+                let soft = |rows| at(rows).map_or([F32x8::ZERO; 2], |pair| field[pair]);
+                let mut coefficients: Vec<[F32x8; 2]> = pairs.iter().map(soft).collect();
+                let field = (&field_views, &field[..]);
+                level.run(Solve { views: &views, dark, field, coefficients: &mut coefficients, lit });
                 for (lane, out) in values.chunks_exact_mut(rows).enumerate() {
-                    for (rows, values) in pairs.iter().zip(&*coefficients) {
+                    for (rows, values) in pairs.iter().zip(&coefficients) {
                         for (row, value) in rows.iter().zip(values) {
                             row.iter().for_each(|row| out[*row][channel] = value.0[lane]);
                         }
@@ -148,7 +161,12 @@ mod tests {
     use sphere::{Cube, Direction};
 
     use super::*;
+    use crate::MOST_P;
     use crate::degrees::seen;
+
+    fn most_p() -> Degree {
+        Degree::new(MOST_P).unwrap()
+    }
 
     /// A soft sky of mean 1 with a sun that gives ten times as much.
     fn lighting() -> Lighting {
@@ -202,7 +220,7 @@ mod tests {
         for material in materials() {
             let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
             let (reflection, _) = Reflection::for_light(&lighting, &brdf, &material, Stop::NEVER).unwrap();
-            let map = reflection.bake(grid, View::Local, Stop::NEVER).unwrap();
+            let map = reflection.bake(grid, View::Local, most_p(), Stop::NEVER).unwrap();
             assert!(map.p().get() <= MOST_P);
             let errors = stops(&reflection, &map, reflection.dark());
             let at = |share: f64| errors[(share * errors.len() as f64) as usize];
@@ -225,8 +243,8 @@ mod tests {
         let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let (reflection, _) = Reflection::for_light(&lighting(), &brdf, material, Stop::NEVER).unwrap();
         let grid = MapGrid::Cube(Cube { edge: 2 });
-        let [local, global] =
-            [View::Local, View::Global].map(|view| reflection.bake(grid, view, Stop::NEVER).unwrap());
+        let [local, global] = [View::Local, View::Global]
+            .map(|view| reflection.bake(grid, view, most_p(), Stop::NEVER).unwrap());
         for texel in 0..grid.len() {
             let view = Direction::from_angles(0.3 * texel as f64 % 3.0, texel as f64);
             let [a, b] = [&local, &global].map(|map| map.lookup().texel(texel, view));
@@ -234,11 +252,11 @@ mod tests {
         }
         // Some texels alone are those of the whole map.
         let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
-        let some = reflection.bake_texels(&soft, &[3, 17], Stop::NEVER).unwrap();
+        let some = reflection.bake_texels(&soft, most_p(), &[3, 17], Stop::NEVER).unwrap();
         assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
         assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
         let stop = Stop::when(&|| true);
-        assert_eq!(reflection.bake_texels(&soft, &[3, 17], stop), Err(Stopped.into()));
-        assert_eq!(reflection.bake(grid, View::Local, stop), Err(Stopped.into()));
+        assert_eq!(reflection.bake_texels(&soft, most_p(), &[3, 17], stop), Err(Stopped.into()));
+        assert_eq!(reflection.bake(grid, View::Local, most_p(), stop), Err(Stopped.into()));
     }
 }

@@ -5,13 +5,15 @@
 //! not count. It is measured, not estimated: at central directions spread over the sphere and at views as a
 //! ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with what
 //! the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
-//! samples stay below `SHOWS`, and then the least F that adds no more than `SHOWS_BESIDE` to them.
+//! samples stay below `SHOWS`, or which a [`DegreeRule`] takes, and then the least F that adds no more than
+//! `SHOWS_BESIDE` to them.
 
 use brdf::{BrdfCoefficients, Centre};
 use rayon::prelude::*;
 use sh::{Basis, Degree, Expansion, Stop, Stopped, rotate_orders};
 use sphere::{Direction, spiral};
 
+use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
 use crate::lamps::{LampPoints, Lamps};
 use crate::reflection::MOST_P;
 use crate::{Reflection, frame};
@@ -26,9 +28,9 @@ pub const BLACK_SHARE: f64 = 0.01;
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what P cuts.
 const SHOWS: [f64; 2] = [0.06, 0.12];
 
-/// The share of these limits that the diffuse part of a material may use: it is smooth, so that the highlight
-/// needs the rest.
-const DIFFUSE: f64 = 0.5;
+/// The share of the errors that a material may have which its diffuse part may use: that is smooth, so that
+/// the highlight needs the rest.
+pub const DIFFUSE: f64 = 0.5;
 
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what F cuts beside P. F costs little, so it has
 /// to lose little.
@@ -57,6 +59,12 @@ pub struct Cut {
     pub p95: f64,
     /// The error in stops that 99 of 100 samples stay below.
     pub p99: f64,
+    /// The RMS of what P leaves out, as a share of the RMS radiance of the series.
+    pub rms: f64,
+    /// Whether P meets what it was chosen by.
+    pub is_met: bool,
+    /// The least P above the highest allowed one that would meet a rule, if one that was tried does.
+    pub enough: Option<usize>,
 }
 
 impl Cut {
@@ -73,6 +81,14 @@ struct CutAllowance {
     share: f64,
     /// The radiance e, next to which black does not count.
     dark: f64,
+    /// What P has to meet, in place of `SHOWS`.
+    rule: Option<DegreeRule>,
+}
+
+impl CutAllowance {
+    fn of(self, share: f64) -> Self {
+        Self { share, ..self }
+    }
 }
 
 /// The least degrees at which a cut of this light on this material uses no more than its share of the limits;
@@ -87,29 +103,49 @@ fn choose(
     allowance: CutAllowance,
     stop: Stop<'_>,
 ) -> Result<Cut, Stopped> {
-    let trial = Trial::new(lighting, brdf);
+    let trial = Trial::new(lighting, brdf, allowance.rule);
     let sample = |index| stop.check().map(|()| trial.samples(index, lighting, brdf, beside));
     let samples: Result<Vec<Vec<Sample>>, Stopped> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
     Ok(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), allowance))
 }
 
 /// Finds the least of the tried degrees at which a cut uses no more than its share of the limits.
-fn least(trial: &Trial, samples: &[Sample], CutAllowance { share, dark }: CutAllowance) -> Cut {
+fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
+    let CutAllowance { share, dark, rule } = allowance;
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
         let mut stops: Vec<f64> = samples.iter().flat_map(|sample| sample.stops(trial, f, p, dark)).collect();
         stops.sort_by(f64::total_cmp);
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
-        Cut { f: degree(trial.f[f]), p: degree(trial.p[p]), p95: at(0.95), p99: at(0.99) }
+        let rms = trial.rms[trial.p[p]];
+        let (f, p, is_met) = (degree(trial.f[f]), degree(trial.p[p]), true);
+        Cut { f, p, p95: at(0.95), p99: at(0.99), rms, is_met, enough: None }
     };
     let within = |cut: &Cut, limits: [f64; 2]| cut.p95 <= limits[0] && cut.p99 <= limits[1];
     let last = trial.p.len() - 1;
     let shows = SHOWS.map(|stops| share * stops);
-    let p = (0..last).find(|p| within(&measure(highest, *p), shows)).unwrap_or(last);
+    let by_rule = rule.and_then(|rule| {
+        let of = |p| {
+            let Cut { p, p95, p99, rms, enough, .. } = measure(highest, p);
+            MapDegree { p, p95, p99, rms, is_met: false, enough }
+        };
+        let measured: Vec<MapDegree> = (0..=last).map(of).collect();
+        DegreeRule { tolerance: rule.tolerance.scaled(share), ..rule }.choose(&measured)
+    });
+    let (p, is_met, enough) = match by_rule {
+        Some(MapDegree { p, is_met, enough, .. }) => {
+            (trial.p.iter().position(|tried| *tried == p.get()).unwrap_or(last), is_met, enough)
+        }
+        None => {
+            let found = (0..=last).find(|p| within(&measure(highest, *p), shows));
+            (found.unwrap_or(last), found.is_some(), None)
+        }
+    };
     let reached = measure(highest, p);
     let limits = [reached.p95 + share * SHOWS_BESIDE[0], reached.p99 + share * SHOWS_BESIDE[1]];
-    (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached)
+    let cut = (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached);
+    Cut { is_met, enough, ..cut }
 }
 
 /// The light that is added to a field before it is seen: a cut shows less beside more light.
@@ -144,6 +180,8 @@ struct Trial {
     p: Vec<usize>,
     reference_p: usize,
     centre: Centre,
+    /// The RMS of what each P leaves out, as a share.
+    rms: Vec<f64>,
 }
 
 /// Radiance at one central direction and view: what is beside the cut field and beside the field at the
@@ -155,13 +193,17 @@ struct Sample {
 }
 
 impl Trial {
-    fn new(lighting: &Expansion, brdf: &BrdfCoefficients) -> Self {
+    fn new(lighting: &Expansion, brdf: &BrdfCoefficients, rule: Option<DegreeRule>) -> Self {
         let (most_f, most_p) = (brdf.f().min(lighting.degree()).get(), brdf.p().get());
         let mut f: Vec<usize> = TRIED_F.into_iter().filter(|f| *f < most_f).collect();
         f.push(most_f);
         let mut p: Vec<usize> = TRIED_P.into_iter().filter(|p| *p < most_p.min(MOST_P)).collect();
         p.push(most_p.min(MOST_P));
-        Self { f, p, reference_p: most_p, centre: brdf.centre() }
+        if let Some(rule) = rule {
+            p = (0..=most_p.min(rule.most_p.max(MOST_P))).collect();
+        }
+        let rms = rms_of_cuts(&lighting.to_degree(lighting.degree().min(brdf.f())), brdf);
+        Self { f, p, reference_p: most_p, centre: brdf.centre(), rms }
     }
 
     /// The samples of one central direction.
@@ -278,9 +320,23 @@ impl Reflection {
         material: &brdf::Material,
         stop: Stop<'_>,
     ) -> Result<(Self, Cut), Stopped> {
+        Self::for_light_by(None, lighting, brdf, material, stop)
+    }
+
+    /// [`Reflection::for_light`] with the degree P that a rule takes, and the least F beside it.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn for_light_by(
+        rule: Option<DegreeRule>,
+        lighting: &sh::Lighting,
+        brdf: &BrdfCoefficients,
+        material: &brdf::Material,
+        stop: Stop<'_>,
+    ) -> Result<(Self, Cut), Stopped> {
         let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
         let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose(&lighting.series, brdf, beside, CutAllowance { share: 1.0, dark }, stop)?;
+        let cut = choose(&lighting.series, brdf, beside, CutAllowance { share: 1.0, dark, rule }, stop)?;
         Ok((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
     }
 
@@ -292,20 +348,34 @@ impl Reflection {
     /// If it was stopped.
     pub fn parts_for_light(
         lighting: &sh::Lighting,
+        parts: [(&BrdfCoefficients, &brdf::Material); 2],
+        stop: Stop<'_>,
+    ) -> Result<([Self; 2], Cut), Stopped> {
+        Self::parts_for_light_by(None, lighting, parts, stop)
+    }
+
+    /// [`Reflection::parts_for_light`] with the degrees P that a rule takes, and the least F beside them.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn parts_for_light_by(
+        rule: Option<DegreeRule>,
+        lighting: &sh::Lighting,
         [(diffuse, matte), (specular, highlight)]: [(&BrdfCoefficients, &brdf::Material); 2],
         stop: Stop<'_>,
     ) -> Result<([Self; 2], Cut), Stopped> {
         let (series, dark) = (&lighting.series, BLACK_SHARE * lighting.mean());
+        let allowance = CutAllowance { share: 1.0, dark, rule };
         let lamps = lamps_of(lighting, matte);
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose(series, diffuse, alone, CutAllowance { share: DIFFUSE, dark }, stop)?;
+        let cut = choose(series, diffuse, alone, allowance.of(DIFFUSE), stop)?;
         let f = well_above(cut.f).min(series.degree()).min(diffuse.f());
         let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.p)));
         let base = Self::cut_at(&cut, series, diffuse, lamps);
         let (lamps, of_diffuse) = (lamps_of(lighting, highlight), base.lamps().map(Lamps::for_views));
         let fields = Some([&base, &whole]);
         let beside = Beside { lamps: Some(&lamps), of_diffuse: of_diffuse.as_ref(), diffuse: fields };
-        let cut = choose(series, specular, beside, CutAllowance { share: 1.0, dark }, stop)?;
+        let cut = choose(series, specular, beside, allowance, stop)?;
         let highlight = Self::cut_at(&cut, series, specular, lamps);
         Ok(([base, highlight], cut))
     }
@@ -349,7 +419,8 @@ mod tests {
     fn chosen(material: &Material, lighting: &Expansion) -> Cut {
         let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
-        choose(lighting, &brdf, beside, CutAllowance { share: 1.0, dark: BLACK_SHARE }, Stop::NEVER).unwrap()
+        let allowance = CutAllowance { share: 1.0, dark: BLACK_SHARE, rule: None };
+        choose(lighting, &brdf, beside, allowance, Stop::NEVER).unwrap()
     }
 
     fn microfacet(sigma: f64) -> Material {

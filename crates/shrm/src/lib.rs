@@ -8,6 +8,7 @@ pub mod accuracy;
 mod azimuth;
 mod baking;
 mod blocks;
+mod degree_rule;
 pub mod degrees;
 mod evaluation;
 mod fit;
@@ -16,6 +17,7 @@ pub mod icosahedron;
 mod lamps;
 mod lookup;
 mod map;
+mod map_degree;
 mod mean_lobe;
 mod plain;
 mod prefilter;
@@ -33,10 +35,12 @@ mod view_table;
 pub use azimuth::azimuthal_share;
 pub use baking::BAKED_AT_ONCE;
 pub use blocks::blocks;
+pub use degree_rule::{DegreeRule, MapDegree, MapTolerance, SMALL_P};
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
 pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
+pub use map_degree::MapContent;
 pub use mean_lobe::{MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
@@ -44,7 +48,7 @@ pub use prefilter::{
     Prefiltered, PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series,
 };
 pub use reflection::{MOST_P, Reflection, ViewDependent};
-pub use resolution::{MapLayout, Resolution};
+pub use resolution::{ByteBudget, MapLayout, Resolution};
 pub use sphere_map::{
     SphereMapError, add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps,
 };

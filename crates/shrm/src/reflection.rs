@@ -118,6 +118,11 @@ impl Reflection {
         self.lamps.as_ref().filter(|lamps| !lamps.lights.is_empty())
     }
 
+    /// The lights beside the series, of which there may be none, and the material, if it is known.
+    pub(crate) fn every_lamp(&self) -> Option<&Lamps> {
+        self.lamps.as_ref()
+    }
+
     /// The material of the reflection, if it is known: it is with [`Reflection::with_lamps`].
     pub fn material(&self) -> Option<&Material> {
         self.lamps.as_ref().map(|lamps| &lamps.material)

@@ -45,6 +45,30 @@ pub struct Resolution {
     pub estimated_error: f64,
 }
 
+/// The size of a map's file: what is aimed at, and what is the most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByteBudget {
+    /// The bytes of a texel.
+    pub per_texel: usize,
+    /// The size that a file should not exceed unless accuracy needs more.
+    pub small: usize,
+    /// The size that a file never exceeds.
+    pub most: usize,
+    /// The error that is accepted for a file that is small.
+    pub coarse: f64,
+}
+
+impl ByteBudget {
+    /// The highest resolution, a multiple of 4, at which a file has at most so many bytes; at least 4.
+    fn texels(&self, layout: MapLayout, bytes: usize) -> usize {
+        let shapes = match layout {
+            MapLayout::Cube => 6,
+            MapLayout::LatLong => 2,
+        };
+        ((bytes / (shapes * self.per_texel.max(1))).isqrt() / 4 * 4).max(4)
+    }
+}
+
 impl MapLayout {
     /// The grid with this many rows, or texels along the edge of a cube's face.
     pub fn grid(self, texels: usize) -> MapGrid {
@@ -110,6 +134,18 @@ impl Reflection {
         Resolution { texels, estimated_error: scale / (texels * texels) as f64 }
     }
 
+    /// The resolution for a file of few bytes: that of [`Reflection::resolution`] if the file is then small.
+    /// If not, it is lowered until the file is small, or until the estimated error is that which is accepted
+    /// for a small file, and in any case to the most bytes.
+    pub fn resolution_within(&self, layout: MapLayout, error: f64, budget: ByteBudget) -> Resolution {
+        let wanted = self.resolution(layout, error);
+        let coarse = self.resolution(layout, error.max(budget.coarse));
+        let [small, most] = [budget.small, budget.most].map(|bytes| budget.texels(layout, bytes));
+        let texels = wanted.texels.min(small.max(coarse.texels)).min(most);
+        let scale = layout.constant() * self.curvature();
+        Resolution { texels, estimated_error: scale / (texels * texels) as f64 }
+    }
+
     /// sqrt(<k^4>) over the energies of all terms; 0 for a black field.
     fn curvature(&self) -> f64 {
         let (brdf, light) = (self.brdf(), energy_per_degree(self.lighting()));
@@ -140,7 +176,39 @@ fn fourth_power(l: f64, p: f64, q: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use brdf::{Choice, Material, Phong, project};
+    use sh::{Degree, Expansion, Stop};
+
     use super::*;
+
+    /// A sharp highlight under a sun: 0.01 needs 80 texels, 0.03 half of them.
+    #[test]
+    fn a_file_is_small_unless_accuracy_needs_more() {
+        let degree = Degree::new(40).unwrap();
+        let sun = Expansion::zonal(sphere::Direction::X, degree, |_| [1.0; 3]);
+        let gloss = Material::Phong(Phong::new(200.0, [1.0; 3]).unwrap());
+        let degrees = Choice::Degree { f: degree, p: Degree::ZERO };
+        let field = Reflection::convolve(&sun, &project(&gloss, degrees, Stop::NEVER).unwrap().coefficients);
+        let layout = MapLayout::Cube;
+        let [fine, coarse] = [0.01, 0.03].map(|error| field.resolution(layout, error).texels);
+        assert!(coarse + 20 < fine, "{coarse} {fine}");
+        let bytes = |texels: usize| 6 * texels * texels * 8;
+        let within = |small: usize, most: usize, error: f64| {
+            let budget = ByteBudget { per_texel: 8, small, most, coarse: 0.03 };
+            field.resolution_within(layout, error, budget)
+        };
+        let far = usize::MAX;
+        assert_eq!(within(far, far, 0.01), field.resolution(layout, 0.01));
+        // Small, in between, and what accuracy needs.
+        let between = (coarse + fine) / 8 * 4;
+        assert_eq!(within(bytes(between), far, 0.01).texels, between);
+        assert_eq!(within(bytes(between + 4) - 1, far, 0.01).texels, between);
+        assert_eq!(within(1, far, 0.01), field.resolution(layout, 0.03));
+        // An error that is larger than the accepted one is not made smaller, and the most is kept.
+        assert_eq!(within(1, far, 0.2), field.resolution(layout, 0.2));
+        let least = within(1, bytes(8), 0.01);
+        assert!(least.texels == 8 && least.estimated_error > 0.03, "{least:?}");
+    }
 
     /// States of one degree only: p = 0 leaves lambda = l; l = p = 1 with q = 0 is 1/3 of lambda = 0 and 2/3
     /// of 2, with q = 1 it is 1/3, 1/2 and 1/6 of 0, 1 and 2 (Clebsch-Gordan).

@@ -25,10 +25,19 @@
 //! notes F, P and these errors. Suns and lamps are not cut: they stay beside the coefficients, with the
 //! material that reflects them, until an export puts them into its map.
 //!
+//! Every export starts from this field, so that it has the degrees of the most exact of them; `export-shrm`,
+//! whose files grow with P, takes fewer by itself. A smaller field for all exports is made with `accept`, the
+//! stops that 95 % and 99 % of the views may be off by what P cuts, or with `error`, the RMS error of the cut
+//! as a share of the RMS radiance [RH02, sec. 5], lamps left out. P is then the least up to `most-p` that
+//! meets it. If none does, it is the best of those up to 4, and a warning says what it reaches. It has no
+//! window, unless one is named.
+//!
 //! If `project-brdf` names degrees, lighting and material are cut to the smaller of them: light that the
 //! material blurs away, or detail that the lighting does not hold, costs nothing. If the lighting's degree is
 //! the smaller one, the note says so, because the material then looks blurrier than it is. Lamps beside the
-//! lighting go into its series.
+//! lighting stay beside it here too; `lamps = "series"` of `project-sh` puts them into the series. Only if
+//! coefficients arrive without their material, from a program of your own, must the lamps go into the series,
+//! with a warning.
 //!
 //! If such a cut shows, a warning says by how much: if 5 % of the views are off by more than 0.1 stop, or
 //! more than 0.5 % of them are below zero by a tenth of e, black in a picture. It names the remedy that was
@@ -45,7 +54,7 @@
 //!
 //! A `window` scales the terms of each l (see `project-sh`), which calms the rings of a cut and blurs what
 //! was sharp. `"auto"` takes the least window that helps, if no degrees are enough, and otherwise none; with
-//! degrees that the manifest names it takes none.
+//! degrees that the manifest names, with `accept` and with `error` it takes none.
 //!
 //! ## Example
 //!
@@ -56,13 +65,15 @@
 //! ```
 
 use brdf::{BrdfCoefficients, Choice, Material, project};
+use containers::tensors;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, parameters};
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, Samples};
-use shrm::{Lamps, Reflection};
+use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection};
 
-use crate::values::{UntilStopped, Window, about, artifacts};
+use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed, of_cut};
+use crate::values::{UntilStopped, Window, about, artifacts, percent};
 
 parameters! {
     /// Parameters of `convolve`.
@@ -70,6 +81,26 @@ parameters! {
         /// The window, which reduces ringing; see Windows.
         #[words(Window::Auto, Window::None, Window::Lanczos, Window::Hanning)]
         window: Window = Window::Auto,
+        /// The errors in stops that 5 % of the views, and 1 %, may exceed by what P cuts; see Degrees.
+        /// Default: so little that the cut does not show.
+        accept: Option<Accept> = None,
+        /// The RMS error that P may leave, as a share of the RMS radiance, in place of `accept`.
+        #[range(1e-6..1.0)]
+        error: Option<f64> = None,
+        /// With `accept` or `error`: the highest P that is tried. Default: 16.
+        #[range(0..=MAX_P)]
+        most_p: Option<usize> = None,
+    }
+}
+
+impl Parameters {
+    fn choice(&self) -> DegreeChoice {
+        DegreeChoice { accept: self.accept, error: self.error, most_p: self.most_p }
+    }
+
+    /// The rule for P, if the manifest has one.
+    fn rule(&self) -> Option<DegreeRule> {
+        self.choice().tolerance().map(|_| self.choice().rule(ACCEPT, MOST_P))
     }
 }
 
@@ -92,7 +123,7 @@ impl Kind for Convolve {
     type Parameters = Parameters;
 
     const NAME: &'static str = "convolve";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[
         sh::revisions::ROTATION,
         sh::revisions::WINDOW,
@@ -110,11 +141,25 @@ impl Kind for Convolve {
         Product::Artifact(artifacts::Reflection::TYPE)
     }
 
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut errors = parameters.choice().check();
+        if parameters.most_p.is_some() && parameters.rule().is_none() {
+            errors.push(("most-p", "only accept or error uses it".into()));
+        }
+        errors
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
         let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
         let brdf = &context.inputs.get::<artifacts::Brdf>("brdf")?.0;
-        let given = parameters.window.fixed();
+        let (given, rule) = (parameters.window.fixed(), parameters.rule());
+        if rule.is_some() && !(brdf.for_light && brdf.material.is_some()) {
+            return Err(Failure::new(
+                "accept and error choose P, but the coefficients have one that is named",
+            )
+            .help("leave out `degree` and `tolerance` in project-brdf, or `accept` and `error` here"));
+        }
         let windowed = |reflection: &Reflection| match given {
             Some(window) => reflection.windowed(window),
             None => reflection.clone(),
@@ -125,10 +170,18 @@ impl Kind for Convolve {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };
                 let steps = Steps::new(reporter, searches * shrm::degrees::STEPS);
                 let (reflection, cut) = steps.until_stopped(|stop| {
-                    Reflection::for_light(lighting, &brdf.coefficients, material, stop)
+                    Reflection::for_light_by(rule, lighting, &brdf.coefficients, material, stop)
                 })?;
-                reporter.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
-                let reflection = if given.is_none() && cut.shows() {
+                reporter.note(format!(
+                    "{}; {}{}",
+                    degrees(&reflection, cut.f.get()),
+                    lost(&cut, rule),
+                    beside(&reflection)
+                ));
+                if let Some(rule) = rule.filter(|_| !cut.is_met) {
+                    reporter.warn(missed(rule, &of_cut(&cut)));
+                }
+                let reflection = if given.is_none() && rule.is_none() && cut.shows() {
                     let whole = whole(lighting, &brdf.coefficients, material);
                     let (reflection, error) = least_window(reflection, &whole, dark, reporter)?;
                     if error.negative > NEGATIVE || error.p95 > RING {
@@ -145,8 +198,9 @@ impl Kind for Convolve {
                 match material.split().zip(brdf.parts.as_ref()) {
                     Some(([diffuse, specular], parts)) => {
                         let parts = [(&parts[0], &diffuse), (&parts[1], &specular)];
-                        let (parts, cut) =
-                            steps.until_stopped(|stop| Reflection::parts_for_light(lighting, parts, stop))?;
+                        let (parts, cut) = steps.until_stopped(|stop| {
+                            Reflection::parts_for_light_by(rule, lighting, parts, stop)
+                        })?;
                         let parts = parts.map(|part| windowed(&part));
                         let [diffuse, specular] =
                             parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
@@ -161,14 +215,12 @@ impl Kind for Convolve {
                 }
             }
             material => {
-                let light = lighting.whole();
-                let mut reflection = Reflection::convolve(&light, &brdf.coefficients);
-                if let Some(parts) = &brdf.parts {
-                    reflection = reflection
-                        .with_parts(parts.each_ref().map(|part| Reflection::convolve(&light, part)));
-                }
-                let reflection = windowed(&reflection);
-                reporter.note(degrees(&reflection, brdf.coefficients.f().get()));
+                let reflection = windowed(&at_named_degrees(lighting, brdf, reporter));
+                reporter.note(format!(
+                    "{}{}",
+                    degrees(&reflection, brdf.coefficients.f().get()),
+                    beside(&reflection)
+                ));
                 if let Some(material) = material {
                     reporter.check_cancelled()?;
                     warn_of_rings(&reflection, lighting, material, dark, reporter)?;
@@ -177,6 +229,35 @@ impl Kind for Convolve {
             }
         };
         Output::artifact(artifacts::Reflection(reflection))
+    }
+}
+
+/// The reflection at degrees that the manifest names, with the lamps beside it if the material is known.
+fn at_named_degrees(lighting: &Lighting, brdf: &tensors::Brdf, reporter: &Reporter) -> Reflection {
+    let lamps = lighting.lights.len();
+    let kept = brdf.material.as_ref().filter(|_| lamps > 0);
+    if lamps > 0 && kept.is_none() {
+        reporter.warn(format!(
+            "the coefficients arrive without their material, so that the lighting's lamps ({lamps}) go into its series, \
+             where the cut rings around them; set lamps = \"series\" in project-sh to have them there"
+        ));
+    }
+    let series = if kept.is_some() { lighting.series.clone() } else { lighting.whole() };
+    let field = |coefficients: &BrdfCoefficients, material: Option<Material>| {
+        let field = Reflection::convolve(&series, coefficients);
+        match material {
+            Some(material) => field.with_lamps(Lamps { lights: lighting.lights.clone(), material }),
+            None => field,
+        }
+    };
+    let whole = field(&brdf.coefficients, kept.cloned());
+    match &brdf.parts {
+        Some([diffuse, specular]) => {
+            let [matte, highlight] =
+                kept.and_then(Material::split).map_or([None, None], |parts| parts.map(Some));
+            whole.with_parts([field(diffuse, matte), field(specular, highlight)])
+        }
+        None => whole,
     }
 }
 
@@ -277,14 +358,22 @@ fn told(error: &CutError) -> String {
     }
 }
 
-/// Says what a cut at the chosen degrees loses, and what is not cut.
-fn lost(cut: &Cut, reflection: &Reflection) -> String {
-    let beside = match reflection.lamps().map_or(0, |lamps| lamps.lights.len()) {
+/// Says what a cut at the chosen degrees loses.
+fn lost(cut: &Cut, rule: Option<DegreeRule>) -> String {
+    let stops = format!("95 % of views are within {:.3} stops, 99 % within {:.3}", cut.p95, cut.p99);
+    match rule.map(|rule| rule.tolerance) {
+        Some(MapTolerance::Rms(_)) => format!("{stops}; the RMS error of P is {}", percent(cut.rms)),
+        Some(MapTolerance::Stops(_)) | None => stops,
+    }
+}
+
+/// Says what is not cut.
+fn beside(reflection: &Reflection) -> String {
+    match reflection.lamps().map_or(0, |lamps| lamps.lights.len()) {
         0 => String::new(),
         1 => "; 1 lamp is kept beside it".to_owned(),
         lamps => format!("; {lamps} lamps are kept beside it"),
-    };
-    format!("95 % of views are within {:.3} stops, 99 % within {:.3}{beside}", cut.p95, cut.p99)
+    }
 }
 
 /// The degrees of the reflection, compared with those of the material.

@@ -13,10 +13,33 @@
 //! direction; most materials need few coefficients there, those without azimuth only the P + 1 with q = 0. In
 //! a *global* map [RH02, eq. 8] w is V itself: it takes more storage and less work in a shader.
 //!
+//! ## Degree
+//!
+//! A file grows with (P + 1)^2, so that the map takes the least P at which it is near enough to the field
+//! that arrives: 95 % of the views, as a ball shows them, within the first number of `accept`, in stops, and
+//! 99 % within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of
+//! what the map holds [RH02, sec. 5]. P is at most `most-p`, 4 if it is not named. If no P up to that is
+//! enough, the map takes the best of those up to 4, and a warning says what it reaches and what would help.
+//! The build notes P, its errors and the file's size.
+//!
+//! | `most-p` | coefficients | 6 faces of 32 x 32 in KTX2 |
+//! | --- | --- | --- |
+//! | 2 | 9 | 0.4 MB |
+//! | 4 | 25 | 1.2 MB |
+//! | 8 | 81 | 4.0 MB |
+//! | 16 | 289 | 14.2 MB |
+//!
+//! Degrees that `project-brdf` names are kept, unless `accept` or `most-p` is given here: `degree = [F, P]`
+//! there is the way to a map of exactly this P.
+//!
+//! ## Resolution
+//!
 //! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
-//! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an
-//! edge of 5 F texels, F being the degree, and no more than 64 MB of 32-bit numbers. The build notes the
-//! degrees, the resolution, the estimated error and the file's size.
+//! estimated error of at most 0.01 times the RMS radiance, but at most 10 F rows of a lat-long map or an edge
+//! of 5 F texels, F being the degree. If the file then has more than 1 MB, the resolution is lowered until it
+//! has no more, or until the error is 0.03, which the note says. With `error` the resolution is what that
+//! error needs. In any case "auto" stops at 16 MB. A file that is larger, because of a given resolution or
+//! P, and a map that misses its tolerance have a warning.
 //!
 //! ## Files
 //!
@@ -42,10 +65,11 @@
 //!
 //! ## Lamps
 //!
-//! If neither `project-sh` nor `project-brdf` names a degree, suns and lamps are not cut with the rest but
-//! kept as lights. With `lamps = "baked"` the map holds them too: so that no cut rings into dark views, the
-//! coefficients of each texel are then fitted to its views by relative least squares, with P = 16. For
-//! roughness below 0.2 that is too little, and `"separate"` serves better.
+//! If `project-sh` names no degree, or has `lamps = "separate"`, suns and lamps are not cut with the rest but
+//! kept as lights; degrees of `project-brdf` alone leave them there too. With `lamps = "baked"` the map holds
+//! them: so that no cut rings into dark views, the coefficients of each texel are then fitted to its views by
+//! relative least squares, and `accept` counts the lamps. P = 4 is seldom enough for a sun: then a warning
+//! says so, and `"separate"` serves better. `most-p = 16` often is enough, but not for a roughness below 0.2.
 //!
 //! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
 //! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
@@ -65,8 +89,8 @@
 //!
 //! ## From a map
 //!
-//! The input may be a map instead of a reflection. Then the map determines `layout` and `resolution`, so
-//! leave them out; `view = "global"` converts a local map to a global one.
+//! The input may be a map instead of a reflection. Then the map determines `layout`, `resolution` and P, so
+//! leave out what chooses them; `view = "global"` converts a local map to a global one.
 //!
 //! ## In a shader: local maps
 //!
@@ -210,14 +234,16 @@ use brdf::Part;
 use containers::{Encoded, Texture, row_names, shrm_metadata, tensors};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::{Light, Stop};
-use shrm::{MapLayout, Reflection, Shrm, Terms};
+use shrm::{MapLayout, Reflection, SMALL_P, Shrm, Terms};
 
+use super::degree_choice::{Accept, DegreeChoice, MAX_P};
 use super::map_input;
-use super::map_input::MapInput;
+use super::map_input::{MOST_BYTES, MapInput, PartOfMaterial, SmallMap};
 use super::map_source::MapSource;
+use crate::values::quantity::size;
 use crate::values::{
     Container, Content, Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName,
-    Numbers, PartsName, Resolution, UntilStopped, ViewName, Writer, edge_of, parts,
+    Numbers, PartsName, PrecisionName, Resolution, UntilStopped, ViewName, Writer, edge_of, parts,
 };
 
 choice! {
@@ -251,10 +277,16 @@ parameters! {
         /// or the resolution of the map that arrives.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
-        /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Default:
-        /// 0.01.
+        /// The errors in stops that 5 % of the views, and 1 %, may exceed by the degree P; see Degree.
+        /// Default: [0.15, 0.4], unless `error` is given.
+        accept: Option<Accept> = None,
+        /// The RMS error that the map may have, as a share of the RMS radiance, in place of `accept`: by its
+        /// degree P, and with resolution "auto" by bilinear look-ups, of which 0.01 is aimed at otherwise.
         #[range(1e-6..1.0)]
         error: Option<f64> = None,
+        /// The highest P that is tried. Default: 4, or the P that the manifest names.
+        #[range(0..=MAX_P)]
+        most_p: Option<usize> = None,
         /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
         view: Option<ViewName> = None,
         /// Whether suns and lamps are in the map or beside it; see Lamps.
@@ -270,7 +302,17 @@ parameters! {
 impl Parameters {
     fn input(&self) -> MapInput {
         let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
-        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps }
+        let small = Some(SmallMap {
+            degree: DegreeChoice { accept: self.accept, error: self.error, most_p: self.most_p },
+            per_coefficient: match (self.format, self.numbers.precision) {
+                (ShrmFormat::Safetensors, _) | (ShrmFormat::Exr, PrecisionName::Float) => 12,
+                (ShrmFormat::Exr, _) => 6,
+                (ShrmFormat::Ktx2, PrecisionName::Float) => 16,
+                (ShrmFormat::Ktx2, _) => 8,
+            },
+            with_zeros: self.format != ShrmFormat::Ktx2,
+        });
+        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps, small }
     }
 
     fn encoding(&self) -> Encoding<ShrmFormat> {
@@ -285,8 +327,8 @@ impl Kind for ExportShrm {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-shrm";
-    const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = map_input::KERNELS;
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = map_input::SMALL_MAP_KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
     fn ports() -> Vec<Port> {
@@ -314,11 +356,20 @@ impl Kind for ExportShrm {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(&context.inputs)?.export(parameters.parts, &context.reporter, |source, part, steps| {
+        let whole = MapSource::of(&context.inputs)?;
+        let base = whole.parts().map(|[diffuse, _]| diffuse);
+        whole.export(parameters.parts, &context.reporter, |source, part, steps| {
+            let of = match (part, &base) {
+                (Some(Part::Diffuse), _) => PartOfMaterial::Diffuse,
+                (Some(Part::Specular), Some(MapSource::Reflection(base))) => {
+                    PartOfMaterial::Specular(&base.0)
+                }
+                _ => PartOfMaterial::All,
+            };
             let (map, beside) = match source {
                 MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
                 MapSource::Reflection(reflection) => (
-                    parameters.input().map_of(&reflection.0, steps)?,
+                    parameters.input().map_of(&reflection.0, of, steps)?,
                     beside(parameters, &reflection.0, part),
                 ),
             };
@@ -342,7 +393,31 @@ fn file(
         ShrmFormat::Ktx2 => texture(map, beside, &writer)?.bytes,
     };
     context.reporter.note(format!("{} bytes", bytes.len()));
+    if bytes.len() > MOST_BYTES {
+        context.reporter.warn(too_large(parameters, map, bytes.len()));
+    }
     Ok(bytes)
+}
+
+/// Says that a file is large, and what makes it smaller.
+fn too_large(parameters: &Parameters, map: &Shrm, bytes: usize) -> String {
+    let mut ways = Vec::new();
+    if map.p().get() > SMALL_P {
+        ways.push(format!(
+            "most-p = {SMALL_P} allows {} coefficients in place of {}",
+            (SMALL_P + 1) * (SMALL_P + 1),
+            map.p().rows()
+        ));
+    }
+    if let Some(Resolution::Fixed(_)) = parameters.resolution {
+        ways.push("resolution = \"auto\" takes what accuracy needs".into());
+    } else {
+        ways.push("a lower `resolution` takes less".into());
+    }
+    if parameters.format == ShrmFormat::Safetensors {
+        ways.push("format = \"ktx2\" holds halves".into());
+    }
+    format!("the file has {}, more than {}: {}", size(bytes as u64), size(MOST_BYTES as u64), ways.join("; "))
 }
 
 /// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps

@@ -4,9 +4,15 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Context, Failure, Port, Steps};
-use shrm::{BAKED_AT_ONCE, MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
+use sh::Degree;
+use shrm::{
+    BAKED_AT_ONCE, ByteBudget, DegreeRule, MapContent, MapGrid, MapLayout, Reflection, SMALL_P, Shrm, Terms,
+    View,
+};
 use sphere::{Cube, LatLong};
 
+use super::degree_choice::{ACCEPT, Accept, DegreeChoice, missed, reached};
+use crate::values::quantity::size;
 use crate::values::{LampsName, MAX_RESOLUTION, Resolution, UntilStopped, artifacts, percent};
 
 /// The revisions of the kernels that make maps.
@@ -20,8 +26,29 @@ pub(crate) const KERNELS: &[u32] = &[
     brdf::revisions::MODELS,
 ];
 
+/// The revisions of the kernels that make maps of the least P that is enough.
+pub(crate) const SMALL_MAP_KERNELS: &[u32] = &[
+    sh::revisions::TRANSFORM,
+    sh::revisions::ROTATION,
+    shrm::revisions::DEGREES,
+    shrm::revisions::SYNTHESIS,
+    shrm::revisions::RESAMPLING,
+    shrm::revisions::FIT,
+    shrm::revisions::BAKING,
+    brdf::revisions::MODELS,
+];
+
 /// The most numbers of a map of `"auto"` resolution: 64 MB in 32 bits.
 const MOST_AUTO: usize = 1 << 24;
+
+/// The bytes of a file that `"auto"` resolution does not exceed unless accuracy needs more.
+const SMALL_BYTES: usize = 1_000_000;
+
+/// The bytes above which a file is worth a warning; `"auto"` resolution does not exceed them.
+pub(crate) const MOST_BYTES: usize = 16_000_000;
+
+/// The interpolation error that is accepted to keep a file small, if none is given.
+const COARSE: f64 = 0.03;
 
 /// The interpolation error for `"auto"`, if none is given.
 pub(crate) const ERROR: f64 = 0.01;
@@ -40,6 +67,30 @@ pub(crate) struct MapInput {
     pub(crate) view: Option<View>,
     /// Whether a reflection's lamps are in the map.
     pub(crate) lamps: LampsName,
+    /// How a file of few bytes is made; without it the map has all that its field has.
+    pub(crate) small: Option<SmallMap>,
+}
+
+/// The part of a material that a map is of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum PartOfMaterial<'a> {
+    /// All of it.
+    All,
+    /// The diffuse part.
+    Diffuse,
+    /// The specular part, beside this field of the diffuse one.
+    Specular(&'a Reflection),
+}
+
+/// What a map that is to take few bytes is chosen by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SmallMap {
+    /// How P is chosen.
+    pub(crate) degree: DegreeChoice,
+    /// The bytes of a coefficient in the file.
+    pub(crate) per_coefficient: usize,
+    /// Whether the file holds the coefficients that are zero too.
+    pub(crate) with_zeros: bool,
 }
 
 impl MapInput {
@@ -50,12 +101,7 @@ impl MapInput {
 
     /// Parameters that contradict each other.
     pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
-        match (self.error, self.resolution) {
-            (Some(_), Some(Resolution::Fixed(_))) => {
-                vec![("error", "only resolution = \"auto\" uses it".into())]
-            }
-            _ => Vec::new(),
-        }
+        self.small.map_or_else(Vec::new, |small| small.degree.check())
     }
 
     /// The map. Its degrees and size are noted.
@@ -70,6 +116,7 @@ impl MapInput {
         }
         self.map_of(
             &context.inputs.get::<artifacts::Reflection>("reflection")?.0,
+            PartOfMaterial::All,
             &Steps::new(&context.reporter, 1),
         )
     }
@@ -78,47 +125,118 @@ impl MapInput {
     pub(crate) fn map_of(
         &self,
         reflection: &Reflection,
+        part: PartOfMaterial<'_>,
         steps: &Steps<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let reporter = steps.reporter();
-        let (grid, error_note, missed) = self.grid(reflection);
+        let p = self.degree(reflection, part, steps)?;
+        let cut = reflection.cut_in_view(p);
+        let (grid, error_note, missed) = self.grid(&cut, p);
         missed.into_iter().for_each(|missed| reporter.warn(missed));
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
-            LampsName::Baked => {
+            LampsName::Baked if reflection.lamps().is_some() => {
                 let soft = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
-                let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, &texels, stop))?;
+                let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, p, &texels, stop))?;
                 if view == View::Global { local.to_global() } else { local }
             }
-            LampsName::Separate => reporter.until_stopped(|stop| reflection.synthesise(grid, view, stop))?,
+            LampsName::Baked | LampsName::Separate => {
+                reporter.until_stopped(|stop| cut.synthesise(grid, view, stop))?
+            }
         };
         reporter.check_cancelled()?;
-        let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
+        let (f, p) = (reflection.brdf().f().get(), map.p().get());
         reporter.note(format!("F = {f}, P = {p}: {}{error_note}", describe(&map)));
         Ok(Arc::new(artifacts::Shrm(map)))
     }
 
+    /// The degree P of the map of a reflection: its own, or the least that is enough. What was chosen is
+    /// noted, with a warning if that misses the tolerance.
+    fn degree(
+        &self,
+        reflection: &Reflection,
+        part: PartOfMaterial<'_>,
+        steps: &Steps<'_>,
+    ) -> Result<Degree, Failure> {
+        let (reporter, own) = (steps.reporter(), reflection.brdf().p());
+        let bakes = self.lamps == LampsName::Baked && reflection.lamps().is_some();
+        let Some(SmallMap { degree, .. }) = self.small else { return Ok(own) };
+        // Degrees that the manifest names are kept, unless it asks for less here.
+        let is_chosen = reflection.is_for_light() || degree.accept.is_some() || degree.most_p.is_some();
+        let is_exact = own.get() == 0 && reflection.is_for_light();
+        if is_exact || !(is_chosen || bakes) {
+            return Ok(own);
+        }
+        let (share, base) = match part {
+            PartOfMaterial::All => (1.0, None),
+            PartOfMaterial::Diffuse => (shrm::degrees::DIFFUSE, None),
+            PartOfMaterial::Specular(base) => (1.0, Some(base)),
+        };
+        let asked = degree.rule(ACCEPT, SMALL_P);
+        let asked = if is_chosen { asked } else { DegreeRule { most_p: own.get(), ..asked } };
+        let rule = DegreeRule { tolerance: asked.tolerance.scaled(share), ..asked };
+        let content = MapContent { lamps: self.lamps == LampsName::Baked, base };
+        let map = reporter.until_stopped(|stop| match is_chosen {
+            true => reflection.map_degree(content, rule, stop),
+            false => reflection.baked_error(content, own, rule, stop),
+        })?;
+        if map.p < own || bakes {
+            let lamps = if bakes { " and its lamps" } else { "" };
+            reporter.note(format!(
+                "the map takes P = {}: compared with the field at P = {}{lamps}, {}",
+                map.p.get(),
+                own.get(),
+                reached(rule.tolerance, &map)
+            ));
+        }
+        if !map.is_met {
+            let lamps = if bakes {
+                "; lamps = \"separate\" leaves the suns and lamps, which need most of it, to the renderer"
+            } else {
+                ""
+            };
+            reporter.warn(format!("{}{lamps}", missed(asked, &map)));
+        }
+        Ok(map.p)
+    }
+
     /// The texels to synthesise, a note on the error of look-ups, and a warning if it misses the tolerance.
-    fn grid(&self, reflection: &Reflection) -> (MapGrid, String, Option<String>) {
+    /// The map has degree `p`, which may exceed that of the field if the lamps are in it.
+    fn grid(&self, reflection: &Reflection, p: Degree) -> (MapGrid, String, Option<String>) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
-        let error = self.error.unwrap_or(ERROR);
-        let auto = match (self.lamps, reflection.lamps()) {
-            (LampsName::Baked, Some(_)) => reflection.with_whole_light().resolution(layout, error),
-            _ => reflection.resolution(layout, error),
+        let given = self.error.unwrap_or(ERROR);
+        let whole = match (self.lamps, reflection.lamps()) {
+            (LampsName::Baked, Some(_)) => &reflection.with_whole_light(),
+            _ => reflection,
         };
-        let resolution = match self.resolution.unwrap_or(Resolution::Auto) {
-            Resolution::Fixed(resolution) => resolution,
-            Resolution::Auto => auto.texels.min(MAX_RESOLUTION).min(self.affordable(reflection)),
+        let auto = whole.resolution(layout, given);
+        let is_auto = self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto;
+        let wanted = auto.texels.min(MAX_RESOLUTION);
+        let resolution = match (self.resolution.unwrap_or(Resolution::Auto), self.budget(reflection, p)) {
+            (Resolution::Fixed(resolution), _) => resolution,
+            (Resolution::Auto, None) => wanted.min(self.affordable(reflection)),
+            (Resolution::Auto, Some(budget)) => {
+                whole.resolution_within(layout, given, budget).texels.min(MAX_RESOLUTION)
+            }
         };
+        // What keeps a file small is no error that is missed.
+        let error = if is_auto && self.error.is_none() && self.small.is_some() { COARSE } else { given };
+        let enough = whole.resolution(layout, error);
         // The error falls with the square of the resolution.
         let estimate = auto.estimated_error * math::powi(auto.texels as f64 / resolution as f64, 2);
-        let error_note = format!(
+        let mut error_note = format!(
             "; bilinear look-ups have an estimated error of {} of the RMS radiance",
             percent(estimate)
         );
-        let is_auto = self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto;
+        if let Some(budget) = self.budget(reflection, p).filter(|_| is_auto && resolution < wanted) {
+            error_note.push_str(&format!(
+                ", so that the file stays small: resolution = {wanted} has {} and takes {}",
+                percent(estimate * math::powi(resolution as f64 / wanted as f64, 2)),
+                size((layout.grid(wanted).len() * budget.per_texel) as u64)
+            ));
+        }
         let missed = (estimate > error && (is_auto || self.error.is_some())).then(|| {
             let way = if is_auto { "\"auto\" stops at" } else { "it has" };
             format!(
@@ -126,7 +244,7 @@ impl MapInput {
                  and {} was allowed; {way} {resolution} texels along an edge, and {} would do; {}",
                 percent(estimate),
                 percent(error),
-                (auto.texels as f64 * (auto.estimated_error / error).max(1.0).sqrt()).ceil(),
+                (enough.texels as f64 * (enough.estimated_error / error).max(1.0).sqrt()).ceil(),
                 self.remedy(reflection)
             )
         });
@@ -143,12 +261,20 @@ impl MapInput {
         }
     }
 
+    /// The bytes that a file may take, if they count.
+    fn budget(&self, reflection: &Reflection, p: Degree) -> Option<ByteBudget> {
+        let SmallMap { per_coefficient, with_zeros, .. } = self.small?;
+        let is_global = self.view == Some(View::Global);
+        let is_zonal = reflection.is_azimuth_free() && !with_zeros && !is_global;
+        let per_texel = per_coefficient * if is_zonal { p.get() + 1 } else { p.rows() };
+        // An error that is given is kept, whatever the file takes, up to the most.
+        let small = if self.error.is_some() { MOST_BYTES } else { SMALL_BYTES };
+        Some(ByteBudget { per_texel, small, most: MOST_BYTES, coarse: COARSE })
+    }
+
     /// The highest resolution at which a map has [`MOST_AUTO`] numbers, a multiple of 4.
     fn affordable(&self, reflection: &Reflection) -> usize {
-        let p = match (self.lamps, reflection.lamps(), reflection.brdf().p().get()) {
-            (LampsName::Baked, Some(_), p @ 1..) => p.max(MOST_P),
-            (_, _, p) => p,
-        };
+        let p = reflection.brdf().p().get();
         let rows = if reflection.is_azimuth_free() { p + 1 } else { (p + 1) * (p + 1) };
         let shapes = match self.layout.unwrap_or(MapLayout::Cube) {
             MapLayout::Cube => 6,
@@ -184,6 +310,13 @@ impl MapInput {
         }
         if let Some(error) = self.error {
             return mismatch("error", &error.to_string());
+        }
+        let DegreeChoice { accept, most_p, .. } = self.small.map(|small| small.degree).unwrap_or_default();
+        if let Some(Accept([p95, p99])) = accept {
+            return mismatch("accept", &format!("[{p95}, {p99}]"));
+        }
+        if let Some(most_p) = most_p {
+            return mismatch("most-p", &most_p.to_string());
         }
         match (self.view, map.0.view()) {
             (Some(View::Local), View::Global) => mismatch("view", "\"local\""),

@@ -9,7 +9,7 @@ use shrm::{Lamps, MapGrid, MapLayout, MapViews, Shrm, View, ViewSet};
 use sphere::{Cube, LatLong};
 
 use super::map_index::{Entry, NewIndex};
-use super::map_input::MapInput;
+use super::map_input::{MapInput, PartOfMaterial};
 use crate::values::{
     Content, Encoding, FileFormat, LampsName, MapsFormat, PartsName, Resolution, UntilStopped, artifacts,
     parts,
@@ -99,8 +99,10 @@ impl MapSource {
                     error: None,
                     view: Some(view),
                     lamps: LampsName::Separate,
+                    small: None,
                 };
-                return input.map_of(&reflection.0, &Steps::new(reporter, 1));
+                let steps = Steps::new(reporter, 1);
+                return input.map_of(&reflection.0, PartOfMaterial::All, &steps);
             }
             Self::Shrm(map) => map,
         };

@@ -77,8 +77,10 @@
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
 //! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
 //! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
-//! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`. Set `resolution`
-//! to that of your exports.
+//! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`, with the lamps in
+//! the series, as `lamps = "series"` of `project-sh` leaves them. Set `resolution` to that of your exports.
+//! An SHRM has the degree P of the reflection, and 16 with lamps in it; `export-shrm` takes fewer unless its
+//! `accept` and `most-p` ask for more.
 //!
 //! ## Files
 //!

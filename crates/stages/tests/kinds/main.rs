@@ -41,5 +41,6 @@ mod report;
 mod revisions;
 mod rotate;
 mod same_bytes;
+mod small_maps;
 mod taps;
 mod vertices;

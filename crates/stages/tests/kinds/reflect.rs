@@ -70,7 +70,9 @@ fn a_part_is_projected_about_its_own_centre() {
 fn a_cut_that_rings_is_a_warning_with_a_remedy_that_was_tried() {
     let sun = Light::from_flux(Direction::from_angles(0.9, 0.4), 0.005, [30.0, 25.0, 20.0]);
     let series = sky_lighting().0.series.to_degree(Degree::new(40).unwrap());
-    let lit = Lighting(sh::Lighting { series, lights: vec![sun] });
+    // As `lamps = "series"` of project-sh leaves it: beside the series the sun would not ring.
+    let whole = sh::Lighting { series, lights: vec![sun] }.whole();
+    let lit = Lighting(whole.into());
     let run = |degree: &str, window: &str| {
         let brdf = case("project-brdf", degree).input("material", Material(phong(64.0))).artifact::<Brdf>();
         case("convolve", window).input("lighting", lit.clone()).input("brdf", (*brdf).clone()).run().unwrap()

@@ -530,7 +530,8 @@ impl<'a> StudyScene<'a> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let map = self.reporter.until_stopped(|stop| reflection.bake_texels(soft, &seen, stop))?;
+        let degree = Degree::new(p)?;
+        let map = self.reporter.until_stopped(|stop| reflection.bake_texels(soft, degree, &seen, stop))?;
         Ok((map, lattice))
     }
 

@@ -1,0 +1,328 @@
+//! The degree P of a map: the least at which it is as near to its field as it has to be.
+//!
+//! A field keeps so many degrees P that no export shows the cut ([`crate::degrees`]). A map of (P + 1)^2
+//! coefficients costs memory for each of them, so that it takes the least P that is enough, by a
+//! [`DegreeRule`].
+//!
+//! The errors are measured at views as a ball shows them to a distant camera. A map without lamps is the cut
+//! series, and the lamps that a renderer adds are beside both; a map with lamps in it is fitted at some
+//! texels, for each P that is tried ([`Reflection::bake`]).
+
+use rayon::prelude::*;
+use sh::{Basis, Degree, Stop, Stopped, rotate_orders};
+use sphere::{Cube, Direction, spiral};
+
+use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
+use crate::degrees::{BLACK_SHARE, SAMPLES, add, seen};
+use crate::{MapGrid, Reflection, SynthesisError, View, frame, stops};
+
+/// The edge of the cube at whose texels maps with lamps in them are tried: as many as [`SAMPLES`] has.
+const EDGE: usize = 4;
+
+/// What a map is to hold, and what is seen with it.
+#[derive(Clone, Copy)]
+pub struct MapContent<'a> {
+    /// Whether the lamps are in the map, and not beside it.
+    pub lamps: bool,
+    /// The field of the material's diffuse part, if the map is of its specular part: a renderer adds both.
+    pub base: Option<&'a Reflection>,
+}
+
+/// A view of a sample: its central direction, the view in that direction's frame, and the radiance.
+struct Sample {
+    outgoing: Direction,
+    /// What is seen beside the map.
+    beside: [f64; 3],
+    /// The radiance that the map should give.
+    right: [f64; 3],
+    /// The field cut at each P.
+    cuts: Vec<[f64; 3]>,
+}
+
+impl Reflection {
+    /// Returns the field cut at a lower degree in the view, with its lamps; it has no parts.
+    #[must_use]
+    pub fn cut_in_view(&self, p: Degree) -> Self {
+        let cut = Self::convolve(self.lighting(), &self.brdf().cut_to(Degree::MAX, p));
+        let cut = if self.is_for_light() { cut.marked_for_light() } else { cut };
+        match self.every_lamp() {
+            Some(lamps) => cut.with_lamps(lamps.clone()),
+            None => cut,
+        }
+    }
+
+    /// The degree P of a map of this field by a rule, and its errors compared with the field: see the
+    /// module's text. `stop` is asked every few milliseconds, on every thread.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn map_degree(
+        &self,
+        content: MapContent<'_>,
+        rule: DegreeRule,
+        stop: Stop<'_>,
+    ) -> Result<MapDegree, SynthesisError> {
+        let fits = content.lamps && self.lamps().is_some();
+        let measured = if fits { self.fits(content, rule, stop)? } else { self.cuts(content, stop)? };
+        let most = MapDegree { p: self.brdf().p(), p95: 0.0, p99: 0.0, rms: 0.0, is_met: true, enough: None };
+        Ok(rule.choose(&measured).unwrap_or(most))
+    }
+
+    /// The errors of a map with the lamps in it at a degree that is given, compared with the field, and
+    /// whether they meet the rule's tolerance.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn baked_error(
+        &self,
+        content: MapContent<'_>,
+        p: Degree,
+        rule: DegreeRule,
+        stop: Stop<'_>,
+    ) -> Result<MapDegree, SynthesisError> {
+        let grid = MapGrid::Cube(Cube { edge: EDGE });
+        let samples = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
+        let soft = self.synthesise(grid, View::Local, stop)?;
+        let found = self.fit(&soft, p, &samples, stop)?;
+        let is_met = rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0;
+        Ok(MapDegree { is_met, ..found })
+    }
+
+    /// The errors of the field cut at each P, from 0 on.
+    fn cuts(&self, content: MapContent<'_>, stop: Stop<'_>) -> Result<Vec<MapDegree>, Stopped> {
+        let samples = self.map_samples(content, |index| spiral(index, SAMPLES[0]), SAMPLES[0], stop)?;
+        let dark = BLACK_SHARE * self.light_mean();
+        let rms = rms_of_cuts(self.lighting(), self.brdf());
+        let measure = |(p, rms): (usize, &f64)| {
+            let [p95, p99] = quantiles(samples.iter().map(|sample| (sample, sample.cuts[p])), dark);
+            let p = Degree::new(p).unwrap_or(Degree::MAX);
+            MapDegree { p, p95, p99, rms: *rms, is_met: false, enough: None }
+        };
+        Ok(rms.iter().enumerate().map(measure).collect())
+    }
+
+    /// The errors of maps with the lamps in them at each P from 0 on, up to the first that meets the
+    /// tolerance.
+    fn fits(
+        &self,
+        content: MapContent<'_>,
+        rule: DegreeRule,
+        stop: Stop<'_>,
+    ) -> Result<Vec<MapDegree>, SynthesisError> {
+        let grid = MapGrid::Cube(Cube { edge: EDGE });
+        let samples = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
+        let soft = self.synthesise(grid, View::Local, stop)?;
+        // Lamps are added exactly to a map that is the same for every view.
+        let most = if soft.p().get() == 0 { 0 } else { rule.most_p };
+        let mut measured = Vec::new();
+        for p in 0..=most {
+            let found = self.fit(&soft, Degree::new(p).unwrap_or(Degree::MAX), &samples, stop)?;
+            measured.push(found);
+            if rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0 {
+                break;
+            }
+        }
+        Ok(measured)
+    }
+
+    /// The errors of a map with the lamps in it, at samples of its texels.
+    fn fit(
+        &self,
+        soft: &crate::Shrm,
+        p: Degree,
+        samples: &[Sample],
+        stop: Stop<'_>,
+    ) -> Result<MapDegree, SynthesisError> {
+        let texels: Vec<usize> = (0..soft.grid().len()).collect();
+        let map = self.bake_texels(soft, p, &texels, stop)?;
+        let (mut lookup, views) = (map.lookup(), samples.len() / texels.len().max(1));
+        let found: Vec<[f64; 3]> = samples
+            .iter()
+            .enumerate()
+            .map(|(index, sample)| {
+                let texel = index / views.max(1);
+                let view = frame(soft.grid().direction(texel)).apply(sample.outgoing);
+                lookup.texel(texel, view).map(f64::from)
+            })
+            .collect();
+        let dark = BLACK_SHARE * self.light_mean();
+        let [p95, p99] = quantiles(samples.iter().zip(found.iter().copied()), dark);
+        let (mut lost, mut whole) = (0.0, 0.0);
+        for (sample, found) in samples.iter().zip(&found) {
+            for (right, found) in sample.right.iter().zip(found) {
+                lost += math::powi(found - right, 2);
+                whole += right * right;
+            }
+        }
+        let rms = if whole > 0.0 { (lost / whole).sqrt() } else { 0.0 };
+        Ok(MapDegree { p, p95, p99, rms, is_met: false, enough: None })
+    }
+
+    /// Samples of a map at central directions: [`SAMPLES`] views of each.
+    fn map_samples(
+        &self,
+        content: MapContent<'_>,
+        central: impl Fn(usize) -> Direction + Sync,
+        count: usize,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Sample>, Stopped> {
+        let basis = Basis::new(self.brdf().p());
+        let base = content.base.map(|base| (base, base.lamps().map(crate::Lamps::for_views)));
+        let at = |index: usize| {
+            stop.check()?;
+            let central = central(index);
+            let side = self.brdf().p().get();
+            let light = rotate_orders(self.lighting(), frame(central).inverse(), side);
+            let mut rows = vec![[0.0; 3]; self.brdf().p().rows()];
+            (0..=self.brdf().f().get()).for_each(|l| add(&mut rows, &light, self.brdf(), l));
+            let lights = self.lamps().map(|lamps| (lamps, lamps.about(central)));
+            let mut y = vec![0.0; rows.len()];
+            let sample = |view: usize| {
+                let outgoing = seen(self.brdf().centre(), index * SAMPLES[1] + view);
+                basis.evaluate_into(outgoing, &mut y);
+                let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
+                let mut beside = [0.0; 3];
+                if let Some((base, lamps)) = &base {
+                    let view = frame(central).apply(outgoing);
+                    let normal = central.vector() + view.vector();
+                    let normal = if normal.length() > 0.0 { Direction::normalised(normal) } else { central };
+                    let lit = lamps.as_ref().map_or([0.0; 3], |lamps| lamps.radiance(normal, view));
+                    let soft = base.evaluate(normal, view);
+                    (0..3).for_each(|channel| beside[channel] += soft[channel].max(0.0) + lit[channel]);
+                }
+                let (mut sum, mut cuts) = ([0.0; 3], Vec::with_capacity(side + 1));
+                for p in 0..=side {
+                    for row in p * p..(p + 1) * (p + 1) {
+                        (0..3).for_each(|channel| sum[channel] += rows[row][channel] * y[row]);
+                    }
+                    cuts.push(sum);
+                }
+                let mut right = sum;
+                let lamps_in = if content.lamps { &mut right } else { &mut beside };
+                (0..3).for_each(|channel| lamps_in[channel] += lit[channel]);
+                Sample { outgoing, beside, right, cuts }
+            };
+            Ok((0..SAMPLES[1]).map(sample).collect::<Vec<_>>())
+        };
+        let samples: Result<Vec<_>, Stopped> = (0..count).into_par_iter().map(at).collect();
+        Ok(samples?.into_iter().flatten().collect())
+    }
+}
+
+/// The errors in stops that 95 and 99 of 100 samples stay below; what a map leaves below zero is black.
+fn quantiles<'a>(found: impl Iterator<Item = (&'a Sample, [f64; 3])>, dark: f64) -> [f64; 2] {
+    let mut errors = Vec::new();
+    for (sample, found) in found {
+        for channel in 0..3 {
+            let seen = |value: f64| value.max(0.0) + sample.beside[channel];
+            errors.push(stops::error(seen(found[channel]), seen(sample.right[channel]), dark));
+        }
+    }
+    stops::quantiles(&mut errors)
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, Fresnel, Ggx, Material, project};
+    use sh::{Expansion, Light, Lighting};
+
+    use super::*;
+    use crate::MapTolerance;
+    use crate::accuracy::Accuracy;
+
+    /// A metal under a few bright windows, with a sun if that is asked for.
+    fn field(sunny: bool) -> Reflection {
+        let degree = Degree::new(16).unwrap();
+        let mut series = Expansion::zero(degree);
+        series.coefficients_mut()[0] = [1.0; 3];
+        for (theta, phi, flux) in [(0.7, 0.3, 4.0), (1.5, 2.5, 3.0), (2.2, -1.5, 2.0)] {
+            let window = |l: usize| [flux * (-0.01 * (l * (l + 1)) as f64).exp(); 3];
+            let window = Expansion::zonal(Direction::from_angles(theta, phi), degree, window);
+            for (sum, more) in series.coefficients_mut().iter_mut().zip(window.coefficients()) {
+                (0..3).for_each(|channel| sum[channel] += more[channel]);
+            }
+        }
+        let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+        let material = Material::Ggx(Ggx::new(0.4, metal, [1.0; 3]).unwrap());
+        let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let sun = Light::from_flux(Direction::from_angles(0.9, 0.4), 0.01, [24.0, 20.0, 16.0]);
+        let lights = if sunny { vec![sun] } else { Vec::new() };
+        Reflection::for_light(&Lighting { series, lights }, &brdf, &material, Stop::NEVER).unwrap().0
+    }
+
+    const BESIDE: MapContent<'static> = MapContent { lamps: false, base: None };
+
+    #[test]
+    fn the_rms_of_a_cut_is_the_root_of_the_energy_that_it_loses() {
+        let field = field(false);
+        let accuracy = Accuracy::of(&field, [0.0; 3], 0.0);
+        let found = rms_of_cuts(field.lighting(), field.brdf());
+        assert_eq!(found.len(), field.brdf().p().get() + 1);
+        for (p, found) in found.iter().enumerate() {
+            let expected = accuracy.at(accuracy.f(), p).truth.sqrt();
+            // The difference of energies of about 1 has an error of some 1e-16, of which this is the root.
+            assert!((found - expected).abs() < 1e-7, "{p}: {found} {expected}");
+        }
+    }
+
+    /// The errors are those of the map that is made, with other samples of it.
+    #[test]
+    fn the_errors_are_those_of_the_map() {
+        for (lamps, field) in [(false, field(false)), (true, field(true))] {
+            let content = MapContent { lamps, ..BESIDE };
+            let rule = DegreeRule { tolerance: MapTolerance::Stops([0.2, 0.5]), most_p: 6 };
+            let chosen = field.map_degree(content, rule, Stop::NEVER).unwrap();
+            assert!(chosen.is_met && chosen.p95 <= 0.2 && chosen.p99 <= 0.5, "{chosen:?}");
+            if chosen.p.get() > 0 {
+                let less = DegreeRule { most_p: chosen.p.get() - 1, ..rule };
+                assert!(!field.map_degree(content, less, Stop::NEVER).unwrap().is_met, "{chosen:?}");
+            }
+            let grid = MapGrid::Cube(Cube { edge: 7 });
+            let map = if lamps {
+                field.bake(grid, View::Local, chosen.p, Stop::NEVER).unwrap()
+            } else {
+                field.cut_in_view(chosen.p).synthesise(grid, View::Local, Stop::NEVER).unwrap()
+            };
+            assert_eq!(map.p(), chosen.p);
+            let (mut lookup, dark, mut errors) = (map.lookup(), BLACK_SHARE * field.light_mean(), Vec::new());
+            for texel in 0..grid.len() {
+                let central = grid.direction(texel);
+                for k in 0..8 {
+                    let view = frame(central).apply(seen(map.centre(), 7919 + 8 * texel + k));
+                    let lit = field.lamps().map_or([0.0; 3], |lamps| lamps.radiance(central, view));
+                    let right = field.evaluate(central, view);
+                    for (channel, found) in lookup.texel(texel, view).into_iter().enumerate() {
+                        errors.push(stops::error(
+                            f64::from(found),
+                            right[channel].max(0.0) + lit[channel],
+                            dark,
+                        ));
+                    }
+                }
+            }
+            let [p95, p99] = stops::quantiles(&mut errors);
+            // Both are quantiles of some thousand samples.
+            assert!((p95 / chosen.p95 - 1.0).abs() < 0.3, "{lamps}: {p95} {chosen:?}");
+            assert!((p99 / chosen.p99 - 1.0).abs() < 0.5, "{lamps}: {p99} {chosen:?}");
+        }
+    }
+
+    /// A matte base beside a highlight hides a part of its error.
+    #[test]
+    fn beside_a_base_a_cut_shows_less() {
+        let (field, rule) =
+            (field(false), DegreeRule { tolerance: MapTolerance::Stops([1e-6; 2]), most_p: 2 });
+        let white = Material::Lambert(brdf::Lambert::new([0.8; 3]).unwrap());
+        let brdf = project(&white, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let base = Reflection::convolve(&field.lighting().to_degree(Degree::new(4).unwrap()), &brdf);
+        let error = |base| field.map_degree(MapContent { base, ..BESIDE }, rule, Stop::NEVER).unwrap().p95;
+        assert!(error(Some(&base)) < 0.9 * error(None), "{} {}", error(Some(&base)), error(None));
+    }
+
+    #[test]
+    fn a_stopped_choice_ends_early() {
+        let rule = DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 4 };
+        let stopped = field(true).map_degree(BESIDE, rule, Stop::when(&|| true));
+        assert_eq!(stopped, Err(Stopped.into()));
+    }
+}
