@@ -83,15 +83,13 @@ use containers::{
     Encoded, Precision, TexelFormat, Texture, tensors, write_dds, write_dds_rgba, write_exr, write_exr_rgba,
     write_ktx2, write_ktx2_rgba,
 };
-use engine::{
-    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Reporter, Value, ValueKind, choice,
-    parameters, unexpected,
-};
+use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};
 use envmap::{CubeMap, Image};
 use serde_json::json;
 use sh::Light;
 use taps::{Accuracy, ROWS, ScaleSpace, Source, TapTable, Truth, Widths, atlas_picture, table_texels};
 
+use super::degree_choice::Accept;
 use crate::engines::{EnginePreset, TapFileNames, TapPreset, tap_texts};
 use crate::values::{Content, Excess, UntilStopped, artifacts, quantity};
 
@@ -131,42 +129,8 @@ choice! {
     }
 }
 
-/// The error that is accepted: `[p95, p99]`, in stops.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Accept(pub(crate) Accuracy);
-
-impl Accept {
-    /// Within a tenth of a stop.
-    const DEFAULT: Self = Self(Accuracy { p95: 0.1, p99: 0.25 });
-}
-
-impl Parameter for Accept {
-    fn expected() -> String {
-        "[p95, p99], two numbers of stops above 0".into()
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let stops = |value: &Value| f64::parse(value).ok().filter(|stops| *stops > 0.0 && stops.is_finite());
-        let pair = match &value.kind {
-            ValueKind::Array(values) => match values.as_slice() {
-                [p95, p99] => stops(p95).zip(stops(p99)),
-                _ => None,
-            },
-            _ => None,
-        };
-        let pair = pair.map(|(p95, p99)| Self(Accuracy { p95, p99 }));
-        pair.ok_or_else(|| unexpected(value, &Self::expected()))
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        vec![self.0.p95, self.0.p99].into()
-    }
-
-    fn schema() -> serde_json::Value {
-        let stops = serde_json::json!({ "type": "number", "exclusiveMinimum": 0 });
-        serde_json::json!({ "type": "array", "items": stops, "minItems": 2, "maxItems": 2 })
-    }
-}
+/// The errors that are accepted by default: within a tenth of a stop.
+const ACCEPT: Accept = Accept([0.1, 0.25]);
 
 parameters! {
     /// Parameters of `export-taps`.
@@ -181,7 +145,7 @@ parameters! {
         /// The numbers of the light in KTX2 and DDS files. Default: "rgb9e5", or "half" in an atlas.
         texels: Option<TapsTexels> = None,
         /// The errors [p95, p99] of a pair, in stops, up to which there is no warning.
-        accept: Accept = Accept::DEFAULT,
+        accept: Accept = ACCEPT,
     }
 }
 
@@ -311,7 +275,7 @@ impl Kind for ExportTaps {
         let scales = context.inputs.optional::<artifacts::ScaleSpace>(SPACE)?;
         let taps = context.inputs.optional::<artifacts::Taps>(TAPS)?;
         if let (Some(scales), Some(taps)) = (&scales, &taps) {
-            measure(&scales.0, &taps.0, parameters.accept.0, context)?;
+            measure(&scales.0, &taps.0, parameters.accept, context)?;
         }
         let space = scales.as_ref().map(|scales| &scales.0.space);
         let table = taps.as_ref().map(|taps| &taps.0.fitted.table);
@@ -473,7 +437,7 @@ fn numbers(space: Option<&ScaleSpace>, table: Option<&TapTable>, recipe: &str) -
 fn measure(
     scales: &tensors::EnvironmentScales,
     taps: &tensors::MaterialTaps,
-    accept: Accuracy,
+    Accept(accept): Accept,
     context: &Context<'_>,
 ) -> Result<(), Failure> {
     let reporter = &context.reporter;
@@ -487,13 +451,13 @@ fn measure(
         taps.fitted.table.taps(),
         lights
     );
-    if p95 <= accept.p95 && p99 <= accept.p99 {
+    if p95 <= accept[0] && p99 <= accept[1] {
         reporter.note(text);
     } else {
         reporter.warn(format!(
             "{text}; `accept` is [{}, {}]. More `lights` of scale-space help if lamps are bright, a larger `resolution` \
              if the highlight is sharp, more `taps` of fit-taps otherwise",
-            accept.p95, accept.p99
+            accept[0], accept[1]
         ));
     }
     Ok(())
