@@ -9,6 +9,9 @@ uniform highp sampler2D tap_table;
 
 __FUNCTIONS__`;
 
+// Babylon.js takes shaders with equal defines for equal: this one differs with the constants of the text.
+const define = [ 'TAPS', ...[ ...lookUp.matchAll( /const .* = (.*);/g ) ].map( ( [ , value ] ) => value ) ].join( '_' ).replace( /\W+/g, '_' );
+
 /** Loads the three pictures, KTX2 of halves without compression, from a folder, whose name ends with a slash. */
 export async function loadTaps( scene, folder = '' ) {
 
@@ -40,8 +43,14 @@ export class Taps extends MaterialPluginBase {
 
 	constructor( material, { levels, normals, table } ) {
 
-		super( material, 'Taps', 200, {}, true, true );
+		super( material, 'Taps', 200, { [ define ]: false }, true, true );
 		this.textures = { tap_levels: levels, tap_normals: normals, tap_table: table };
+
+	}
+
+	prepareDefines( defines ) {
+
+		defines[ define ] = true;
 
 	}
 
