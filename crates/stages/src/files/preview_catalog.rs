@@ -19,7 +19,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use engine::{Artifact, ItemIndex, ItemKey, Kind, Plan, Product, Stage, StageIndex};
+use engine::{Artifact, ItemIndex, Kind, Plan, Product, Stage};
 use preview::Catalog;
 use preview::MapSizes;
 use sphere::Rotation;
@@ -28,8 +28,10 @@ use crate::light::rotate;
 use crate::material::ImportMaterial;
 use crate::values::{ExportedMaps, artifacts};
 
+use names::{Label, MaterialKey, distinct, stage_name};
 pub use scenes::SceneCache;
 
+mod names;
 mod scenes;
 
 /// The materials, lights and meshes of a graph that a preview can show.
@@ -77,6 +79,14 @@ pub struct CatalogEntry {
     pub maps: Vec<ItemIndex>,
 }
 
+impl CatalogEntry {
+    fn key(&self, plan: &Plan) -> MaterialKey {
+        // An entry has one of the two.
+        let made = self.reflection.or(self.table).unwrap_or(self.environment);
+        MaterialKey::of(plan, made, self.environment, self.material)
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MeshSource {
     /// An item makes it.
@@ -115,7 +125,7 @@ impl PreviewCatalog {
         let labels = lights.iter().map(|item| Label::of(&plan, *item));
         let environments = distinct(&labels.collect::<Vec<_>>());
         // The rest of a key distinguishes the materials of a stage.
-        let keys = found.iter().map(|entry| MaterialKey::of(&plan, entry)).collect::<Vec<_>>();
+        let keys = found.iter().map(|entry| entry.key(&plan)).collect::<Vec<_>>();
         let each = keys.iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
         let materials = distinct(&each.iter().map(|key| key.label(&plan)).collect::<Vec<_>>());
         let position = |entry: &CatalogEntry, key: &MaterialKey| {
@@ -283,61 +293,6 @@ fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, U
     found.ok_or_else(|| Unknown { what, name: name.into(), known: names.to_vec() })
 }
 
-/// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not
-/// the environment's.
-#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct MaterialKey {
-    made: StageIndex,
-    rest: ItemKey,
-    /// The stage of the material, if there is one.
-    material: Option<StageIndex>,
-}
-
-impl MaterialKey {
-    fn of(plan: &Plan, entry: &CatalogEntry) -> Self {
-        // An entry has one of the two.
-        let made = entry.reflection.or(entry.table).unwrap_or(entry.environment);
-        let (item, environment) = (&plan.items[made], &plan.items[entry.environment]);
-        let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
-        let material = entry.material.map(|item| plan.items[item].stage);
-        Self { made: item.stage, rest, material }
-    }
-
-    /// The name of the material, and the stages that distinguish it from others of that name.
-    fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
-        let name = |stage: StageIndex| plan.stages[stage].name.as_str();
-        let stages = self.material.into_iter().chain([self.made]).map(name).collect::<Vec<_>>();
-        let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
-        Label { name, stages }
-    }
-}
-
-/// A name, and the stages that may distinguish it from others.
-struct Label<'p> {
-    name: String,
-    stages: Vec<&'p str>,
-}
-
-impl<'p> Label<'p> {
-    /// Makes the label of an item, from its key.
-    fn of(plan: &'p Plan, item: ItemIndex) -> Self {
-        let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
-        let name = if key.is_empty() { stage.to_owned() } else { key.to_string() };
-        Self { name, stages: vec![stage] }
-    }
-
-    /// The forms of the name from the shortest to the longest: the name alone, with one stage, with all
-    /// stages.
-    fn forms(&self) -> Vec<String> {
-        let Self { name, stages } = self;
-        let with = |stages: &str| format!("{name} ({stages})");
-        let mut forms = vec![name.clone()];
-        forms.extend(stages.iter().map(|stage| with(stage)));
-        forms.push(with(&stages.join(", ")));
-        forms
-    }
-}
-
 /// The meshes among some items, then the built-in ones.
 fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, MeshSource)> {
     let items = items.filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
@@ -346,25 +301,6 @@ fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, M
     let built_in = mesh::SHAPES.into_iter().map(|name| (built_in(name), MeshSource::BuiltIn(name)));
     let (labels, sources): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
     distinct(&labels).into_iter().zip(sources).collect()
-}
-
-/// For each label the first of its forms that no other label has at the same length.
-fn distinct(labels: &[Label<'_>]) -> Vec<String> {
-    let all = labels.iter().map(Label::forms).collect::<Vec<_>>();
-    let mut counts = BTreeMap::<(usize, &str), usize>::new();
-    for (length, form) in all.iter().flat_map(|forms| forms.iter().enumerate()) {
-        *counts.entry((length, form)).or_default() += 1;
-    }
-    let is_unique = |(length, form): &(usize, &String)| counts[&(*length, form.as_str())] == 1;
-    let chosen = all.iter().map(|forms| {
-        let unique = forms.iter().enumerate().find(is_unique).map(|(_, form)| form);
-        unique.or(forms.last()).cloned().unwrap_or_default()
-    });
-    chosen.collect()
-}
-
-fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
-    &plan.stages[plan.items[item].stage].name
 }
 
 /// Keeps of the stages that reflect one material those that lead to files; if none does, all; and if no stage
