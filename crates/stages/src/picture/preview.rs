@@ -25,6 +25,7 @@
 //! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
+//! | `taps` | a few look-ups into the blurred light at every pixel, and the lights beside it; needs `scale-space` (`scale-space`) and `taps` (`fit-taps`) |
 //!
 //! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
 //! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
@@ -41,6 +42,11 @@
 //! `export-shrm`; before that, what a map shows below zero becomes 0. With `lamps = "baked"` the two maps
 //! hold them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
 //! `prefiltered` hold all light, as their exports do.
+//!
+//! `taps` is what a renderer shows that reads `export-taps`, in 32-bit numbers: the scale space that is
+//! connected ought to be that of `environment`, the taps those of the material. The lights that the scale
+//! space keeps beside it are reflected by the material itself at every sample, and an anisotropic one by its
+//! mean over all turns. It needs neither `reflection` nor `resolution`.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the error in stops that 95 and 99 of 100 samples stay
@@ -140,6 +146,8 @@ choice! {
         ShadowedBruteForce,
         /// A diagram of the points that importance sampling draws.
         Samples,
+        /// The taps of the material into the scale space of the light.
+        Taps,
     }
 }
 
@@ -314,6 +322,8 @@ impl Kind for Preview {
             Port::one::<artifacts::BrdfTable>("table").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
             Port::one::<artifacts::VertexBlend>("blend").optional(),
+            Port::one::<artifacts::ScaleSpace>("scale-space").optional(),
+            Port::one::<artifacts::Taps>("taps").optional(),
         ]
     }
 

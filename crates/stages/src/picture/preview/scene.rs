@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use engine::{Context, Digest, Failure, Inputs};
-use preview::{Look, MapSizes, Mode, Scene};
+use envmap::Environment;
+use preview::{CompactMap, Look, MapSizes, Mode, Scene};
 
 use super::values::BuiltInMesh;
 use crate::light::{light, light_mismatch};
@@ -34,12 +35,15 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
             Mode::Transfer if table.is_none() => "table",
             Mode::Transfer => "transfer",
             Mode::Samples if context.inputs.type_at("reflection").is_none() => "material",
+            Mode::Taps if context.inputs.type_at("scale-space").is_none() => "scale-space",
+            Mode::Taps => "taps",
             mode if mode.needs_maps() => "reflection",
             _ => continue,
         };
         if context.inputs.type_at(port).is_none() {
             let mode = mode.name();
-            return Err(Failure::new(format!("{mode} needs a {port}, but the port {port} is not connected"))
+            let what = if port == "taps" { "the taps of a material".into() } else { format!("a {port}") };
+            return Err(Failure::new(format!("{mode} needs {what}, but the port {port} is not connected"))
                 .help(format!("add {port} = \"...\" to the stage's inputs")));
         }
     }
@@ -66,13 +70,31 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
         }
         None => Look::of_light(light, material, sizes),
     };
+    let compact_map = compact_map(context, look.light().environment())?;
     let transfer = transfer(&context.inputs, &mesh)?;
     let blend = match &table {
         Some(table) => blend(context, &mesh, table)?.map(Arc::new),
         None => None,
     };
-    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
+    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table).with_compact_map(compact_map)));
     Ok(scene.with_transfer(transfer).with_blend(blend))
+}
+
+/// The compact map of a scale space and taps, if both are connected; the scale space ought to be that of this
+/// environment.
+fn compact_map(context: &Context<'_>, environment: &Environment) -> Result<Option<Arc<CompactMap>>, Failure> {
+    let scales = context.inputs.optional::<artifacts::ScaleSpace>("scale-space")?;
+    let taps = context.inputs.optional::<artifacts::Taps>("taps")?;
+    let (Some(scales), Some(taps)) = (scales, taps) else { return Ok(None) };
+    let (scales, taps) = (&scales.0.space, &taps.0);
+    if let Some(difference) = light_mismatch::difference_from_scales(environment, scales) {
+        context.reporter.warn(difference);
+    }
+    Ok(Some(Arc::new(CompactMap {
+        scales: Arc::new(scales.clone()),
+        taps: Arc::new(taps.fitted.table.clone()),
+        material: taps.material.clone(),
+    })))
 }
 
 /// The transfer of the mesh, if there is one.
