@@ -476,7 +476,7 @@ impl Connections {
 
     /// The items that export a compact map.
     fn compact_exports(&self, plan: &Plan, map: CompactMapItems) -> impl Iterator<Item = ItemIndex> {
-        let is_export = |item: &ItemIndex| {
+        let is_export = move |item: &ItemIndex| {
             matches!(plan.stages[plan.items[*item].stage].product, Product::Files(_))
                 && self.consumers[map.taps].contains(item)
         };
