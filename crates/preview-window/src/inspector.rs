@@ -23,6 +23,7 @@ const NO_MAPS: &str = "no maps yet";
 /// A value that is not known without a BRDF table.
 const NO_TABLE: &str = "no BRDF table";
 const NO_TRANSFER: &str = "no transfer of this mesh";
+const NO_TAPS: &str = "no scale space or no taps";
 
 pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -124,6 +125,7 @@ fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMet
                 None if !shown.scene.offers(mode) => match mode {
                     Mode::Table => NO_TABLE.to_owned(),
                     Mode::Transfer => NO_TRANSFER.to_owned(),
+                    Mode::Taps => NO_TAPS.to_owned(),
                     _ => NO_MAPS.to_owned(),
                 },
                 None => UNKNOWN.to_owned(),

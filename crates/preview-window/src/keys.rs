@@ -132,6 +132,7 @@ const MODE_KEYS: [Key; Mode::ALL.len()] = [
     Key::Minus,
     Key::Equals,
     Key::OpenBracket,
+    Key::CloseBracket,
 ];
 
 /// The angle of one press: 5 degrees.

@@ -108,6 +108,15 @@ fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
         let name = format!("BRDF table, degree {degree}, {views} x {views}");
         maps.push((name, size_of_val(table.values()) as u64));
     }
+    if let Ok(map) = look.compact_map() {
+        let cubes = || map.scales.levels().iter().chain(map.scales.normals());
+        let name =
+            format!("scale space, cube {}, {} levels", map.scales.widths().edge(), map.scales.levels().len());
+        maps.push((name, cubes().map(|cube| size_of_val(cube.pixels()) as u64).sum()));
+        let (rows, taps, normals) = (map.taps.rows().len(), map.taps.taps(), map.taps.normals());
+        let numbers = rows * (5 * taps + 4 * normals);
+        maps.push((format!("{taps} taps, {normals} about the normal"), (numbers * size_of::<f32>()) as u64));
+    }
     if let Some(transfer) = &object.transfer {
         let first = &transfer[0];
         let (output, input) = (first.output().get(), first.input().get());

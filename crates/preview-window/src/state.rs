@@ -419,7 +419,10 @@ impl State {
                 "brute force: there is no transfer of this mesh"
             }
             false if is_missing(Mode::Transfer) => "brute force: there is no BRDF table of this material",
-            false if scene.has_maps() => "brute force: there are no maps of this material under this light",
+            false if is_missing(Mode::Taps) => "brute force: the scale space or the taps are not made",
+            false if scene.has_maps() || scene.offers(Mode::Taps) => {
+                "brute force: there are no maps of this material under this light"
+            }
             false => "brute force until the maps are made",
         };
         (scene.available(show) != show).then_some(reason)

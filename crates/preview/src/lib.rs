@@ -12,6 +12,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod camera;
+mod compact_map;
 mod cpu;
 mod diagram;
 pub mod drawing;
@@ -41,6 +42,7 @@ mod view_settings;
 mod view_transform;
 
 pub use camera::{Camera, Framing};
+pub use compact_map::CompactMap;
 pub use cpu::{Cpu, cpu_steps};
 pub use error::RenderError;
 #[cfg(feature = "gpu")]

@@ -7,7 +7,7 @@ use sh::{Degree, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
 
-use crate::{Light, RenderError};
+use crate::{CompactMap, Light, RenderError};
 
 /// The sizes of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,7 @@ pub struct Look {
     field: Option<Field>,
     material: Option<Material>,
     table: Option<Arc<BrdfTable>>,
+    compact_map: Option<Arc<CompactMap>>,
     sizes: MapSizes,
     /// Whether the SHRMs hold the lamps.
     holds_lamps: bool,
@@ -87,6 +88,7 @@ impl Look {
             field,
             material,
             table: None,
+            compact_map: None,
             sizes,
             holds_lamps: false,
             soft: OnceLock::new(),
@@ -102,6 +104,13 @@ impl Look {
     #[must_use]
     pub fn with_table(self, table: Option<Arc<BrdfTable>>) -> Self {
         Self { table, ..self }
+    }
+
+    /// Returns the same look with the compact map of its light and its material, which [`crate::Mode::Taps`]
+    /// needs.
+    #[must_use]
+    pub fn with_compact_map(self, compact_map: Option<Arc<CompactMap>>) -> Self {
+        Self { compact_map, ..self }
     }
 
     /// Returns the same look with the lamps of its reflection in the SHRMs, as `export-shrm` bakes them, or
@@ -124,6 +133,15 @@ impl Look {
     /// The BRDF table of the look's material, if there is one.
     pub fn table(&self) -> Option<&Arc<BrdfTable>> {
         self.table.as_ref()
+    }
+
+    /// The compact map of the look's light and material.
+    ///
+    /// # Errors
+    /// [`RenderError::Missing`] if there is none.
+    pub fn compact_map(&self) -> Result<&Arc<CompactMap>, RenderError> {
+        let missing = RenderError::Missing { what: "this mode", missing: "a scale space and taps" };
+        self.compact_map.as_ref().ok_or(missing)
     }
 
     /// The material, if it is known.

@@ -34,11 +34,14 @@ pub enum Mode {
     /// A diagram in place of the surface: the points that importance sampling draws from the light, from the
     /// material's lobe toward the camera, and from their product.
     Samples,
+    /// The taps of the material into the scale space of the light, at every pixel. The lights beside the
+    /// scale space are added.
+    Taps,
 }
 
 impl Mode {
     /// Every mode, in the order of lists and keys.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::LocalShrm,
         Self::GlobalShrm,
         Self::Cabral,
@@ -51,6 +54,7 @@ impl Mode {
         Self::Transfer,
         Self::ShadowedBruteForce,
         Self::Samples,
+        Self::Taps,
     ];
 
     /// The mode's name in manifests and on the command line.
@@ -68,6 +72,7 @@ impl Mode {
             Self::Transfer => "transfer",
             Self::ShadowedBruteForce => "shadowed-brute-force",
             Self::Samples => "samples",
+            Self::Taps => "taps",
         }
     }
 
@@ -86,15 +91,16 @@ impl Mode {
             Self::Transfer => "transfer",
             Self::ShadowedBruteForce => "shadowed brute force",
             Self::Samples => "samples",
+            Self::Taps => "taps",
         }
     }
 
     /// Whether the mode looks up a map of the material under the light. The others need the light alone,
-    /// light and material, or a BRDF table.
+    /// light and material, a BRDF table, or a compact map.
     pub fn needs_maps(self) -> bool {
         match self {
             Self::LocalShrm | Self::GlobalShrm | Self::Cabral | Self::KautzMcCool | Self::Prefiltered => true,
-            Self::Irradiance | Self::Mirror | Self::Table | Self::Transfer => false,
+            Self::Irradiance | Self::Mirror | Self::Table | Self::Transfer | Self::Taps => false,
             Self::BruteForce | Self::ShadowedBruteForce | Self::Samples => false,
         }
     }
@@ -123,7 +129,7 @@ impl Mode {
         }
     }
 
-    /// Whether the reflection's lamps are not in the mode's map but added at each surface.
+    /// Whether the lamps of the look's reflection are not in the mode's map but added at each surface.
     #[cfg(feature = "gpu")]
     pub(crate) fn adds_lamps(self) -> bool {
         matches!(self, Self::LocalShrm | Self::GlobalShrm)

@@ -143,6 +143,7 @@ impl Object {
             Mode::Transfer => {
                 self.look.table().is_some() && self.transfer.as_ref().is_some_and(is_of_this_mesh)
             }
+            Mode::Taps => self.look.compact_map().is_ok(),
             mode => !mode.needs_maps() || self.look.has_maps(),
         }
     }

@@ -33,5 +33,6 @@ mod shader_constants;
 pub mod shadows;
 pub mod surface;
 pub mod table;
+pub mod taps;
 #[cfg(test)]
 pub(crate) mod testkit;

@@ -23,7 +23,7 @@ mod testkit;
 mod values;
 
 pub use engines::{ENGINES, Engine};
-pub use files::{CatalogEntry, LightEdit, PreviewCatalog, SceneCache, Unknown};
+pub use files::{CatalogEntry, CompactMapItems, LightEdit, PreviewCatalog, SceneCache, Unknown};
 pub use light::{face_sets, is_face, six_faces};
 pub use material::{
     MaterialFile, ReadFile, is_gltf_file, is_measured_file, material_form, material_schema,

@@ -19,10 +19,13 @@ use containers::ReadOptions;
 use envmap::{Environment, Layout, ToneMap};
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
-use preview::{Background, Camera, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene, Shot, Show};
+use preview::{
+    Background, Camera, CompactMap, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene, Shot, Show,
+};
 use sh::{Degree, Stop, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::Rotation;
+use taps::{ScaleSpace, Widths, fit};
 use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
 /// What the command line says.
@@ -93,8 +96,10 @@ fn run(order: &Order) -> Result<(), String> {
     };
     let triangles = mesh.triangles().len();
     let transfer = transfer(&mesh)?;
-    let one = Scene::of(Arc::new(mesh), look(&light, 0.2, [0.9, 0.8, 0.6])?).with_transfer(Some(transfer));
-    let sixteen = sixteen(&light)?;
+    let scales = scales(&light)?;
+    let one =
+        Scene::of(Arc::new(mesh), look(&light, &scales, 0.2, [0.9, 0.8, 0.6])?).with_transfer(Some(transfer));
+    let sixteen = sixteen(&light, &scales)?;
     let [width, height] = order.size;
     println!("{}", gpu.name());
     println!("{width} x {height}, {} frames each, milliseconds", order.frames);
@@ -165,7 +170,7 @@ fn knot() -> Mesh {
 }
 
 /// Sixteen knots in rows of four, each with its own material.
-fn sixteen(light: &Arc<Light>) -> Result<Scene, String> {
+fn sixteen(light: &Arc<Light>, scales: &Arc<ScaleSpace>) -> Result<Scene, String> {
     let mesh = Arc::new(knot());
     let transfer = transfer(&mesh)?;
     let mut objects = Vec::new();
@@ -175,7 +180,7 @@ fn sixteen(light: &Arc<Light>) -> Result<Scene, String> {
         objects.push(Object {
             mesh: Arc::clone(&mesh),
             place: DAffine3::from_translation(DVec3::new(0.0, 2.0 * column - 3.0, 3.0 - 2.0 * row)),
-            look: look(light, 0.1 + 0.4 * share, [1.0 - 0.5 * share, 0.8, 0.5 + 0.5 * share])?,
+            look: look(light, scales, 0.1 + 0.4 * share, [1.0 - 0.5 * share, 0.8, 0.5 + 0.5 * share])?,
             transfer: Some(Arc::clone(&transfer)),
             blend: None,
         });
@@ -196,7 +201,12 @@ fn transfer(mesh: &Mesh) -> Result<Arc<Vec<Transfer>>, String> {
 
 /// A microfacet material of a roughness, with the degrees of the tolerance of [RH02, tab. 5], on faces of 64
 /// texels.
-fn look(light: &Arc<Light>, sigma: f64, specular: [f64; 3]) -> Result<Arc<Look>, String> {
+fn look(
+    light: &Arc<Light>,
+    scales: &Arc<ScaleSpace>,
+    sigma: f64,
+    specular: [f64; 3],
+) -> Result<Arc<Look>, String> {
     let material = Microfacet::new(sigma, specular).map_err(|error| error.to_string())?;
     let material = Material::Microfacet(material);
     let tolerance = Tolerance::new(0.03).map_err(|error| error.to_string())?;
@@ -205,8 +215,21 @@ fn look(light: &Arc<Light>, sigma: f64, specular: [f64; 3]) -> Result<Arc<Look>,
     let reflection = Reflection::convolve(light.lighting(), &projection.coefficients);
     let degree = Degree::new(4).map_err(|error| error.to_string())?;
     let (table, _) = tabulate(&material, degree, 64, Stop::NEVER).map_err(|error| error.to_string())?;
+    let fitted = fit(&material, 6, scales.widths(), Stop::NEVER).map_err(|error| error.to_string())?;
+    let taps = Arc::new(fitted.table);
+    let map = CompactMap { scales: Arc::clone(scales), taps, material: material.clone() };
     let look = Look::new(Arc::clone(light), reflection, Some(material), MapSizes::default());
-    Ok(Arc::new(look.with_table(Some(Arc::new(table)))))
+    Ok(Arc::new(look.with_table(Some(Arc::new(table))).with_compact_map(Some(Arc::new(map)))))
+}
+
+/// The scale space of a light on faces of 64 texels, with eight lights beside it.
+fn scales(light: &Light) -> Result<Arc<ScaleSpace>, String> {
+    let environment = light.environment();
+    let mut lamps = environment.separate_lamps(Stop::NEVER).map_err(|error| error.to_string())?.lights;
+    lamps.truncate(8);
+    let widths = Widths::new(64).ok_or("no widths")?;
+    let made = ScaleSpace::new(environment, &lamps, widths, Stop::NEVER);
+    Ok(Arc::new(made.map_err(|error| error.to_string())?))
 }
 
 /// The sample assets' studio.

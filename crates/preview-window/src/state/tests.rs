@@ -437,6 +437,9 @@ fn without_a_table_or_a_transfer_the_reason_for_brute_force_is_another() {
         state.update(Action::Mode(mode));
         assert_eq!(state.why_brute_force(), no_table);
     }
+    state.update(Action::Mode(Mode::Taps));
+    assert_eq!(state.why_brute_force(), Some("brute force: the scale space or the taps are not made"));
+    state.update(Action::Mode(Mode::Transfer));
     let subject = state.settings.subject.clone();
     let details = SubjectDetails::default();
     state.apply(PreviewUpdate::Scene { subject, scene: testkit::lamps(), details });

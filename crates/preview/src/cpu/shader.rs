@@ -19,6 +19,7 @@ use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::prefiltered;
 use crate::shading::shadows::Shadows;
+use crate::shading::taps::{Levels, PackedTaps, taps_radiance};
 use crate::{Look, Mode, RenderError, Scene, Shot};
 
 /// A look and its maps, in the layout in which the shaders read them.
@@ -28,6 +29,7 @@ pub(super) struct LookCache {
     local: OnceLock<LocalShrm>,
     global: OnceLock<GlobalShrm>,
     lamps: OnceLock<PackedLamps>,
+    taps: OnceLock<(PackedTaps, PackedLamps)>,
     brute: OnceLock<Prepared>,
     product: OnceLock<Option<ProductSampling>>,
 }
@@ -44,6 +46,7 @@ impl LookCache {
                     local: OnceLock::new(),
                     global: OnceLock::new(),
                     lamps: OnceLock::new(),
+                    taps: OnceLock::new(),
                     brute: OnceLock::new(),
                     product: OnceLock::new(),
                 });
@@ -86,6 +89,11 @@ pub(super) enum Shader<'a> {
         cube: Cube<'a>,
     },
     Prefiltered(Cube<'a>),
+    Taps {
+        levels: Levels<'a>,
+        taps: &'a PackedTaps,
+        lamps: &'a PackedLamps,
+    },
     Irradiance(Irradiance),
     Mirror {
         size: [u32; 2],
@@ -144,6 +152,12 @@ impl<'a> Shader<'a> {
                 Self::KautzMcCool { count: texture.views().count(), cube: cube(texture.maps()) }
             }
             Mode::Prefiltered => Self::Prefiltered(cube(look.prefiltered()?)),
+            Mode::Taps => {
+                let map = look.compact_map()?;
+                let packed = || (PackedTaps::new(&map.taps), PackedLamps::of(Some(&map.lamps()), false));
+                let (taps, lamps) = cache.taps.get_or_init(packed);
+                Self::Taps { levels: Levels::new(&map.scales), taps, lamps }
+            }
             Mode::Irradiance => Self::Irradiance(Irradiance::new(look.light().lighting())),
             Mode::Mirror => {
                 let environment = look.light().environment();
@@ -185,6 +199,9 @@ impl<'a> Shader<'a> {
                 kautz_mccool(cube.edge, cube.texels, *count, cube.centre, surface)
             }
             Self::Prefiltered(cube) => prefiltered(cube.edge, cube.texels, cube.centre, surface),
+            Self::Taps { levels, taps, lamps: beside } => {
+                lamps(beside, taps_radiance(levels, taps, surface), surface)
+            }
             Self::Irradiance(light) => irradiance(light, surface),
             Self::Mirror { size, pixels } => mirror(*size, pixels, surface),
             Self::Vertices(mode) => hit.radiance[*mode],

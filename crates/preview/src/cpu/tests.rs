@@ -5,6 +5,7 @@ mod lamps;
 mod pictures;
 mod product;
 mod surfaces;
+mod taps;
 mod vertices;
 
 use std::sync::Arc;

@@ -322,6 +322,13 @@ impl<'a> FrameEncoder<'a> {
                     };
                     pass.set_bind_group(3, &samples.bound, &[]);
                 }
+                Mode::Taps => {
+                    let Some(taps) = self.resources.looks.get(look).and_then(|maps| maps.taps.as_ref())
+                    else {
+                        continue;
+                    };
+                    pass.set_bind_group(3, taps, &[]);
+                }
                 Mode::ShadowedBruteForce => {
                     let (shadowed, drawn) = (self.resources.shadowed.get(&object), &self.canvas.drawn_map);
                     let (Some(shadowed), Some((map, _))) = (shadowed, drawn) else { continue };

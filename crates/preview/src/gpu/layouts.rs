@@ -2,7 +2,8 @@
 //!
 //! Group 0 is one sample of each pixel (frame.wgsl), group 1 a map (map.wgsl), group 2 the inputs and outputs
 //! of a pass, and group 3 the light and material of brute force, or the lamps beside a map and their
-//! material. The files of `shading/` follow these; one generated line calls the mode.
+//! material, with the levels and the taps of a compact map. The files of `shading/` follow these; one
+//! generated line calls the mode.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -61,6 +62,7 @@ pub(super) struct Layouts {
     pub(super) light: wgpu::BindGroupLayout,
     pub(super) shadowed: wgpu::BindGroupLayout,
     pub(super) lamps: wgpu::BindGroupLayout,
+    pub(super) taps: wgpu::BindGroupLayout,
 }
 
 /// The pipelines. That of a mode is compiled when the mode is first shown with materials of some models.
@@ -156,6 +158,7 @@ impl Layouts {
                 ],
             ),
             lamps: layout("lamps and material", &[1, 3].map(|binding| entry(binding, compute, read()))),
+            taps: layout("a compact map", &[1, 3, 6, 7].map(|binding| entry(binding, compute, read()))),
         }
     }
 }
@@ -207,10 +210,11 @@ impl Pipelines {
         let device = &self.device;
         self.modes.entry((mode, models)).or_insert_with_key(|(mode, models)| {
             let mode = *mode;
-            let Layouts { frame, map, shade, light, shadowed, lamps, .. } = layouts;
+            let Layouts { frame, map, shade, light, shadowed, lamps, taps, .. } = layouts;
             let groups = match mode {
                 Mode::BruteForce => &[Some(frame), None, Some(shade), Some(light)][..],
                 Mode::ShadowedBruteForce => &[Some(frame), Some(map), Some(shade), Some(shadowed)],
+                Mode::Taps => &[Some(frame), None, Some(shade), Some(taps)],
                 mode if mode.adds_lamps() => &[Some(frame), Some(map), Some(shade), Some(lamps)],
                 _ => &[Some(frame), Some(map), Some(shade)],
             };
@@ -249,7 +253,9 @@ fn vertices_source() -> String {
 /// The models that the shader of a mode looks at.
 pub(super) fn models(mode: Mode, look: &Look) -> BTreeSet<u32> {
     let beside = look.reflection().and_then(Reflection::lamps).map(|lamps| &lamps.material);
+    let compact_map = look.compact_map().ok().filter(|map| !map.scales.lights().is_empty());
     let material = match mode {
+        Mode::Taps => compact_map.map(|map| &map.material),
         mode if mode.is_brute_force() => look.material(),
         mode if mode.adds_lamps() => beside,
         _ => None,
@@ -268,6 +274,10 @@ fn mode_source(mode: Mode, models: &BTreeSet<u32>) -> String {
         Mode::GlobalShrm => (&[&material, LAMPS, GLOBAL_SHRM], "lamps_added(surface, global_shrm(surface))"),
         Mode::Cabral => (&[include_str!("../shading/cabral.wgsl")], "cabral(surface)"),
         Mode::KautzMcCool => (&[include_str!("../shading/kautz_mccool.wgsl")], "kautz_mccool(surface)"),
+        Mode::Taps => (
+            &[&material, LAMPS, include_str!("../shading/taps.wgsl")],
+            "lamps_added(surface, taps_radiance(surface))",
+        ),
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
         Mode::Prefiltered => (&[include_str!("../shading/prefiltered.wgsl")], "prefiltered(surface)"),
         Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),

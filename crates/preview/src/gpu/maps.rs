@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use shrm::{Shrm, Terms};
+use taps::ScaleSpace;
 use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor, TextureViewDimension};
 
 use super::device::Device;
@@ -14,7 +15,8 @@ use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
-use crate::{Light, Look, Mode, RenderError};
+use crate::shading::taps::{Levels, PackedTaps};
+use crate::{CompactMap, Light, Look, Mode, RenderError};
 
 /// The properties of a map: `MapUniforms` of map.wgsl.
 #[repr(C)]
@@ -56,6 +58,8 @@ pub(super) struct LookMaps {
     pub(super) samples: Option<LightSampling>,
     /// The lamps of the modes that add them, and their material.
     pub(super) lamps: Option<wgpu::BindGroup>,
+    /// The buffers of [`Mode::Taps`].
+    pub(super) taps: Option<wgpu::BindGroup>,
     /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
     pub(super) update: Option<Update>,
 }
@@ -198,6 +202,35 @@ impl LookMaps {
         Ok(())
     }
 
+    /// Makes [`LookMaps::taps`] unless they exist; `levels` is the buffer of [`scale_space`].
+    pub(super) fn prepare_taps(
+        &mut self,
+        device: &Device,
+        layouts: &Layouts,
+        map: &CompactMap,
+        levels: &wgpu::Buffer,
+    ) -> Result<(), RenderError> {
+        if self.taps.is_none() {
+            let packed = PackedLamps::of(Some(&map.lamps()), false);
+            let usage = BufferUsages::STORAGE;
+            let material = PackedMaterial::new(packed.material())?;
+            let material = device.filled("the material", usage, material.words())?;
+            let lamps = device.filled("the lamps", usage, packed.elements())?;
+            let taps = device.filled("the taps", usage, PackedTaps::new(&map.taps).elements())?;
+            let buffers = [(1, &material), (3, &lamps), (6, levels), (7, &taps)];
+            let entries = buffers.map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            });
+            self.taps = Some(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("a compact map"),
+                layout: &layouts.taps,
+                entries: &entries,
+            }));
+        }
+        Ok(())
+    }
+
     /// Makes the look's map for a mode, unless it exists or the mode has none.
     pub(super) fn prepare(
         &mut self,
@@ -243,12 +276,17 @@ impl LookMaps {
                 let texels = look.prefiltered()?;
                 cubes(device, layouts, "the reflection map", uniforms, 1, |_, texel| texels[texel])?
             }
-            Mode::Irradiance | Mode::Mirror | Mode::BruteForce => return Ok(()),
+            Mode::Irradiance | Mode::Mirror | Mode::BruteForce | Mode::Taps => return Ok(()),
             Mode::Table | Mode::Transfer | Mode::ShadowedBruteForce | Mode::Samples => return Ok(()),
         };
         self.modes.insert(mode, map);
         Ok(())
     }
+}
+
+/// The buffer of a scale space, which all looks under one light share.
+pub(super) fn scale_space(device: &Device, scales: &ScaleSpace) -> Result<wgpu::Buffer, RenderError> {
+    device.filled("the scale space", BufferUsages::STORAGE, &Levels::new(scales).elements())
 }
 
 impl Update {

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::iter::once;
 
+use taps::ScaleSpace;
 use wgpu::BufferUsages;
 
 use super::device::Device;
 use super::identity_cache::IdentityCache;
 use super::layouts::{Layouts, Pipelines, models};
-use super::maps::{LightMaps, LookMaps, Map};
+use super::maps::{LightMaps, LookMaps, Map, scale_space};
 use super::mesh::Shape;
 use super::shadow_tree::{ShadowTree, ShadowUniforms};
 use super::vertices::ShadedVertices;
@@ -27,6 +28,8 @@ pub(super) struct Resources {
     pub(super) meshes: IdentityCache<mesh::Mesh, Option<Shape>>,
     pub(super) looks: IdentityCache<Look, LookMaps>,
     pub(super) lights: IdentityCache<Light, LightMaps>,
+    /// The buffers of scale spaces.
+    scale_spaces: IdentityCache<ScaleSpace, wgpu::Buffer>,
     /// The triangles that cast the shadows of a mesh, as a tree.
     trees: IdentityCache<mesh::Mesh, ShadowTree>,
     /// Light, material and shadows of each object in the present shot, by its number.
@@ -56,6 +59,7 @@ impl Resources {
             meshes: IdentityCache::default(),
             looks: IdentityCache::default(),
             lights: IdentityCache::default(),
+            scale_spaces: IdentityCache::default(),
             trees: IdentityCache::default(),
             shadowed: HashMap::new(),
             vertices: HashMap::new(),
@@ -73,6 +77,8 @@ impl Resources {
         self.shadowed.clear();
         self.looks.retain(objects().map(|object| &object.look));
         self.lights.retain(objects().map(|object| object.look.light()).chain(once(&scene.light)));
+        let compact_maps = objects().filter_map(|object| object.look.compact_map().ok());
+        self.scale_spaces.retain(compact_maps.map(|map| &map.scales));
         self.vertices.retain(|(number, mode), shaded| {
             let mesh = scene.objects.get(*number).and_then(|object| ShadedMesh::new(object, *mode).ok());
             mesh.is_some_and(|mesh| shaded.is_of(&mesh))
@@ -101,6 +107,14 @@ impl Resources {
                             }
                         };
                         shaded.update(device, layouts, &self.pipelines, object, shot)?;
+                    }
+                    Mode::Taps => {
+                        let map = object.look.compact_map()?;
+                        let levels = self
+                            .scale_spaces
+                            .get_or_make(&map.scales, || scale_space(device, &map.scales))?;
+                        let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
+                        maps.prepare_taps(device, layouts, map, levels)?;
                     }
                     Mode::BruteForce | Mode::ShadowedBruteForce => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;

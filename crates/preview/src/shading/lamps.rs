@@ -43,8 +43,13 @@ pub struct PackedLamps {
 impl PackedLamps {
     /// Packs the lamps of a reflection; an imported map has none.
     pub fn new(reflection: Option<&Reflection>) -> Self {
-        let lamps = reflection.and_then(Reflection::lamps).filter(|lamps| !lamps.lights.is_empty());
-        let is_cut = lamps.is_some() || reflection.is_some_and(Reflection::is_for_light);
+        Self::of(reflection.and_then(Reflection::lamps), reflection.is_some_and(Reflection::is_for_light))
+    }
+
+    /// Packs lamps. `is_cut` says whether soft light below zero is cut even if there are none.
+    pub fn of(lamps: Option<&Lamps>, is_cut: bool) -> Self {
+        let lamps = lamps.filter(|lamps| !lamps.lights.is_empty());
+        let is_cut = lamps.is_some() || is_cut;
         let turns = lamps.map_or(1, |lamps| lamps.material.turns());
         let points = lamps.map(Lamps::for_views);
         let lights = points.as_ref().map(LampPoints::lamps).unwrap_or_default();

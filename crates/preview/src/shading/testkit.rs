@@ -100,3 +100,34 @@ pub(crate) fn map(centre: brdf::Centre, edge: usize, p: usize, view: shrm::View)
     let grid = shrm::MapGrid::Cube(sphere::Cube { edge });
     reflection(centre, 8, p).synthesise(grid, view, Stop::NEVER).unwrap()
 }
+
+/// A scale space of irregular levels, the finest with this edge.
+pub(crate) fn scale_space(edge: usize, lights: Vec<sh::Light>) -> taps::ScaleSpace {
+    let widths = taps::Widths::new(edge).unwrap();
+    let cube = |(seed, edge): (usize, usize)| {
+        let texel = |k: usize| [0, 1, 2].map(|channel| noise(7919 * seed + 3 * k + channel));
+        envmap::CubeMap::new(sphere::Cube { edge }, (0..6 * edge * edge).map(texel).collect()).unwrap()
+    };
+    let levels = (0..widths.len()).map(|k| cube((k, widths.edge_of(k)))).collect();
+    let normals = (0..taps::NORMAL_KERNELS).map(|k| cube((100 + k, 16))).collect();
+    let diffuse = sh::Expansion::zero(sh::Degree::new(2).unwrap());
+    taps::ScaleSpace::from_parts(widths, levels, normals, diffuse, lights).unwrap()
+}
+
+/// A table of so many taps, and so many about the normal, which move, widen and brighten toward the horizon.
+/// The widths reach from below the finest level of an edge of 64 to beyond the last level.
+pub(crate) fn tap_table(count: usize, normals: usize) -> taps::TapTable {
+    let row = |row: usize| {
+        let u = row as f64 / (taps::ROWS - 1) as f64;
+        let sine = (1.0 - (1.0 - u).powi(2)).sqrt();
+        let weight = |k: usize| [0.2 + 0.5 * u, 0.3, 0.1 * (k + 1) as f64];
+        let tap = |k: usize| taps::Tap {
+            delta: (0.9 - 0.3 * k as f64) * sine,
+            std: 0.02 * 5_f64.powi(k as i32) * (1.0 + u),
+            weight: weight(k),
+        };
+        let normal = |k: usize| taps::NormalTap { y: (0.8 * u + 0.5 * k as f64).min(1.0), weight: weight(k) };
+        taps::TapRow { taps: (0..count).map(tap).collect(), normals: (0..normals).map(normal).collect() }
+    };
+    taps::TapTable::new((0..taps::ROWS).map(row).collect()).unwrap()
+}

@@ -76,6 +76,38 @@ fn tables_transfer_and_traced_shadows() {
     compared.finish();
 }
 
+/// Under every environment, turned; side by side, as a difference, and two objects that share a scale space.
+#[test]
+fn compact_maps() {
+    let Some(mut compared) = Compared::new("compact_maps") else { return };
+    let knot = Arc::new(mesh::shape("torus-knot").unwrap());
+    let looks = scenes::compact();
+    let turn = Rotation::from_yaw_pitch_roll(0.7, -0.4, 0.2);
+    for (names, look) in looks {
+        let scene = Scene::of(Arc::clone(&knot), Arc::clone(look));
+        assert!(scene.offers(Mode::Taps));
+        let shot = Shot { turn, ..shot(&scene, Show::One(Mode::Taps)) };
+        compared.add("taps", names, &scene, &shot);
+    }
+    let object = |y: f64, look: usize| Object {
+        mesh: Arc::clone(&knot),
+        place: DAffine3::from_translation([0.0, y, 0.0].into()),
+        look: Arc::clone(&looks[look].1),
+        transfer: None,
+        blend: None,
+    };
+    let scene =
+        Scene { light: Arc::clone(looks[3].1.light()), objects: vec![object(-0.8, 3), object(0.8, 4)] };
+    let split = Show::Split { left: Mode::Taps, right: Mode::BruteForce, at: 0.5 };
+    let difference = Show::Difference { of: Mode::Taps, from: Mode::BruteForce, amplify: 1.0 };
+    for (name, show) in
+        [("two objects", Show::One(Mode::Taps)), ("a split", split), ("a difference", difference)]
+    {
+        compared.add(name, "", &scene, &Shot { size: [128, 80], samples: 2, ..shot(&scene, show) });
+    }
+    compared.finish();
+}
+
 /// Two brushed knots, one of which is a mirror image, under a turned light, from outside and inside.
 #[test]
 fn every_setting_of_a_shot_by_tables() {

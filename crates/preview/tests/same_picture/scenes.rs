@@ -8,10 +8,11 @@ use brdf::{
 };
 use envmap::Environment;
 use mesh::Mesh;
-use preview::{Light, Look, MapSizes};
+use preview::{CompactMap, Light, Look, MapSizes};
 use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
+use taps::{ScaleSpace, Widths, fit};
 use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
 /// A look, and the names of its light and material.
@@ -78,6 +79,37 @@ pub(crate) fn tabulated() -> &'static [Named] {
         let both = Look::without_maps(light, materials[0].1.clone(), SIZES);
         let table = BrdfTable::joined(&tables).unwrap();
         looks.push(("both".to_owned(), Arc::new(both.with_table(Some(Arc::new(table))))));
+        looks
+    });
+    &LOOKS
+}
+
+/// Looks that have nothing but a compact map: of a matte, a glossy and a brushed material under each
+/// environment, with its lamps beside the scale space, which all materials share.
+pub(crate) fn compact() -> &'static [Named] {
+    static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
+        let widths = Widths::new(32).unwrap();
+        let materials =
+            materials().into_iter().filter(|(name, _)| !["hair", "phong", "satin"].contains(name));
+        let materials: Vec<_> = materials
+            .map(|(name, material)| {
+                let taps = Arc::new(fit(&material, 3, widths, Stop::NEVER).unwrap().table);
+                (name, material, taps)
+            })
+            .collect();
+        let mut looks = Vec::new();
+        for (light_name, environment) in environments() {
+            let lights = environment.separate_lamps(Stop::NEVER).unwrap().lights;
+            let scales = Arc::new(ScaleSpace::new(&environment, &lights, widths, Stop::NEVER).unwrap());
+            let light = Arc::new(Light::new(environment, None));
+            for (name, material, taps) in &materials {
+                let (scales, taps) = (Arc::clone(&scales), Arc::clone(taps));
+                let map = CompactMap { scales, taps, material: material.clone() };
+                let look = Look::without_maps(Arc::clone(&light), material.clone(), SIZES);
+                let look = look.with_compact_map(Some(Arc::new(map)));
+                looks.push((format!("{light_name} {name}"), Arc::new(look)));
+            }
+        }
         looks
     });
     &LOOKS

@@ -11,6 +11,10 @@
 //! of its table and its lighting, unless the material is reflected under that light anyway. A mesh has the
 //! `transfer` that was made of it, and the `vertex-blend`.
 //!
+//! The `scale-space` of an entry's environment and the `taps` of its material belong to the entry, if the
+//! graph neither turns the light nor adds to it. Each item that takes one of both, such as those of
+//! `export-taps`, makes an entry of their environment and their material, unless there is one anyway.
+//!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
 //! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
 //! (matte)`. If several stages reflect the same material and some of them are exported, the others are
@@ -19,17 +23,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use engine::{Artifact, ItemIndex, ItemKey, Kind, Plan, Product, Stage, StageIndex};
+use engine::{Artifact, ItemIndex, Kind, Plan, Product, Stage};
 use preview::Catalog;
 use preview::MapSizes;
 use sphere::Rotation;
 
-use crate::light::rotate;
 use crate::material::ImportMaterial;
 use crate::values::{ExportedMaps, artifacts};
 
+use names::{Label, MaterialKey, distinct, stage_name};
+pub use origin::CompactMapItems;
+use origin::{EntryParts, Origin, artifact, is_many, single_inputs};
 pub use scenes::SceneCache;
 
+mod names;
+mod origin;
 mod scenes;
 
 /// The materials, lights and meshes of a graph that a preview can show.
@@ -49,10 +57,12 @@ pub struct PreviewCatalog {
 /// A material under a light, by the items that made it.
 #[derive(Clone, Debug)]
 pub struct CatalogEntry {
-    /// The item that makes a `reflection` or an `shrm`; `None` if there is only a table.
+    /// The item that makes a `reflection` or an `shrm`; `None` if there is only a table or a compact map.
     pub reflection: Option<ItemIndex>,
     /// The item that makes a `brdf-table` of the material.
     pub table: Option<ItemIndex>,
+    /// The items that make the compact map of the light and the material.
+    pub compact_map: Option<CompactMapItems>,
     /// The item that makes the light: an environment, or lighting that none was needed for.
     pub environment: ItemIndex,
     /// Lights without an environment that were added to it, and how the graph turns each.
@@ -75,6 +85,15 @@ pub struct CatalogEntry {
     /// The items of the ancestry that make the entry's maps and its table, and that neither the light nor the
     /// material needs.
     pub maps: Vec<ItemIndex>,
+}
+
+impl CatalogEntry {
+    fn key(&self, plan: &Plan) -> MaterialKey {
+        // An entry has one of the three.
+        let taps = self.compact_map.map(|map| map.taps);
+        let made = self.reflection.or(self.table).or(taps).unwrap_or(self.environment);
+        MaterialKey::of(plan, made, self.environment, self.material)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,15 +126,19 @@ impl PreviewCatalog {
         let graph = Connections::of(&plan);
         let built = with_dependencies(&plan, built);
         let items = (0..plan.items.len()).filter(|item| built[plan.items[*item].stage]);
-        let tables = tables(&plan, items.clone());
-        let found = items.clone().filter_map(|item| graph.entry(&plan, item, &tables)).collect();
-        let found = without_steps(&plan, &graph, found);
+        let parts = EntryParts::of(&plan, items.clone());
+        let found = items.clone().filter_map(|item| graph.entry(&plan, item, &parts)).collect();
+        let mut found = without_steps(&plan, &graph, found);
+        let pair = |entry: &CatalogEntry| (entry.environment, entry.material);
+        let pairs = found.iter().map(pair).collect::<BTreeSet<_>>();
+        let compact = items.clone().filter_map(|item| graph.compact_entry(&plan, item, &parts));
+        found.extend(compact.filter(|entry| !pairs.contains(&pair(entry))));
         let lights = found.iter().map(|entry| entry.environment).collect::<BTreeSet<_>>();
         let lights = lights.into_iter().collect::<Vec<_>>();
         let labels = lights.iter().map(|item| Label::of(&plan, *item));
         let environments = distinct(&labels.collect::<Vec<_>>());
         // The rest of a key distinguishes the materials of a stage.
-        let keys = found.iter().map(|entry| MaterialKey::of(&plan, entry)).collect::<Vec<_>>();
+        let keys = found.iter().map(|entry| entry.key(&plan)).collect::<Vec<_>>();
         let each = keys.iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
         let materials = distinct(&each.iter().map(|key| key.label(&plan)).collect::<Vec<_>>());
         let position = |entry: &CatalogEntry, key: &MaterialKey| {
@@ -216,11 +239,12 @@ impl PreviewCatalog {
     }
 
     /// The items that a scene is read from: the environment, the material, the mesh with its transfer and its
-    /// blend, the table and the reflection.
+    /// blend, the table, the compact map and the reflection.
     pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
         let added = entry.added.iter().map(|(item, _)| *item);
         let sources = [Some(entry.environment), entry.material].into_iter().flatten().chain(added);
-        let made = [entry.table, entry.reflection].into_iter().flatten();
+        let compact_map = entry.compact_map.map(|map| [map.scales, map.taps]);
+        let made = entry.table.into_iter().chain(compact_map.into_iter().flatten()).chain(entry.reflection);
         sources.chain(self.mesh_items(mesh)).chain(made).collect()
     }
 
@@ -283,61 +307,6 @@ fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, U
     found.ok_or_else(|| Unknown { what, name: name.into(), known: names.to_vec() })
 }
 
-/// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not
-/// the environment's.
-#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct MaterialKey {
-    made: StageIndex,
-    rest: ItemKey,
-    /// The stage of the material, if there is one.
-    material: Option<StageIndex>,
-}
-
-impl MaterialKey {
-    fn of(plan: &Plan, entry: &CatalogEntry) -> Self {
-        // An entry has one of the two.
-        let made = entry.reflection.or(entry.table).unwrap_or(entry.environment);
-        let (item, environment) = (&plan.items[made], &plan.items[entry.environment]);
-        let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
-        let material = entry.material.map(|item| plan.items[item].stage);
-        Self { made: item.stage, rest, material }
-    }
-
-    /// The name of the material, and the stages that distinguish it from others of that name.
-    fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
-        let name = |stage: StageIndex| plan.stages[stage].name.as_str();
-        let stages = self.material.into_iter().chain([self.made]).map(name).collect::<Vec<_>>();
-        let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
-        Label { name, stages }
-    }
-}
-
-/// A name, and the stages that may distinguish it from others.
-struct Label<'p> {
-    name: String,
-    stages: Vec<&'p str>,
-}
-
-impl<'p> Label<'p> {
-    /// Makes the label of an item, from its key.
-    fn of(plan: &'p Plan, item: ItemIndex) -> Self {
-        let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
-        let name = if key.is_empty() { stage.to_owned() } else { key.to_string() };
-        Self { name, stages: vec![stage] }
-    }
-
-    /// The forms of the name from the shortest to the longest: the name alone, with one stage, with all
-    /// stages.
-    fn forms(&self) -> Vec<String> {
-        let Self { name, stages } = self;
-        let with = |stages: &str| format!("{name} ({stages})");
-        let mut forms = vec![name.clone()];
-        forms.extend(stages.iter().map(|stage| with(stage)));
-        forms.push(with(&stages.join(", ")));
-        forms
-    }
-}
-
 /// The meshes among some items, then the built-in ones.
 fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, MeshSource)> {
     let items = items.filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
@@ -346,25 +315,6 @@ fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, M
     let built_in = mesh::SHAPES.into_iter().map(|name| (built_in(name), MeshSource::BuiltIn(name)));
     let (labels, sources): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
     distinct(&labels).into_iter().zip(sources).collect()
-}
-
-/// For each label the first of its forms that no other label has at the same length.
-fn distinct(labels: &[Label<'_>]) -> Vec<String> {
-    let all = labels.iter().map(Label::forms).collect::<Vec<_>>();
-    let mut counts = BTreeMap::<(usize, &str), usize>::new();
-    for (length, form) in all.iter().flat_map(|forms| forms.iter().enumerate()) {
-        *counts.entry((length, form)).or_default() += 1;
-    }
-    let is_unique = |(length, form): &(usize, &String)| counts[&(*length, form.as_str())] == 1;
-    let chosen = all.iter().map(|forms| {
-        let unique = forms.iter().enumerate().find(is_unique).map(|(_, form)| form);
-        unique.or(forms.last()).cloned().unwrap_or_default()
-    });
-    chosen.collect()
-}
-
-fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
-    &plan.stages[plan.items[item].stage].name
 }
 
 /// Keeps of the stages that reflect one material those that lead to files; if none does, all; and if no stage
@@ -385,19 +335,6 @@ fn without_steps(plan: &Plan, graph: &Connections, found: Vec<CatalogEntry>) -> 
         }
     };
     found.iter().filter(|entry| is_shown(entry)).cloned().collect()
-}
-
-/// The first table of each material.
-fn tables(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> BTreeMap<ItemIndex, ItemIndex> {
-    let mut tables = BTreeMap::new();
-    for item in items.filter(|item| artifact(plan, *item) == Some(artifacts::BrdfTable::TYPE)) {
-        let mut origin = Origin::default();
-        origin.follow(plan, item, Rotation::IDENTITY);
-        if let Some(material) = origin.material {
-            tables.entry(material).or_insert(item);
-        }
-    }
-    tables
 }
 
 /// The first artifact of a type that is made of each mesh.
@@ -442,12 +379,7 @@ impl Connections {
     }
 
     /// The entry of an item that reflects a light, or shades vertices under it.
-    fn entry(
-        &self,
-        plan: &Plan,
-        item: ItemIndex,
-        tables: &BTreeMap<ItemIndex, ItemIndex>,
-    ) -> Option<CatalogEntry> {
+    fn entry(&self, plan: &Plan, item: ItemIndex, parts: &EntryParts) -> Option<CatalogEntry> {
         let mut origin = Origin::default();
         let reflection = match artifact(plan, item)? {
             artifacts::Reflection::TYPE | artifacts::Shrm::TYPE => {
@@ -467,20 +399,53 @@ impl Connections {
             }
             _ => return None,
         };
+        self.with_parts(plan, item, origin, reflection, parts)
+            .filter(|entry| entry.reflection.is_some() || entry.table.is_some())
+    }
+
+    /// The entry of an item that takes a scale space and taps.
+    fn compact_entry(&self, plan: &Plan, item: ItemIndex, parts: &EntryParts) -> Option<CatalogEntry> {
+        let input = |made: &str| single_inputs(plan, item).find(|input| artifact(plan, *input) == Some(made));
+        let compact_map = CompactMapItems {
+            scales: input(artifacts::ScaleSpace::TYPE)?,
+            taps: input(artifacts::Taps::TYPE)?,
+        };
+        let mut origin = Origin { compact_map: Some(compact_map), ..Origin::default() };
+        for part in [compact_map.scales, compact_map.taps] {
+            origin.follow(plan, part, Rotation::IDENTITY);
+        }
+        self.with_parts(plan, item, origin, None, parts)
+    }
+
+    /// The entry of an item with this origin, with the table and the compact map of its material and its
+    /// light.
+    fn with_parts(
+        &self,
+        plan: &Plan,
+        item: ItemIndex,
+        mut origin: Origin,
+        reflection: Option<ItemIndex>,
+        parts: &EntryParts,
+    ) -> Option<CatalogEntry> {
         let mut disks = std::mem::take(&mut origin.disks);
         let (environment, turn) = match origin.environment {
             Some(environment) => environment,
             // All disks and their turns are in the lighting that arrives.
             None => (disks.drain(..).next()?.0, Rotation::IDENTITY),
         };
-        let table = origin.table.or(origin.material.and_then(|material| tables.get(&material).copied()));
-        if let Some(table) = table {
-            origin.follow(plan, table, Rotation::IDENTITY);
+        let table =
+            origin.table.or(origin.material.and_then(|material| parts.tables.get(&material).copied()));
+        let is_plain = disks.is_empty() && turn.matrix() == Rotation::IDENTITY.matrix();
+        let compact_map = parts.compact_map(environment, origin.material).filter(|_| is_plain);
+        let compact_map = origin.compact_map.or(compact_map);
+        let compact_items = compact_map.map(|map| [map.scales, map.taps]);
+        for part in table.into_iter().chain(compact_items.into_iter().flatten()) {
+            origin.follow(plan, part, Rotation::IDENTITY);
         }
-        if reflection.is_none() && table.is_none() {
-            return None;
-        }
-        let exports = self.exports(plan, item);
+        let mut exports = self.exports(plan, item);
+        exports.extend(compact_map.into_iter().flat_map(|map| self.compact_exports(plan, map)));
+        exports.sort_unstable();
+        exports.dedup();
         origin.ancestry.sort_unstable();
         let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
         let mut sources = Origin::default();
@@ -495,6 +460,7 @@ impl Connections {
         Some(CatalogEntry {
             reflection,
             table,
+            compact_map,
             environment,
             added: disks,
             lighting,
@@ -506,6 +472,15 @@ impl Connections {
             ancestry,
             maps,
         })
+    }
+
+    /// The items that export a compact map.
+    fn compact_exports(&self, plan: &Plan, map: CompactMapItems) -> impl Iterator<Item = ItemIndex> {
+        let is_export = move |item: &ItemIndex| {
+            matches!(plan.stages[plan.items[*item].stage].product, Product::Files(_))
+                && self.consumers[map.taps].contains(item)
+        };
+        self.consumers[map.scales].iter().copied().filter(is_export)
     }
 
     /// The items that export what an item made, as it is or as maps.
@@ -520,66 +495,6 @@ impl Connections {
             }
         }
         exports.into_iter().collect()
-    }
-}
-
-fn is_many(stage: &Stage, port: &str) -> bool {
-    stage.ports.iter().any(|known| known.name == port && known.many)
-}
-
-/// The items that arrive at those ports of an item that take one item.
-fn single_inputs(plan: &Plan, item: ItemIndex) -> impl Iterator<Item = ItemIndex> {
-    let (item, stage) = (&plan.items[item], &plan.stages[plan.items[item].stage]);
-    let ports = stage.inputs.iter().zip(&item.inputs).filter(|((port, _), _)| !is_many(stage, port));
-    ports.flat_map(|(_, items)| items.iter().copied())
-}
-
-/// The type of the artifact that an item makes.
-fn artifact(plan: &Plan, item: ItemIndex) -> Option<&'static str> {
-    match plan.stages[plan.items[item].stage].product {
-        Product::Artifact(name) => Some(name),
-        Product::Files(_) => None,
-    }
-}
-
-/// The origin of a reflection, as far as it has been followed.
-#[derive(Default)]
-struct Origin {
-    environment: Option<(ItemIndex, Rotation)>,
-    lighting: Option<ItemIndex>,
-    /// The lighting that was made of nothing, and its turn.
-    disks: Vec<(ItemIndex, Rotation)>,
-    material: Option<ItemIndex>,
-    table: Option<ItemIndex>,
-    ancestry: Vec<ItemIndex>,
-}
-
-impl Origin {
-    /// Follows an item upstream. `turn` is how the light is turned after it.
-    fn follow(&mut self, plan: &Plan, item: ItemIndex, mut turn: Rotation) {
-        if self.ancestry.contains(&item) {
-            return;
-        }
-        self.ancestry.push(item);
-        match artifact(plan, item) {
-            Some(artifacts::Environment::TYPE) if self.environment.is_none() => {
-                self.environment = Some((item, turn))
-            }
-            Some(artifacts::Material::TYPE) if self.material.is_none() => self.material = Some(item),
-            Some(artifacts::BrdfTable::TYPE) => self.table = self.table.or(Some(item)),
-            Some(artifacts::Lighting::TYPE) => {
-                if plan.items[item].inputs.iter().all(Vec::is_empty) {
-                    self.disks.push((item, turn));
-                }
-                self.lighting = self.lighting.or(Some(item));
-                let stage = &plan.stages[plan.items[item].stage];
-                turn = turn.after(rotate::turn_of(stage));
-            }
-            _ => {}
-        }
-        for input in plan.items[item].inputs.iter().filter_map(|arriving| arriving.first()) {
-            self.follow(plan, *input, turn);
-        }
     }
 }
 

@@ -1,8 +1,9 @@
-//! Whether a reflection was made from an environment.
+//! Whether a reflection or a scale space was made from an environment.
 
 use envmap::Environment;
 use sh::{Degree, Lighting, Transform};
 use shrm::Reflection;
+use taps::ScaleSpace;
 
 /// If the cosine between their coefficients of one degree is below this, two lights are different. A window
 /// scales all coefficients of a degree alike, and a turn by 20 degrees leaves 0.94 of a lamp on the horizon.
@@ -16,20 +17,42 @@ const DEGREES: usize = 3;
 pub(crate) fn difference(environment: &Environment, reflection: &Reflection) -> Option<String> {
     let degree = Degree::new(DEGREES.min(reflection.lighting().degree().get())).ok()?;
     let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
-    let lighting = Lighting { series: reflection.lighting().to_degree(degree), lights }.whole();
-    let own = Transform::new(environment.grid(), degree).ok()?.analyse(environment.pixels());
+    let lighting = Lighting { series: reflection.lighting().to_degree(degree), lights };
+    is_of_another(environment, lighting).then(|| {
+        "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was".into()
+    })
+}
+
+/// Returns the warning, if an environment and the light of a scale space, lights included, differ as much.
+pub(crate) fn difference_from_scales(environment: &Environment, scales: &ScaleSpace) -> Option<String> {
+    let mut series = scales.diffuse().clone();
+    // A white diffuse surface keeps these shares of the degrees [RH02, app. A].
+    for (row, rgb) in series.coefficients_mut().iter_mut().enumerate() {
+        let share = [1.0, 2.0 / 3.0, 0.25][row.isqrt().min(2)];
+        rgb.iter_mut().for_each(|value| *value /= share);
+    }
+    is_of_another(environment, Lighting { series, lights: scales.lights().to_vec() }).then(|| {
+        "the scale space was not made from this environment: connect the one that `scale-space` was given"
+            .into()
+    })
+}
+
+/// Whether an environment and a lighting differ in a degree of the lighting's series.
+fn is_of_another(environment: &Environment, lighting: Lighting) -> bool {
+    let lighting = lighting.whole();
+    let degree = lighting.degree();
+    let Ok(transform) = Transform::new(environment.grid(), degree) else { return false };
+    let own = transform.analyse(environment.pixels());
     let rows =
         |expansion: &sh::Expansion, l: usize| expansion.coefficients()[l * l..(l + 1) * (l + 1)].to_vec();
     let energy = |values: &[[f64; 3]]| values.as_flattened().iter().map(|value| value * value).sum::<f64>();
     let whole = energy(own.coefficients());
-    (1..=degree.get()).find_map(|l| {
+    (1..=degree.get()).any(|l| {
         let (ours, theirs) = (rows(&own, l), rows(&lighting, l));
         let product: f64 = ours.as_flattened().iter().zip(theirs.as_flattened()).map(|(a, b)| a * b).sum();
         let cosine = product / (energy(&ours) * energy(&theirs)).sqrt();
         // Coefficients that are almost zero have no direction.
-        (energy(&ours) > 1e-4 * whole && cosine < ALIKE).then(|| {
-            "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was".into()
-        })
+        energy(&ours) > 1e-4 * whole && cosine < ALIKE
     })
 }
 
@@ -75,6 +98,21 @@ mod tests {
         assert_eq!(difference(&even, &reflection(&flat)), None);
         let black = environment(|_| 0.0);
         assert_eq!(difference(&black, &reflection(&Expansion::zero(degree))), None);
+    }
+
+    #[test]
+    fn a_scale_space_is_of_its_environment() {
+        let lit = environment(|w| 0.5 + 0.4 * w.x + if w.z > 0.97 { 300.0 } else { 0.0 });
+        let widths = taps::Widths::new(8).unwrap();
+        let lights = lit.separate_lamps(Stop::NEVER).unwrap().lights;
+        assert!(!lights.is_empty());
+        let turn = Rotation::from_yaw_pitch_roll(0.0, 0.6, 0.0);
+        let turned = lit.rotated(turn, Stop::NEVER).unwrap();
+        for lights in [&lights[..], &[]] {
+            let scales = ScaleSpace::new(&lit, lights, widths, Stop::NEVER).unwrap();
+            assert_eq!(difference_from_scales(&lit, &scales), None);
+            assert!(difference_from_scales(&turned, &scales).unwrap().contains("`scale-space`"));
+        }
     }
 
     #[test]

@@ -25,6 +25,7 @@
 //! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
+//! | `taps` | a few look-ups into the blurred light at every pixel, and the lights beside it; needs `scale-space` (`scale-space`) and `taps` (`fit-taps`) |
 //!
 //! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
 //! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
@@ -41,6 +42,11 @@
 //! `export-shrm`; before that, what a map shows below zero becomes 0. With `lamps = "baked"` the two maps
 //! hold them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
 //! `prefiltered` hold all light, as their exports do.
+//!
+//! `taps` is what a renderer shows that reads `export-taps`, in 32-bit numbers: the scale space that is
+//! connected ought to be that of `environment`, the taps those of the material. The lights that the scale
+//! space keeps beside it are reflected by the material itself at every sample, and an anisotropic one by its
+//! mean over all turns. It needs neither `reflection` nor `resolution`.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the error in stops that 95 and 99 of 100 samples stay
@@ -94,36 +100,24 @@
 //! ```
 
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use containers::{write_apng, write_png};
-use engine::{Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Steps, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use envmap::ToneMap;
-use preview::{Camera, Look, MapSizes, Mode, Scene, Shot, Show};
+use preview::{Camera, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
 
 use super::sheet::described;
-use crate::light::{light, light_mismatch};
-use crate::values::{LampsName, STOPS, ToneMapName, artifacts, blend, percent};
+use crate::values::{LampsName, STOPS, ToneMapName, artifacts, percent};
 use comparison::{ComparisonPanel, ComparisonSheet};
 use fallback_renderer::FallbackRenderer;
-use values::{Backend, BackgroundChoice, Size};
+use scene::{SceneSettings, scene};
+use values::{Backend, BackgroundChoice, BuiltInMesh, Size};
 
 mod comparison;
 mod fallback_renderer;
+mod scene;
 mod values;
-
-choice! {
-    /// A built-in mesh.
-    pub(crate) enum BuiltInMesh {
-        /// A sphere.
-        Sphere = "sphere",
-        /// A trefoil knot, which shows every direction of the normal at several depths.
-        TorusKnot = "torus-knot",
-        /// A square that lies on the ground.
-        Plane = "plane",
-    }
-}
 
 choice! {
     /// What the reflected light comes from.
@@ -152,6 +146,8 @@ choice! {
         ShadowedBruteForce,
         /// A diagram of the points that importance sampling draws.
         Samples,
+        /// The taps of the material into the scale space of the light.
+        Taps,
     }
 }
 
@@ -278,6 +274,15 @@ impl Parameters {
         }
     }
 
+    fn scene(&self) -> SceneSettings {
+        SceneSettings {
+            modes: self.columns(),
+            mesh: self.mesh,
+            sizes: MapSizes { edge: self.resolution, slices: self.slices },
+            holds_lamps: self.lamps == LampsName::Baked,
+        }
+    }
+
     fn sheet(&self) -> ComparisonSheet {
         ComparisonSheet {
             picture: self.size.0,
@@ -317,6 +322,8 @@ impl Kind for Preview {
             Port::one::<artifacts::BrdfTable>("table").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
             Port::one::<artifacts::VertexBlend>("blend").optional(),
+            Port::one::<artifacts::ScaleSpace>("scale-space").optional(),
+            Port::one::<artifacts::Taps>("taps").optional(),
         ]
     }
 
@@ -335,7 +342,7 @@ impl Kind for Preview {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
-        let scene = scene(parameters, context)?;
+        let scene = scene(&parameters.scene(), context)?;
         reporter.check_cancelled()?;
         let usual = scene.light.exposure();
         let exposure = usual.stops + parameters.exposure;
@@ -407,88 +414,6 @@ fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         ));
     }
     errors
-}
-
-/// The mesh with its look.
-fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failure> {
-    let material =
-        context.inputs.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
-    let table =
-        context.inputs.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
-    for mode in parameters.columns() {
-        let port = match mode {
-            Mode::BruteForce | Mode::ShadowedBruteForce => "material",
-            Mode::Table => "table",
-            Mode::Transfer if table.is_none() => "table",
-            Mode::Transfer => "transfer",
-            Mode::Samples if context.inputs.type_at("reflection").is_none() => "material",
-            mode if mode.needs_maps() => "reflection",
-            _ => continue,
-        };
-        if context.inputs.type_at(port).is_none() {
-            let mode = mode.name();
-            return Err(Failure::new(format!("{mode} needs a {port}, but the port {port} is not connected"))
-                .help(format!("add {port} = \"...\" to the stage's inputs")));
-        }
-    }
-    let mesh = match context.inputs.optional::<artifacts::Mesh>("mesh")? {
-        Some(mesh) => mesh.0.clone(),
-        None => built_in(parameters.mesh)?,
-    };
-    if mesh.triangles().is_empty() {
-        context.reporter.warn("the mesh has no triangles: only the background is seen");
-    }
-    let light = Arc::new(light(&context.inputs)?);
-    let sizes = MapSizes { edge: parameters.resolution, slices: parameters.slices };
-    let look = match context.inputs.type_at("reflection") {
-        Some(name) if name == <artifacts::Shrm as engine::Artifact>::TYPE => {
-            let map = context.inputs.get::<artifacts::Shrm>("reflection")?.0.clone();
-            Look::from_map(light, map, material, sizes)
-        }
-        Some(_) => {
-            let reflection = context.inputs.get::<artifacts::Reflection>("reflection")?.0.clone();
-            if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
-                context.reporter.warn(difference);
-            }
-            Look::new(light, reflection, material, sizes)
-                .with_lamps_in_maps(parameters.lamps == LampsName::Baked)
-        }
-        None => Look::of_light(light, material, sizes),
-    };
-    let transfer = transfer(&context.inputs, &mesh)?;
-    let blend = match &table {
-        Some(table) => blend(context, &mesh, table)?.map(Arc::new),
-        None => None,
-    };
-    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table)));
-    Ok(scene.with_transfer(transfer).with_blend(blend))
-}
-
-/// The transfer of the mesh, if there is one.
-fn transfer(inputs: &Inputs, mesh: &mesh::Mesh) -> Result<Option<Arc<Vec<transfer::Transfer>>>, Failure> {
-    let Some(transfer) = inputs.optional::<artifacts::Transfer>("transfer")? else { return Ok(None) };
-    let digest = match inputs.type_at("mesh") {
-        Some(_) => Digest::of(&inputs.bytes("mesh")?).to_string(),
-        None => String::new(),
-    };
-    if transfer.0.mesh != digest {
-        return Err(Failure::new("the transfer is of another mesh")
-            .help("connect the mesh that precompute-transfer was given, tangents included"));
-    }
-    let matrices = transfer.0.value.matrices(&transfer::Frames::of(mesh)?).ok_or_else(|| {
-        Failure::new("the preview shows matrices, and this transfer is matte")
-            .help("bake it in another form for the preview: form = \"matrices\"")
-    })?;
-    Ok(Some(matrices.into()))
-}
-
-fn built_in(shape: BuiltInMesh) -> Result<mesh::Mesh, Failure> {
-    let name = match shape {
-        BuiltInMesh::Sphere => "sphere",
-        BuiltInMesh::TorusKnot => "torus-knot",
-        BuiltInMesh::Plane => "plane",
-    };
-    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no built-in mesh {name:?}")))
 }
 
 /// The shot of a frame, with the camera or the light turned by this many degrees.
@@ -567,20 +492,4 @@ fn panels(
         panels.push(panel);
     }
     Ok(panels)
-}
-
-#[cfg(test)]
-mod tests {
-    use engine::Parameter;
-
-    use super::*;
-
-    #[test]
-    fn every_shape_has_its_word() {
-        let shapes = mesh::SHAPES.map(|name| format!("{name:?}"));
-        assert_eq!(BuiltInMesh::expected(), shapes.join(" or "));
-        for shape in [BuiltInMesh::Sphere, BuiltInMesh::TorusKnot, BuiltInMesh::Plane] {
-            assert!(built_in(shape).is_ok());
-        }
-    }
 }

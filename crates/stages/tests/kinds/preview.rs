@@ -6,7 +6,8 @@ use brdf::Choice;
 use sh::{Degree, Stop};
 use sphere::{DVec3, Rotation};
 use stages::artifacts::{
-    BrdfTable, Environment, Lighting, Material, Mesh, Reflection, Shrm, Transfer, VertexBlend,
+    BrdfTable, Environment, Lighting, Material, Mesh, Reflection, ScaleSpace, Shrm, Taps, Transfer,
+    VertexBlend,
 };
 
 use crate::fixture::{Case, case, environment, sky, sky_lighting};
@@ -277,6 +278,45 @@ fn tables_and_transfer_are_drawn_with_their_inputs() {
     missing(bare("modes = [\"table\"]"), "table needs a table, but the port table is not connected");
     let other = with("modes = [\"transfer\"]").input("transfer", transfer.clone());
     missing(other, "the transfer is of another mesh");
+}
+
+/// A scale space of the sky with a lamp beside it, and the taps of gold: near brute force. Another light is
+/// noticed.
+#[test]
+fn taps_are_drawn_with_their_inputs() {
+    let gold = || microfacet(0.4);
+    let lit = |w: DVec3| sky(w).map(|value| value + if w.x > 0.995 { 200.0 } else { 0.0 });
+    let widths = taps::Widths::new(16).unwrap();
+    let scales = |environment: Environment| {
+        let lights = environment.0.separate_lamps(Stop::NEVER).unwrap().lights;
+        assert_eq!(lights.len(), 1);
+        let space = taps::ScaleSpace::new(&environment.0, &lights, widths, Stop::NEVER).unwrap();
+        let points = taps::LightPoints::new(&environment.0).unwrap();
+        ScaleSpace(containers::tensors::EnvironmentScales { space, points })
+    };
+    let fitted = taps::fit(&gold(), 3, widths, Stop::NEVER).unwrap();
+    let taps = || Taps(containers::tensors::MaterialTaps { material: gold(), fitted: fitted.clone() });
+    let with = |parameters: &str| {
+        case("preview", &format!("size = 32\nsamples = 1\nlight-samples = 512\n{parameters}"))
+            .input("environment", environment(64, lit))
+            .input("material", Material(gold()))
+    };
+    let compared = "modes = [\"taps\"]\ncompare = \"brute-force\"";
+    let scales_of_it = || scales(environment(64, lit));
+    let ran = with(compared).input("scale-space", scales_of_it()).input("taps", taps()).run().unwrap();
+    assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
+    let note = ran.notes.iter().find_map(|note| note.strip_prefix("taps: 95 % within ")).unwrap();
+    let p95 = note.split_once(" stops").unwrap().0.parse::<f64>().unwrap();
+    assert!(p95 < 0.4, "{note}");
+    let alone = with("modes = [\"taps\"]");
+    assert_eq!(alone.failure(), "taps needs a scale-space, but the port scale-space is not connected");
+    let alone = with("modes = [\"taps\"]").input("scale-space", scales_of_it());
+    assert_eq!(alone.failure(), "taps needs the taps of a material, but the port taps is not connected");
+    let turned = environment(64, |w| lit(DVec3::new(w.z, w.y, -w.x)));
+    let ran = with("modes = [\"taps\"]").input("scale-space", scales(turned)).input("taps", taps());
+    let warning =
+        "the scale space was not made from this environment: connect the one that `scale-space` was given";
+    assert_eq!(ran.run().unwrap().warnings, [warning]);
 }
 
 /// The picture of a table of two materials is that of one of them where the blend says so.

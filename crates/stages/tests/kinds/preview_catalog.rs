@@ -485,6 +485,59 @@ fn a_scene_has_the_table_and_the_transfer_that_were_made_of_its_parts() {
     assert!(!edited.offers(Mode::Table) && edited.objects[0].look.material().is_some());
 }
 
+const COMPACT: &str = r#"
+[stage.blurred]
+kind = "scale-space"
+input = "environment"
+resolution = 8
+lights = 0
+[stage.taps]
+kind = "fit-taps"
+input = "material"
+taps = 1
+"#;
+
+#[test]
+fn a_compact_map_is_shown_under_the_lights_that_a_stage_combines_it_with() {
+    let catalog = PreviewCatalog::of(project(COMPACT).1);
+    assert!(catalog.is_empty(), "no stage combines the taps with a light");
+    let export = "[stage.compact]\nkind = \"export-taps\"\n\
+                  inputs = { scale-space = \"blurred\", taps = \"taps\" }\n";
+    let catalog = PreviewCatalog::of(project(&format!("{COMPACT}{export}")).1);
+    assert_eq!((catalog.environments().len(), catalog.materials()), (2, &["gold".into(), "tin".into()][..]));
+    let entry = catalog.entry("north", "tin").unwrap().unwrap();
+    assert!(entry.reflection.is_none() && entry.exports.len() == 1);
+    let stages = catalog.stages(entry, "plane").into_iter().collect::<Vec<_>>();
+    assert_eq!(stages, ["blurred", "environment", "material", "taps"]);
+}
+
+#[test]
+fn a_compact_map_belongs_to_the_reflection_of_its_light_and_its_material() {
+    let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 90.0\n\
+                  [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
+    let (folder, plan) = project(&format!("{REFLECTION}{turned}{COMPACT}"));
+    let catalog = PreviewCatalog::of(plan.clone());
+    let still = catalog.entry("east", "gold (reflection)").unwrap().unwrap();
+    let turned = catalog.entry("east", "gold (other)").unwrap().unwrap();
+    assert!(still.compact_map.is_some() && turned.compact_map.is_none());
+    let results = build(&plan);
+    let mut scenes = SceneCache::default();
+    let scene = scenes.scene(&catalog, &results, still, "sphere").unwrap();
+    assert!(scene.offers(Mode::Taps) && scene.offers(Mode::LocalShrm));
+    assert!(!scenes.scene(&catalog, &results, turned, "sphere").unwrap().offers(Mode::Taps));
+    let again = scenes.scene(&catalog, &results, still, "sphere").unwrap();
+    assert!(Arc::ptr_eq(&scene.objects[0].look, &again.objects[0].look));
+    let other =
+        scenes.look(&plan, &results, catalog.entry("east", "tin (reflection)").unwrap().unwrap()).unwrap();
+    let scales = |look: &Look| Arc::clone(&look.compact_map().unwrap().scales);
+    assert!(Arc::ptr_eq(&scales(&other), &scales(&scene.objects[0].look)), "one scale space for both");
+
+    // Only the material is rebuilt, not its taps.
+    fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
+    let results = build_only(&plan, &["material"]);
+    assert!(!scenes.scene(&catalog, &results, still, "sphere").unwrap().offers(Mode::Taps));
+}
+
 #[test]
 fn a_mesh_has_the_blend_that_was_made_of_it() {
     let stages = "[stage.pot]\nkind = \"import-mesh\"\nsource = \"pot.glb\"\n\

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use brdf::{BrdfTable, Material};
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
+use preview::{CompactMap, Light, Look, MapSizes, Scene};
 use preview::{Export, SubjectDetails};
-use preview::{Light, Look, MapSizes, Scene};
 use sh::unstopped;
+use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
-use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
+use super::{CatalogEntry, CompactMapItems, MeshSource, PreviewCatalog, artifact};
 use crate::values::artifacts;
 
 /// The number of looks that are kept, with their maps.
@@ -30,6 +31,8 @@ pub struct SceneCache {
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
     tables: Recent<Digest, BrdfTable>,
+    scale_spaces: Recent<Digest, ScaleSpace>,
+    compact_maps: Recent<[Digest; 2], CompactMap>,
     transfers: Recent<Digest, Vec<Transfer>>,
     blends: Recent<Digest, Vec<f32>>,
     /// The look of the material that was edited last.
@@ -45,9 +48,10 @@ enum MeshKey {
 
 /// The inputs that a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
-/// The inputs that a look is made from: light, reflection, material, table, sizes, and whether its maps hold
-/// the lamps.
-type LookKey = (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, (MapSizes, bool));
+/// The inputs that a look is made from: light, reflection, material, table, scale space and taps, sizes, and
+/// whether its maps hold the lamps.
+type LookKey =
+    (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, Option<[Digest; 2]>, (MapSizes, bool));
 
 impl SceneCache {
     /// An entry on a mesh.
@@ -164,14 +168,21 @@ impl SceneCache {
         let table = self.table(plan, results, entry);
         let table_digest = table.as_ref().map(|(digest, _)| *digest);
         let table = table.map(|(_, table)| table);
+        let compact_map = self.compact_map(plan, results, entry);
+        let compact_digests = compact_map.as_ref().map(|(digests, _)| *digests);
+        let compact_map = compact_map.map(|(_, map)| map);
         if let (false, Some(material)) = (is_made, &material) {
-            let key = (light_key, None, material_digest, table_digest, kept);
-            let make = || Ok(Look::without_maps(light, read(material)?, entry.sizes).with_table(table));
+            let key = (light_key, None, material_digest, table_digest, compact_digests, kept);
+            let make = || {
+                let look = Look::without_maps(light, read(material)?, entry.sizes);
+                Ok(look.with_table(table).with_compact_map(compact_map))
+            };
             return self.looks.get(LOOKS, key, make);
         }
         let item = entry.reflection.ok_or_else(|| Failure::new("nothing reflects this material"))?;
         let reflection = handle(plan, results, item)?;
-        let key = (light_key, Some(reflection.digest()), material_digest, table_digest, kept);
+        let key =
+            (light_key, Some(reflection.digest()), material_digest, table_digest, compact_digests, kept);
         self.looks.get(LOOKS, key, || {
             let material = material.as_deref().map(read).transpose()?;
             let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
@@ -181,7 +192,7 @@ impl SceneCache {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
                 Look::new(light, reflection, material, entry.sizes).with_lamps_in_maps(entry.holds_lamps)
             };
-            Ok(look.with_table(table))
+            Ok(look.with_table(table).with_compact_map(compact_map))
         })
     }
 
@@ -197,6 +208,28 @@ impl SceneCache {
         let digest = made.digest();
         let read = || Ok(made.get::<artifacts::BrdfTable>()?.0.clone());
         Some((digest, self.tables.get(TABLES, digest, read).ok()?))
+    }
+
+    /// The compact map of an entry, if it was made of the present light and material and can be read.
+    fn compact_map(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+    ) -> Option<([Digest; 2], Arc<CompactMap>)> {
+        let CompactMapItems { scales, taps } = entry.compact_map?;
+        let is_made = |item| is_current(plan, results, entry, item);
+        let made = [scales, taps].map(|item| results.get(item).filter(|_| is_made(item)));
+        let [Some(scales), Some(taps)] = made else { return None };
+        let digests = [scales.digest(), taps.digest()];
+        let read = || Ok(scales.get::<artifacts::ScaleSpace>()?.0.space.clone());
+        let scales = self.scale_spaces.get(LIGHTS, digests[0], read).ok()?;
+        let read = || {
+            let taps = taps.get::<artifacts::Taps>()?;
+            let (table, material) = (taps.0.fitted.table.clone(), taps.0.material.clone());
+            Ok(CompactMap { scales, taps: Arc::new(table), material })
+        };
+        Some((digests, self.compact_maps.get(LOOKS, digests, read).ok()?))
     }
 
     /// The light of an entry, and its key. Coefficients that were not made from the present environment are

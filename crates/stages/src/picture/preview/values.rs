@@ -16,6 +16,18 @@ choice! {
     }
 }
 
+choice! {
+    /// A built-in mesh.
+    pub(crate) enum BuiltInMesh {
+        /// A sphere.
+        Sphere = "sphere",
+        /// A trefoil knot, which shows every direction of the normal at several depths.
+        TorusKnot = "torus-knot",
+        /// A square that lies on the ground.
+        Plane = "plane",
+    }
+}
+
 /// The width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) [usize; 2]);

@@ -1,0 +1,85 @@
+//! Pictures by a compact map.
+
+use ::taps::{ScaleSpace, Widths, fit};
+use brdf::{Fresnel, Ggx};
+use sphere::Direction;
+
+use super::*;
+use crate::CompactMap;
+
+fn gold() -> Material {
+    let gold = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+    Material::Ggx(Ggx::new(0.5, gold, [1.0; 3]).unwrap())
+}
+
+/// A look that has nothing but its light, its material and a compact map of both; lamps stay beside the
+/// levels.
+fn compact(light: &Arc<Light>, material: Material) -> Look {
+    let environment = light.environment();
+    let lamps = environment.separate_lamps(Stop::NEVER).unwrap().lights;
+    let widths = Widths::new(32).unwrap();
+    let map = CompactMap {
+        scales: Arc::new(ScaleSpace::new(environment, &lamps, widths, Stop::NEVER).unwrap()),
+        taps: Arc::new(fit(&material, 3, widths, Stop::NEVER).unwrap().table),
+        material: material.clone(),
+    };
+    let sizes = MapSizes { edge: 8, slices: 4 };
+    Look::without_maps(Arc::clone(light), material, sizes).with_compact_map(Some(Arc::new(map)))
+}
+
+fn lit() -> Arc<Light> {
+    let lamp = DVec3::new(0.7, 0.5, 0.5).normalize();
+    light(64, |w| uneven(w).map(|value| value + if w.dot(lamp) > 0.06_f64.cos() { 1500.0 } else { 0.0 }))
+}
+
+/// The oracle is `TapTable::radiance` plus `Lamps::radiance`, both in f64, under a turned light.
+#[test]
+fn a_pixel_shows_the_taps_and_the_lights_beside_them() {
+    let look = Arc::new(compact(&lit(), gold()));
+    let map = look.compact_map().unwrap();
+    let lamps = map.lamps();
+    assert_eq!(lamps.lights.len(), 1);
+    let scene = Scene::of(sphere(), Arc::clone(&look));
+    let turn = Rotation::from_yaw_pitch_roll(-0.4, 0.2, 0.1);
+    let shot = Shot { turn, ..shot([48, 48], Show::One(Mode::Taps)) };
+    let picture = render(&scene, &shot);
+    let (mut count, mut brightest) = (0, 0.0_f64);
+    for (place, seen) in seen(&scene, &shot).into_iter().enumerate() {
+        let Some(Hit { surface, .. }) = seen else { continue };
+        let exact = |v: glam::Vec3| Direction::normalised(v.as_dvec3());
+        let (normal, view) = (exact(surface.normal), exact(surface.view));
+        let soft = map.taps.radiance(&map.scales, normal, view);
+        let lit = lamps.radiance(exact(surface.central(look.centre())), view);
+        for channel in 0..3 {
+            let (found, expected) =
+                (f64::from(picture.radiance[place][channel]), soft[channel] + lit[channel]);
+            // Roundings of f32, times the sharpness of the highlight.
+            assert!((found - expected).abs() < 2e-3 * (1.0 + expected), "{found} {soft:?} {lit:?}");
+            brightest = brightest.max(lit[channel]);
+        }
+        count += 1;
+    }
+    assert!(count > 800 && brightest > 3.0, "{count} {brightest}");
+}
+
+#[test]
+fn the_picture_is_near_brute_force() {
+    let scene = Scene::of(sphere(), Arc::new(compact(&light(32, uneven), gold())));
+    let shot = Shot { light_samples: 1024, ..shot([24, 24], Show::One(Mode::Taps)) };
+    let difference = Show::Difference { of: Mode::Taps, from: Mode::BruteForce, amplify: 1.0 };
+    let error = render(&scene, &Shot { show: difference, ..shot }).relative_rms.unwrap();
+    assert!(error < 0.05, "{error}");
+}
+
+#[test]
+fn without_a_compact_map_there_is_brute_force() {
+    let of = |look: Look| Scene::of(sphere(), Arc::new(look));
+    let (light, show) = (light(16, uneven), Show::One(Mode::Taps));
+    let made = of(compact(&light, gold()));
+    assert!(made.offers(Mode::Taps) && !made.offers(Mode::LocalShrm) && !made.offers(Mode::Table));
+    assert_eq!(made.available(show), show);
+    let bare = of(Look::without_maps(light, gold(), MapSizes::default()));
+    assert_eq!(bare.available(show), Show::One(Mode::BruteForce));
+    let missing = bare.objects[0].look.compact_map().unwrap_err();
+    assert_eq!(missing.to_string(), "this mode needs a scale space and taps");
+}
