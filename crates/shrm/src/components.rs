@@ -34,6 +34,7 @@ mod field;
 mod lobes;
 mod map;
 mod measure;
+mod packed;
 mod solve;
 
 use brdf::{Centre, TableError};
@@ -43,6 +44,7 @@ use crate::Reflection;
 pub use basis::{Component, ComponentBasis, MOST, RADII};
 pub use chart::{face_axes, face_frame};
 pub use map::ComponentMap;
+pub use packed::PackedComponents;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
