@@ -76,6 +76,16 @@ pub struct ComponentOptions {
     pub bake: bool,
 }
 
+impl ComponentOptions {
+    /// About how many times [`fit`] asks whether to stop.
+    pub fn steps(&self, basis: &ComponentBasis) -> usize {
+        let rows = |edge: usize| 6 * (edge + 2);
+        let coarse = if self.half && basis.components.len() > FULL { rows(self.edge.div_ceil(2)) } else { 0 };
+        let choice = if matches!(self.count, ComponentCount::Accept(_)) { 2 } else { 1 };
+        rows(self.edge) + coarse + choice * measure::CENTRALS
+    }
+}
+
 /// A fitted map and its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedComponents {

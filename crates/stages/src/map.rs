@@ -13,6 +13,7 @@ mod prefilter;
 mod reference;
 
 // What they share.
+mod component_files;
 mod map_index;
 mod map_input;
 mod map_pictures;

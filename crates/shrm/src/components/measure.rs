@@ -15,8 +15,10 @@ use crate::degrees::BLACK_SHARE;
 use crate::stops::{error, quantiles};
 use crate::{Lamps, Reflection};
 
-/// Central directions of the samples, and views of each.
-const CENTRALS: usize = 192;
+/// Central directions of the samples.
+pub(super) const CENTRALS: usize = 192;
+
+/// Views of each central direction.
 const ANGLES: usize = 24;
 
 /// What is reflected, at central directions between the texels and views as a ball shows them.
