@@ -204,6 +204,89 @@ fn baked_lamps_are_in_the_map() {
     assert!(error[0] > 1.0, "the lamps are missing there: {error:?}");
 }
 
+/// The look-up of the manual of `export-shrm`, in cube coordinates, from textures alone.
+struct Shader {
+    count: usize,
+    side: usize,
+    /// A layer for each face of each component.
+    map: Vec<[f32; 3]>,
+    weights: Vec<f32>,
+}
+
+/// Texels along the edge of the textures of weights.
+const WEIGHTS: usize = 64;
+
+impl Shader {
+    fn new(map: &ComponentMap) -> Self {
+        let count = map.basis().components().len();
+        let texels = (0..count).flat_map(|k| map.values(k).iter().copied()).collect();
+        Self { count, side: map.edge(0) + 2, map: texels, weights: map.basis().textures(WEIGHTS) }
+    }
+
+    fn reflected(&self, n: DVec3, v: DVec3) -> [f64; 3] {
+        let r = n * (2.0 * n.dot(v)) - v;
+        let (c, d) = (DVec3::new(-r.y, r.z, r.x), DVec3::new(-n.y, n.z, n.x));
+        let (m, sign) = (c.abs(), |x: f64| if x > 0.0 { 1.0 } else { -1.0 });
+        let (face, a, s, t) = if m.x >= m.y && m.x >= m.z {
+            let a = DVec3::X * sign(c.x);
+            (if c.x > 0.0 { 0 } else { 1 }, a, DVec3::new(0.0, 0.0, -a.x), DVec3::new(0.0, -1.0, 0.0))
+        } else if m.y >= m.z {
+            let a = DVec3::Y * sign(c.y);
+            (if c.y > 0.0 { 2 } else { 3 }, a, DVec3::X, DVec3::new(0.0, 0.0, a.y))
+        } else {
+            let a = DVec3::Z * sign(c.z);
+            (if c.z > 0.0 { 4 } else { 5 }, a, DVec3::new(a.z, 0.0, 0.0), DVec3::new(0.0, -1.0, 0.0))
+        };
+        let (near, up) = (c.dot(a), d.dot(c).max(0.0));
+        let turn = (d.dot(a) + up) / (1.0 + near);
+        let scale = (1.0 + up).sqrt().recip();
+        let place = [(d.dot(s) - c.dot(s) * turn) * scale, (d.dot(t) - c.dot(t) * turn) * scale];
+        let side = self.side as f64;
+        let uv = [s, t].map(|axis| ((c.dot(axis) / near * 0.5 + 0.5) * (side - 2.0) + 1.0) / side);
+        let mut sum = [0.0; 3];
+        for k in 0..self.count {
+            let layer = &self.weights[k * WEIGHTS * WEIGHTS..][..WEIGHTS * WEIGHTS];
+            let at = place.map(|x| x * 0.5 + 0.5);
+            let w: f64 = bilinear(WEIGHTS, at).map(|(index, share)| share * f64::from(layer[index])).sum();
+            let layer = &self.map[(6 * k + face) * self.side * self.side..];
+            for (index, share) in bilinear(self.side, uv) {
+                (0..3).for_each(|channel| sum[channel] += w * share * f64::from(layer[index][channel]));
+            }
+        }
+        sum.map(|value| value.max(0.0))
+    }
+}
+
+/// The texels of a square texture about (u, v) and their shares, clamped at the edges.
+fn bilinear(size: usize, uv: [f64; 2]) -> impl Iterator<Item = (usize, f64)> {
+    let [x, y] = uv.map(|u| (u * size as f64 - 0.5).clamp(0.0, size as f64 - 1.0));
+    let (column, row) = ((x as usize).min(size - 2), (y as usize).min(size - 2));
+    let (x, y) = (x - column as f64, y - row as f64);
+    let first = row * size + column;
+    [(first, (1.0 - x) * (1.0 - y)), (first + 1, x * (1.0 - y))]
+        .into_iter()
+        .chain([(first + size, (1.0 - x) * y), (first + size + 1, x * y)])
+}
+
+#[test]
+fn the_shader_of_the_manual_sees_what_the_map_holds() {
+    let (scene, material) = (Scene::procedural(), copper(0.3));
+    let (field, basis) = (scene.field(&material), ComponentBasis::of(&material).unwrap());
+    let map = fit(&field, &basis, options(32, 15), Stop::NEVER).unwrap().map;
+    let (shader, pairs) = (Shader::new(&map), scene.pairs(&material, 800));
+    let from_textures = |pair: &Pair| {
+        let normal = (pair.central.vector() + pair.view.vector()).normalize();
+        let soft = shader.reflected(normal, pair.view.vector());
+        std::array::from_fn(|channel| soft[channel] + pair.lit[channel])
+    };
+    let [exact, textures] =
+        [scene.error(&pairs, |pair| pair.beside(&map)), scene.error(&pairs, from_textures)];
+    show("the map", exact);
+    show("its textures", textures);
+    // What 64 texels of w_k, filtered linearly, lose.
+    assert!(textures[0] < exact[0] + 0.01 && textures[1] < exact[1] + 0.03, "{exact:?} {textures:?}");
+}
+
 /// Faces meet: the frames differ, what is seen does not.
 #[test]
 fn no_edge_of_a_face_shows() {

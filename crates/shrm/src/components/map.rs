@@ -9,7 +9,7 @@ use sphere::{Cube, DMat3, Direction, Face};
 
 use super::basis::{ComponentBasis, RADII, shares};
 use super::chart::{bordered_direction, bordered_taps, disc, face_frame};
-use super::field::{Baked, Field, ORDERS, VIEWS, view_angles, view_places};
+use super::field::{Baked, Field, ORDERS, VIEWS, turns, view_angles, view_places};
 use super::lobes::{Lobes, PointTable};
 use super::solve::Factor;
 use super::{ComponentError, ComponentOptions, FULL};
@@ -106,6 +106,8 @@ pub(super) struct Fit<'a> {
     options: ComponentOptions,
     /// w_k at the views, [view, component].
     w: Vec<f64>,
+    /// Cosines and sines of m times the azimuth of a view, up to twice the highest order, [azimuth, m].
+    turns: Vec<Vec<[f64; 2]>>,
     dark: f64,
 }
 
@@ -130,7 +132,9 @@ impl<'a> Fit<'a> {
             dark: dark as f32,
         });
         let w = view_places().into_iter().flat_map(|place| basis.at(place)).collect();
-        Ok(Self { field: Field::new(lighting, lobes, baked), basis, options, w, dark })
+        let highest = basis.components().iter().map(|component| component.order).max().unwrap_or(0);
+        let turns = (0..VIEWS).map(|view| turns(TAU * view as f64 / VIEWS as f64, 2 * highest)).collect();
+        Ok(Self { field: Field::new(lighting, lobes, baked), basis, options, w, turns, dark })
     }
 
     /// The edge of a component's faces.
@@ -144,25 +148,68 @@ impl<'a> Fit<'a> {
         let (row, column) = (index / (edge + 2), index % (edge + 2));
         let frame: DMat3 = face_frame(face, bordered_direction(edge, face, row, column));
         let values = self.field.views(&frame);
-        let (n, shares) = (self.basis.components().len(), shares());
+        let n = self.basis.components().len();
         let factor = |channel: usize| {
-            let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
-            for view in 0..VIEWS * RADII {
-                let (azimuth, radius) = (view / RADII, view % RADII);
-                let value = values[(azimuth * 3 + channel) * RADII + radius];
-                let w = &self.w[view * n..][..n];
-                let rest = value - known.map_or(0.0, |known| (0..n).map(|k| known[k][channel] * w[k]).sum());
-                let seen = value + self.dark.max(f64::MIN_POSITIVE);
-                let weight = shares[radius] / (seen * seen);
-                for (i, row) in matrix.chunks_exact_mut(n).enumerate() {
-                    let scaled = weight * w[i];
-                    right[i] += scaled * rest;
-                    row[..=i].iter_mut().zip(w).for_each(|(sum, w)| *sum += scaled * w);
+            let mut weights = vec![[0.0; RADII]; VIEWS];
+            let mut targets = weights.clone();
+            for (azimuth, (weights, targets)) in weights.iter_mut().zip(&mut targets).enumerate() {
+                for radius in 0..RADII {
+                    let value = values[(azimuth * 3 + channel) * RADII + radius];
+                    let w = &self.w[(azimuth * RADII + radius) * n..][..n];
+                    let rest =
+                        value - known.map_or(0.0, |known| (0..n).map(|k| known[k][channel] * w[k]).sum());
+                    let seen = value + self.dark.max(f64::MIN_POSITIVE);
+                    weights[radius] = 1.0 / (seen * seen);
+                    targets[radius] = rest / (seen * seen);
                 }
             }
-            Factor::new(n, &matrix, &right)
+            self.normal(&self.series(&weights), &self.series(&targets))
         };
         Texel { factors: [factor(0), factor(1), factor(2)] }
+    }
+
+    /// The sums over the azimuths of values times cos(m phi) and sin(m phi), at each radius.
+    fn series(&self, values: &[[f64; RADII]]) -> Vec<[[f64; RADII]; 2]> {
+        let mut series = vec![[[0.0; RADII]; 2]; self.turns[0].len()];
+        for (values, turns) in values.iter().zip(&self.turns) {
+            for (series, turn) in series.iter_mut().zip(turns) {
+                for (series, turn) in series.iter_mut().zip(turn) {
+                    (0..RADII).for_each(|radius| series[radius] += turn * values[radius]);
+                }
+            }
+        }
+        series
+    }
+
+    /// The normal equations, from the series of the weights and of the weighted light. Products of two
+    /// components are sums of the cosines, or sines, of the sum and the difference of their orders.
+    fn normal(&self, weights: &[[[f64; RADII]; 2]], targets: &[[[f64; RADII]; 2]]) -> Factor {
+        let (components, shares) = (self.basis.components(), shares());
+        let n = components.len();
+        let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
+        for (i, a) in components.iter().enumerate() {
+            let radial: [f64; RADII] = std::array::from_fn(|radius| shares[radius] * a.radial[radius]);
+            let target = &targets[a.order][usize::from(a.sine)];
+            right[i] = (0..RADII).map(|radius| radial[radius] * target[radius]).sum();
+            for (j, b) in components[..=i].iter().enumerate() {
+                let part = usize::from(a.sine != b.sine);
+                let (sum, difference) =
+                    (&weights[a.order + b.order][part], &weights[a.order.abs_diff(b.order)][part]);
+                // cos a cos b, sin a sin b; sin a cos b, cos a sin b.
+                let signs = match (a.sine, b.sine) {
+                    (false, false) => [0.5, 0.5],
+                    (true, true) => [-0.5, 0.5],
+                    (true, false) => [0.5, if a.order > b.order { 0.5 } else { -0.5 }],
+                    (false, true) => [0.5, if b.order > a.order { 0.5 } else { -0.5 }],
+                };
+                let at = |radius: usize| {
+                    let both = signs[0] * sum[radius] + signs[1] * difference[radius];
+                    radial[radius] * b.radial[radius] * both
+                };
+                matrix[i * n + j] = (0..RADII).map(at).sum();
+            }
+        }
+        Factor::new(n, &matrix, &right)
     }
 
     /// The map with the first components.
