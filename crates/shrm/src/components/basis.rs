@@ -37,8 +37,8 @@ const AMBIENT: [f64; 3] = [0.03, 0.1, 0.3];
 /// The components of a material, the greatest first.
 ///
 /// They are orthonormal in the mean over views as a ball shows them to a distant camera, for which the
-/// squared sine of theta_v is uniform: the mean of w_j w_k over the 16 radii is 1 if j = k, otherwise 0. As an
-/// integral it is so within a few percent.
+/// squared sine of theta_v is uniform: the mean of w_j w_k over the 16 radii is 1 if j = k, otherwise 0. As
+/// an integral it is so within a few percent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComponentBasis {
     pub(super) centre: Centre,

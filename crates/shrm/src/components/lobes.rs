@@ -1,5 +1,5 @@
-//! The material toward views at some angles theta_v, about its central direction: its harmonics in the light's
-//! direction, and what it reflects of a point of light.
+//! The material toward views at some angles theta_v, about its central direction: its harmonics in the
+//! direction of the light, and what it reflects of a point of light.
 //!
 //! The frame has the central direction along +Z and the other direction of the disc (the normal if the
 //! material is about R, the view if it is about N) at azimuth 0. Mirrored at the plane of both, an isotropic

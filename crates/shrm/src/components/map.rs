@@ -11,8 +11,8 @@ use super::basis::{ComponentBasis, RADII, shares};
 use super::chart::{bordered_direction, bordered_taps, disc, face_frame};
 use super::field::{Baked, Field, ORDERS, VIEWS, turns, view_angles, view_places};
 use super::lobes::{Lobes, PointTable};
+use super::options::{ComponentError, ComponentOptions, FULL};
 use super::solve::Factor;
-use super::{ComponentError, ComponentOptions, FULL};
 use crate::Reflection;
 use crate::degrees::BLACK_SHARE;
 

@@ -5,18 +5,15 @@ use rayon::prelude::*;
 use sh::Stop;
 use sphere::{Cube, Direction, Face, spiral};
 
-use super::ComponentError;
 use super::basis::ComponentBasis;
 use super::chart::{bordered_taps, disc, face_frame};
 use super::field::{harmonics, toward, turns};
 use super::lobes::Lobes;
 use super::map::{ComponentMap, Fit, GOLDEN_TURN};
+use super::options::{CENTRALS, ComponentError};
 use crate::degrees::BLACK_SHARE;
 use crate::stops::{error, quantiles};
 use crate::{Lamps, Reflection};
-
-/// Central directions of the samples.
-pub(super) const CENTRALS: usize = 192;
 
 /// Views of each central direction.
 const ANGLES: usize = 24;

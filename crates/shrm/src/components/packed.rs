@@ -2,14 +2,14 @@
 //!
 //! > U_k(C) = size(C) s_k q_k(C) / 127,   q_k from -127 to 127
 //!
-//! The size of a texel is the root of the sum of the squares of its components with full resolution, which is
-//! its root mean square over views, for the functions w_k are orthonormal. It is an image of its own. A reader
-//! filters the size and q_k apart and multiplies; s_k / 127 goes into the texture of w_k.
+//! The size of a texel is the root of the sum of the squares of its components with full resolution. That is
+//! about its root mean square over views, for the functions w_k are orthonormal. It is an image of its own. A
+//! reader filters the size and q_k apart and multiplies; s_k / 127 goes into the texture of w_k.
 
 use sphere::Face;
 
-use super::ComponentMap;
 use super::chart::bordered_taps;
+use super::map::ComponentMap;
 
 /// A map of components in 8 bits.
 #[derive(Clone, Debug, PartialEq)]

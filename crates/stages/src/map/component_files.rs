@@ -154,8 +154,8 @@ fn failure(error: ComponentError) -> Failure {
     Failure::new(error.to_string()).help(help)
 }
 
-/// The texture of the components, a layer for each face of each, and that of the weights, of which a texel has
-/// four.
+/// The texture of the components, a layer for each face of each, and that of the weights, of which a texel
+/// has four.
 fn textures<F: FileFormat + Copy>(
     map: &ComponentMap,
     lamps: &[(String, String)],

@@ -198,7 +198,7 @@
 //!
 //! > B(C, V) = sum over k < K of U_k(C) w_k(x, y)
 //!
-//! U_k is a cube of `resolution` texels along an edge (by default 32), whose faces have a border of one texel.
+//! U_k is a cube of `resolution` texels along an edge (by default 32), whose faces have a border of a texel.
 //! w_k are functions of the view that belong to the material: (x, y) is the place of the normal on a disc
 //! about the reflection vector (of the view about the normal, if `centre` is `normal`), whose rim is the
 //! horizon. K is the least number, up to 24, with which 95 and 99 of 100 look-ups are within the errors of
@@ -327,8 +327,8 @@ parameters! {
         /// The number of components. Default: "auto", the least that `accept` allows.
         #[range(1..=shrm::components::MOST)]
         components: Option<OrAuto<usize>> = None,
-        /// With components "auto": the errors in stops that 95 and 99 of 100 look-ups may have, lamps included.
-        /// Default: [0.15, 0.4].
+        /// With components "auto": the errors in stops that 95 and 99 of 100 look-ups may have, lamps
+        /// included. Default: [0.15, 0.4].
         accept: Option<Accept> = None,
         /// Whether components have 8 bits, and half the resolution from the fifth on; in safetensors.
         packed: bool = false,

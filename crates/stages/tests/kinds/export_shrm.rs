@@ -420,7 +420,7 @@ fn components_add_up_to_what_is_reflected() {
     let names: Vec<String> =
         tensors::describe(packed).unwrap().tensors.into_iter().map(|tensor| tensor.0).collect();
     assert_eq!(names, ["sizes", "weights", "components", "components_half"]);
-    // The sum at the centre of a texel of the face +X, toward a surface seen straight on: the disc's centre is
+    // The sum at the centre of a texel of the face +X, of a surface seen straight on: the disc's centre lies
     // between four texels of the weights.
     let case = export("components = 12\nformat = \"ktx2\"\nprecision = \"float\"");
     assert_eq!(case.endings(), [".ktx2", "-weights.ktx2"]);
@@ -432,7 +432,7 @@ fn components_add_up_to_what_is_reflected() {
     assert_eq!((weights.texture.width, weights.texture.layers), (64, 3));
     let map = &map.texture.pixels;
     let central = Cube { edge: 8 }.direction(sphere::Face::PositiveX, 2, 5);
-    // The file of weights has four channels, of which three are read: of the layers, components 0, 1, 2, 4, ...
+    // Of the four channels of the weights three are read here: components 0, 1, 2, 4, ...
     let basis = shrm::components::ComponentBasis::of(field.0.material().unwrap()).unwrap();
     let w = basis.at([0.0, 0.0]);
     // Head on, the series of the view rings: the material's own value is exact.

@@ -3,7 +3,8 @@
 use sh::Light;
 use shrm::components::{ComponentMap, FULL, PackedComponents};
 
-use super::{Error, ErrorKind, Writer, check_finite};
+use super::file::{Writer, check_finite};
+use crate::error::{Error, ErrorKind};
 use crate::values::shrm_metadata::centre_name;
 
 /// The texels along the edge of the square textures of a view's functions.
