@@ -8,6 +8,7 @@ pub mod accuracy;
 mod azimuth;
 mod baking;
 mod blocks;
+pub mod components;
 mod degree_rule;
 pub mod degrees;
 mod evaluation;
@@ -58,6 +59,7 @@ pub use view_set::{MapViews, ViewSet};
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::baking::REVISION as BAKING;
+    pub use crate::components::REVISION as COMPONENTS;
     pub use crate::degrees::REVISION as DEGREES;
     pub use crate::fit::REVISION as FIT;
     pub use crate::prefilter::REVISION as PREFILTER;

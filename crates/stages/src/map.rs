@@ -16,6 +16,7 @@ mod reference;
 mod scale_space;
 
 // What they share.
+mod component_files;
 mod degree_choice;
 mod map_index;
 mod map_input;

@@ -9,6 +9,7 @@
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
+//! | `components` | `components` [K, 6, edge + 2, edge + 2, 3] and `weights` [K, 64, 64] f32; in 8 bits see [`encode_packed_components`]; `lights` as above | `centre`, `components`, `edge`, `frame`, `disc`, `lamps` |
 //! | `prefiltered` | `sh` as above; `level0` [6, edge, edge, 3] f32, `level1` ... | `distribution`; `levels`, JSON: roughness and method of each |
 //! | `scale-space` | `level_00` [6, edge, edge, 3] f32, ..., `normal_0` to `normal_3`; `std`, `diffuse`, `lights` and `points` ([`encode_scale_space`]) | |
 //! | `taps` | `taps` [65, J, 5] and `normals` [65, K, 4] f64 ([`encode_taps`]); the tables of the material | `material`, `rms` |
@@ -45,6 +46,7 @@ use shrm::{Lamps, Reflection};
 use sphere::LatLong;
 
 mod brdf_table;
+mod components;
 mod file;
 mod light_field;
 mod light_rig;
@@ -60,6 +62,7 @@ use crate::recipe::KEY;
 use file::{TensorFile, Writer, check_finite, colours, wrong_shape};
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
+pub use components::{WEIGHTS, component_metadata, encode_components, encode_packed_components};
 pub use light_field::{decode_light_field, encode_light_field};
 pub use light_rig::encode_light_rig;
 pub use material::{decode_material, encode_material};

@@ -5,7 +5,7 @@ use containers::{Texture, read_exr_layers, read_recipe, read_texture, row_names,
 use sh::{Degree, Stop};
 use shrm::{MapGrid, Terms, View};
 use sphere::{Cube, DVec3, Direction, LatLong};
-use stages::artifacts::{Reflection, Shrm};
+use stages::artifacts::{Brdf, Material, Reflection, Shrm};
 
 use crate::fixture::{Case, case, lambert, reflection, sky_lighting};
 
@@ -375,7 +375,109 @@ fn parameters_that_would_have_no_effect_are_errors() {
         ("error = 1", "error: 1 is not a number, 0.000001 or more and below 1"),
         ("precision = \"float\"", "precision: only format = \"exr\" or \"ktx2\" uses it"),
         ("overflow = \"error\"", "overflow: only files of half floats use it"),
+        ("components = 4", "components: only form = \"components\" uses it"),
+        ("form = \"components\"\nmost-p = 3", "most-p: only form = \"harmonics\" uses it"),
+        ("packed = true", "packed: only form = \"components\" uses it"),
+        ("form = \"components\"\nview = \"local\"", "view: only form = \"harmonics\" uses it"),
+        ("form = \"components\"\nerror = 0.1", "error: only form = \"harmonics\" uses it"),
+        ("form = \"components\"\nlayout = \"lat-long\"", "layout: components are on a cube"),
+        ("form = \"components\"\nformat = \"exr\"", "format: components are in safetensors or ktx2"),
+        (
+            "form = \"components\"\nformat = \"ktx2\"\npacked = true",
+            "packed: only format = \"safetensors\" uses it",
+        ),
+        (
+            "form = \"components\"\ncomponents = 4\naccept = [0.1, 0.2]",
+            "accept: only components = \"auto\" uses it",
+        ),
     ] {
         assert_eq!(case("export-shrm", parameters).errors(), [expected]);
     }
+}
+
+/// The sky reflected by a material, with what a fit of components needs.
+fn with_material(material: brdf::Material) -> Reflection {
+    let brdf = case("project-brdf", "").input("material", Material(material)).artifact::<Brdf>();
+    let convolved = case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone());
+    (*convolved.artifact::<Reflection>()).clone()
+}
+
+#[test]
+fn components_add_up_to_what_is_reflected() {
+    let material = brdf::Material::Microfacet(brdf::Microfacet::new(0.3, [1.0; 3]).unwrap());
+    let field = with_material(material);
+    let export = |parameters: &str| {
+        case("export-shrm", &format!("form = \"components\"\nresolution = 8\n{parameters}"))
+            .input("reflection", field.clone())
+    };
+    let ran = export("components = 12").run().unwrap();
+    assert!(
+        ran.notes[0].starts_with("12 components on a cube of 8: 95 % of views are within"),
+        "{:?}",
+        ran.notes
+    );
+    let described = tensors::describe(ran.files()[0]).unwrap();
+    assert_eq!(
+        described.tensors,
+        [
+            ("components".into(), "F32".into(), vec![12, 6, 10, 10, 3]),
+            ("weights".into(), "F32".into(), vec![12, 64, 64])
+        ]
+    );
+    assert_eq!(described.metadata["centre"], "reflection");
+    let packed = &export("components = 12\npacked = true").files()[0];
+    let names: Vec<String> =
+        tensors::describe(packed).unwrap().tensors.into_iter().map(|tensor| tensor.0).collect();
+    assert_eq!(names, ["sizes", "weights", "components", "components_half"]);
+    // The sum at the centre of a texel of the face +X, of a surface seen straight on: the disc's centre lies
+    // between four texels of the weights.
+    let case = export("components = 12\nformat = \"ktx2\"\nprecision = \"float\"");
+    assert_eq!(case.endings(), [".ktx2", "-weights.ktx2"]);
+    let [map, weights] = [0, 1].map(|file| read_texture(&case.files()[file]).unwrap());
+    assert_eq!(
+        (map.texture.width, map.texture.layers, map.metadata["specula.components"].as_str()),
+        (10, 72, "12")
+    );
+    assert_eq!((weights.texture.width, weights.texture.layers), (64, 3));
+    let map = &map.texture.pixels;
+    let central = Cube { edge: 8 }.direction(sphere::Face::PositiveX, 2, 5);
+    // Of the four channels of the weights three are read here: components 0, 1, 2, 4, ...
+    let basis = shrm::components::ComponentBasis::of(field.0.material().unwrap()).unwrap();
+    let w = basis.at([0.0, 0.0]);
+    // Head on, the series of the view rings: the material's own value is exact.
+    let exact = field.0.plain(shrm::Plain::HeadOn).evaluate(central);
+    for channel in 0..3 {
+        let found: f64 = (0..12).map(|k| w[k] * f64::from(map[600 * k + 3 * 10 + 6][channel])).sum();
+        assert!((found / exact[channel] - 1.0).abs() < 0.03, "{found} {exact:?}");
+    }
+    for k in [0, 1, 2, 4] {
+        let at = |row: usize, column: usize| weights.texture.pixels[(k / 4 * 64 + row) * 64 + column][k % 4];
+        let mean = 0.25 * (at(31, 31) + at(31, 32) + at(32, 31) + at(32, 32));
+        assert!((f64::from(mean) - w[k]).abs() < 0.01, "{k}: {mean} {}", w[k]);
+    }
+}
+
+#[test]
+fn components_are_as_many_as_the_tolerance_takes() {
+    let field = with_material(brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [1.0; 3]).unwrap()));
+    let count = |parameters: &str| {
+        let ran = case("export-shrm", &format!("form = \"components\"\nresolution = 6\n{parameters}"))
+            .input("reflection", field.clone())
+            .run()
+            .unwrap();
+        let described = tensors::describe(ran.files()[0]).unwrap();
+        (described.tensors[0].2[0], ran.warnings.len())
+    };
+    let (loose, exact) = (count("accept = [0.4, 0.8]"), count("accept = [0.0001, 0.0001]"));
+    assert!(loose.0 < exact.0 && (loose.1, exact.1) == (0, 1), "{loose:?} {exact:?}");
+}
+
+#[test]
+fn components_need_a_reflection_with_its_material() {
+    let cube = shrm::MapGrid::Cube(Cube { edge: 3 });
+    let map = Shrm(made_up(true).0.synthesise(cube, View::Local, Stop::NEVER).unwrap());
+    let of_map = case("export-shrm", "form = \"components\"").input("reflection", map).failure();
+    assert!(of_map.starts_with("components are made from a reflection, not from a map"), "{of_map}");
+    let unknown = export("form = \"components\"").failure();
+    assert!(unknown.starts_with("the reflection does not hold its material"), "{unknown}");
 }
