@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BrdfTable, Centre, Material};
-use sh::Stop;
+use sh::{Degree, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
 
@@ -192,9 +192,9 @@ impl Look {
         }
         let made = self.local.get_or_init(|| {
             let Some(reflection) = self.reflection() else { return self.map(View::Local) };
-            let p = reflection.brdf().p().get().max(MOST_P);
-            within("the local SHRM with lamps", self.texels(), (p + 1) * (p + 1), COEFFICIENTS)?;
-            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, Stop::NEVER);
+            let p = reflection.brdf().p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
+            within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
+            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, p, Stop::NEVER);
             made.map_err(|error| RenderError::maps(error.to_string()))
         });
         made.as_ref().map_err(Clone::clone)
@@ -331,7 +331,7 @@ fn within(what: &str, texels: usize, count: usize, (name, lower): TexelValues) -
 mod tests {
     use brdf::{Choice, KajiyaKay, project};
     use envmap::Environment;
-    use sh::{Degree, Expansion};
+    use sh::Expansion;
     use sphere::LatLong;
 
     use super::*;

@@ -31,8 +31,10 @@ pub(super) struct Solve<'a> {
     pub(super) views: &'a ViewGrid,
     /// The radiance e below which a value counts as black.
     pub(super) dark: f32,
-    /// Coefficients of the soft field, in pairs as [`ViewGrid::rows_of_pairs`] has them; becomes the
-    /// solution.
+    /// The soft field's harmonics at the same views, and its coefficients, in pairs as
+    /// [`ViewGrid::rows_of_pairs`] has them.
+    pub(super) field: (&'a ViewGrid, &'a [[F32x8; 2]]),
+    /// The soft field's coefficients that the map has too; becomes the solution.
     pub(super) coefficients: &'a mut [[F32x8; 2]],
     /// The lamps' radiance at each view; becomes what the map lacks of all light.
     pub(super) lit: &'a mut [F32x8],
@@ -43,7 +45,7 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { views, dark, coefficients: x, lit } = self;
+        let Self { views, dark, field, coefficients: x, lit } = self;
         let (mut seen, mut weight) = (vec![F32x8::ZERO; lit.len()], vec![F32x8::ZERO; lit.len()]);
         let mut direction = vec![[F32x8::ZERO; 2]; x.len()];
         let mut gradient = direction.clone();
@@ -54,7 +56,7 @@ impl WithSimd for Solve<'_> {
             store(simd, simd.mul_f32s(scale, load(simd, lit)), value);
         }
         adjoin(simd, views, &weight, &mut gradient);
-        synthesise(simd, views, x, &mut seen);
+        synthesise(simd, field.0, field.1, &mut seen);
         for (lit, seen) in lit.iter_mut().zip(&seen) {
             store(simd, simd.add_f32s(load(simd, lit), load(simd, seen)), lit);
         }
@@ -118,12 +120,12 @@ impl WithSimd for Solve<'_> {
 }
 
 #[inline(always)]
-fn load<S: Simd>(_: S, value: &F32x8) -> S::f32s {
+pub(super) fn load<S: Simd>(_: S, value: &F32x8) -> S::f32s {
     pulp::cast(value.0)
 }
 
 #[inline(always)]
-fn store<S: Simd>(_: S, vector: S::f32s, value: &mut F32x8) {
+pub(super) fn store<S: Simd>(_: S, vector: S::f32s, value: &mut F32x8) {
     value.0 = pulp::cast(vector);
 }
 
@@ -291,7 +293,7 @@ mod tests {
     #[test]
     fn synthesis_is_the_sum_of_harmonics_and_adjoint_to_the_sum_over_views() {
         for (p, terms) in [(5, Terms::All), (8, Terms::Zonal), (16, Terms::All)] {
-            let views = ViewGrid::new(p, terms, Centre::Reflection);
+            let views = ViewGrid::new(p, p, terms, Centre::Reflection);
             let rows = views.rows_of_pairs();
             let (mut x, v) = (noise(2 * rows.len(), 3).as_chunks().0.to_vec(), noise(views.len(), 11));
             // Order 0 has no sine.

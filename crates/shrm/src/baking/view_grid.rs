@@ -34,9 +34,10 @@ pub(super) struct ViewGrid {
 pub(super) const MIRRORED: usize = 4;
 
 impl ViewGrid {
-    /// The harmonics up to degree P about this centre, at about (2 P + 8)^2 views.
-    pub(super) fn new(p: usize, terms: Terms, centre: Centre) -> Self {
-        let count = (2 * p + 8).next_multiple_of(MIRRORED);
+    /// The harmonics up to degree P about this centre, at about (2 F + 8)^2 views, F being the degree that is
+    /// fitted.
+    pub(super) fn new(p: usize, fitted: usize, terms: Terms, centre: Centre) -> Self {
+        let count = (2 * fitted + 8).next_multiple_of(MIRRORED);
         let rows: Vec<(f64, f64)> = mean_views(centre, count).collect();
         let columns = if terms == Terms::Zonal { MIRRORED } else { count };
         let quarter: Vec<f64> =

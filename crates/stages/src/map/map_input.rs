@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Context, Failure, Port, Steps};
+use sh::Degree;
 use shrm::{BAKED_AT_ONCE, MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
@@ -89,7 +90,8 @@ impl MapInput {
                 let soft = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
-                let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, &texels, stop))?;
+                let p = soft.p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
+                let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, p, &texels, stop))?;
                 if view == View::Global { local.to_global() } else { local }
             }
             LampsName::Separate => reporter.until_stopped(|stop| reflection.synthesise(grid, view, stop))?,

@@ -161,7 +161,8 @@ fn with_lamps_in_maps_a_picture_is_that_of_the_baked_map() {
     let look = small(&sunny_look(&light, &lighting, &gold()));
     let reflection = look.reflection().unwrap().clone();
     let sizes = look.sizes();
-    let map = reflection.bake(MapGrid::Cube(look.cube()), View::Local, Stop::NEVER).unwrap();
+    let p = sh::Degree::new(shrm::MOST_P).unwrap();
+    let map = reflection.bake(MapGrid::Cube(look.cube()), View::Local, p, Stop::NEVER).unwrap();
     let file = Look::from_map(Arc::clone(&light), map, None, sizes);
     let baked = Look::new(Arc::clone(&light), reflection, None, sizes).with_lamps_in_maps(true);
     let of = |look: Look| {
