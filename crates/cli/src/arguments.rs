@@ -90,6 +90,9 @@ pub(crate) enum Command {
         /// file
         #[arg(long, value_name = "PNG", value_parser = values::png_file)]
         picture: Option<PathBuf>,
+        /// Print a shader that looks up this file, a reflection map in spherical harmonics
+        #[arg(long, value_enum, value_name = "LANGUAGE", conflicts_with_all = ["json", "picture"])]
+        shader: Option<ShaderName>,
     },
     /// Write environments in another layout, size or format, without a manifest
     Convert(ConvertArguments),
@@ -525,6 +528,16 @@ pub(crate) struct GraphArguments {
     /// The language to write the graph in
     #[arg(long, value_enum, default_value = "mermaid")]
     pub(crate) format: GraphFormat,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ShaderName {
+    /// GLSL: OpenGL, Vulkan, WebGL 2
+    Glsl,
+    /// WGSL: WebGPU
+    Wgsl,
+    /// HLSL: Direct3D
+    Hlsl,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

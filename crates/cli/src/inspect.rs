@@ -5,6 +5,7 @@ mod layers;
 mod material;
 mod mesh;
 mod picture;
+mod shader;
 mod texture;
 
 use std::path::Path;
@@ -19,6 +20,7 @@ use serde_json::{Value, json};
 use sh::Expansion;
 
 use self::facts::{Facts, range};
+pub(crate) use self::shader::print_shader;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print;

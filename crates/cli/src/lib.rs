@@ -108,7 +108,10 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Graph(arguments) => graph::run(&arguments, kinds),
         Command::Stages { kind } => Ok(manual::run(kind.as_deref(), kinds)),
         Command::Schema { subject } => Ok(schema::run(subject, kinds)),
-        Command::Inspect { file, json, picture } => inspect::run(&file, json, picture.as_deref()),
+        Command::Inspect { file, shader: Some(language), .. } => inspect::print_shader(&file, language),
+        Command::Inspect { file, json, picture, shader: None } => {
+            inspect::run(&file, json, picture.as_deref())
+        }
         Command::Convert(arguments) => convert::run(&arguments, kinds),
         Command::ConvertSh(arguments) => convert_sh::run(&arguments),
         Command::TestPattern(arguments) => test_pattern::run(&arguments, kinds),

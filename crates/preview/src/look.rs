@@ -210,9 +210,8 @@ impl Look {
         }
         let made = self.local.get_or_init(|| {
             let Some(reflection) = self.reflection() else { return self.map(View::Local) };
-            let p = reflection.brdf().p().get().max(MOST_P);
-            within("the local SHRM with lamps", self.texels(), (p + 1) * (p + 1), COEFFICIENTS)?;
-            let p = Degree::new(p).unwrap_or(Degree::MAX);
+            let p = reflection.brdf().p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
+            within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
             let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, p, Stop::NEVER);
             made.map_err(|error| RenderError::maps(error.to_string()))
         });

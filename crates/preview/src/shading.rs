@@ -22,6 +22,9 @@ pub mod lat_long;
 pub mod light_samples;
 pub mod lobe_sampling;
 pub mod local_shrm;
+#[cfg(test)]
+#[cfg(feature = "gpu")]
+mod map_shader_tests;
 pub mod material;
 pub mod mirror;
 #[cfg(test)]

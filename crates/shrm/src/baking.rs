@@ -11,7 +11,11 @@
 //! views are weighted by their projected area, as a ball shows them to a distant camera; about R they are
 //! uniform over the sphere. The method of conjugate gradients starts at the projection and ends as soon as a
 //! few steps gain little; on the grid of views, harmonics are sums over p and then over q, so that a step
-//! takes O(P^3).
+//! takes O(P^3). The map's P may be less than that of the field, which is fitted with all of its degrees.
+//!
+//! What a lamp adds to the views depends on its angle from R, its azimuth and its radius alone, and comes
+//! from tables that all texels share: sums over the points of each lamp would take many times as long as the
+//! fits.
 //!
 //! A material that is the same from every view needs no fit: its lamps are added exactly.
 
@@ -26,9 +30,9 @@ use sh::f64x4::SimdLevel;
 use sh::{Degree, Stop, Stopped};
 
 use crate::degrees::BLACK_SHARE;
-use crate::lamps::{Lamps, in_frame};
+use crate::lamps::Lamps;
 use crate::{MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
-use light_table::{AddLights, LightTable};
+use light_table::{AddLights, LightTable, PlacedLamp};
 use solver::{F32x8, Solve};
 use view_grid::ViewGrid;
 
@@ -37,7 +41,7 @@ pub const BAKED_AT_ONCE: usize = solver::LANES;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 impl Reflection {
     /// The mean radiance of all light, lamps included, times [`BLACK_SHARE`]: e of the module's text.
@@ -98,36 +102,17 @@ impl Reflection {
         if grid.len().saturating_mul(rows) > MOST_VALUES {
             return Err(SynthesisError::TooLarge { texels: grid.len(), rows });
         }
-        let views = ViewGrid::new(p.get(), p.get(), terms, soft.centre());
-        let field_views = ViewGrid::new(soft.p().get(), p.get(), terms, soft.centre());
-        let pairs_of_field = field_views.rows_of_pairs();
-        let (pairs, table) = (views.rows_of_pairs(), LightTable::new(lamps, &views));
-        let points = lamps.points();
-        let (dark, level) = (self.dark() as f32, SimdLevel::detect());
+        let fit = TexelFit::new(self, soft, lamps, p);
+        let level = SimdLevel::detect();
         let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
         let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
         blocks.try_for_each(|(values, texels)| {
             stop.check()?;
-            let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; pairs_of_field.len()]);
-            let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
-            for (lane, &texel) in texels.iter().enumerate() {
-                for (pair, rows) in pairs_of_field.iter().enumerate() {
-                    for (part, row) in rows.iter().enumerate() {
-                        let Some(value) = row.and_then(|row| soft.texel(texel).get(row)) else { continue };
-                        (0..3).for_each(|channel| field[channel][pair][part].0[lane] = value[channel]);
-                    }
-                }
-                let (lights, lit) = (&in_frame(&points, grid.direction(texel))[..], &mut lit);
-                level.run(AddLights { table: &table, lights, dark, views: &views, lane, lit });
-            }
-            for (channel, (field, lit)) in field.iter().zip(&mut lit).enumerate() {
-                let at = |rows| pairs_of_field.iter().position(|of_field| of_field == rows);
-                let soft = |rows| at(rows).map_or([F32x8::ZERO; 2], |pair| field[pair]);
-                let mut coefficients: Vec<[F32x8; 2]> = pairs.iter().map(soft).collect();
-                let field = (&field_views, &field[..]);
-                level.run(Solve { views: &views, dark, field, coefficients: &mut coefficients, lit });
+            let lit = fit.light(texels, level);
+            for (channel, lit) in lit.into_iter().enumerate() {
+                let coefficients = fit.solve(lit, level);
                 for (lane, out) in values.chunks_exact_mut(rows).enumerate() {
-                    for (rows, values) in pairs.iter().zip(&coefficients) {
+                    for (rows, values) in fit.pairs.iter().zip(&coefficients) {
                         for (row, value) in rows.iter().zip(values) {
                             row.iter().for_each(|row| out[*row][channel] = value.0[lane]);
                         }
@@ -141,6 +126,83 @@ impl Reflection {
             values[texel * rows..][..rows].copy_from_slice(fitted);
         }
         Ok(Shrm { grid, view: View::Local, centre: soft.centre(), p, terms, values })
+    }
+}
+
+/// What the fits of all texels share.
+struct TexelFit<'a> {
+    soft: &'a Shrm,
+    /// The radiance e below which a value counts as black.
+    dark: f32,
+    /// The views, and the harmonics that are fitted there.
+    views: ViewGrid,
+    /// The rows of the coefficients that are fitted.
+    pairs: Vec<[Option<usize>; 2]>,
+    /// The soft field's harmonics at the same views, and the rows of its coefficients.
+    field_views: ViewGrid,
+    field_pairs: Vec<[Option<usize>; 2]>,
+    table: LightTable,
+    lamps: Vec<PlacedLamp>,
+}
+
+/// One channel of the light at eight texels.
+struct Lit {
+    /// The coefficients of the soft field, in pairs.
+    field: Vec<[F32x8; 2]>,
+    /// The radiance of the lamps at each view.
+    lamps: Vec<F32x8>,
+}
+
+impl<'a> TexelFit<'a> {
+    fn new(reflection: &Reflection, soft: &'a Shrm, lamps: &Lamps, p: Degree) -> Self {
+        let views = ViewGrid::new(p.get(), p.get(), soft.terms(), soft.centre());
+        let field_views = ViewGrid::new(soft.p().get(), p.get(), soft.terms(), soft.centre());
+        let (pairs, field_pairs) = (views.rows_of_pairs(), field_views.rows_of_pairs());
+        let table = LightTable::new(lamps, &views);
+        let lamps = table.placed(lamps);
+        Self { soft, dark: reflection.dark() as f32, views, pairs, field_views, field_pairs, table, lamps }
+    }
+
+    /// The light of each channel at up to eight texels.
+    fn light(&self, texels: &[usize], level: SimdLevel) -> [Lit; 3] {
+        let mut lit = [0; 3].map(|_| Lit {
+            field: vec![[F32x8::ZERO; 2]; self.field_pairs.len()],
+            lamps: vec![F32x8::ZERO; self.views.len()],
+        });
+        for (lane, &texel) in texels.iter().enumerate() {
+            for (pair, rows) in self.field_pairs.iter().enumerate() {
+                for (part, row) in rows.iter().enumerate() {
+                    let Some(row) = row else { continue };
+                    let value = self.soft.texel(texel)[*row];
+                    (0..3).for_each(|channel| lit[channel].field[pair][part].0[lane] = value[channel]);
+                }
+            }
+            let (central, lit) =
+                (self.soft.grid().direction(texel), lit.each_mut().map(|lit| &mut lit.lamps[..]));
+            let (table, dark, views) = (&self.table, self.dark, &self.views);
+            level.run(AddLights { table, lamps: &self.lamps, central, dark, views, lane, lit });
+        }
+        lit
+    }
+
+    /// The coefficients of one channel, in pairs.
+    fn solve(&self, mut lit: Lit, level: SimdLevel) -> Vec<[F32x8; 2]> {
+        let mut coefficients = vec![[F32x8::ZERO; 2]; self.pairs.len()];
+        let (mut kept, mut field) = (&mut coefficients[..], &lit.field[..]);
+        for (count, of_field) in self.views.counts().zip(self.field_views.counts()) {
+            let (of_q, others) = kept.split_at_mut(count);
+            let (of_field, rest) = field.split_at(of_field);
+            of_q.iter_mut().zip(of_field).for_each(|(pair, value)| *pair = *value);
+            (kept, field) = (others, rest);
+        }
+        level.run(Solve {
+            views: &self.views,
+            dark: self.dark,
+            field: (&self.field_views, &lit.field),
+            coefficients: &mut coefficients,
+            lit: &mut lit.lamps,
+        });
+        coefficients
     }
 }
 
@@ -258,5 +320,125 @@ mod tests {
         let stop = Stop::when(&|| true);
         assert_eq!(reflection.bake_texels(&soft, most_p(), &[3, 17], stop), Err(Stopped.into()));
         assert_eq!(reflection.bake(grid, View::Local, most_p(), stop), Err(Stopped.into()));
+    }
+
+    /// Five lamps of different sizes over the soft sky.
+    fn studio() -> Lighting {
+        let lamp = |k: usize| {
+            let radius = [0.004, 0.02, 0.05, 0.11, 0.3][k];
+            Light::from_flux(sphere::spiral(k, 5), radius, [0.5 + 0.1 * k as f64, 0.6, 0.4])
+        };
+        Lighting { lights: (0..5).map(lamp).collect(), ..lighting() }
+    }
+
+    /// The reflection of the studio and its local map without lamps, with the lamps' light that is tabulated
+    /// for the fits of degree P, and the same as sums over the points of the lamps.
+    fn tabulated(
+        material: &Material,
+        p: usize,
+        check: impl Fn(&Reflection, &Shrm, &TexelFit, [Lit; 2], usize),
+    ) {
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let (reflection, _) = Reflection::for_light(&studio(), &brdf, material, Stop::NEVER).unwrap();
+        let soft = reflection.synthesise(MapGrid::Cube(Cube { edge: 8 }), View::Local, Stop::NEVER).unwrap();
+        let lamps = reflection.lamps().unwrap();
+        let fit = TexelFit::new(&reflection, &soft, lamps, Degree::new(p).unwrap());
+        for first in (0..soft.grid().len()).step_by(3 * BAKED_AT_ONCE) {
+            let texels: Vec<usize> = (first..soft.grid().len()).take(BAKED_AT_ONCE).collect();
+            let [_, lit, _] = fit.light(&texels, SimdLevel::detect());
+            let mut exact = vec![F32x8::ZERO; lit.lamps.len()];
+            for (lane, texel) in texels.iter().enumerate() {
+                let central = soft.grid().direction(*texel);
+                let outgoing = fit.views.rows.iter().flat_map(|(theta, _)| {
+                    let azimuths = (0..fit.views.quarter.len()).flat_map(|j| fit.views.azimuths(j));
+                    azimuths.map(move |phi| Direction::from_angles(*theta, phi))
+                });
+                for (value, outgoing) in exact.iter_mut().zip(outgoing) {
+                    let view = crate::frame(central).apply(outgoing);
+                    value.0[lane] = lamps.radiance(central, view)[1] as f32;
+                }
+            }
+            let exact = Lit { field: lit.field.clone(), lamps: exact };
+            check(&reflection, &soft, &fit, [lit, exact], first);
+        }
+    }
+
+    /// Between the nodes of the angle, the azimuth and the radius.
+    #[test]
+    fn the_light_of_lamps_of_all_sizes_is_the_sum_over_their_points() {
+        for material in &materials()[1..] {
+            let stops = std::sync::Mutex::new(Vec::new());
+            tabulated(material, 4, |reflection, _, _, [found, exact], _| {
+                let dark = reflection.dark() as f32;
+                let pairs = found.lamps.iter().flat_map(|v| v.0).zip(exact.lamps.iter().flat_map(|v| v.0));
+                stops.lock().unwrap().extend(pairs.map(|(a, b)| ((a + dark) / (b + dark)).log2().abs()));
+            });
+            let mut stops = stops.into_inner().unwrap();
+            stops.sort_by(f32::total_cmp);
+            let at = |share: f64| stops[(share * stops.len() as f64) as usize];
+            assert!(at(0.95) < 0.03 && at(0.99) < 0.1, "{}: {} {}", material.name(), at(0.95), at(0.99));
+        }
+    }
+
+    /// A fit of few degrees loses nothing by the tables: it is as near to brute force as that of the exact
+    /// light.
+    #[test]
+    fn few_degrees_are_fitted_as_well_as_they_are_to_the_sum_over_points() {
+        for (material, p) in [(&materials()[1], 2), (&materials()[1], 4), (&materials()[2], 3)] {
+            let errors = std::sync::Mutex::new([Vec::new(), Vec::new()]);
+            tabulated(material, p, |reflection, soft, fit, lit, first| {
+                let basis = sh::Basis::new(Degree::new(p).unwrap());
+                let mut y = vec![0.0; (p + 1) * (p + 1)];
+                let (lamps, dark) = (reflection.lamps().unwrap(), reflection.dark());
+                for (lit, errors) in lit.into_iter().zip(errors.lock().unwrap().iter_mut()) {
+                    let coefficients = fit.solve(lit, SimdLevel::detect());
+                    for lane in 0..BAKED_AT_ONCE {
+                        let central = soft.grid().direction(first + lane);
+                        for k in 0..24 {
+                            let outgoing = seen(soft.centre(), 24 * (first + lane) + k);
+                            basis.evaluate_into(outgoing, &mut y);
+                            let rows = fit.pairs.iter().flatten().zip(coefficients.as_flattened());
+                            let found = rows.filter_map(|(row, x)| Some(f64::from(x.0[lane]) * y[(*row)?]));
+                            let found = found.sum::<f64>().max(0.0) + dark;
+                            let view = crate::frame(central).apply(outgoing);
+                            let soft = reflection.evaluate(central, view)[1].max(0.0);
+                            let right = soft + lamps.radiance(central, view)[1] + dark;
+                            errors.push((found / right).log2().abs());
+                        }
+                    }
+                }
+            });
+            let [found, best] = errors.into_inner().unwrap().map(|mut errors| {
+                errors.sort_by(f64::total_cmp);
+                errors[errors.len() * 95 / 100]
+            });
+            assert!(found < 1.02 * best, "{} P = {p}: {found} {best}", material.name());
+        }
+    }
+
+    /// The soft field keeps all of its degrees in what is fitted, of which the map has fewer.
+    #[test]
+    fn a_map_of_fewer_degrees_than_the_field_is_fitted_to_the_whole_field() {
+        let material = &materials()[1];
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let dim = Light { irradiance: [1e-9; 3], ..lighting().lights[0] };
+        let lighting = Lighting { lights: vec![dim], ..lighting() };
+        let brdf = brdf.cut_to(Degree::new(6).unwrap(), Degree::new(6).unwrap());
+        let reflection = Reflection::convolve(&lighting.series, &brdf)
+            .with_lamps(Lamps { lights: lighting.lights.clone(), material: material.clone() });
+        let grid = MapGrid::Cube(Cube { edge: 4 });
+        let [few, cut] = [true, false].map(|fitted| {
+            let p = Degree::new(2).unwrap();
+            let map = if fitted {
+                reflection.bake(grid, View::Local, p, Stop::NEVER).unwrap()
+            } else {
+                let cut = Reflection::convolve(&lighting.series, &brdf.cut_to(brdf.f(), p));
+                cut.synthesise(grid, View::Local, Stop::NEVER).unwrap()
+            };
+            assert_eq!((map.p(), map.rows()), (p, 9));
+            let errors = stops(&reflection, &map, reflection.dark());
+            errors.iter().map(|error| error * error).sum::<f64>()
+        });
+        assert!(few <= cut, "{few} {cut}");
     }
 }

@@ -103,10 +103,8 @@ fn choose(
     allowance: CutAllowance,
     stop: Stop<'_>,
 ) -> Result<Cut, Stopped> {
-    let trial = Trial::new(lighting, brdf, allowance.rule);
-    let sample = |index| stop.check().map(|()| trial.samples(index, lighting, brdf, beside));
-    let samples: Result<Vec<Vec<Sample>>, Stopped> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
-    Ok(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), allowance))
+    let trial = Trial::new(lighting, brdf, SAMPLES[0], allowance.rule);
+    Ok(least(&trial, &trial.all_samples(lighting, brdf, beside, stop)?, allowance))
 }
 
 /// Finds the least of the tried degrees at which a cut uses no more than its share of the limits.
@@ -176,6 +174,8 @@ impl Beside<'_> {
 
 /// The degrees that are tried, and those that they are compared with.
 struct Trial {
+    /// The number of central directions.
+    centrals: usize,
     f: Vec<usize>,
     p: Vec<usize>,
     reference_p: usize,
@@ -193,7 +193,7 @@ struct Sample {
 }
 
 impl Trial {
-    fn new(lighting: &Expansion, brdf: &BrdfCoefficients, rule: Option<DegreeRule>) -> Self {
+    fn new(lighting: &Expansion, brdf: &BrdfCoefficients, centrals: usize, rule: Option<DegreeRule>) -> Self {
         let (most_f, most_p) = (brdf.f().min(lighting.degree()).get(), brdf.p().get());
         let mut f: Vec<usize> = TRIED_F.into_iter().filter(|f| *f < most_f).collect();
         f.push(most_f);
@@ -203,7 +203,20 @@ impl Trial {
             p = (0..=most_p.min(rule.most_p.max(MOST_P))).collect();
         }
         let rms = rms_of_cuts(&lighting.to_degree(lighting.degree().min(brdf.f())), brdf);
-        Self { f, p, reference_p: most_p, centre: brdf.centre(), rms }
+        Self { centrals, f, p, reference_p: most_p, centre: brdf.centre(), rms }
+    }
+
+    /// The samples of all central directions.
+    fn all_samples(
+        &self,
+        lighting: &Expansion,
+        brdf: &BrdfCoefficients,
+        beside: Beside<'_>,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Sample>, Stopped> {
+        let sample = |index| stop.check().map(|()| self.samples(index, lighting, brdf, beside));
+        let samples: Result<Vec<_>, Stopped> = (0..self.centrals).into_par_iter().map(sample).collect();
+        Ok(samples?.into_iter().flatten().collect())
     }
 
     /// The samples of one central direction.
@@ -214,7 +227,7 @@ impl Trial {
         brdf: &BrdfCoefficients,
         beside: Beside<'_>,
     ) -> Vec<Sample> {
-        let central = spiral(index, SAMPLES[0]);
+        let central = spiral(index, self.centrals);
         let most = Degree::new(self.f[self.f.len() - 1]).unwrap_or(Degree::ZERO);
         let light = rotate_orders(&lighting.to_degree(most), frame(central).inverse(), self.reference_p);
         let lights = beside.lamps.map(|lamps| (lamps, lamps.about(central)));
@@ -385,6 +398,30 @@ impl Reflection {
             .marked_for_light()
             .with_lamps(lamps)
     }
+}
+
+/// The radiance of the uncut reflection of a light and of the one that [`Reflection::for_light`] would cut,
+/// lamps included, at this many central directions: in the order of [`Reflection::samples`].
+pub(crate) fn samples_for_light(
+    lighting: &sh::Lighting,
+    brdf: &BrdfCoefficients,
+    material: &brdf::Material,
+    centrals: usize,
+    stop: Stop<'_>,
+) -> Result<[Vec<[f64; 3]>; 2], Stopped> {
+    let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
+    let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
+    let trial = Trial::new(&lighting.series, brdf, centrals, None);
+    let samples = trial.all_samples(&lighting.series, brdf, beside, stop)?;
+    let cut = least(&trial, &samples, CutAllowance { share: 1.0, dark, rule: None });
+    let place = |degrees: &[usize], degree: Degree| degrees.iter().position(|l| *l == degree.get());
+    let [f, p] = [place(&trial.f, cut.f), place(&trial.p, cut.p)].map(Option::unwrap_or_default);
+    let with =
+        |value: [f64; 3], beside: [f64; 3]| std::array::from_fn(|channel| value[channel] + beside[channel]);
+    let whole = samples.iter().map(|sample| with(sample.reference, sample.beside[1])).collect();
+    let cut =
+        samples.iter().map(|sample| with(sample.cuts[f * trial.p.len() + p], sample.beside[0])).collect();
+    Ok([whole, cut])
 }
 
 /// A degree beside which a cut at this one is measured, where the field is smooth.

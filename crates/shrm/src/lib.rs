@@ -27,6 +27,7 @@ mod reflection;
 mod resample;
 mod resolution;
 pub mod ringing;
+pub mod shader;
 mod sphere_map;
 pub mod stops;
 mod synthesis;

@@ -527,6 +527,33 @@ fn full_coefficients_are_the_exact_ones() {
     }
 }
 
+/// What a check of rings compares with: the coefficients of the full grid within a percent, also where F is
+/// below P.
+#[test]
+fn a_sketch_is_near_the_full_coefficients() {
+    let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+    let materials = [
+        Material::Microfacet(Microfacet::new(0.2, [1.0, 0.5, 0.2]).unwrap()),
+        Material::Ggx(Ggx::new(0.3, metal, [1.0; 3]).unwrap()),
+        Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap()),
+    ];
+    for material in materials {
+        let full = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        for f in [6, 60] {
+            let f = Degree::new(f).unwrap();
+            let sketch = project(&material, Choice::Sketch { f }, Stop::NEVER).unwrap().coefficients;
+            let p = sketch.p();
+            assert!(p.get() == 20 && sketch.f() <= f);
+            let exact = full.cut_to(sketch.f(), p);
+            let pairs = sketch.rho().as_flattened().iter().zip(exact.rho().as_flattened());
+            let apart: f64 = pairs.map(|(a, b)| (a - b) * (a - b)).sum();
+            let norm: f64 = exact.rho().as_flattened().iter().map(|value| value * value).sum();
+            let share = (apart / norm).sqrt();
+            assert!(share < 1e-2, "{} {}: {share:.1e}", material.name(), f.get());
+        }
+    }
+}
+
 /// Phong about R in closed form needs no view, and its F is the least that keeps all but 1e-7.
 #[test]
 fn full_coefficients_of_a_radial_material_have_no_view() {

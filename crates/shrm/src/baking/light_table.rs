@@ -1,129 +1,265 @@
-//! rho_hat at the views of a grid, tabulated by the angle between light and central direction.
+//! What lamps add to the views of a grid, tabulated by the angle between lamp and central direction.
 //!
-//! All lights and texels share one table: about its central direction, an isotropic material depends on the
-//! light's angle and on the azimuth between light and view alone. Between the nodes it is interpolated.
+//! All texels share the tables: about its central direction, an isotropic material depends on the lamp's
+//! angle and on the azimuth between lamp and view alone. Between the nodes they are interpolated. A lamp is a
+//! disk, and rho_hat in the mean over it depends on its radius too: there is a table for each of a few radii,
+//! between which the mean is interpolated in the square of the radius, in which it is smooth.
 
 use std::f64::consts::PI;
 
-use brdf::SurfaceView;
+use brdf::{Centre, SurfaceView};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use sphere::Direction;
+use sh::{Light, POINT};
+use sphere::{DVec3, Direction};
 
-use super::solver::F32x8;
+use super::solver::{F32x8, LANES, load, store};
 use super::view_grid::{MIRRORED, ViewGrid};
-use crate::lamps::{Lamps, LocalLight};
+use crate::frame;
+use crate::lamps::Lamps;
 use crate::mean_lobe::{angles, place};
 
 /// Nodes of the azimuth over half a turn, besides the first.
 const AZIMUTHS: usize = 64;
 
-/// A light that adds less than this share of black to every view is left out of a texel.
+/// A lamp that adds less than this share of black to every view is left out of a texel.
 const UNSEEN: f32 = 1e-3;
 
-/// rho_hat over [angle, azimuth, channel, row of views].
+/// The ratio of the squares of two adjacent radii, if [`MOST_RADII`] are enough for that.
+const RATIO: f64 = 2.0;
+
+/// The most radii that have a table.
+const MOST_RADII: usize = 8;
+
+/// The width of features of rho_hat away from the highlight, as a share of the distance, and its maximum in
+/// radians.
+const AWAY: f64 = 0.2;
+const WIDEST: f64 = 0.5;
+
+/// The most points over which the mean of a disk is taken.
+const MOST_POINTS: usize = 128;
+
+/// rho_hat of the views in the mean over disks of some radii.
 pub(super) struct LightTable {
     angles: Vec<f64>,
-    values: Vec<f32>,
-    /// The largest value of each angle.
-    largest: Vec<f32>,
     /// The number of azimuths of an angle: 1 if the material does not depend on it.
     azimuths: usize,
+    /// The number of vectors of an azimuth: channel by channel and, within one, row by row of views.
+    vectors: usize,
+    /// From the smallest radius on.
+    disks: Vec<DiskTable>,
+}
+
+/// The table of one radius.
+struct DiskTable {
+    radius: f64,
+    /// The values over [angle, azimuth, channel and row of views].
+    values: Vec<F32x8>,
+    /// The largest value of each angle.
+    largest: Vec<f32>,
+}
+
+/// A lamp, and the tables between which its own lies.
+pub(super) struct PlacedLamp {
+    direction: DVec3,
+    flux: [f32; 3],
+    /// The tables with their shares, which sum to 1; the second may have none.
+    disks: [(usize, f32); 2],
 }
 
 impl LightTable {
     pub(super) fn new(lamps: &Lamps, views: &ViewGrid) -> Self {
         let angles = angles(2e-4, 0.08, 0.03);
         let azimuths = if views.orders() == 0 { 1 } else { AZIMUTHS + 1 };
-        let (centre, turns) = (lamps.material.centre(), lamps.material.turns());
-        let of_azimuth = |azimuth: usize| {
-            let phi = PI * azimuth as f64 / AZIMUTHS as f64;
-            views.rows.iter().map(move |row| centre.toward(Direction::from_angles(row.0, phi)))
+        let vectors = (3 * views.rows.len()).div_ceil(LANES);
+        let point = point_table(lamps, views, &angles, azimuths);
+        let width = lamps.material.highlight_width();
+        let radii = radii(lamps.lights.iter().map(|light| light.radius).filter(|r| *r > POINT * width));
+        let mut table = Self { angles, azimuths, vectors, disks: vec![DiskTable::new(0.0, point)] };
+        let centre = lamps.material.centre();
+        let larger: Vec<DiskTable> = radii.iter().map(|radius| table.disk(*radius, width, centre)).collect();
+        table.disks.extend(larger);
+        table
+    }
+
+    /// The lamps, each with its place among the tables.
+    pub(super) fn placed(&self, lamps: &Lamps) -> Vec<PlacedLamp> {
+        let area = |disk: usize| self.disks[disk].radius * self.disks[disk].radius;
+        let last = self.disks.len() - 1;
+        let place = |light: &Light| {
+            let above = self.disks.partition_point(|disk| disk.radius < light.radius).min(last);
+            let below = above.saturating_sub(1);
+            let span = area(above) - area(below);
+            let share = if span > 0.0 { (light.radius * light.radius - area(below)) / span } else { 1.0 };
+            let share = share.clamp(0.0, 1.0) as f32;
+            PlacedLamp {
+                direction: light.direction.vector(),
+                flux: light.flux().map(|flux| flux as f32),
+                disks: [(below, 1.0 - share), (above, share)],
+            }
         };
-        let seen: Vec<SurfaceView> = (0..azimuths).flat_map(of_azimuth).collect();
-        let slice = |angle: &f64| -> Vec<f32> {
-            let incident = Direction::from_angles(*angle, 0.0);
-            let mut slice = Vec::with_capacity(azimuths * 3 * views.rows.len());
-            for seen in seen.chunks_exact(views.rows.len()) {
-                let value = |view: &SurfaceView| {
-                    lamps.material.mean_over_turns(turns, view.incident(incident), view.outgoing())
-                };
-                let values: Vec<[f64; 3]> = seen.iter().map(value).collect();
-                for channel in 0..3 {
-                    slice.extend(values.iter().map(|value| value[channel] as f32));
+        lamps.lights.iter().map(place).collect()
+    }
+
+    /// The table of a disk, from that of points, for a highlight of this width.
+    fn disk(&self, radius: f64, width: f64, centre: Centre) -> DiskTable {
+        let slice = |angle: &f64| -> Vec<F32x8> {
+            let light = |width: f64| {
+                Light { direction: Direction::from_angles(*angle, 0.0), radius, irradiance: [1.0; 3] }
+                    .points(width)
+            };
+            // Away from a highlight about R, rho_hat is smooth.
+            let away = if centre == Centre::Reflection { AWAY * (angle - radius) } else { 0.0 };
+            let mut width = away.clamp(width, WIDEST.max(width));
+            let mut points = light(width);
+            while points.len() > MOST_POINTS && width < WIDEST {
+                width *= 1.25;
+                points = light(width);
+            }
+            let mut slice = vec![F32x8::ZERO; self.azimuths * self.vectors];
+            for (direction, share) in points {
+                let (k, next) = place(&self.angles, direction.theta());
+                let turn = -direction.phi() / PI * AZIMUTHS as f64;
+                let (shift, part) = (turn.floor() as isize, turn - turn.floor());
+                let weights =
+                    [(1.0 - next) * (1.0 - part), (1.0 - next) * part, next * (1.0 - part), next * part]
+                        .map(|weight| (share * weight) as f32);
+                for (azimuth, sums) in slice.chunks_exact_mut(self.vectors).enumerate() {
+                    let step = azimuth as isize + shift;
+                    let nodes = [(k, step), (k, step + 1), (k + 1, step), (k + 1, step + 1)];
+                    let nodes = nodes.map(|(k, step)| self.node(0, k, step));
+                    for (node, weight) in nodes.into_iter().zip(weights) {
+                        for (sum, value) in sums.iter_mut().zip(node) {
+                            (0..LANES).for_each(|lane| sum.0[lane] += weight * value.0[lane]);
+                        }
+                    }
                 }
             }
             slice
         };
-        let slices: Vec<Vec<f32>> = angles.par_iter().map(slice).collect();
-        let largest = slices.iter().map(|slice| slice.iter().copied().fold(0.0, f32::max)).collect();
-        Self { angles, values: slices.concat(), largest, azimuths }
+        DiskTable::new(radius, self.angles.par_iter().map(slice).collect())
     }
 
-    /// The node below an azimuth, and the part of the step to the next.
-    fn step(&self, azimuth: f64) -> (usize, f32) {
-        if self.azimuths == 1 {
-            return (0, 0.0);
-        }
-        let folded = azimuth.rem_euclid(2.0 * PI);
-        let place = folded.min(2.0 * PI - folded) / PI * AZIMUTHS as f64;
-        let step = (place as usize).min(AZIMUTHS - 1);
-        (step, (place - step as f64) as f32)
+    /// The values of a disk at a node of the angle and one of the azimuth, which is even and goes around.
+    fn node(&self, disk: usize, angle: usize, azimuth: isize) -> &[F32x8] {
+        let folded = azimuth.rem_euclid(2 * AZIMUTHS as isize) as usize;
+        let azimuth = folded.min(2 * AZIMUTHS - folded).min(self.azimuths - 1);
+        &self.disks[disk].values[(angle * self.azimuths + azimuth) * self.vectors..][..self.vectors]
     }
+}
+
+impl DiskTable {
+    fn new(radius: f64, slices: Vec<Vec<F32x8>>) -> Self {
+        let most = |slice: &Vec<F32x8>| slice.iter().flat_map(|value| value.0).fold(0.0, f32::max);
+        Self { radius, largest: slices.iter().map(most).collect(), values: slices.concat() }
+    }
+}
+
+/// rho_hat itself: a slice for each angle.
+fn point_table(lamps: &Lamps, views: &ViewGrid, angles: &[f64], azimuths: usize) -> Vec<Vec<F32x8>> {
+    let (centre, turns) = (lamps.material.centre(), lamps.material.turns());
+    let of_azimuth = |azimuth: usize| {
+        let phi = PI * azimuth as f64 / AZIMUTHS as f64;
+        views.rows.iter().map(move |row| centre.toward(Direction::from_angles(row.0, phi)))
+    };
+    let seen: Vec<SurfaceView> = (0..azimuths).flat_map(of_azimuth).collect();
+    let slice = |angle: &f64| -> Vec<F32x8> {
+        let incident = Direction::from_angles(*angle, 0.0);
+        let of_azimuth = |seen: &[SurfaceView]| {
+            let value = |view: &SurfaceView| {
+                lamps.material.mean_over_turns(turns, view.incident(incident), view.outgoing())
+            };
+            let values: Vec<[f64; 3]> = seen.iter().map(value).collect();
+            let mut vectors = vec![F32x8::ZERO; (3 * values.len()).div_ceil(LANES)];
+            for channel in 0..3 {
+                for (row, value) in values.iter().enumerate() {
+                    let at = channel * values.len() + row;
+                    vectors[at / LANES].0[at % LANES] = value[channel] as f32;
+                }
+            }
+            vectors
+        };
+        seen.chunks_exact(views.rows.len()).flat_map(of_azimuth).collect()
+    };
+    angles.par_iter().map(slice).collect()
+}
+
+/// The radii that have a table, between the smallest and the largest of these.
+fn radii(radii: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+    let (least, most) = (radii.clone().fold(f64::INFINITY, f64::min), radii.fold(0.0, f64::max));
+    if most == 0.0 {
+        return Vec::new();
+    }
+    let ratio = (most / least) * (most / least);
+    let steps = (math::ln(ratio) / math::ln(RATIO)).ceil().min(MOST_RADII as f64 - 1.0) as usize;
+    let step =
+        |k: usize| if k == steps { most } else { least * math::pow(ratio, 0.5 * k as f64 / steps as f64) };
+    (0..=steps).map(step).collect()
 }
 
 /// The light of a texel's lamps, to be added to a lane of every view.
 pub(super) struct AddLights<'a> {
     pub(super) table: &'a LightTable,
-    /// The lamps in the texel's own frame.
-    pub(super) lights: &'a [LocalLight],
+    pub(super) lamps: &'a [PlacedLamp],
+    /// The texel's central direction.
+    pub(super) central: Direction,
     /// The radiance e below which a value counts as black.
     pub(super) dark: f32,
     pub(super) views: &'a ViewGrid,
     pub(super) lane: usize,
-    pub(super) lit: &'a mut [Vec<F32x8>; 3],
+    pub(super) lit: [&'a mut [F32x8]; 3],
 }
 
 impl WithSimd for AddLights<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { table, lights, dark, views, lane, lit } = self;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { table, lamps, central, dark, views, lane, mut lit } = self;
         let (rows, azimuths) = (views.rows.len(), views.quarter.len() * MIRRORED);
-        let count = table.azimuths * 3 * rows;
-        let mut sums = vec![0.0; azimuths * 3 * rows];
-        for light in lights {
-            let (k, share) = place(&table.angles, light.direction.theta());
-            let flux = light.flux.map(|flux| flux as f32);
-            let strongest = flux.iter().fold(0.0, |most: f32, flux| most.max(*flux));
-            if strongest * table.largest[k].max(table.largest[k + 1]) < UNSEEN * dark {
+        let into_local = frame(central).matrix().transpose();
+        let mut sums = vec![F32x8::ZERO; azimuths * table.vectors];
+        let mut fluxes = vec![F32x8::ZERO; table.vectors];
+        for lamp in lamps {
+            let direction = Direction::normalised(into_local * lamp.direction);
+            let (k, next) = place(&table.angles, direction.theta());
+            let (next, turn) = (next as f32, direction.phi());
+            let strongest = lamp.flux.iter().fold(0.0, |most: f32, flux| most.max(*flux));
+            let largest = |disk: usize| table.disks[disk].largest[k].max(table.disks[disk].largest[k + 1]);
+            if strongest * lamp.disks.map(|(disk, _)| largest(disk)).into_iter().fold(0.0, f32::max)
+                < UNSEEN * dark
+            {
                 continue;
             }
-            let (share, turn) = (share as f32, light.direction.phi());
-            let of_azimuths = (0..views.quarter.len()).flat_map(|j| views.azimuths(j));
-            for (azimuth, sums) in of_azimuths.zip(sums.chunks_exact_mut(3 * rows)) {
-                let (step, part) = table.step(azimuth - turn);
-                let next = (step + 1).min(table.azimuths - 1);
-                let nodes = [(k, step), (k, next), (k + 1, step), (k + 1, next)];
-                let [a, b, c, d] =
-                    nodes.map(|(k, step)| &table.values[k * count + step * 3 * rows..][..3 * rows]);
-                for channel in 0..3 {
-                    let of_channel = channel * rows..(channel + 1) * rows;
-                    let [a, b, c, d] = [a, b, c, d].map(|values| &values[of_channel.clone()]);
-                    let [near, far] = [1.0 - share, share].map(|share| flux[channel] * share);
+            for (channel, flux) in lamp.flux.into_iter().enumerate() {
+                (channel * rows..(channel + 1) * rows).for_each(|at| fluxes[at / LANES].0[at % LANES] = flux);
+            }
+            for (disk, of_disk) in lamp.disks.into_iter().filter(|(_, share)| *share > 0.0) {
+                let of_azimuths = (0..views.quarter.len()).flat_map(|j| views.azimuths(j));
+                for (azimuth, sums) in of_azimuths.zip(sums.chunks_exact_mut(table.vectors)) {
+                    let step = (azimuth - turn) / PI * AZIMUTHS as f64;
+                    let (below, part) = (step.floor() as isize, (step - step.floor()) as f32);
+                    let corners = [(k, below), (k, below + 1), (k + 1, below), (k + 1, below + 1)];
+                    let [a, b, c, d] = corners.map(|(k, step)| table.node(disk, k, step));
+                    let [near, far] = [of_disk * (1.0 - next), of_disk * next];
                     let weights = [near * (1.0 - part), near * part, far * (1.0 - part), far * part];
-                    for (row, sum) in sums[of_channel].iter_mut().enumerate() {
-                        *sum += weights[0] * a[row] + weights[1] * b[row];
-                        *sum += weights[2] * c[row] + weights[3] * d[row];
+                    let weights = weights.map(|weight| simd.splat_f32s(weight));
+                    let values = a.iter().zip(b).zip(c.iter().zip(d));
+                    for ((sum, flux), ((a, b), (c, d))) in sums.iter_mut().zip(&fluxes).zip(values) {
+                        let mut value = simd.mul_f32s(weights[0], load(simd, a));
+                        value = simd.mul_add_f32s(weights[1], load(simd, b), value);
+                        value = simd.mul_add_f32s(weights[2], load(simd, c), value);
+                        value = simd.mul_add_f32s(weights[3], load(simd, d), value);
+                        store(simd, simd.mul_add_f32s(value, load(simd, flux), load(simd, sum)), sum);
                     }
                 }
             }
         }
-        for (azimuth, sums) in sums.chunks_exact(3 * rows).enumerate() {
-            for (channel, sums) in sums.chunks_exact(rows).enumerate() {
-                for (row, sum) in sums.iter().enumerate() {
-                    lit[channel][row * azimuths + azimuth].0[lane] += sum;
+        for (azimuth, sums) in sums.chunks_exact(table.vectors).enumerate() {
+            for (channel, lit) in lit.iter_mut().enumerate() {
+                for row in 0..rows {
+                    let at = channel * rows + row;
+                    lit[row * azimuths + azimuth].0[lane] = sums[at / LANES].0[at % LANES];
                 }
             }
         }

@@ -34,7 +34,7 @@ pub(super) struct Solve<'a> {
     /// The soft field's harmonics at the same views, and its coefficients, in pairs as
     /// [`ViewGrid::rows_of_pairs`] has them.
     pub(super) field: (&'a ViewGrid, &'a [[F32x8; 2]]),
-    /// The coefficients of the soft field, cut at the degree of the fit; becomes the solution.
+    /// The soft field's coefficients that the map has too; becomes the solution.
     pub(super) coefficients: &'a mut [[F32x8; 2]],
     /// The lamps' radiance at each view; becomes what the map lacks of all light.
     pub(super) lit: &'a mut [F32x8],
@@ -120,12 +120,12 @@ impl WithSimd for Solve<'_> {
 }
 
 #[inline(always)]
-fn load<S: Simd>(_: S, value: &F32x8) -> S::f32s {
+pub(super) fn load<S: Simd>(_: S, value: &F32x8) -> S::f32s {
     pulp::cast(value.0)
 }
 
 #[inline(always)]
-fn store<S: Simd>(_: S, vector: S::f32s, value: &mut F32x8) {
+pub(super) fn store<S: Simd>(_: S, vector: S::f32s, value: &mut F32x8) {
     value.0 = pulp::cast(vector);
 }
 

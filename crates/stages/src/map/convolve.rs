@@ -64,12 +64,12 @@
 //! inputs = { lighting = "lighting", brdf = "coefficients" }
 //! ```
 
-use brdf::{BrdfCoefficients, Choice, Material, project};
+use brdf::{BrdfCoefficients, Material};
 use containers::tensors;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, parameters};
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
-use shrm::ringing::{CutError, Samples};
+use shrm::ringing::{CutError, CutStudy, Samples};
 use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection};
 
 use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed, of_cut};
@@ -300,27 +300,17 @@ fn warn_of_rings(
     dark: f64,
     reporter: &Reporter,
 ) -> Result<(), Failure> {
-    // A window changes what rings, and what is cut where it is sharp: without either, nothing is wrong.
-    let found = samples(reflection, reporter)?;
-    let calm = samples(&reflection.windowed(sh::Window::Hanning), reporter)?;
-    if found.negative(dark) <= NEGATIVE && found.error(&calm, dark).p95 <= RING {
-        return Ok(());
-    }
-    let projection = Choice::Full.steps().unwrap_or_default();
-    let steps = Steps::new(reporter, projection + shrm::degrees::STEPS);
-    let full = steps.until_stopped(|stop| project(material, Choice::Full, stop))?.coefficients;
-    let right = samples(&whole(lighting, &full, material), reporter)?;
-    let error = found.error(&right, dark);
-    if error.negative <= NEGATIVE && error.p95 <= RING {
-        return Ok(());
-    }
-    let (by_light, _) = steps.until_stopped(|stop| Reflection::for_light(lighting, &full, material, stop))?;
-    let by_light_error = samples(&by_light, reporter)?.error(&right, dark);
-    let mut best = ("leave out `degree` and `tolerance` in project-brdf".to_owned(), by_light_error);
-    for (name, window) in WINDOWS {
-        let error = samples(&reflection.windowed(window), reporter)?.error(&right, dark);
+    let shows = |error: &CutError| error.negative > NEGATIVE || error.p95 > RING;
+    let of = (lighting, material);
+    let study = reporter.until_stopped(|stop| CutStudy::of(reflection, of, dark, shows, stop))?;
+    let Some(study) = study else { return Ok(()) };
+    let error = study.error;
+    let mut best = ("leave out `degree` and `tolerance` in project-brdf", study.by_light);
+    for (remedy, error) in
+        [("set window = \"lanczos\"", study.lanczos), ("set window = \"hanning\"", study.hanning)]
+    {
         if score(&error) < score(&best.1) {
-            best = (format!("set window = \"{name}\""), error);
+            best = (remedy, error);
         }
     }
     let [f, p] = [reflection.brdf().f().get(), reflection.brdf().p().get()];
@@ -331,7 +321,7 @@ fn warn_of_rings(
             text.push_str(&format!(", after which {}", told(&best.1)));
         }
     }
-    if right.negative(dark) > NEGATIVE {
+    if study.negative_light > NEGATIVE {
         text.push_str(
             "; around its suns the lighting's own series is black: leave out `degree` and `tolerance` in project-sh",
         );

@@ -52,6 +52,9 @@
 //! Coefficients are in row order p*p + p + q. A KTX2 file of a local map without azimuth has the P + 1 layers
 //! with q = 0 only, in order of p; its entry `specula.terms` then is `zonal` and not `all`.
 //!
+//! WebGPU and WebGL 2 have at most 256 layers in a texture array, and a cube counts as six: a KTX2 file that
+//! has more, because its P is above 5 in a cube or 15 in `lat-long`, is written with a warning.
+//!
 //! OpenEXR's layers are named `p1qm1` (p = 1, q = -1), `p1q0`, `p1q1`, ...; p = 0, q = 0 is the plain R, G,
 //! B, which any viewer shows: times 0.2821 it is the mean over all views.
 //!
@@ -91,6 +94,11 @@
 //!
 //! The input may be a map instead of a reflection. Then the map determines `layout`, `resolution` and P, so
 //! leave out what chooses them; `view = "global"` converts a local map to a global one.
+//!
+//! ## In a shader
+//!
+//! `specula inspect FILE --shader glsl` prints the look-up of a map's file as it is: for its degree, terms,
+//! view, layout and size; `wgsl` and `hlsl` are the other languages. What follows explains it, for P = 2.
 //!
 //! ## In a shader: local maps
 //!
@@ -521,7 +529,10 @@ fn file(
     let bytes = match parameters.format {
         ShrmFormat::Safetensors => tensors::encode_shrm(map, beside, Some(context.recipe()))?,
         ShrmFormat::Exr => context.reporter.until_stopped(|stop| layers(map, beside, &writer, stop))?.bytes,
-        ShrmFormat::Ktx2 => texture(map, beside, &writer)?.bytes,
+        ShrmFormat::Ktx2 => {
+            too_many_layers(map).into_iter().for_each(|warning| context.reporter.warn(warning));
+            texture(map, beside, &writer)?.bytes
+        }
     };
     context.reporter.note(format!("{} bytes", bytes.len()));
     if bytes.len() > MOST_BYTES {
@@ -549,6 +560,31 @@ fn too_large(parameters: &Parameters, map: &Shrm, bytes: usize) -> String {
         ways.push("format = \"ktx2\" holds halves".into());
     }
     format!("the file has {}, more than {}: {}", size(bytes as u64), size(MOST_BYTES as u64), ways.join("; "))
+}
+
+/// The most layers of a texture array in WebGPU and WebGL 2; each face of a cube counts.
+const MOST_LAYERS: usize = 256;
+
+/// A warning if the map has more layers than browsers take.
+fn too_many_layers(map: &Shrm) -> Option<String> {
+    let ([faces, ..], rows) = (map.grid().shape(), map.rows());
+    let layers = faces * rows;
+    if layers <= MOST_LAYERS {
+        return None;
+    }
+    let most = match map.terms() {
+        Terms::All => (MOST_LAYERS / faces).isqrt() - 1,
+        Terms::Zonal => MOST_LAYERS / faces - 1,
+    };
+    let flat = if faces > 1 && rows <= MOST_LAYERS {
+        format!(", or layout = \"lat-long\", which has {rows}")
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "WebGPU and WebGL 2 cannot load this file: it has {layers} layers, and their texture arrays at most \
+         {MOST_LAYERS}; set most-p = {most} or less{flat}"
+    ))
 }
 
 /// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps

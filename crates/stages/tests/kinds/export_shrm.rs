@@ -362,6 +362,51 @@ fn values_past_the_largest_half_are_reported() {
     assert!(bright("").run().unwrap().warnings.is_empty());
 }
 
+/// Texture arrays of browsers end at 256 layers, of which a cube takes six for each coefficient.
+#[test]
+fn a_texture_with_more_layers_than_browsers_take_is_reported() {
+    let warnings = |p: usize, terms: Terms, grid: MapGrid, format: &str| {
+        let degree = Degree::new(p).unwrap();
+        let rows = if terms == Terms::All { degree.rows() } else { p + 1 };
+        let values = vec![[0.5; 3]; grid.len() * rows];
+        let map = shrm::Shrm::new(grid, View::Local, Centre::Normal, degree, terms, values).unwrap();
+        let case = case("export-shrm", &format!("format = \"{format}\"")).input("reflection", Shrm(map));
+        case.run().unwrap().warnings
+    };
+    let cube = MapGrid::Cube(Cube { edge: 1 });
+    let lat_long = MapGrid::LatLong(LatLong { width: 2, height: 1 });
+    let cannot = "WebGPU and WebGL 2 cannot load this file: it has";
+    for (p, terms, grid, expected) in [
+        (5, Terms::All, cube, None),
+        (
+            6,
+            Terms::All,
+            cube,
+            Some(
+                "294 layers, and their texture arrays at most 256; set most-p = 5 or less, or layout = \"lat-long\", which has 49",
+            ),
+        ),
+        (
+            16,
+            Terms::All,
+            cube,
+            Some("1734 layers, and their texture arrays at most 256; set most-p = 5 or less"),
+        ),
+        (16, Terms::Zonal, cube, None),
+        (15, Terms::All, lat_long, None),
+        (
+            16,
+            Terms::All,
+            lat_long,
+            Some("289 layers, and their texture arrays at most 256; set most-p = 15 or less"),
+        ),
+    ] {
+        let expected: Vec<String> = expected.iter().map(|text| format!("{cannot} {text}")).collect();
+        assert_eq!(warnings(p, terms, grid, "ktx2"), expected);
+        assert!(warnings(p, terms, grid, "exr").is_empty());
+    }
+}
+
 #[test]
 fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [

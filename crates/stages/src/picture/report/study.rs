@@ -511,11 +511,11 @@ impl<'a> StudyScene<'a> {
     /// The map with lamps in it, as far as a lattice of pixels sees it: a texel takes some tenths of a
     /// millisecond.
     fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Lattice), Failure> {
-        let p = soft.p().get().max(MOST_P);
+        let p = soft.p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
         let rows = match (soft.p().get(), soft.terms()) {
             (0, _) => 0,
-            (_, Terms::Zonal) => p + 1,
-            (_, Terms::All) => (p + 1) * (p + 1),
+            (_, Terms::Zonal) => p.get() + 1,
+            (_, Terms::All) => p.rows(),
         };
         // Each pixel sees four texels.
         let own = self.sphere.lattice();
@@ -530,8 +530,7 @@ impl<'a> StudyScene<'a> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let degree = Degree::new(p)?;
-        let map = self.reporter.until_stopped(|stop| reflection.bake_texels(soft, degree, &seen, stop))?;
+        let map = self.reporter.until_stopped(|stop| reflection.bake_texels(soft, p, &seen, stop))?;
         Ok((map, lattice))
     }
 
