@@ -195,7 +195,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -204,6 +204,8 @@ impl Kind for ReportKind {
         brdf::revisions::TABLE,
         transfer::revisions::SHADING,
         shrm::revisions::SYNTHESIS,
+        taps::revisions::SCALE_SPACE,
+        taps::revisions::FIT,
         shrm::revisions::DEGREES,
         shrm::revisions::BAKING,
         shrm::revisions::REFERENCE,
