@@ -1,10 +1,10 @@
 //! Errors of compact maps, from this module's own sums over pixels.
 //!
-//! Truth is the sum of rho_hat over the pixels of an environment, binned to 512 x 256 where it is bright and to
-//! 256 x 128 elsewhere, toward random views as a ball shows them: the direction of reflection is uniform over the
-//! sphere, the squared sine of the angle between normal and view is uniform. The error is |log2((found + e) / (truth
-//! + e))| in stops, for each colour, e being 1 % of the environment's mean. The lights beside a map are reflected by
-//! the material itself.
+//! Truth is the sum of rho_hat over the pixels of an environment, binned to 512 x 256 where it is bright and
+//! to 256 x 128 elsewhere, toward random views as a ball shows them: the direction of reflection is uniform
+//! over the sphere, the squared sine of the angle between normal and view is uniform. The error is
+//! |log2((found + e) / (truth + e))| in stops, for each colour, e being 1 % of the environment's mean. The
+//! lights beside a map are reflected by the material itself.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! A series on a cube map in less time than the sum at each texel: from the rows of a lat-long image, which fast
-//! transforms make, by Lagrange's polynomials through 8 x 8 pixels.
+//! A series on a cube map in less time than the sum at each texel: from the rows of a lat-long image, which
+//! fast transforms make, by Lagrange's polynomials through 8 x 8 pixels.
 //!
 //! Across a pole an image goes on half a turn away; along a row it repeats. A wave of w radians per pixel is
 //! off by at most 0.0011 w^8 in each direction. There are at least 3/2 as many rows as degrees, so that w is
@@ -21,9 +21,9 @@ const SUMMED: usize = 40;
 
 /// The values of a series at the centres of a cube's texels: six faces in file order, rows from the top.
 ///
-/// Up to degree 40 they are those of [`synthesise_cube`], whose time grows with edge F^2. Above, the rows of a
-/// lat-long image are made by fast transforms, and texels are interpolated between them: for a point light that
-/// was convolved with a smooth lobe, within 1e-4 of the largest value (the tests of prefilters compare).
+/// Up to degree 40 they are those of [`synthesise_cube`], whose time grows with edge F^2. Above, the rows of
+/// a lat-long image are made by fast transforms, and texels are interpolated between them: for a point light
+/// that was convolved with a smooth lobe, within 1e-4 of the largest value (the tests of prefilters compare).
 ///
 /// # Errors
 /// [`TransformError::Empty`] if the cube has no texel.

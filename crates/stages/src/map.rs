@@ -16,6 +16,7 @@ mod reference;
 mod scale_space;
 
 // What they share.
+mod compact;
 mod component_files;
 mod degree_choice;
 mod map_index;
@@ -25,11 +26,10 @@ pub(crate) mod map_source;
 
 use engine::Kinds;
 
-pub(crate) use fit_taps::default_taps;
+pub(crate) use compact::{default_scale_space, default_taps};
 #[cfg(test)]
 pub(crate) use map_pictures::texels;
 pub(crate) use map_pictures::{Layout, MapPictures, endings};
-pub(crate) use scale_space::default_scale_space;
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {

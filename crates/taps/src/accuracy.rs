@@ -1,7 +1,8 @@
 //! How far the taps of a material are from a sum over the pixels of an environment.
 //!
-//! Views are those of a ball that a distant camera sees, from every side: the direction of reflection is uniform
-//! over the sphere, and the squared sine of the angle between normal and view is uniform. Errors are in stops,
+//! Views are those of a ball that a distant camera sees, from every side: the direction of reflection is
+//! uniform over the sphere, and the squared sine of the angle between normal and view is uniform. Errors are
+//! in stops,
 //! |log2((taps + e) / (sum + e))| with e = 1 % of the environment's mean radiance, of each colour by itself.
 
 use std::f64::consts::{PI, TAU};
@@ -69,7 +70,8 @@ impl LightPoints {
         Ok(Self { points })
     }
 
-    /// Points with these directions and fluxes; `None` if a number is not finite or a direction not of length 1.
+    /// Points with these directions and fluxes; `None` if a number is not finite or a direction not of length
+    /// 1.
     pub fn from_points(points: Vec<([f32; 3], [f32; 3])>) -> Option<Self> {
         let is_sound = |(direction, flux): &([f32; 3], [f32; 3])| {
             let length: f32 = direction.iter().map(|value| value * value).sum();
@@ -83,8 +85,8 @@ impl LightPoints {
         &self.points
     }
 
-    /// Fewer points for lobes that are wide: those of each cell of 64 rows, but for the brightest, joined at their mean
-    /// direction.
+    /// Fewer points for lobes that are wide: those of each cell of 64 rows, but for the brightest, joined at
+    /// their mean direction.
     fn joined(&self) -> Self {
         let grid = LatLong::with_rows(64);
         let mut cells = vec![(DVec3::ZERO, [0.0_f64; 3]); grid.len()];

@@ -1,9 +1,10 @@
 //! Fits the taps of a material to its BRDF alone: no environment is looked at.
 //!
-//! At some views as a ball shows them, what the taps make of round spots of light is compared with what the BRDF
-//! reflects of them, in stops. First each view is fitted by itself, from the one before it; then each parameter
-//! becomes a polynomial in 1 - cos(theta_v), all views at once, so that the table can be interpolated. Weights are
-//! those of a lobe whose albedo is 1, times the exact directional albedo toward each view and in each colour.
+//! At some views as a ball shows them, what the taps make of round spots of light is compared with what the
+//! BRDF reflects of them, in stops. First each view is fitted by itself, from the one before it; then each
+//! parameter becomes a polynomial in 1 - cos(theta_v), all views at once, so that the table can be
+//! interpolated. Weights are those of a lobe whose albedo is 1, times the exact directional albedo toward
+//! each view and in each colour.
 
 mod least_squares;
 mod lobe;
@@ -37,7 +38,8 @@ pub struct Fitted {
     pub rms: f64,
 }
 
-/// The widths of the first taps, as shares of the lobe's: from the narrowest to the widest. The better fit wins.
+/// The widths of the first taps, as shares of the lobe's: from the narrowest to the widest. The better fit
+/// wins.
 const STARTS: [[f64; 2]; 2] = [[0.6, 6.0], [0.5, 2.0]];
 
 /// The root mean square, in stops, up to which a tap about the normal is enough for a matte part.
@@ -46,8 +48,8 @@ const MATTE: f64 = 0.02;
 /// The taps of a matte part for which it is not.
 const MATTE_TAPS: usize = 2;
 
-/// A channel whose squared residuals are more than this many times those of all channels together has weights of
-/// its own.
+/// A channel whose squared residuals are more than this many times those of all channels together has weights
+/// of its own.
 const COLOURED: f64 = 1.1;
 
 /// The last view, 88 degrees from the normal: beyond, taps stay as they are.
@@ -60,39 +62,53 @@ fn views() -> Vec<f64> {
     even.chain([0.975, 0.992, LAST_VIEW]).map(|squared| math::asin(squared.sqrt())).collect()
 }
 
-/// Fits `taps` taps for each highlight of a material, and one about the normal. A matte base, and any other part
-/// whose light is taken about the normal, is one more tap about the normal, and if it is not as even as a white
-/// wall, as that of a rough or dusty surface, two taps. A material that depends on the direction of its tangent is
-/// replaced by its mean over all turns about the normal.
+/// Fits `taps` taps for each highlight of a material, and one about the normal. A matte base, and any other
+/// part whose light is taken about the normal, is one more tap about the normal, and if it is not as even as
+/// a white wall, as that of a rough or dusty surface, two taps. A material that depends on the direction of
+/// its tangent is replaced by its mean over all turns about the normal.
 ///
 /// # Errors
 /// If the work was stopped.
 pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Fitted, Stopped> {
-    let mut rows = vec![TapRow::default(); ROWS];
-    let (mut squares, mut residuals) = (0.0, 0);
+    let mut whole = LobeFit { rows: vec![TapRow::default(); ROWS], squares: 0.0, residuals: 0 };
     if let Some(gloss) = material.part(Part::Specular) {
         for layer in gloss.leaves() {
-            let (added, cost, count) = fit_lobe(layer, taps, 1, widths, stop)?;
-            (squares, residuals) = (squares + cost, residuals + count);
-            for (row, added) in rows.iter_mut().zip(added) {
-                row.taps.extend(added.taps);
-                row.normals.extend(added.normals);
-            }
+            whole.add(fit_lobe(layer, taps, widths, stop)?);
         }
     }
     if let Some(matte) = material.part(Part::Diffuse) {
-        let mut fitted = fit_lobe(&matte, 0, 1, widths, stop)?;
-        if fitted.1 > MATTE * MATTE * fitted.2 as f64 {
-            fitted = fit_lobe(&matte, taps.min(MATTE_TAPS), 1, widths, stop)?;
+        let mut fitted = fit_lobe(&matte, 0, widths, stop)?;
+        if fitted.rms() > MATTE {
+            fitted = fit_lobe(&matte, taps.min(MATTE_TAPS), widths, stop)?;
         }
-        let (added, cost, count) = fitted;
-        (squares, residuals) = (squares + cost, residuals + count);
-        for (row, added) in rows.iter_mut().zip(added) {
+        whole.add(fitted);
+    }
+    Ok(Fitted { rms: whole.rms(), table: TapTable::from_rows(whole.rows) })
+}
+
+/// The taps of one lobe, or of several.
+struct LobeFit {
+    rows: Vec<TapRow>,
+    /// The sum of the squared residuals, in stops.
+    squares: f64,
+    /// The number of residuals.
+    residuals: usize,
+}
+
+impl LobeFit {
+    /// Adds the taps of another lobe.
+    fn add(&mut self, other: Self) {
+        self.squares += other.squares;
+        self.residuals += other.residuals;
+        for (row, added) in self.rows.iter_mut().zip(other.rows) {
             row.taps.extend(added.taps);
             row.normals.extend(added.normals);
         }
     }
-    Ok(Fitted { table: TapTable::from_rows(rows), rms: (squares / residuals.max(1) as f64).sqrt() })
+
+    fn rms(&self) -> f64 {
+        (self.squares / self.residuals.max(1) as f64).sqrt()
+    }
 }
 
 /// The numbers of taps that [`fit_least`] tries.
@@ -101,8 +117,8 @@ const TRIED: [usize; 6] = [1, 2, 3, 4, 6, 8];
 /// The next number of taps has to lower the residual to this share to be worth its cost.
 const WORTH: f64 = 0.75;
 
-/// [`fit`] with the least of 1, 2, 3, 4, 6 and 8 taps whose residual is at most `error`, in stops, or which the next
-/// number does not lower by a quarter.
+/// [`fit`] with the least of 1, 2, 3, 4, 6 and 8 taps whose residual is at most `error`, in stops, or which
+/// the next number does not lower by a quarter.
 ///
 /// # Errors
 /// If the work was stopped.
@@ -122,14 +138,9 @@ pub fn fit_least(material: &Material, error: f64, widths: Widths, stop: Stop<'_>
     Ok(best)
 }
 
-/// The rows of one lobe, and the sum of squared residuals and their number.
-fn fit_lobe(
-    material: &Material,
-    taps: usize,
-    normals: usize,
-    widths: Widths,
-    stop: Stop<'_>,
-) -> Result<(Vec<TapRow>, f64, usize), Stopped> {
+/// Fits one lobe by so many taps between levels, and one about the normal.
+fn fit_lobe(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<LobeFit, Stopped> {
+    let normals = 1;
     let shape = Shape { taps, normals, levels: widths.len() };
     let width = if taps == 0 { 0.5 } else { lobe::width(material) };
     let spots = spots::spots(width, widths);
@@ -166,9 +177,12 @@ fn fit_lobe(
         .into_iter()
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or_else(|| unreachable!("there are starts"));
+    let is_of_one_colour = lobes.iter().all(Lobe::is_of_one_colour);
     let colours = [0, 1, 2].map(|channel| {
+        if is_of_one_colour {
+            return (best.clone(), cost);
+        }
         let fits = fits(Some(channel), &lobes);
-        // A lobe of one colour has the same shape in each channel.
         let own: f64 = fits.iter().map(|fit| fit.evaluate(&best.at(fit.theta), None)).sum();
         let (smooth, own) = if own > COLOURED * cost {
             let smooth = best.with_weights_of(&fits);
@@ -179,10 +193,10 @@ fn fit_lobe(
         };
         (smooth, own)
     });
-    let cost = colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0;
+    let squares = colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0;
     let row = |row: usize| row_of(material, colours.each_ref().map(|(smooth, _)| smooth), row, width, widths);
-    let count = all.iter().map(ViewFit::len).sum();
-    Ok(((0..ROWS).into_par_iter().map(row).collect(), cost, count))
+    let residuals = all.iter().map(ViewFit::len).sum();
+    Ok(LobeFit { rows: (0..ROWS).into_par_iter().map(row).collect(), squares, residuals })
 }
 
 /// A row of the table: the places of the taps, and in each colour their weights, which add up to the albedo.

@@ -1,11 +1,11 @@
-//! The kernels that light is blurred with. Each is zonal and has an integral of 1, so that a convolution with it
-//! scales the terms of degree l of a series by a factor k_l = 2 pi times the integral of k(angle) P_l(cos angle)
-//! sin(angle), and k_0 is 1 [RH02, eq. 5].
+//! The kernels that light is blurred with. Each is zonal and has an integral of 1, so that a convolution with
+//! it scales the terms of degree l of a series by a factor k_l = 2 pi times the integral of k(angle) P_l(cos
+//! angle) sin(angle), and k_0 is 1 [RH02, eq. 5].
 //!
 //! - About any direction: g_s(angle) = c exp(-angle^2 / (2 s^2)) up to 90 degrees, beyond 0.
-//! - About the normal: h_y(m) = c m / (m (1 - y) + y) of the cosine m > 0, beyond 0. At y = 1 it is the cosine, at
-//!   y = 0 the hemisphere, and toward a view at the cosine v a surface of GGX with alpha = 1 reflects by
-//!   m / (m + v), which is y = v / (1 + v).
+//! - About the normal: h_y(m) = c m / (m (1 - y) + y) of the cosine m > 0, beyond 0. At y = 1 it is the
+//!   cosine, at y = 0 the hemisphere, and toward a view at the cosine v a surface of GGX with alpha = 1
+//!   reflects by m / (m + v), which is y = v / (1 + v).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -44,8 +44,8 @@ pub(crate) fn normal_factors(y: f64, degree: usize) -> Vec<f64> {
     })
 }
 
-/// The factors of a kernel that `at` gives at places from 0 to 1: the angle, and the kernel times the derivative
-/// of the angle by the place, up to a constant.
+/// The factors of a kernel that `at` gives at places from 0 to 1: the angle, and the kernel times the
+/// derivative of the angle by the place, up to a constant.
 fn zonal_factors(degree: usize, panels: usize, at: impl Fn(f64) -> (f64, f64)) -> Vec<f64> {
     let (theta, weights) = gauss_legendre(NODES);
     let mut sums = vec![0.0; degree + 1];

@@ -2,8 +2,9 @@
 //!
 //! > M(d, s) = integral of L(w) g_s(angle(w, d)) dw
 //!
-//! and the same with the kernels about the normal (`kernels.rs` has both). Each is a zonal convolution, one factor
-//! for each degree and level: M_lm(s) = g_l(s) L_lm. It knows no material: one scale space serves all of them.
+//! and the same with the kernels about the normal (`kernels.rs` has both). Each is a zonal convolution, one
+//! factor for each degree and level: M_lm(s) = g_l(s) L_lm. It knows no material: one scale space serves all
+//! of them.
 
 use envmap::{CubeMap, Environment, Texels};
 use rayon::prelude::*;
@@ -44,7 +45,8 @@ pub enum ScaleSpaceError {
     Stopped(#[from] sh::Stopped),
 }
 
-/// The standard deviations of a Gaussian's spectrum that a series keeps: what is cut is e^-10 of a lamp's peak.
+/// The standard deviations of a Gaussian's spectrum that a series keeps: what is cut is e^-10 of a lamp's
+/// peak.
 const SPECTRUM: f64 = 4.5;
 
 /// The degree that the cut of a wide Gaussian at 90 degrees asks for.
@@ -102,8 +104,8 @@ impl ScaleSpace {
         Ok(Self { widths, levels, normals, lights: lights.to_vec(), diffuse })
     }
 
-    /// A scale space of cubes; `None` if their number or an edge is not that of the widths, or the series is of
-    /// another degree than 2.
+    /// A scale space of cubes; `None` if their number or an edge is not that of the widths, or the series is
+    /// of another degree than 2.
     pub fn from_parts(
         widths: Widths,
         levels: Vec<CubeMap>,
@@ -144,8 +146,8 @@ impl ScaleSpace {
         &self.normals
     }
 
-    /// H(N, y): bilinear in the maps of two kernels, linear in y between them; y = 1 is the radiance of a white
-    /// diffuse surface.
+    /// H(N, y): bilinear in the maps of two kernels, linear in y between them; y = 1 is the radiance of a
+    /// white diffuse surface.
     pub fn about_normal(&self, normal: Direction, y: f64) -> [f64; 3] {
         let last = (NORMAL_KERNELS - 1) as f64;
         let x = (y * last).clamp(0.0, last - 1e-6);
@@ -220,10 +222,10 @@ mod tests {
         assert!((white[1] - 2.0).abs() < 1e-6, "{white:?}");
     }
 
-    /// A lamp of a few pixels, 1000 times as bright as a sky that changes: the kernels themselves, summed over
-    /// pixels. Within 1 % of the level's largest value for Gaussians, which are smooth, and also relative to the
-    /// sum where that is small: what a cut rings is below 1 % of the sky. The step of the hemisphere's kernel is
-    /// left out.
+    /// A lamp of a few pixels, 1000 times as bright as a sky that changes: the kernels themselves, summed
+    /// over pixels. Within 1 % of the level's largest value for Gaussians, which are smooth, and also
+    /// relative to the sum where that is small: what a cut rings is below 1 % of the sky. The step of the
+    /// hemisphere's kernel is left out.
     #[test]
     fn levels_are_sums_over_pixels() {
         let lamp = Direction::from_angles(1.0, 0.7);

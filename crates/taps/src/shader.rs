@@ -9,23 +9,14 @@
 //!
 //! All names begin with `tap_` or `TAP_`, because the text becomes a part of a renderer's own shader.
 
+mod language;
 mod translation;
 
 use envmap::{Atlas, CubeMap, Image};
 
 use crate::{TapTable, Widths};
+pub use language::Language;
 use translation::translate;
-
-/// A language of shaders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
-    /// GLSL of OpenGL 4 and Vulkan, and that of OpenGL ES 3 and WebGL 2, which have no arrays of cubes.
-    Glsl,
-    /// HLSL of shader model 4.1 and later.
-    Hlsl,
-    /// WGSL.
-    Wgsl,
-}
 
 /// The textures that hold a scale space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,10 @@
 //! The taps of a material: where a pixel looks into a scale space, how wide, and with which weight.
 //!
-//! > B(R, V) ~ sum over j < J of a_j(theta_v) M(d_j, s_j(theta_v)) + sum over k < K of b_k(theta_v) H(N, y_k(theta_v))
+//! > B(R, V) ~ sum over j < J of a_j(theta_v) M(d_j, s_j(theta_v))
+//! > + sum over k < K of b_k(theta_v) H(N, y_k(theta_v))
 //!
-//! d_j lies in the plane of R and N, turned from R by delta_j(theta_v) toward N. H is the light about the normal.
+//! d_j lies in the plane of R and N, turned from R by delta_j(theta_v) toward N. H is the light about the
+//! normal.
 
 use sphere::{DVec3, Direction};
 
@@ -47,8 +49,8 @@ pub struct TapTable {
 }
 
 impl TapTable {
-    /// A table of [`ROWS`] rows; `None` if their number is another, they have not the same numbers of taps, or a
-    /// width is not above 0.
+    /// A table of [`ROWS`] rows; `None` if their number is another, they have not the same numbers of taps,
+    /// or a width is not above 0.
     pub fn new(rows: Vec<TapRow>) -> Option<Self> {
         let counts = |row: &TapRow| (row.taps.len(), row.normals.len());
         let is_even = rows.windows(2).all(|rows| counts(&rows[0]) == counts(&rows[1]));
@@ -76,7 +78,8 @@ impl TapTable {
         self.rows[0].normals.len()
     }
 
-    /// The taps toward a view at this cosine from the normal: linear between rows, the width in its logarithm.
+    /// The taps toward a view at this cosine from the normal: linear between rows, the width in its
+    /// logarithm.
     pub fn at(&self, cosine: f64) -> TapRow {
         let x = (1.0 - cosine).clamp(0.0, 1.0) * (ROWS - 1) as f64;
         let row = (x as usize).min(ROWS - 2);
@@ -99,8 +102,8 @@ impl TapTable {
         }
     }
 
-    /// The radiance toward a view, RGB, both directions in the world; the lights beside the scale space are not in
-    /// it.
+    /// The radiance toward a view, RGB, both directions in the world; the lights beside the scale space are
+    /// not in it.
     pub fn radiance(&self, light: &ScaleSpace, normal: Direction, view: Direction) -> [f64; 3] {
         let (n, v) = (normal.vector(), view.vector());
         let cosine = n.dot(v).max(0.0);

@@ -1,12 +1,13 @@
-//! The widths of a scale space: a fixed ladder, four steps an octave, that the edge of the finest cube cuts off.
+//! The widths of a scale space: a fixed ladder, four steps an octave, that the edge of the finest cube cuts
+//! off.
 
 use std::f64::consts::FRAC_PI_2;
 
 /// The levels of a scale space whose finest cube has a given edge.
 ///
 /// Level k has the standard deviation s_k = s_0 2^(k / 4) with s_0 = 2.4 / edge radians, and cubes of edge
-/// `edge >> (k / 4)`, down to 2: level k is mip k / 4 of layer k % 4 of an array of four cubes. Edges are powers
-/// of two, so that the widths of all scale spaces are those of one ladder.
+/// `edge >> (k / 4)`, down to 2: level k is mip k / 4 of layer k % 4 of an array of four cubes. Edges are
+/// powers of two, so that the widths of all scale spaces are those of one ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Widths {
     edge: usize,
@@ -66,14 +67,15 @@ impl Widths {
         Self::SHARPEST / self.edge as f64 * math::exp2(x / Self::PER_OCTAVE as f64)
     }
 
-    /// The standard deviation that the texels of level k hold, in radians: a bilinear look-up between texels of
-    /// side t = pi / (2 edge) blurs by a variance of t^2 / 6 more, which this leaves out.
+    /// The standard deviation that the texels of level k hold, in radians: a bilinear look-up between texels
+    /// of side t = pi / (2 edge) blurs by a variance of t^2 / 6 more, which this leaves out.
     pub fn texel_std(self, k: usize) -> f64 {
         let texel = FRAC_PI_2 / self.edge_of(k) as f64;
         (math::powi(self.std(k), 2) - texel * texel / 6.0).sqrt()
     }
 
-    /// The place of a standard deviation between the levels, x = 4 log2(s / s_0), at least 0 and below the last.
+    /// The place of a standard deviation between the levels, x = 4 log2(s / s_0), at least 0 and below the
+    /// last.
     pub fn place(self, std: f64) -> f64 {
         let x = Self::PER_OCTAVE as f64 * math::log2(std / self.std(0));
         x.clamp(0.0, (self.len() - 1) as f64 - 1e-3)

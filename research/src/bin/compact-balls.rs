@@ -1,10 +1,11 @@
-//! Draws balls by brute force, by a compact map and by the split sum of engines, with the differences times 8.
+//! Draws balls by brute force, by a compact map and by the split sum of engines, with the differences times
+//! 8.
 //!
-//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-balls -- OUT.png [ENVIRONMENT...]`. A
-//! second picture, OUT.few.png, has two of the rows. The environments are lat-long pictures, by default those of
-//! `assets/environments`. A row is an environment and a material: brute force, compact map, split sum, and the
-//! differences of the last two. The split sum prefilters the light by GGX about R, looks the directional albedo up as
-//! F0 A + B, and adds the irradiance of a matte base.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-balls -- OUT.png [ENVIRONMENT...]`.
+//! A second picture, OUT-few.png, has two of the rows. The environments are lat-long pictures, by default
+//! those of `assets/environments`. A row is an environment and a material: brute force, compact map, split
+//! sum, and the differences of the last two. The split sum prefilters the light by GGX about R, looks the
+//! directional albedo up as F0 A + B, and adds the irradiance of a matte base.
 
 use std::path::PathBuf;
 
@@ -22,7 +23,8 @@ use taps::{ScaleSpace, TapTable, Widths, fit_least};
 
 type Failure = Box<dyn std::error::Error>;
 
-/// The materials: the name in `compact_tables`, the reflectance seen head on, the matte albedo and the roughness.
+/// The materials: the name in `compact_tables`, the reflectance seen head on, the matte albedo and the
+/// roughness.
 const BALLS: [(&str, [f64; 3], [f64; 3], f64); 3] = [
     ("metal 0.3", [0.95, 0.64, 0.54], [0.0; 3], 0.3),
     ("metal 0.5", [0.95, 0.64, 0.54], [0.0; 3], 0.5),
@@ -155,7 +157,7 @@ fn run() -> Result<(), Failure> {
     std::fs::write(&out, Picture::sheet(&rows).png()?)?;
     // The first and the last material of the first environment, for a page that has less room.
     let few = [rows[0].clone(), rows[BALLS.len() - 1].clone()];
-    let beside = std::path::Path::new(&out).with_extension("few.png");
+    let beside = format!("{}-few.png", out.trim_end_matches(".png"));
     std::fs::write(beside, Picture::sheet(&few).png()?)?;
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Prints how close to the sum over pixels compact maps are: [`research::compact_tables`].
 //!
-//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-tables -- [OPTIONS]`, with `SPECULA_CORPUS`
-//! set to the folder of the corpus. The table is Markdown, a row for each material and number of taps, p95/p99 in
-//! stops for each environment with 0, 4, 8 and all lights beside the map.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-tables -- [OPTIONS]`, with
+//! `SPECULA_CORPUS` set to the folder of the corpus. The table is Markdown, a row for each material and
+//! number of taps, p95/p99 in stops for each environment with 0, 4, 8 and all lights beside the map.
 //!
 //! | option | meaning |
 //! | --- | --- |

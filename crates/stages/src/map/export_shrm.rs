@@ -238,8 +238,9 @@
 //!
 //! A narrow highlight under contrasty light needs many: copper of roughness 0.3 in a studio with its lamps
 //! beside the map has errors of 0.18 and 0.50 stops with 9 components, 0.13 and 0.31 with 15, 0.08 and 0.19
-//! with 24. Suns and lamps in the map take more, so that `lamps = "separate"` is worth it here. The reflection
-//! must have its material: `project-sh` and `project-brdf` without degrees. Fibres have no components.
+//! with 24. Suns and lamps in the map take more, so that `lamps = "separate"` is worth it here. The
+//! reflection must have its material: `project-sh` and `project-brdf` without degrees. Fibres have no
+//! components.
 //!
 //! | `format` | files |
 //! | --- | --- |
@@ -344,8 +345,8 @@ parameters! {
         /// or the resolution of the map that arrives.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
-        /// The errors in stops that 5 % of the views, and 1 %, may exceed by the degree P, see Degree, or by the
-        /// number of components. Default: [0.15, 0.4], unless `error` is given.
+        /// The errors in stops that 5 % of the views, and 1 %, may exceed by the degree P, see Degree, or by
+        /// the number of components. Default: [0.15, 0.4], unless `error` is given.
         accept: Option<Accept> = None,
         /// The RMS error that the map may have, as a share of the RMS radiance, in place of `accept`: by its
         /// degree P, and with resolution "auto" by bilinear look-ups, of which 0.01 is aimed at otherwise.

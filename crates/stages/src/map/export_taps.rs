@@ -1,10 +1,10 @@
-//! Writes compact maps: the scale space of an environment (`scale-space`), the taps of a material (`fit-taps`), or
-//! both in one file.
+//! Writes compact maps: the scale space of an environment (`scale-space`), the taps of a material
+//! (`fit-taps`), or both in one file.
 //!
-//! A renderer needs one scale space for each environment and one table for each material. Connect one of them to
-//! write it once, or both for one file of a pair. For a pair the build measures how far the taps are from the sum
-//! over the pixels of the environment, toward 500 views as a ball shows them, and warns if 95 % or 99 % of them are
-//! not within `accept`.
+//! A renderer needs one scale space for each environment and one table for each material. Connect one of them
+//! to write it once, or both for one file of a pair. For a pair the build measures how far the taps are from
+//! the sum over the pixels of the environment, toward 500 views as a ball shows them, and warns if 95 % or 99
+//! % of them are not within `accept`.
 //!
 //! ## Files
 //!
@@ -17,17 +17,19 @@
 //! | `table.ktx2` | the taps of the material |
 //! | `taps.json` | the lights beside the levels, each with its direction, its angular radius in radians and the irradiance of a surface that faces it; the standard deviations `std` of the levels in radians; `diffuse`, nine coefficients whose dot with the harmonics Y(N), row l*l + l + m, is the radiance of a white diffuse surface; and the table as numbers |
 //!
-//! With `layout = "cube-array"` the light is an array of four cubes with mips, level k being mip k / 4 of layer k % 4, and
-//! an array of four cubes. With `layout = "atlas"`, for engines that have no arrays of cubes, each is one picture of
-//! all faces of all levels; face f of level k, with a border of one texel, has its corner at
+//! With `layout = "cube-array"` the light is an array of four cubes with mips, level k being mip k / 4 of
+//! layer k % 4, and an array of four cubes. With `layout = "atlas"`, for engines that have no arrays of
+//! cubes, each is one picture of all faces of all levels; face f of level k, with a border of one texel, has
+//! its corner at
 //!
 //! > x = min(o, 1) 4 (n_0 + 2) + (k mod 4) (n + 2), y = 6 max(n_0 - 2 n + 2 (o - 1), 0) + f (n + 2)
 //!
-//! with o = k / 4 rounded down, n = n_0 / 2^o, and n_0 the `resolution` of the scale space. DDS files have the ending
-//! `.dds`, OpenEXR pictures, which are always an atlas, `.exr`.
+//! with o = k / 4 rounded down, n = n_0 / 2^o, and n_0 the `resolution` of the scale space. DDS files have
+//! the ending `.dds`, OpenEXR pictures, which are always an atlas, `.exr`.
 //!
-//! The table has 65 columns, column i for 1 - cos(theta_v) = i / 64. Rows 2 j and 2 j + 1 are (delta, log2 s) and the
-//! weight r, g, b of tap j, angles in radians; the last K rows are r, g, b, y of the taps about the normal.
+//! The table has 65 columns, column i for 1 - cos(theta_v) = i / 64. Rows 2 j and 2 j + 1 are (delta, log2 s)
+//! and the weight r, g, b of tap j, angles in radians; the last K rows are r, g, b, y of the taps about the
+//! normal.
 //!
 //! `format = "safetensors"` writes one file instead, `.safetensors` after the item's `path`:
 //!
@@ -45,9 +47,9 @@
 //!
 //! ## Engines
 //!
-//! `preset` writes what an engine takes: the textures in its format and layout, a shader with the look-ups of this
-//! pair, and `README.txt` with the code that loads them. It needs both inputs. The shader is made from the same source
-//! as that of Specula's own preview; those for three.js and Babylon.js were run.
+//! `preset` writes what an engine takes: the textures in its format and layout, a shader with the look-ups of
+//! this pair, and `README.txt` with the code that loads them. It needs both inputs. The shader is made from
+//! the same source as that of Specula's own preview; those for three.js and Babylon.js were run.
 //!
 //! ## In a renderer
 //!
@@ -66,9 +68,9 @@
 //! }
 //! ```
 //!
-//! M is looked up in two levels, with x = 4 log2(s / s_0) between 0 and the last: level k = floor(x) and the next,
-//! mixed by (2^((x - k) / 2) - 1) (1 + sqrt(2)), which is linear in the variance. H is linear in 3 y between two
-//! kernels. docs/taps.md has the whole of it.
+//! M is looked up in two levels, with x = 4 log2(s / s_0) between 0 and the last: level k = floor(x) and the
+//! next, mixed by (2^((x - k) / 2) - 1) (1 + sqrt(2)), which is linear in the variance. H is linear in 3 y
+//! between two kernels. docs/taps.md has the whole of it.
 //!
 //! ## Example
 //!
@@ -139,8 +141,8 @@ parameters! {
         preset: Option<EnginePreset> = None,
         /// The container. Default: that of the preset, or "ktx2".
         format: Option<TapsFormat> = None,
-        /// How the faces of all levels lie in a texture. Default: that of the preset, or "cube-array"; "exr" is always
-        /// an "atlas".
+        /// How the faces of all levels lie in a texture. Default: that of the preset, or "cube-array"; "exr"
+        /// is always an "atlas".
         layout: Option<TapsLayout> = None,
         /// The numbers of the light in KTX2 and DDS files. Default: "rgb9e5", or "half" in an atlas.
         texels: Option<TapsTexels> = None,

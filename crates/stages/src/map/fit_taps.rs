@@ -1,23 +1,27 @@
 //! Fits the look-ups, or taps, by which a material reads the scale space of an environment: a table of 4 KB.
 //!
-//! > B(R, V) ~ sum over j < J of a_j(theta_v) M(d_j, s_j(theta_v)) + sum over k < K of b_k(theta_v) H(N, y_k(theta_v))
+//! > B(R, V) ~ sum over j < J of a_j(theta_v) M(d_j, s_j(theta_v))
+//! > + sum over k < K of b_k(theta_v) H(N, y_k(theta_v))
 //!
-//! R is the direction of the mirror's reflection, theta_v the angle between normal and view. Look-up j goes into the
-//! level of width s_j (see `scale-space`), in the direction d_j that lies in the plane of R and N, turned from R by
-//! delta_j toward N, and weighs a_j, RGB. A highlight has J of them, which stretch and move as it does, and one more
-//! into the light about the normal, for what the horizon cuts. A matte base has one look-up about the normal, and a
-//! base that is not even, such as oren-nayar, two besides. Layers have the look-ups of each.
+//! R is the direction of the mirror's reflection, theta_v the angle between normal and view. Look-up j goes
+//! into the level of width s_j (see `scale-space`), in the direction d_j that lies in the plane of R and N,
+//! turned from R by delta_j toward N, and weighs a_j, RGB. A highlight has J of them, which stretch and move
+//! as it does, and one more into the light about the normal, for what the horizon cuts. A matte base has one
+//! look-up about the normal, and a base that is not even, such as oren-nayar, two besides. Layers have the
+//! look-ups of each.
 //!
-//! The fit looks at the BRDF alone, under round spots of light of three sizes in a dim ambient light, at views as a
-//! ball shows them, and measures errors in stops. So a table serves every environment. Toward each view the weights
-//! add up to the directional albedo of the material in each colour, exactly: no light is lost, and none is made.
+//! The fit looks at the BRDF alone, under round spots of light of three sizes in a dim ambient light, at
+//! views as a ball shows them, and measures errors in stops. So a table serves every environment. Toward each
+//! view the weights add up to the directional albedo of the material in each colour, exactly: no light is
+//! lost, and none is made.
 //!
-//! With `taps = "auto"` J is the least of 1, 2, 3, 4, 6 and 8 whose residual is at most `error`, or which the next number
-//! does not lower by a quarter: what is left then is no matter of more look-ups. The residual is that of spots of
-//! light; `export-taps` measures the error under an environment, and docs/taps.md has tables.
+//! With `taps = "auto"` J is the least of 1, 2, 3, 4, 6 and 8 whose residual is at most `error`, or which the
+//! next number does not lower by a quarter: what is left then is no matter of more look-ups. The residual is
+//! that of spots of light; `export-taps` measures the error under an environment, and docs/taps.md has
+//! tables.
 //!
-//! A material that depends on the direction of its tangent (stretched highlights, kajiya-kay) is replaced by its mean
-//! over all turns about the normal, with a warning.
+//! A material that depends on the direction of its tangent (stretched highlights, kajiya-kay) is replaced by
+//! its mean over all turns about the normal, with a warning.
 //!
 //! ## Example
 //!
@@ -27,11 +31,12 @@
 //! input = "material"
 //! ```
 
-use brdf::{Centre, Material};
+use brdf::Centre;
 use containers::tensors::MaterialTaps;
-use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, parameters};
-use taps::{TapTable, Widths, fit, fit_least};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, parameters};
+use taps::{Widths, fit, fit_least};
 
+use super::compact::ERROR;
 use crate::values::{UntilStopped, artifacts};
 
 parameters! {
@@ -44,17 +49,6 @@ parameters! {
         #[range(0.0..=10.0)]
         error: f64 = ERROR,
     }
-}
-
-/// The residual that is accepted by default.
-const ERROR: f64 = 0.02;
-
-/// The finest scale space that a fit counts on.
-const FINEST: Widths = Widths::FINEST;
-
-/// The taps of a material with the default parameters.
-pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
-    Ok(reporter.until_stopped(|stop| fit_least(material, ERROR, FINEST, stop))?.table)
 }
 
 /// The kind `fit-taps`.
@@ -86,8 +80,8 @@ impl Kind for FitTaps {
             );
         }
         let fitted = reporter.until_stopped(|stop| match parameters.taps {
-            OrAuto::Fixed(taps) => fit(&material, taps, FINEST, stop),
-            OrAuto::Auto => fit_least(&material, parameters.error, FINEST, stop),
+            OrAuto::Fixed(taps) => fit(&material, taps, Widths::FINEST, stop),
+            OrAuto::Auto => fit_least(&material, parameters.error, Widths::FINEST, stop),
         })?;
         reporter.note(format!(
             "{} taps and {} about the normal; under spots of light within {:.3} stops (RMS)",

@@ -1,19 +1,21 @@
-//! Blurs an environment by Gaussians of many widths: the one small map that every material reads by a few look-ups.
+//! Blurs an environment by Gaussians of many widths: the one small map that every material reads by a few
+//! look-ups.
 //!
 //! > M(d, s) = integral of L(w) g_s(angle(w, d)) dw
 //!
-//! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A material is
-//! a table of look-ups, or taps (`fit-taps`): where a pixel looks, by the angle between view and normal, how wide,
-//! and with which weight. Six of them come within a tenth of a stop of the integral over the whole environment. The
-//! scale space knows no material, and so an edit of the light makes it anew and nothing else, and an edit of a
-//! material leaves it alone. docs/taps.md derives all this, with the errors of many materials.
+//! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A
+//! material is a table of look-ups, or taps (`fit-taps`): where a pixel looks, by the angle between view and
+//! normal, how wide, and with which weight. Six of them come within a tenth of a stop of the integral over
+//! the whole environment. The scale space knows no material, and so an edit of the light makes it anew and
+//! nothing else, and an edit of a material leaves it alone. docs/taps.md derives all this, with the errors of
+//! many materials.
 //!
-//! The levels have s = s_0 2^(k / 4) with s_0 = 2.4 / `resolution` radians, and `resolution` / 2^(k / 4, rounded
-//! down) texels along the edge of a face, down to 2. Each is a convolution in spherical harmonics, one factor for
-//! each degree (Ramamoorthi and Hanrahan 2002, equation 5), so that all light is in it, however small its source.
-//! Beside the levels are four maps of the light about a normal N, by kernels h_y(m) = m / (m (1 - y) + y) of the
-//! cosine m from N: materials whose reflection the horizon of N cuts read these, and the last, y = 1, is what a
-//! white diffuse surface shows.
+//! The levels have s = s_0 2^(k / 4) with s_0 = 2.4 / `resolution` radians, and `resolution` / 2^(k / 4,
+//! rounded down) texels along the edge of a face, down to 2. Each is a convolution in spherical harmonics,
+//! one factor for each degree (Ramamoorthi and Hanrahan 2002, equation 5), so that all light is in it,
+//! however small its source. Beside the levels are four maps of the light about a normal N, by kernels h_y(m)
+//! = m / (m (1 - y) + y) of the cosine m from N: materials whose reflection the horizon of N cuts read these,
+//! and the last, y = 1, is what a white diffuse surface shows.
 //!
 //! ## Resolution
 //!
@@ -30,8 +32,8 @@
 //!
 //! The `lights` strongest suns and lamps are taken out of the levels and kept as lights, each a disk with a
 //! direction and an irradiance. A renderer adds each by the material's own formula, which costs less than two
-//! look-ups, and is exact where blurred lamps are farthest from the truth. All other light stays in the levels,
-//! with its real shape: nothing is lost with `lights = 0`.
+//! look-ups, and is exact where blurred lamps are farthest from the truth. All other light stays in the
+//! levels, with its real shape: nothing is lost with `lights = 0`.
 //!
 //! ## Example
 //!
@@ -42,66 +44,12 @@
 //! ```
 
 use containers::tensors::EnvironmentScales;
-use engine::{
-    Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Reporter, Value,
-    ValueKind, parameters, unexpected,
-};
-use envmap::Environment;
-use taps::{LightPoints, ScaleSpace, ScaleSpaceError, Widths};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use taps::{LightPoints, Widths};
 
+use super::compact::{LIGHTS, LightCount, RESOLUTION, scale_space};
 use crate::engines::nearest_power_of_two;
-use crate::values::{UntilStopped, artifacts};
-
-/// How many of the strongest lights are kept beside a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LightCount {
-    /// As many as there are.
-    All,
-    /// At most so many.
-    Most(usize),
-}
-
-impl LightCount {
-    /// The lights that are kept, of these in the order of their strength.
-    pub(crate) fn of<T>(self, lights: &[T]) -> &[T] {
-        match self {
-            Self::All => lights,
-            Self::Most(count) => &lights[..count.min(lights.len())],
-        }
-    }
-}
-
-impl Parameter for LightCount {
-    fn expected() -> String {
-        "a whole number of lights, 0 or more, or \"all\"".into()
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let count = match &value.kind {
-            ValueKind::String(word) if word == "all" => Some(Self::All),
-            ValueKind::Integer(count) => usize::try_from(*count).ok().map(Self::Most),
-            _ => None,
-        };
-        count.ok_or_else(|| unexpected(value, &Self::expected()))
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        match self {
-            Self::All => "all".into(),
-            Self::Most(count) => (*count).into(),
-        }
-    }
-
-    fn schema() -> serde_json::Value {
-        serde_json::json!({ "type": ["integer", "string"], "minimum": 0, "pattern": "^all$" })
-    }
-}
-
-/// The default resolution.
-const RESOLUTION: usize = 64;
-
-/// The lights that are kept by default.
-const LIGHTS: LightCount = LightCount::Most(8);
+use crate::values::artifacts;
 
 /// The range of the edge of the finest level.
 const EDGES: std::ops::RangeInclusive<usize> = Widths::EDGES[0]..=Widths::EDGES[1];
@@ -115,35 +63,6 @@ parameters! {
         /// How many of the strongest suns and lamps are kept as lights, or "all"; see Lights.
         lights: LightCount = LIGHTS,
     }
-}
-
-/// The scale space of an environment with the default parameters.
-pub(crate) fn default_scale_space(
-    environment: &Environment,
-    reporter: &Reporter,
-) -> Result<ScaleSpace, Failure> {
-    let widths = Widths::new(RESOLUTION).unwrap_or(Widths::FINEST);
-    Ok(scale_space(environment, widths, LIGHTS, reporter)?.0)
-}
-
-/// The scale space with the strongest lights beside it, and the number of lights that were found.
-fn scale_space(
-    environment: &Environment,
-    widths: Widths,
-    lights: LightCount,
-    reporter: &Reporter,
-) -> Result<(ScaleSpace, usize), Failure> {
-    let lamps = match lights {
-        LightCount::Most(0) => Vec::new(),
-        _ => reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights,
-    };
-    let space = reporter.until_stopped(|stop| {
-        ScaleSpace::new(environment, lights.of(&lamps), widths, stop).map_err(|error| match error {
-            ScaleSpaceError::Stopped(stopped) => Failure::from(stopped),
-            other => Failure::new(other.to_string()),
-        })
-    })?;
-    Ok((space, lamps.len()))
 }
 
 /// The kind `scale-space`.

@@ -1,7 +1,7 @@
 //! Nonlinear least squares by Levenberg and Marquardt.
 
-/// The sums J^T J and J^T r over the rows of residuals: a symmetric matrix, of which the lower triangle is kept,
-/// and a vector.
+/// The sums J^T J and J^T r over the rows of residuals: a symmetric matrix, of which the lower triangle is
+/// kept, and a vector.
 #[derive(Clone, Debug)]
 pub(super) struct Normal {
     pub(super) size: usize,
@@ -30,8 +30,8 @@ impl Normal {
         self.vector[index] += derivative * residual;
     }
 
-    /// Solves (J^T J + damping diag(J^T J)) step = -J^T r by Cholesky's decomposition. `None` if the matrix is not
-    /// positive.
+    /// Solves (J^T J + damping diag(J^T J)) step = -J^T r by Cholesky's decomposition. `None` if the matrix
+    /// is not positive.
     pub(super) fn step(&self, damping: f64) -> Option<Vec<f64>> {
         let size = self.size;
         let mut l = self.matrix.clone();
@@ -71,8 +71,8 @@ const STEPS: usize = 40;
 /// A step that gains less than this share of the cost is the last.
 const GAIN: f64 = 2e-4;
 
-/// Parameters near a start at which a cost is least. `evaluate` returns the cost and adds to the normal equations
-/// if they are given; `bound` moves parameters to where they may be.
+/// Parameters near a start at which a cost is least. `evaluate` returns the cost and adds to the normal
+/// equations if they are given; `bound` moves parameters to where they may be.
 pub(super) fn minimise(
     start: Vec<f64>,
     evaluate: impl Fn(&[f64], Option<&mut Normal>) -> f64,

@@ -9,17 +9,18 @@ use sphere::{DVec3, Direction};
 const ANGLES: usize = 64;
 const AZIMUTHS: usize = 24;
 
-/// The reflection of a material toward one view, which is the same on both sides of the plane of view and normal.
+/// The reflection of a material toward one view, which is the same on both sides of the plane of view and
+/// normal.
 #[derive(Clone, Debug)]
 pub(super) struct Lobe {
-    /// Directions of light with y >= 0 in the frame of R (+Z is R, +X lies toward the normal), and rho_hat there
-    /// times the solid angle of both sides, RGB.
+    /// Directions of light with y >= 0 in the frame of R (+Z is R, +X lies toward the normal), and rho_hat
+    /// there times the solid angle of both sides, RGB.
     pub(super) shares: Vec<(DVec3, [f64; 3])>,
 }
 
 impl Lobe {
-    /// The lobe toward a view at an angle from the normal, in the mean over all turns of the surface; directions are
-    /// dense within `width` of R.
+    /// The lobe toward a view at an angle from the normal, in the mean over all turns of the surface;
+    /// directions are dense within `width` of R.
     pub(super) fn new(material: &Material, theta: f64, width: f64) -> Self {
         let (sine, cosine) = math::sin_cos(theta);
         let view = Direction::from_unit(DVec3::new(sine, 0.0, cosine));
@@ -43,6 +44,19 @@ impl Lobe {
             }
         }
         Self { shares }
+    }
+
+    /// Whether the lobe has one shape in all colours: their shares of the albedo differ by less than a
+    /// hundredth of it.
+    pub(super) fn is_of_one_colour(&self) -> bool {
+        let albedo = self.albedo();
+        let whole: f64 = albedo.iter().sum();
+        (0..3).all(|channel| {
+            let differs = |(_, share): &(DVec3, [f64; 3])| {
+                (share[channel] / albedo[channel] - share.iter().sum::<f64>() / whole).abs()
+            };
+            albedo[channel] <= 0.0 || self.shares.iter().map(differs).sum::<f64>() < 0.01
+        })
     }
 
     /// The directional albedo, RGB.

@@ -11,8 +11,8 @@ const TERMS: usize = 8;
 #[derive(Clone, Debug)]
 pub(super) struct Smooth {
     shape: Shape,
-    /// [`TERMS`] coefficients of Chebyshev's polynomials for each parameter. Those of delta are multiplied by the
-    /// sine of theta_v: head on, a tap looks along R.
+    /// [`TERMS`] coefficients of Chebyshev's polynomials for each parameter. Those of delta are multiplied by
+    /// the sine of theta_v: head on, a tap looks along R.
     coefficients: Vec<f64>,
 }
 

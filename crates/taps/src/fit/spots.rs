@@ -1,8 +1,9 @@
 //! The lights that a fit is tried under: round spots of three sizes, each in an ambient light.
 //!
 //! A spot is the heat kernel of the sphere, a Gaussian of standard deviation tau whose factor of degree l is
-//! e^(-l (l + 1) tau^2 / 2), so that what a level of a scale space holds of it is a sum of Legendre polynomials.
-//! Functions of the angle between a look-up and a spot are tabulated over the chord, the distance of both.
+//! e^(-l (l + 1) tau^2 / 2), so that what a level of a scale space holds of it is a sum of Legendre
+//! polynomials. Functions of the angle between a look-up and a spot are tabulated over the chord, the
+//! distance of both.
 
 use std::f64::consts::PI;
 

@@ -8,8 +8,8 @@ use super::least_squares::{Normal, minimise};
 use super::lobe::Lobe;
 use super::spots::{Between, Spots};
 
-/// The number of taps of each sort, and the order of their parameters: delta, x and the logarithm of the weight
-/// of each tap, then x and the logarithm of the weight of each tap about the normal.
+/// The number of taps of each sort, and the order of their parameters: delta, x and the logarithm of the
+/// weight of each tap, then x and the logarithm of the weight of each tap about the normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
     /// The taps about directions between R and N.

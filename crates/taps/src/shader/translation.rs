@@ -1,6 +1,6 @@
 //! From WGSL with a type at every declaration to other languages, line by line.
 
-use super::Language;
+use super::language::Language;
 
 /// The words of WGSL that other languages have another word for: GLSL's and HLSL's.
 const WORDS: [(&str, &str, &str); 8] = [

@@ -38,10 +38,11 @@ pub struct MaterialTaps {
     pub fitted: Fitted,
 }
 
-/// A scale space: `level_00` [6, edge, edge, 3] f32, `level_01` ..., faces in file order; the light about normals
-/// `normal_0` ... in the same shape; `std` \[levels\] f64, the standard deviation of each level in radians;
-/// `diffuse` [9, 3] f64, the radiance of a white diffuse surface by its normal; `lights` [n, 7] f64 if there are
-/// some beside it; and `points` [p, 6] f32, the direction and the flux of each point of the environment.
+/// A scale space: `level_00` [6, edge, edge, 3] f32, `level_01` ..., faces in file order; the light about
+/// normals `normal_0` ... in the same shape; `std` \[levels\] f64, the standard deviation of each level in
+/// radians; `diffuse` [9, 3] f64, the radiance of a white diffuse surface by its normal; `lights` [n, 7] f64
+/// if there are some beside it; and `points` [p, 6] f32, the direction and the flux of each point of the
+/// environment.
 ///
 /// # Errors
 /// If a number is not finite.
@@ -110,9 +111,9 @@ pub fn decode_scale_space(bytes: &[u8]) -> Result<EnvironmentScales, Error> {
     Ok(EnvironmentScales { space, points })
 }
 
-/// The taps of a material: `taps` [65, J, 5] f64, delta, s, r, g, b of each look-up between levels, and `normals`
-/// [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The metadata have
-/// the material and `rms`, the residual of the fit in stops.
+/// The taps of a material: `taps` [65, J, 5] f64, delta, s, r, g, b of each look-up between levels, and
+/// `normals` [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The
+/// metadata have the material and `rms`, the residual of the fit in stops.
 ///
 /// # Errors
 /// If a number is not finite, or the material is an empty sum.
@@ -184,9 +185,9 @@ fn rows(file: &TensorFile<'_>, name: &str, shape: &str, numbers: usize) -> Resul
     })
 }
 
-/// Everything that a renderer needs of an environment and a material, for Python and for tools: the tensors of
-/// [`encode_scale_space`] without its points and those of [`encode_taps`], as far as they are given, in f32 and, for
-/// lights and `diffuse`, f64.
+/// Everything that a renderer needs of an environment and a material, for Python and for tools: the tensors
+/// of [`encode_scale_space`] without its points and those of [`encode_taps`], as far as they are given, in
+/// f32 and, for lights and `diffuse`, f64.
 ///
 /// # Errors
 /// If a number is not finite.

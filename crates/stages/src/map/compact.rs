@@ -1,0 +1,96 @@
+//! The parts of compact maps with the parameters that the kinds have by default, for reports too.
+
+use brdf::Material;
+use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
+use envmap::Environment;
+use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_least};
+
+use crate::values::UntilStopped;
+
+/// The default resolution.
+pub(crate) const RESOLUTION: usize = 64;
+
+/// The lights that are kept by default.
+pub(crate) const LIGHTS: LightCount = LightCount::Most(8);
+
+/// The residual of taps that is accepted by default.
+pub(crate) const ERROR: f64 = 0.02;
+
+/// How many of the strongest lights are kept beside a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightCount {
+    /// As many as there are.
+    All,
+    /// At most so many.
+    Most(usize),
+}
+
+impl LightCount {
+    /// The lights that are kept, of these in the order of their strength.
+    pub(crate) fn of<T>(self, lights: &[T]) -> &[T] {
+        match self {
+            Self::All => lights,
+            Self::Most(count) => &lights[..count.min(lights.len())],
+        }
+    }
+}
+
+impl Parameter for LightCount {
+    fn expected() -> String {
+        "a whole number of lights, 0 or more, or \"all\"".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let count = match &value.kind {
+            ValueKind::String(word) if word == "all" => Some(Self::All),
+            ValueKind::Integer(count) => usize::try_from(*count).ok().map(Self::Most),
+            _ => None,
+        };
+        count.ok_or_else(|| unexpected(value, &Self::expected()))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match self {
+            Self::All => "all".into(),
+            Self::Most(count) => (*count).into(),
+        }
+    }
+
+    fn schema() -> serde_json::Value {
+        serde_json::json!({ "type": ["integer", "string"], "minimum": 0, "pattern": "^all$" })
+    }
+}
+
+/// The scale space of an environment with the default parameters.
+pub(crate) fn default_scale_space(
+    environment: &Environment,
+    reporter: &Reporter,
+) -> Result<ScaleSpace, Failure> {
+    let widths = Widths::new(RESOLUTION).unwrap_or(Widths::FINEST);
+    Ok(scale_space(environment, widths, LIGHTS, reporter)?.0)
+}
+
+/// The scale space with the strongest lights beside it, and the number of lights that were found.
+pub(crate) fn scale_space(
+    environment: &Environment,
+    widths: Widths,
+    lights: LightCount,
+    reporter: &Reporter,
+) -> Result<(ScaleSpace, usize), Failure> {
+    let lamps = match lights {
+        LightCount::Most(0) => Vec::new(),
+        _ => reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights,
+    };
+    let space = reporter.until_stopped(|stop| {
+        ScaleSpace::new(environment, lights.of(&lamps), widths, stop).map_err(|error| match error {
+            ScaleSpaceError::Stopped(stopped) => Failure::from(stopped),
+            other => Failure::new(other.to_string()),
+        })
+    })?;
+    Ok((space, lamps.len()))
+}
+
+/// The taps of a material with the default parameters.
+pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
+    Ok(reporter.until_stopped(|stop| fit_least(material, ERROR, Widths::FINEST, stop))?.table)
+}
