@@ -1,5 +1,5 @@
 //! Reflected light as a sum of principal components: the form that Ramamoorthi and Hanrahan name as future
-//! work [RH02].
+//! work [RH02, sec. 8].
 //!
 //! > B(C, V) ~ sum over k < K of U_k(C) w_k(x, y)
 //!

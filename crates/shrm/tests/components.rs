@@ -1,5 +1,7 @@
 //! Maps of components against the integral by brute force, with the look-ups of a renderer.
 
+#![allow(clippy::unwrap_used)] // a test may panic
+
 use brdf::{Choice, Fresnel, Ggx, Lambert, Material, Microfacet, project};
 use envmap::Environment;
 use sh::{Degree, Lighting, Stop, Transform};

@@ -167,10 +167,12 @@ const TAP_LAST: f32 = {}.0;  // the last level
     }
 }
 
-/// The table that shaders look up: pictures of 65 columns, column i for 1 - cos(theta_v) = i / 64, and of 2 J
-/// + K rows. Rows 2 j and 2 j + 1 are (delta, log2 of the width, 0, 0) and (r, g, b, 0) of a look-up between
-/// levels, both angles in radians; the last K are (r, g, b, y) of those about the normal. Widths, and not
-/// places between levels, let one table serve scale spaces of every edge.
+/// The table that shaders look up: a picture of 65 columns, column i for 1 - cos(theta_v) = i / 64, and of
+/// two rows for each look-up between levels and one for each about the normal.
+///
+/// Rows 2 j and 2 j + 1 are (delta, log2 of the width, 0, 0) and (r, g, b, 0) of look-up j, both angles in
+/// radians. The last rows are (r, g, b, y) of those about the normal. Widths, and not places between levels,
+/// let one table serve scale spaces of every edge.
 pub fn table_texels(table: &TapTable) -> Vec<[f32; 4]> {
     let row = |texel: &dyn Fn(usize) -> [f64; 4]| -> Vec<[f32; 4]> {
         (0..table.rows().len()).map(|column| texel(column).map(|value| value as f32)).collect()

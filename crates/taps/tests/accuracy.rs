@@ -1,5 +1,7 @@
 //! Taps against sums over the pixels of environments that their fit has not seen.
 
+#![allow(clippy::unwrap_used)] // a test may panic
+
 use brdf::{Fresnel, Ggx, Lambert, Material, Microfacet, OrenNayar};
 use containers::{ReadOptions, read_image};
 use envmap::{Environment, Layout};

@@ -77,7 +77,7 @@ fn the_number_of_taps_is_the_least_that_fits() {
     assert_eq!(taps("", lambert(0.5)), 0, "a matte surface looks about its normal alone");
     assert_eq!(taps("taps = 5", phong(20.0)), 5);
     let sharp = brdf::Microfacet::new(0.2, [1.0; 3]).unwrap();
-    let sharp = || brdf::Material::Microfacet(sharp.clone());
+    let sharp = || brdf::Material::Microfacet(sharp);
     let [loose, strict] = ["error = 5.0", "error = 0.0001"].map(|error| taps(error, sharp()));
     assert_eq!([loose, strict], [1, 4]);
 }
