@@ -292,11 +292,7 @@ mod tests {
                     let lit = field.lamps().map_or([0.0; 3], |lamps| lamps.radiance(central, view));
                     let right = field.evaluate(central, view);
                     for (channel, found) in lookup.texel(texel, view).into_iter().enumerate() {
-                        errors.push(stops::error(
-                            f64::from(found),
-                            right[channel].max(0.0) + lit[channel],
-                            dark,
-                        ));
+                        errors.push(stops::error(found, right[channel].max(0.0) + lit[channel], dark));
                     }
                 }
             }
