@@ -81,6 +81,7 @@
 //! path = "{environment}/{material}/taps"
 //! ```
 
+use brdf::Centre;
 use containers::{
     Encoded, Precision, TexelFormat, Texture, tensors, write_dds, write_dds_rgba, write_exr, write_exr_rgba,
     write_ktx2, write_ktx2_rgba,
@@ -151,8 +152,8 @@ parameters! {
     }
 }
 
-/// The views toward which a pair is measured.
-const VIEWS: usize = 500;
+/// The views toward which a pair is measured: fewer if each needs the mean over all turns of the surface.
+const VIEWS: [usize; 2] = [500, 100];
 
 /// The stem of a shader's name.
 const STEM: &str = "taps";
@@ -443,8 +444,10 @@ fn measure(
     context: &Context<'_>,
 ) -> Result<(), Failure> {
     let reporter = &context.reporter;
+    let is_turned = !taps.material.is_isotropic() || taps.material.centre() == Centre::Tangent;
+    let views = VIEWS[usize::from(is_turned)];
     let truth = reporter.until_stopped(|stop| {
-        Truth::new(&scales.points, &taps.material, VIEWS, stop).map_err(Failure::from)
+        Truth::new(&scales.points, &taps.material, views, stop).map_err(Failure::from)
     })?;
     let Accuracy { p95, p99 } = truth.error(&taps.fitted.table, &scales.space, &taps.material);
     let lights = scales.space.lights().len();
