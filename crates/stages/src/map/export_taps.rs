@@ -3,8 +3,8 @@
 //!
 //! A renderer needs one scale space for each environment and one table for each material. Connect one of them
 //! to write it once, or both for one file of a pair. For a pair the build measures how far the taps are from
-//! the sum over the pixels of the environment, toward 500 views as a ball shows them, and warns if 95 % or 99
-//! % of them are not within `accept`.
+//! the sum over the pixels of the environment, toward 500 views as a ball shows them (100 if the material
+//! depends on its tangent), and warns if 95 % or 99 % of them are not within `accept`.
 //!
 //! ## Files
 //!

@@ -62,8 +62,8 @@ pub fn encode_components(
     Ok(file.finish())
 }
 
-/// A map of components in 8 bits: `sizes` [6, n, n, 3] f32 with n = edge + 2, `components` [4, 6, n, n, 3] i8,
-/// `components_half` [K - 4, 6, m, m, 3] i8 with m = edge / 2 + 2, rounded up, if K is larger than 4, and
+/// A map of components in 8 bits: `sizes` [6, n, n, 3] f32 with n = edge + 2, `components` [4, 6, n, n, 3]
+/// i8, `components_half` [K - 4, 6, m, m, 3] i8 with m = edge / 2 + 2, rounded up, if K is larger than 4, and
 /// `weights` as [`encode_components`] has them, times s_k / 127 ([`PackedComponents`]).
 ///
 /// # Errors
