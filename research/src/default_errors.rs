@@ -35,9 +35,9 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// One of the maps of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Map {
-    /// `export-shrm` with `lamps = "separate"`.
+    /// `export-shrm` with `lamps = "separate"`, and with as high a P as it needs.
     Separate,
-    /// `export-shrm`, by default with the lamps in the map.
+    /// `export-shrm`, by default with the lamps in the map, and with as high a P as it needs.
     Baked,
     /// `export-reflection-map`, by default the mean over all views.
     Plain,

@@ -188,9 +188,12 @@ fn manifest(maps: &[Map], resolution: usize) -> String {
     let mut text = MANIFEST.to_owned();
     for map in maps {
         let name = map.name();
+        // The most exact map: by default the degree P is at most 4, with a warning if that is too little.
         let own = match map {
-            Map::Separate => "kind = \"export-shrm\"\nlamps = \"separate\"",
-            Map::Baked => "kind = \"export-shrm\"",
+            Map::Separate => {
+                "kind = \"export-shrm\"\nlamps = \"separate\"\nmost-p = 16\naccept = [0.01, 0.02]"
+            }
+            Map::Baked => "kind = \"export-shrm\"\nmost-p = 16\naccept = [0.1, 0.35]",
             Map::Plain => "kind = \"export-reflection-map\"\nlayout = \"cube-strip\"",
         };
         let _ = write!(
