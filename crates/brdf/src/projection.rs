@@ -53,8 +53,9 @@ pub enum Choice {
     /// same nodes; tests: within 0.2 % of the norm of the exact coefficients, for all models that 255 degrees
     /// hold.
     Full,
-    /// As [`Choice::Full`] for light up to a degree F, at about a tenth of the work, for estimates: P = 20,
-    /// and tests: within 1 % of the norm of the exact coefficients up to F.
+    /// Degrees for an estimate of what a cut loses, when the light has a degree F: that F and P = 20, at
+    /// about a tenth of the work of [`Choice::Full`]. Tests: within 1 % of the norm of the exact coefficients
+    /// up to F.
     Sketch {
         /// The highest degree F that the light has.
         f: Degree,
@@ -183,7 +184,7 @@ fn general(
             )
         }
         Choice::Tolerance(tolerance) => least(source, tolerance)?,
-        Choice::Full => full::full(source, Grid::FULL)?,
+        Choice::Full => full::full(source, Grid::full())?,
         Choice::Sketch { f } => full::full(source, Grid::sketch(f.get()))?,
     };
     let mut rho = Vec::with_capacity((f + 1) * (p + 1) * (p + 1));

@@ -52,7 +52,7 @@ pub struct Atlas {
     pub width: usize,
     /// The rows of the picture.
     pub height: usize,
-    /// Of each level and each of its faces in file order: the column and the row of the first texel of its
+    /// Where each face of each level lies, in file order: the column and the row of the first texel of its
     /// border, and the texels along an edge, borders included. Rows are counted from the top.
     pub placements: Vec<[usize; 3]>,
 }

@@ -42,10 +42,10 @@ use brdf::Centre;
 use sh::Stop;
 
 use crate::Reflection;
-pub use basis::{Component, ComponentBasis, MOST, RADII};
+pub use basis::{Component, ComponentBasis, MAX_COMPONENTS, RADII};
 pub use chart::{face_axes, face_frame};
 pub use map::ComponentMap;
-pub use options::{ComponentCount, ComponentError, ComponentOptions, FULL};
+pub use options::{ComponentCount, ComponentError, ComponentOptions, FULL_SIZE_COMPONENTS};
 pub use packed::PackedComponents;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own

@@ -1,13 +1,16 @@
 //! The rule by which a degree P is chosen where coefficients cost memory.
 //!
 //! It is the least P that meets a [`MapTolerance`]: in stops, or in the RMS error of [RH02, sec. 5]. Where
-//! none up to the highest that is allowed does, it is the best of those up to [`SMALL_P`]: further
+//! none up to the highest that is allowed does, it is the best of those up to [`Terms::small_p`]: further
 //! coefficients cost much and would not be enough.
 
 use brdf::BrdfCoefficients;
 use sh::{Degree, Expansion, energy_per_degree, lambda};
 
-/// The highest P of a map that does not meet its tolerance: 25 coefficients.
+use crate::Terms;
+use crate::reflection::MOST_P;
+
+/// The highest P of a map with all terms that does not meet its tolerance: 25 coefficients.
 pub const SMALL_P: usize = 4;
 
 /// The error that a map may have.
@@ -26,6 +29,8 @@ pub struct DegreeRule {
     pub tolerance: MapTolerance,
     /// The highest P that is tried.
     pub most_p: usize,
+    /// The coefficients that the map keeps, which say what a P costs.
+    pub terms: Terms,
 }
 
 /// A degree P, and the errors of a map at it.
@@ -65,10 +70,21 @@ impl MapTolerance {
     }
 }
 
+impl Terms {
+    /// The highest P of a map that does not meet its tolerance: [`SMALL_P`] with all terms, and [`MOST_P`] if
+    /// the map has one coefficient for each p, which are fewer.
+    pub fn small_p(self) -> usize {
+        match self {
+            Self::All => SMALL_P,
+            Self::Zonal => MOST_P,
+        }
+    }
+}
+
 impl DegreeRule {
     /// The least degree up to [`DegreeRule::most_p`] that meets the tolerance, otherwise the best up to
-    /// [`SMALL_P`]. `measured` are errors at ascending degrees from 0 on, of which the last may meet it;
-    /// degrees above the highest allowed one only say what would be enough.
+    /// [`Terms::small_p`]. `measured` are errors at ascending degrees from 0 on, of which the last may meet
+    /// it; degrees above the highest allowed one only say what would be enough.
     pub(crate) fn choose(&self, measured: &[MapDegree]) -> Option<MapDegree> {
         let excess = |map: &MapDegree| self.tolerance.excess([map.p95, map.p99], map.rms);
         let is_met = |map: &&MapDegree| excess(map) <= 1.0;
@@ -76,7 +92,8 @@ impl DegreeRule {
         if let Some(least) = allowed(self.most_p).find(is_met) {
             return Some(MapDegree { is_met: true, ..*least });
         }
-        let best = allowed(self.most_p.min(SMALL_P)).min_by(|a, b| excess(a).total_cmp(&excess(b)))?;
+        let best =
+            allowed(self.most_p.min(self.terms.small_p())).min_by(|a, b| excess(a).total_cmp(&excess(b)))?;
         let enough = measured.iter().find(is_met).map(|map| map.p.get());
         Some(MapDegree { enough, ..*best })
     }
@@ -128,7 +145,7 @@ mod tests {
             .map(|(p, e)| at(p, e))
             .collect();
         let chosen = |tolerance, most_p| {
-            let map = DegreeRule { tolerance, most_p }.choose(&measured).unwrap();
+            let map = DegreeRule { tolerance, most_p, terms: Terms::All }.choose(&measured).unwrap();
             (map.p.get(), map.is_met, map.enough)
         };
         let stops = MapTolerance::Stops;
@@ -142,6 +159,9 @@ mod tests {
         // What is allowed and not enough is not taken either, and less than 4 may be allowed.
         assert_eq!(chosen(stops([0.01, 0.02]), 7), (2, false, None));
         assert_eq!(chosen(stops([0.01, 0.02]), 1), (1, false, None));
-        assert!(DegreeRule { tolerance: stops([1.0; 2]), most_p: 4 }.choose(&[]).is_none());
+        // Zonal terms are few at any P.
+        let zonal = DegreeRule { tolerance: stops([0.01, 0.02]), most_p: 6, terms: Terms::Zonal };
+        assert_eq!(zonal.choose(&measured).map(|map| map.p.get()), Some(6));
+        assert!(zonal.choose(&[]).is_none());
     }
 }

@@ -20,7 +20,7 @@ use crate::{Reflection, frame};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Radiance below this share of the mean counts as black.
 pub const BLACK_SHARE: f64 = 0.01;

@@ -227,8 +227,8 @@ mod tests {
     use sh::{Expansion, Light, Lighting};
 
     use super::*;
-    use crate::MapTolerance;
     use crate::accuracy::Accuracy;
+    use crate::{MapTolerance, Terms};
 
     /// A metal under a few bright windows, with a sun if that is asked for.
     fn field(sunny: bool) -> Reflection {
@@ -270,7 +270,8 @@ mod tests {
     fn the_errors_are_those_of_the_map() {
         for (lamps, field) in [(false, field(false)), (true, field(true))] {
             let content = MapContent { lamps, ..BESIDE };
-            let rule = DegreeRule { tolerance: MapTolerance::Stops([0.2, 0.5]), most_p: 6 };
+            let rule =
+                DegreeRule { tolerance: MapTolerance::Stops([0.2, 0.5]), most_p: 6, terms: Terms::All };
             let chosen = field.map_degree(content, rule, Stop::NEVER).unwrap();
             assert!(chosen.is_met && chosen.p95 <= 0.2 && chosen.p99 <= 0.5, "{chosen:?}");
             if chosen.p.get() > 0 {
@@ -306,8 +307,10 @@ mod tests {
     /// A matte base beside a highlight hides a part of its error.
     #[test]
     fn beside_a_base_a_cut_shows_less() {
-        let (field, rule) =
-            (field(false), DegreeRule { tolerance: MapTolerance::Stops([1e-6; 2]), most_p: 2 });
+        let (field, rule) = (
+            field(false),
+            DegreeRule { tolerance: MapTolerance::Stops([1e-6; 2]), most_p: 2, terms: Terms::All },
+        );
         let white = Material::Lambert(brdf::Lambert::new([0.8; 3]).unwrap());
         let brdf = project(&white, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let base = Reflection::convolve(&field.lighting().to_degree(Degree::new(4).unwrap()), &brdf);
@@ -317,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_stopped_choice_ends_early() {
-        let rule = DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 4 };
+        let rule = DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 4, terms: Terms::All };
         let stopped = field(true).map_degree(BESIDE, rule, Stop::when(&|| true));
         assert_eq!(stopped, Err(Stopped.into()));
     }

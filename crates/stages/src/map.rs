@@ -23,6 +23,7 @@ mod map_index;
 mod map_input;
 mod map_pictures;
 pub(crate) mod map_source;
+mod shrm_file;
 
 use engine::Kinds;
 

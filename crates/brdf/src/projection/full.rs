@@ -53,7 +53,9 @@ pub(super) struct Grid {
 
 impl Grid {
     /// The grid of [`super::Choice::Full`].
-    pub(super) const FULL: Self = Self { f: F, p: P, outgoing: 80, azimuths: 48 };
+    pub(super) const fn full() -> Self {
+        Self { f: F, p: P, outgoing: 80, azimuths: 48 }
+    }
 
     /// A coarse grid up to this F: a tenth of the work.
     pub(super) fn sketch(f: usize) -> Self {
@@ -124,7 +126,7 @@ pub(super) fn enough(energy: &[f64]) -> usize {
 
 /// The number of times that [`full`] asks whether to stop.
 pub(super) fn steps() -> usize {
-    incident_nodes(Grid::FULL.widest()).len()
+    incident_nodes(Grid::full().widest()).len()
 }
 
 /// Nodes and weights of theta_i over 0 to pi, on panels that are no wider than this.

@@ -250,7 +250,7 @@ mod tests {
         assert!(seen.iter().all(|count| *count > 50), "{seen:?}");
     }
 
-    /// The same of lines that the modes with two store, for every partition.
+    /// Random ends and indices in every mode that stores two lines, for every partition.
     #[test]
     fn a_decoder_reads_every_mode_with_two_lines() {
         for (number, mode) in block::TWO_LINES.iter().enumerate() {
@@ -354,10 +354,10 @@ mod tests {
     /// The 95th and 99th percentiles of the error in stops, as of a picture whose darkest hundredth does not
     /// matter.
     fn stops(found: &[[f32; 3]], given: &[[f32; 3]]) -> [f64; 2] {
-        const DARK: f64 = 0.01;
+        const BLACK_RADIANCE: f64 = 0.01;
         let pairs = found.as_flattened().iter().zip(given.as_flattened());
         let error = |(found, given): (&f32, &f32)| {
-            math::log2((f64::from(*found) + DARK) / (f64::from(*given) + DARK)).abs()
+            math::log2((f64::from(*found) + BLACK_RADIANCE) / (f64::from(*given) + BLACK_RADIANCE)).abs()
         };
         let mut errors: Vec<f64> = pairs.map(error).collect();
         errors.sort_by(f64::total_cmp);

@@ -15,7 +15,7 @@
 //! | per cube 1 | the place of its texels, its edge; the kernels about the normal first, then the levels |
 //! | per texel 1 | its radiance, faces and rows in the order of `sphere::Cube` |
 //!
-//! And those of the material:
+//! The elements of the material, of four f32:
 //!
 //! | elements | what |
 //! | --- | --- |

@@ -23,7 +23,7 @@ use super::lobes::{AZIMUTHS, Lobes, PointTable};
 pub const RADII: usize = 16;
 
 /// The most components of a basis.
-pub const MOST: usize = 24;
+pub const MAX_COMPONENTS: usize = 24;
 
 /// The highest order m that a component may have.
 const ORDERS: usize = 12;
@@ -77,7 +77,7 @@ pub(super) fn shares() -> [f64; RADII] {
 }
 
 impl ComponentBasis {
-    /// The first components of a material, at most [`MOST`].
+    /// The first components of a material, at most [`MAX_COMPONENTS`].
     ///
     /// # Errors
     /// If the material has a value that is not finite.
@@ -100,11 +100,11 @@ impl ComponentBasis {
             }
         }
         found.sort_by(|a, b| b.share.total_cmp(&a.share));
-        let mut components = Vec::with_capacity(MOST + 1);
+        let mut components = Vec::with_capacity(MAX_COMPONENTS + 1);
         // A component of less than this is rounding.
         for component in found.into_iter().filter(|component| component.share > 1e-9) {
             let pair = component.order > 0;
-            if components.len() + 1 + usize::from(pair) > MOST {
+            if components.len() + 1 + usize::from(pair) > MAX_COMPONENTS {
                 break;
             }
             components.push(component.clone());
@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn components_are_orthonormal_over_the_views_of_a_ball() {
         let basis = ComponentBasis::of(&copper()).unwrap();
-        assert!(basis.components().len() >= MOST - 1);
+        assert!(basis.components().len() >= MAX_COMPONENTS - 1);
         let (rings, azimuths) = (200, 60);
         let count = basis.components().len();
         let mut products = vec![0.0; count * count];

@@ -11,7 +11,7 @@ use super::basis::{ComponentBasis, RADII, shares};
 use super::chart::{bordered_direction, bordered_taps, disc, face_frame};
 use super::field::{Baked, Field, ORDERS, VIEWS, turns, view_angles, view_places};
 use super::lobes::{Lobes, PointTable};
-use super::options::{ComponentError, ComponentOptions, FULL};
+use super::options::{ComponentError, ComponentOptions, FULL_SIZE_COMPONENTS};
 use super::solve::Factor;
 use crate::Reflection;
 use crate::degrees::BLACK_SHARE;
@@ -139,7 +139,11 @@ impl<'a> Fit<'a> {
 
     /// The edge of a component's faces.
     pub(super) fn edge(&self, k: usize) -> usize {
-        if self.options.half && k >= FULL { self.options.edge.div_ceil(2) } else { self.options.edge }
+        if self.options.half && k >= FULL_SIZE_COMPONENTS {
+            self.options.edge.div_ceil(2)
+        } else {
+            self.options.edge
+        }
     }
 
     /// The normal equations of a texel of a bordered face, for what `known` leaves of the light: the values
@@ -214,7 +218,7 @@ impl<'a> Fit<'a> {
 
     /// The map with the first components.
     pub(super) fn map(&self, count: usize, stop: Stop<'_>) -> Result<ComponentMap, ComponentError> {
-        let full = if self.options.half { count.min(FULL) } else { count };
+        let full = if self.options.half { count.min(FULL_SIZE_COMPONENTS) } else { count };
         let basis = self.basis.first(count);
         // First the coarse components, then the others for what these leave.
         let coarse = self.planes(full..count, count, None, stop)?;

@@ -6,7 +6,7 @@ use sh::Stopped;
 use super::basis::ComponentBasis;
 
 /// The components with full resolution, if the others have half of it.
-pub const FULL: usize = 4;
+pub const FULL_SIZE_COMPONENTS: usize = 4;
 
 /// Central directions at which the error of a map is sampled.
 pub(super) const CENTRALS: usize = 192;
@@ -16,8 +16,8 @@ pub(super) const CENTRALS: usize = 192;
 pub enum ComponentCount {
     /// As many, or all that the material has if these are fewer.
     Fixed(usize),
-    /// The least number, up to [`MOST`](super::MOST), with which 95 and 99 of 100 look-ups are within so many
-    /// stops; if none is enough, all.
+    /// The least number, up to [`MAX_COMPONENTS`](super::MAX_COMPONENTS), with which 95 and 99 of 100
+    /// look-ups are within so many stops; if none is enough, all.
     Accept([f64; 2]),
 }
 
@@ -38,8 +38,11 @@ impl ComponentOptions {
     /// About how many times [`fit`](super::fit) asks whether to stop.
     pub fn steps(&self, basis: &ComponentBasis) -> usize {
         let rows = |edge: usize| 6 * (edge + 2);
-        let coarse =
-            if self.half && basis.components().len() > FULL { rows(self.edge.div_ceil(2)) } else { 0 };
+        let coarse = if self.half && basis.components().len() > FULL_SIZE_COMPONENTS {
+            rows(self.edge.div_ceil(2))
+        } else {
+            0
+        };
         let choice = if matches!(self.count, ComponentCount::Accept(_)) { 2 } else { 1 };
         rows(self.edge) + coarse + choice * CENTRALS
     }

@@ -37,7 +37,7 @@ impl PackedComponents {
         }
         whole.as_flattened_mut().iter_mut().for_each(|value| *value = value.sqrt());
         let largest = whole.as_flattened().iter().fold(0.0, |most: f32, value| most.max(*value));
-        let least = (largest * LEAST).max(f32::MIN_POSITIVE);
+        let least = (largest * MIN_SIZE).max(f32::MIN_POSITIVE);
         whole.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(least));
         let (mut scales, mut values) = (Vec::new(), Vec::new());
         for (k, edge) in edges.iter().enumerate() {
@@ -86,7 +86,7 @@ impl PackedComponents {
 }
 
 /// The least size, as a share of the largest: a texel may be black.
-const LEAST: f32 = 1e-6;
+const MIN_SIZE: f32 = 1e-6;
 
 /// The size of a texel of bordered faces of `edge` texels, from those of `full` texels.
 fn size_at(whole: &[[f32; 3]], full: usize, edge: usize, index: usize) -> [f32; 3] {

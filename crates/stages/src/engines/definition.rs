@@ -95,7 +95,7 @@ impl Engine {
         Self { name, meaning, versions: "", light: EngineLight::LatLong(image), taps: None }
     }
 
-    /// The same engine, which looks taps up.
+    /// Adds to an engine how it looks up the taps of a compact map.
     pub(crate) const fn with_taps(self, taps: &'static TapPreset) -> Self {
         Self { taps: Some(taps), ..self }
     }

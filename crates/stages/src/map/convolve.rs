@@ -70,7 +70,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, 
 use sh::Lighting;
 use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, CutStudy, Samples};
-use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection};
+use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection, Terms};
 
 use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed, of_cut};
 use crate::values::{UntilStopped, Window, about, artifacts, percent};
@@ -99,8 +99,9 @@ impl Parameters {
     }
 
     /// The rule for P, if the manifest has one.
-    fn rule(&self) -> Option<DegreeRule> {
-        self.choice().tolerance().map(|_| self.choice().rule(ACCEPT, MOST_P))
+    fn rule(&self, brdf: &BrdfCoefficients) -> Option<DegreeRule> {
+        let terms = if brdf.is_azimuth_free() { Terms::Zonal } else { Terms::All };
+        self.choice().tolerance().map(|_| self.choice().rule(ACCEPT, MOST_P, terms))
     }
 }
 
@@ -143,7 +144,7 @@ impl Kind for Convolve {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let mut errors = parameters.choice().check();
-        if parameters.most_p.is_some() && parameters.rule().is_none() {
+        if parameters.most_p.is_some() && parameters.choice().tolerance().is_none() {
             errors.push(("most-p", "only accept or error uses it".into()));
         }
         errors
@@ -153,7 +154,7 @@ impl Kind for Convolve {
         let reporter = &context.reporter;
         let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
         let brdf = &context.inputs.get::<artifacts::Brdf>("brdf")?.0;
-        let (given, rule) = (parameters.window.fixed(), parameters.rule());
+        let (given, rule) = (parameters.window.fixed(), parameters.rule(&brdf.coefficients));
         if rule.is_some() && !(brdf.for_light && brdf.material.is_some()) {
             return Err(Failure::new(
                 "accept and error choose P, but the coefficients have one that is named",

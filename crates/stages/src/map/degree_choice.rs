@@ -3,7 +3,7 @@
 use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use serde_json::json;
 use shrm::degrees::Cut;
-use shrm::{DegreeRule, MapDegree, MapTolerance};
+use shrm::{DegreeRule, MapDegree, MapTolerance, Terms};
 
 use crate::values::percent;
 
@@ -67,10 +67,10 @@ impl DegreeChoice {
         accept.or(self.error.map(MapTolerance::Rms))
     }
 
-    /// The rule with these defaults.
-    pub(crate) fn rule(&self, accept: Accept, most_p: usize) -> DegreeRule {
+    /// The rule with these defaults, for a map that keeps these coefficients.
+    pub(crate) fn rule(&self, accept: Accept, most_p: usize, terms: Terms) -> DegreeRule {
         let tolerance = self.tolerance().unwrap_or(MapTolerance::Stops(accept.0));
-        DegreeRule { tolerance, most_p: self.most_p.unwrap_or(most_p) }
+        DegreeRule { tolerance, most_p: self.most_p.unwrap_or(most_p), terms }
     }
 }
 
@@ -129,11 +129,14 @@ mod tests {
     fn what_is_given_goes_before_what_is_usual() {
         let none = DegreeChoice::default();
         assert_eq!(
-            none.rule(ACCEPT, 4),
-            DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4 }
+            none.rule(ACCEPT, 4, Terms::All),
+            DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4, terms: Terms::All }
         );
         let given = DegreeChoice { error: Some(0.1), most_p: Some(6), ..none };
-        assert_eq!(given.rule(ACCEPT, 4), DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 6 });
+        assert_eq!(
+            given.rule(ACCEPT, 4, Terms::Zonal),
+            DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 6, terms: Terms::Zonal }
+        );
         assert!(none.check().is_empty() && given.check().is_empty());
         let both = DegreeChoice { accept: Some(ACCEPT), ..given };
         assert_eq!(both.check(), [("error", "accept already says which error is allowed".to_owned())]);
@@ -143,7 +146,7 @@ mod tests {
     fn a_missed_tolerance_is_told_with_the_remedy() {
         let p = Degree::new(4).unwrap();
         let map = MapDegree { p, p95: 0.242, p99: 0.666, rms: 0.08, is_met: false, enough: Some(10) };
-        let rule = DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4 };
+        let rule = DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4, terms: Terms::All };
         assert_eq!(
             missed(rule, &map),
             "no P up to 4 meets accept = [0.15, 0.4]: at P = 4 95 % of views are within 0.242 stops, 99 % within \

@@ -20,7 +20,8 @@
 //! 99 % within the second. With `error` in its place the RMS error counts, as a share of the RMS radiance of
 //! what the map holds [RH02, sec. 5]. P is at most `most-p`, 4 if it is not named. If no P up to that is
 //! enough, the map takes the best of those up to 4, and a warning says what it reaches and what would help.
-//! The build notes P, its errors and the file's size.
+//! The build notes P, its errors and the file's size. A KTX2 file of a local map without azimuth grows with
+//! P + 1 only: both limits are 16 there.
 //!
 //! | `most-p` | coefficients | 6 faces of 32 x 32 in KTX2 |
 //! | --- | --- | --- |
@@ -295,12 +296,10 @@
 //! ```
 
 use std::any::Any;
-use std::ops::Range;
 
 use brdf::Part;
-use containers::{Encoded, Texture, row_names, shrm_metadata, tensors};
 use engine::{Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
-use sh::{Light, Stop};
+use sh::Light;
 use shrm::{MapLayout, Reflection, SMALL_P, Shrm, Terms};
 
 use super::component_files::{Components, FormName};
@@ -308,10 +307,11 @@ use super::degree_choice::{Accept, DegreeChoice, MAX_P};
 use super::map_input;
 use super::map_input::{MOST_BYTES, MapInput, PartOfMaterial, SmallMap};
 use super::map_source::MapSource;
+use super::shrm_file::{file, lamp_entries};
 use crate::values::quantity::size;
 use crate::values::{
-    Container, Content, Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName,
-    Numbers, PartsName, PrecisionName, Resolution, UntilStopped, ViewName, Writer, edge_of, parts,
+    Container, Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers,
+    PartsName, PrecisionName, Resolution, ViewName, edge_of, parts,
 };
 
 choice! {
@@ -352,7 +352,7 @@ parameters! {
         /// degree P, and with resolution "auto" by bilinear look-ups, of which 0.01 is aimed at otherwise.
         #[range(1e-6..1.0)]
         error: Option<f64> = None,
-        /// The highest P that is tried. Default: 4, or the P that the manifest names.
+        /// The highest P that is tried. Default: 4 or 16, see Degree, or the P that the manifest names.
         #[range(0..=MAX_P)]
         most_p: Option<usize> = None,
         /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
@@ -366,7 +366,7 @@ parameters! {
         /// What the map's numbers are; see Components.
         form: FormName = FormName::Harmonics,
         /// The number of components. Default: "auto", the least that `accept` allows.
-        #[range(1..=shrm::components::MOST)]
+        #[range(1..=shrm::components::MAX_COMPONENTS)]
         components: Option<OrAuto<usize>> = None,
         /// Whether components have 8 bits, and half the resolution from the fifth on; in safetensors.
         packed: bool = false,
@@ -514,38 +514,30 @@ impl Kind for ExportShrm {
                 ),
             };
             context.reporter.check_cancelled()?;
-            Ok(vec![file(parameters, &map.0, &beside, context)?])
+            let bytes = file(&map.0, &beside, parameters.encoding(), context)?;
+            context.reporter.note(format!("{} bytes", bytes.len()));
+            if bytes.len() > MOST_BYTES {
+                context.reporter.warn(too_large(parameters, &map.0, bytes.len()));
+            }
+            Ok(vec![bytes])
         })
     }
 }
 
-/// The file of one map.
-fn file(
-    parameters: &Parameters,
-    map: &Shrm,
-    beside: &[Light],
-    context: &Context<'_>,
-) -> Result<Vec<u8>, Failure> {
-    let writer = parameters.encoding().writer(map.values(), Content::Values, context)?;
-    let bytes = match parameters.format {
-        ShrmFormat::Safetensors => tensors::encode_shrm(map, beside, Some(context.recipe()))?,
-        ShrmFormat::Exr => context.reporter.until_stopped(|stop| layers(map, beside, &writer, stop))?.bytes,
-        ShrmFormat::Ktx2 => {
-            too_many_layers(map).into_iter().for_each(|warning| context.reporter.warn(warning));
-            texture(map, beside, &writer)?.bytes
-        }
-    };
-    context.reporter.note(format!("{} bytes", bytes.len()));
-    if bytes.len() > MOST_BYTES {
-        context.reporter.warn(too_large(parameters, map, bytes.len()));
+/// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps
+/// only that of the highlight has them.
+fn beside(parameters: &Parameters, reflection: &Reflection, part: Option<Part>) -> Vec<Light> {
+    match (parameters.lamps, reflection.lamps()) {
+        (LampsName::Separate, Some(lamps)) if part != Some(Part::Diffuse) => lamps.lights.clone(),
+        _ => Vec::new(),
     }
-    Ok(bytes)
 }
 
 /// Says that a file is large, and what makes it smaller.
 fn too_large(parameters: &Parameters, map: &Shrm, bytes: usize) -> String {
     let mut ways = Vec::new();
-    if map.p().get() > SMALL_P {
+    let is_zonal = map.terms() == Terms::Zonal && parameters.format == ShrmFormat::Ktx2;
+    if map.p().get() > SMALL_P && !is_zonal {
         ways.push(format!(
             "most-p = {SMALL_P} allows {} coefficients in place of {}",
             (SMALL_P + 1) * (SMALL_P + 1),
@@ -561,104 +553,4 @@ fn too_large(parameters: &Parameters, map: &Shrm, bytes: usize) -> String {
         ways.push("format = \"ktx2\" holds halves".into());
     }
     format!("the file has {}, more than {}: {}", size(bytes as u64), size(MOST_BYTES as u64), ways.join("; "))
-}
-
-/// The most layers of a texture array in WebGPU and WebGL 2; each face of a cube counts.
-const MOST_LAYERS: usize = 256;
-
-/// A warning if the map has more layers than browsers take.
-fn too_many_layers(map: &Shrm) -> Option<String> {
-    let ([faces, ..], rows) = (map.grid().shape(), map.rows());
-    let layers = faces * rows;
-    if layers <= MOST_LAYERS {
-        return None;
-    }
-    let most = match map.terms() {
-        Terms::All => (MOST_LAYERS / faces).isqrt() - 1,
-        Terms::Zonal => MOST_LAYERS / faces - 1,
-    };
-    let flat = if faces > 1 && rows <= MOST_LAYERS {
-        format!(", or layout = \"lat-long\", which has {rows}")
-    } else {
-        String::new()
-    };
-    Some(format!(
-        "WebGPU and WebGL 2 cannot load this file: it has {layers} layers, and their texture arrays at most \
-         {MOST_LAYERS}; set most-p = {most} or less{flat}"
-    ))
-}
-
-/// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps
-/// only that of the highlight has them.
-fn beside(parameters: &Parameters, reflection: &Reflection, part: Option<Part>) -> Vec<Light> {
-    match (parameters.lamps, reflection.lamps()) {
-        (LampsName::Separate, Some(lamps)) if part != Some(Part::Diffuse) => lamps.lights.clone(),
-        _ => Vec::new(),
-    }
-}
-
-/// The file's entries, and the names of its rows.
-fn entries(map: &Shrm, beside: &[Light], rows: &[String]) -> Vec<(String, String)> {
-    let entries = shrm_metadata(map).map(|(key, value)| (format!("specula.{key}"), value));
-    let rows = ("specula.rows".to_owned(), rows.join(" "));
-    entries.into_iter().chain([rows]).chain(lamp_entries(beside)).collect()
-}
-
-/// The entries of lights that the map does not hold.
-fn lamp_entries(beside: &[Light]) -> Vec<(String, String)> {
-    let light = |light: &Light| {
-        let ([x, y, z], [r, g, b]) = (light.direction.vector().to_array(), light.irradiance);
-        serde_json::json!([x, y, z, light.radius, r, g, b])
-    };
-    let lights: serde_json::Value = beside.iter().map(light).collect();
-    let lamps = [
-        ("specula.lamps".to_owned(), "separate".to_owned()),
-        ("specula.lights".to_owned(), lights.to_string()),
-    ];
-    lamps.into_iter().filter(|_| !beside.is_empty()).collect()
-}
-
-fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {
-    entries.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
-}
-
-/// One of the coefficients that a map keeps, at a range of texels.
-fn row(map: &Shrm, row: usize, texels: Range<usize>) -> impl Iterator<Item = [f32; 3]> {
-    texels.map(move |texel| map.texel(texel)[row])
-}
-
-/// A layer for each coefficient that the map keeps.
-fn texture(map: &Shrm, beside: &[Light], writer: &Writer<'_>) -> Result<Encoded, Failure> {
-    let [faces, height, width] = map.grid().shape();
-    let layers = map.rows();
-    let pixels = (0..layers).flat_map(|layer| row(map, layer, 0..map.grid().len())).collect();
-    let texture = Texture { width, height, layers, faces, pixels, ..Texture::default() };
-    let entries = entries(map, beside, &row_names(map.p().get(), map.terms()));
-    writer.texture(&texture, &borrowed(&entries))
-}
-
-/// A layer for each of the (P+1)^2 coefficients, the first without a name.
-fn layers(
-    map: &Shrm,
-    beside: &[Light],
-    writer: &Writer<'_>,
-    stop: Stop<'_>,
-) -> Result<Encoded, containers::Error> {
-    let [faces, height, width] = map.grid().shape();
-    let names = row_names(map.p().get(), Terms::All);
-    let kept = row_names(map.p().get(), map.terms());
-    let texels = map.grid().len();
-    let layers: Vec<(String, Vec<[f32; 3]>)> = names
-        .iter()
-        .enumerate()
-        .map(|(position, name)| {
-            let pixels = match kept.iter().position(|kept| kept == name) {
-                Some(layer) => row(map, layer, 0..texels).collect(),
-                None => vec![[0.0; 3]; texels],
-            };
-            (if position == 0 { String::new() } else { name.clone() }, pixels)
-        })
-        .collect();
-    let entries = entries(map, beside, &names);
-    writer.exr_layers([width, faces * height], &layers, &borrowed(&entries), stop)
 }

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use engine::{Artifact, Context, Failure, Port, Steps};
 use sh::Degree;
 use shrm::{
-    BAKED_AT_ONCE, ByteBudget, DegreeRule, MapContent, MapGrid, MapLayout, Reflection, SMALL_P, Shrm, Terms,
-    View,
+    BAKED_AT_ONCE, ByteBudget, DegreeRule, MapContent, MapGrid, MapLayout, Reflection, Shrm, Terms, View,
 };
 use sphere::{Cube, LatLong};
 
@@ -174,7 +173,8 @@ impl MapInput {
             PartOfMaterial::Diffuse => (shrm::degrees::DIFFUSE, None),
             PartOfMaterial::Specular(base) => (1.0, Some(base)),
         };
-        let asked = degree.rule(ACCEPT, SMALL_P);
+        let terms = self.terms(reflection);
+        let asked = degree.rule(ACCEPT, terms.small_p(), terms);
         let asked = if is_chosen { asked } else { DegreeRule { most_p: own.get(), ..asked } };
         let rule = DegreeRule { tolerance: asked.tolerance.scaled(share), ..asked };
         let content = MapContent { lamps: self.lamps == LampsName::Baked, base };
@@ -261,12 +261,20 @@ impl MapInput {
         }
     }
 
+    /// The coefficients that the file of a map has, zeros included.
+    fn terms(&self, reflection: &Reflection) -> Terms {
+        let with_zeros = self.small.is_some_and(|small| small.with_zeros) || self.view == Some(View::Global);
+        if reflection.is_azimuth_free() && !with_zeros { Terms::Zonal } else { Terms::All }
+    }
+
     /// The bytes that a file may take, if they count.
     fn budget(&self, reflection: &Reflection, p: Degree) -> Option<ByteBudget> {
-        let SmallMap { per_coefficient, with_zeros, .. } = self.small?;
-        let is_global = self.view == Some(View::Global);
-        let is_zonal = reflection.is_azimuth_free() && !with_zeros && !is_global;
-        let per_texel = per_coefficient * if is_zonal { p.get() + 1 } else { p.rows() };
+        let SmallMap { per_coefficient, .. } = self.small?;
+        let per_texel = per_coefficient
+            * match self.terms(reflection) {
+                Terms::Zonal => p.get() + 1,
+                Terms::All => p.rows(),
+            };
         // An error that is given is kept, whatever the file takes, up to the most.
         let small = if self.error.is_some() { MOST_BYTES } else { SMALL_BYTES };
         Some(ByteBudget { per_texel, small, most: MOST_BYTES, coarse: COARSE })

@@ -99,6 +99,7 @@
 mod advice;
 mod cuts;
 mod figures;
+mod lit;
 mod markup;
 mod noise;
 mod page;
@@ -127,8 +128,9 @@ use crate::light::light_mismatch;
 use crate::material::DegreePair;
 use crate::values::{SHARE, artifacts, percent};
 use figures::{Follows, Limits, MaterialFigures, NOTED, NoisePair, PairFigures, Report, Settings};
+use lit::Lit;
 use page::PagePictures;
-use study::{Lit, Studied, StudiedReflection};
+use study::{Studied, StudiedReflection};
 
 choice! {
     /// A part of the report.

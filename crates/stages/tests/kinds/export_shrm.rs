@@ -486,7 +486,7 @@ fn components_add_up_to_what_is_reflected() {
     assert_eq!((weights.texture.width, weights.texture.layers), (64, 3));
     let map = &map.texture.pixels;
     let central = Cube { edge: 8 }.direction(sphere::Face::PositiveX, 2, 5);
-    // Of the four channels of the weights three are read here: components 0, 1, 2, 4, ...
+    // `read_texture` drops alpha, so that components 3, 7 and 11 are missing from the weights.
     let basis = shrm::components::ComponentBasis::of(field.0.material().unwrap()).unwrap();
     let w = basis.at([0.0, 0.0]);
     // Head on, the series of the view rings: the material's own value is exact.

@@ -133,6 +133,28 @@ fn where_no_p_is_enough_the_best_small_one_is_taken_with_a_warning() {
     assert_eq!((p_of(&ran), ran.warnings.len()), (own, 0));
 }
 
+/// A fibre's map has one coefficient for each p, if its file does not store the zeros: 17 at P = 16.
+#[test]
+fn without_azimuth_p_is_as_high_as_is_needed() {
+    let fibre = brdf::Material::KajiyaKay(brdf::KajiyaKay::new(32.0, [0.3; 3]).unwrap());
+    let ran = convolved(lighting(false), brdf(&fibre, ""), "");
+    let field = (*ran.artifact::<Reflection>()).clone();
+    let noted = |parameters: &str| {
+        let ran = export(&format!("resolution = 4\n{parameters}"), &field).run().unwrap();
+        let p = note(&ran).trim_start_matches("the map takes P = ").split(':').next().unwrap();
+        (p.parse::<usize>().unwrap(), stops(note(&ran)), ran.warnings.len())
+    };
+    let tight = "accept = [0.05, 0.1]";
+    let (p, found, warnings) = noted(&format!("format = \"ktx2\"\n{tight}"));
+    assert!(p > SMALL_P && p <= shrm::MOST_P && warnings == 0, "{p} {warnings}");
+    assert!(found[0] <= 0.05 && found[1] <= 0.1, "{found:?}");
+    // Files with all (P + 1)^2 coefficients stay small.
+    for parameters in ["", "format = \"ktx2\"\nview = \"global\""] {
+        let (p, found, warnings) = noted(&format!("{parameters}\n{tight}"));
+        assert!(p <= SMALL_P && found[0] > 0.05 && warnings == 1, "{parameters}: {p} {found:?}");
+    }
+}
+
 #[test]
 fn an_error_is_that_of_the_paper() {
     let field = field(false);

@@ -54,7 +54,7 @@ impl Smooth {
         Self { shape, coefficients: fitted(shape, fits, start, |_| true) }
     }
 
-    /// The same places with the weights that fit other lobes best: those of a channel.
+    /// Keeps the places and widths of the taps, and fits their weights to other lobes: those of one channel.
     pub(super) fn with_weights_of(&self, fits: &[ViewFit<'_>]) -> Self {
         let start = self.coefficients.clone();
         let coefficients = fitted(self.shape, fits, start, |meaning| meaning == Meaning::Weight);

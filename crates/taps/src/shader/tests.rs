@@ -137,7 +137,7 @@ fn space() -> ScaleSpace {
 fn pictures_of_levels_are_looked_up_as_cubes_are() {
     let space = space();
     let (levels, normals) = (Picture::new(space.levels()), Picture::new(space.normals()));
-    // Those of `tap_normal_level`.
+    // The columns and rows that the shader's `tap_normal_level` assumes.
     assert_eq!([normals.image.width(), normals.image.height()], [72, 108]);
     let widths = space.widths();
     for index in 0..3000 {

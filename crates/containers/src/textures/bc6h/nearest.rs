@@ -13,7 +13,7 @@ const FITTED: usize = 4;
 
 /// The error of a number, in the integers of halves, of which 1024 are a factor of 2, below which one line is
 /// good enough.
-const ENOUGH: f64 = 3.0;
+const ONE_LINE_ERROR: f64 = 3.0;
 
 /// The most sweeps over the ends of a block's lines.
 const SWEEPS: usize = 4;
@@ -44,7 +44,7 @@ pub(crate) fn encode(colours: &Colours, texels: TexelSet) -> [u8; BYTES] {
     });
     // Mode 11 stores any two colours.
     let Some(one) = one.min_by(|a, b| a.error().total_cmp(&b.error())) else { return [0; BYTES] };
-    let enough = ENOUGH * ENOUGH * f64::from(3 * texels.count_ones());
+    let enough = ONE_LINE_ERROR * ONE_LINE_ERROR * f64::from(3 * texels.count_ones());
     if one.error() <= enough {
         return one.polished(colours).stored();
     }

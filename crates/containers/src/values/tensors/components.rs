@@ -1,7 +1,7 @@
 //! Maps of components.
 
 use sh::Light;
-use shrm::components::{ComponentMap, FULL, PackedComponents};
+use shrm::components::{ComponentMap, FULL_SIZE_COMPONENTS, PackedComponents};
 
 use super::file::{Writer, check_finite};
 use crate::error::{Error, ErrorKind};
@@ -86,8 +86,10 @@ pub fn encode_packed_components(
         texture.iter_mut().for_each(|value| *value *= scale / 127.0);
     }
     weights(&mut file, &scaled)?;
-    for (name, of_tensor) in [("components", 0..FULL.min(count)), ("components_half", FULL.min(count)..count)]
-    {
+    for (name, of_tensor) in [
+        ("components", 0..FULL_SIZE_COMPONENTS.min(count)),
+        ("components_half", FULL_SIZE_COMPONENTS.min(count)..count),
+    ] {
         if of_tensor.is_empty() {
             continue;
         }
@@ -173,7 +175,7 @@ mod tests {
         let bytes = encode_packed_components(&map, &[], None).unwrap();
         let file = SafeTensors::deserialize(&bytes).unwrap();
         let count = map.basis().components().len();
-        assert!(count > FULL, "{count}");
+        assert!(count > FULL_SIZE_COMPONENTS, "{count}");
         assert_eq!(file.tensor("components").unwrap().shape(), [4, 6, 7, 7, 3]);
         assert_eq!(file.tensor("components_half").unwrap().shape(), [count - 4, 6, 5, 5, 3]);
         let floats = |name: &str| -> Vec<f32> {

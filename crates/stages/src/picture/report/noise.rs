@@ -22,7 +22,7 @@ use sh::Degree;
 use sphere::{DMat3, DVec3, Direction, LatLong};
 
 use crate::picture::report::figures::{Follows, Noise, NoisePair, PointSet, SAMPLES};
-use crate::picture::report::study::Lit;
+use crate::picture::report::lit::Lit;
 use crate::values::UntilStopped;
 
 /// The number of surfaces, each with [`ROUNDS`] estimates.

@@ -14,9 +14,9 @@ use sh::Light;
 use sphere::{DMat3, Direction};
 
 use crate::picture::report::figures::{RigFigures, RigMethod, RigSphere, RigSpheres, Settings};
+use crate::picture::report::lit::{Lit, brute_force};
 use crate::picture::report::rig_pictures::{LIGHTS, PICTURE, RigPictures, SHOWN};
 use crate::picture::report::sphere::{Lattice, Sphere};
-use crate::picture::report::study::{Lit, brute_force};
 
 /// The figures and pictures of named materials under every environment. It takes a step for each pair.
 pub(crate) fn study(

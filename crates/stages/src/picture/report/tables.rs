@@ -12,8 +12,8 @@ use transfer::{Frames, Viewer, shade};
 
 use crate::picture::report::cuts::{MAX_CUT, PICTURE, SHOWN, TablePictures};
 use crate::picture::report::figures::{Cut, Settings, TableFigures, TablePair};
+use crate::picture::report::lit::{Lit, brute_force};
 use crate::picture::report::sphere::{Lattice, Sphere};
-use crate::picture::report::study::{Lit, brute_force};
 use crate::values::UntilStopped;
 
 /// The number of views along an edge of the table.
