@@ -14,7 +14,7 @@ use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction, LatLong, spiral};
 
 use crate::fit::{lobe_width, turns};
-use crate::{ScaleSpace, TapTable};
+use crate::{FacetTable, ScaleSpace, SurfaceFrame, TapTable};
 
 /// The radiance that counts as black, as a share of an environment's mean.
 const BLACK_SHARE: f64 = 0.01;
@@ -128,10 +128,11 @@ pub struct Accuracy {
     pub p99: f64,
 }
 
-/// A normal and the direction toward the viewer.
+/// A normal, a tangent and the direction toward the viewer.
 #[derive(Clone, Copy, Debug)]
 struct BallView {
     normal: DVec3,
+    tangent: DVec3,
     view: DVec3,
 }
 
@@ -141,10 +142,13 @@ pub struct Truth {
     views: Vec<BallView>,
     radiance: Vec<[f64; 3]>,
     dark: f64,
+    /// Whether each view is that of a surface with a tangent of its own, and not the mean over all turns.
+    is_turned: bool,
 }
 
 impl Truth {
-    /// The sums toward `count` views. Each takes rho_hat at every point of light.
+    /// The sums toward `count` views, in the mean over all turns of the surface about its normal. Each takes
+    /// rho_hat at every point of light.
     ///
     /// # Errors
     /// If the work was stopped.
@@ -152,6 +156,30 @@ impl Truth {
         light: &LightPoints,
         material: &Material,
         count: usize,
+        stop: Stop<'_>,
+    ) -> Result<Self, Stopped> {
+        Self::of(light, material, count, false, stop)
+    }
+
+    /// The sums toward `count` views of surfaces that are turned about their normals in all ways: for taps
+    /// that know the tangent.
+    ///
+    /// # Errors
+    /// If the work was stopped.
+    pub fn turned(
+        light: &LightPoints,
+        material: &Material,
+        count: usize,
+        stop: Stop<'_>,
+    ) -> Result<Self, Stopped> {
+        Self::of(light, material, count, true, stop)
+    }
+
+    fn of(
+        light: &LightPoints,
+        material: &Material,
+        count: usize,
+        is_turned: bool,
         stop: Stop<'_>,
     ) -> Result<Self, Stopped> {
         let views: Vec<BallView> = (0..count).map(|index| ball_view(index, count)).collect();
@@ -162,21 +190,39 @@ impl Truth {
             let points = points
                 .iter()
                 .map(|(direction, flux)| (DVec3::from_array(direction.map(f64::from)), flux.map(f64::from)));
-            Ok(reflected(material, view, points))
+            Ok(reflected(material, view, is_turned, points))
         };
         let radiance = views.par_iter().map(radiance).collect::<Result<_, Stopped>>()?;
-        Ok(Self { views, radiance, dark: BLACK_SHARE * light.mean() })
+        Ok(Self { views, radiance, dark: BLACK_SHARE * light.mean(), is_turned })
     }
 
     /// The error of taps that look into a scale space, with the lights beside it reflected by the material.
     pub fn error(&self, table: &TapTable, light: &ScaleSpace, material: &Material) -> Accuracy {
+        self.error_of(light, material, |frame, toward| table.radiance(light, frame.normal(), toward))
+    }
+
+    /// The error of facet taps that look into a scale space, with the lights beside it reflected by the
+    /// material: see [`Truth::turned`].
+    pub fn error_of_facets(&self, table: &FacetTable, light: &ScaleSpace, material: &Material) -> Accuracy {
+        self.error_of(light, material, |frame, toward| table.radiance(light, frame, toward))
+    }
+
+    /// The error of what `radiance` says of the light in a scale space, by the frame of a surface and the
+    /// direction toward the viewer.
+    fn error_of(
+        &self,
+        light: &ScaleSpace,
+        material: &Material,
+        radiance: impl Fn(SurfaceFrame, Direction) -> [f64; 3] + Sync,
+    ) -> Accuracy {
         let width = material.highlight_width();
         let points: Vec<(DVec3, [f64; 3])> =
             light.lights().iter().flat_map(|light| light_points(light, width)).collect();
         let stops = self.views.par_iter().zip(&self.radiance).map(|(view, truth)| {
-            let [normal, toward] = [view.normal, view.view].map(Direction::normalised);
-            let taps = table.radiance(light, normal, toward);
-            let lights = reflected(material, view, points.iter().copied());
+            let [normal, tangent, toward] =
+                [view.normal, view.tangent, view.view].map(Direction::normalised);
+            let taps = radiance(SurfaceFrame::new(normal, tangent), toward);
+            let lights = reflected(material, view, self.is_turned, points.iter().copied());
             std::array::from_fn(|channel| {
                 let found = (taps[channel] + lights[channel]).max(0.0);
                 math::log2((found + self.dark) / (truth[channel].max(0.0) + self.dark)).abs()
@@ -208,22 +254,28 @@ fn ball_view(index: usize, count: usize) -> BallView {
     let (y, x) = math::sin_cos(TAU * part(b));
     let (s, c) = math::sin_cos(theta);
     let normal = r * c + (u * x + w * y) * s;
-    BallView { normal, view: 2.0 * normal.dot(r) * normal - r }
+    let view = 2.0 * normal.dot(r) * normal - r;
+    // The third number of the golden ratio's sequence turns the surface.
+    let (y, x) = math::sin_cos(TAU * part(0.618_033_988_749_894_9));
+    let (u, w) = normal.any_orthonormal_pair();
+    BallView { normal, tangent: u * x + w * y, view }
 }
 
-/// The radiance of a surface toward a view under points of light; in the mean over all turns about its
-/// normal.
+/// The radiance of a surface toward a view under points of light: of the surface as it is turned, or in the
+/// mean over all turns about its normal.
 fn reflected(
     material: &Material,
     view: &BallView,
+    is_turned: bool,
     points: impl Iterator<Item = (DVec3, [f64; 3])>,
 ) -> [f64; 3] {
     let z = view.normal;
-    let x = (view.view - z.dot(view.view) * z).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
+    let across = (view.view - z.dot(view.view) * z).try_normalize();
+    let x = if is_turned { view.tangent } else { across.unwrap_or_else(|| z.any_orthonormal_vector()) };
     let y = z.cross(x);
     let local = |v: DVec3| Direction::from_unit(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
-    let (mut sum, turns) = ([0.0; 3], turns(material));
+    let (mut sum, turns) = ([0.0; 3], if is_turned { 1 } else { turns(material) });
     for (direction, flux) in points {
         let rho = material.mean_over_turns(turns, local(direction), outgoing);
         (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);

@@ -6,6 +6,7 @@
 //! interpolated. Weights are those of a lobe whose albedo is 1, times the exact directional albedo toward
 //! each view and in each colour.
 
+mod facets;
 mod least_squares;
 mod lobe;
 mod smooth;
@@ -21,6 +22,7 @@ use sh::{Stop, Stopped};
 use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 use crate::widths::Widths;
 use lobe::Lobe;
+pub use facets::{FittedFacets, fit_facets};
 pub(crate) use lobe::{turns, width as lobe_width};
 use smooth::Smooth;
 use view::{Shape, ViewFit};

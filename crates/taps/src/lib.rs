@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod accuracy;
+mod facets;
 mod fit;
 mod kernels;
 mod scale_space;
@@ -11,7 +12,8 @@ mod table;
 mod widths;
 
 pub use accuracy::{Accuracy, LightPoints, Truth};
-pub use fit::{Fitted, fit, fit_least};
+pub use facets::{FacetNode, FacetTable, FacetTap, SurfaceFrame};
+pub use fit::{Fitted, FittedFacets, fit, fit_facets, fit_least};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};

@@ -78,7 +78,7 @@ pub(super) fn spots(width: f64, widths: Widths) -> Vec<Spots> {
 }
 
 impl Spots {
-    fn new(tau: f64, width: f64, widths: Widths) -> Self {
+    pub(super) fn new(tau: f64, width: f64, widths: Widths) -> Self {
         let degree = ((5.3 / tau).ceil() as usize).max(8);
         let spectrum: Vec<f64> =
             (0..=degree).map(|l| math::exp(-0.5 * (l * (l + 1)) as f64 * tau * tau)).collect();
