@@ -11,13 +11,13 @@ fn main() {
     let environments: Vec<&str> = a[3].split(',').filter(|t| !t.is_empty()).collect();
     let count: usize = a.get(4).map_or(1000, |t| t.parse().unwrap());
     let copper = Fresnel::Conductor { n: [0.27, 0.68, 1.32], k: [3.61, 2.63, 2.29] };
-    let widths = Widths::new(64).unwrap();
+    let widths = Widths::new(std::env::var("EDGE").map_or(64, |t| t.parse().unwrap())).unwrap();
     let loaded: Vec<_> = environments.iter().map(|name| {
         let bytes = std::fs::read(format!("/work/shared/corpus/env/cc0/{name}.hdr")).unwrap();
         let image = read_image(&bytes, &ReadOptions::default()).unwrap().image;
         let environment = Environment::from_image(image, Layout::LatLong, None).unwrap();
         let lamps = environment.separate_lamps(Stop::NEVER).unwrap().lights;
-        let space = ScaleSpace::new(&environment, &lamps[..8.min(lamps.len())], widths, Stop::NEVER).unwrap();
+        let space = ScaleSpace::new(&environment, &lamps[..std::env::var("LIGHTS").map_or(8, |t| t.parse().unwrap()).min(lamps.len())], widths, Stop::NEVER).unwrap();
         (LightPoints::new(&environment).unwrap(), space)
     }).collect();
     for name in names {

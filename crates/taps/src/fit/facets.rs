@@ -154,14 +154,18 @@ fn fit_facet_lobe(
         }
     }
     let (_, low) = best.unwrap();
-    let best = low.raised(DEGREES[1]).fitted(&all, |_| true);
+    let best = low.raised(std::env::var("DEGREE").map_or(DEGREES[1], |t| t.parse().unwrap())).fitted(&all, |_| true);
     let cost = best.cost(&all);
     if debug {
         eprintln!("degree 10: {:.4} {:?}", rms(cost, &all), t0.elapsed());
         for view in &all {
             let rms = rms(best.cost(std::slice::from_ref(view)), std::slice::from_ref(view));
             let d = Direction::normalised(view.direction);
-            eprint!("{:.0}/{:.0}: {rms:.3}  ", d.theta().to_degrees(), d.phi().to_degrees());
+            let parameters = best.at(disc(view.direction));
+            let orbits = parameters[..OF_TAP * taps].as_chunks::<OF_TAP>().0.iter().map(|start| Orbit { is_own: [false; 2], images: vec![[1.0; 2]], start: *start }).collect();
+            let free = Smooth::constant(orbits, normals, false, widths.len()).fitted(std::slice::from_ref(view), |_| true).cost(std::slice::from_ref(view));
+            let free = (free / view.len() as f64).sqrt();
+            eprint!("{:.0}/{:.0}: {rms:.3} {free:.3}  ", d.theta().to_degrees(), d.phi().to_degrees());
         }
         eprintln!();
     }

@@ -51,7 +51,7 @@ impl Term {
 }
 
 /// The greatest m.
-const AZIMUTHS: usize = 4;
+static AZIMUTHS: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| std::env::var("AZ").map_or(4, |t| t.parse().unwrap()));
 
 /// The square of the distance from the centre of the disc where polynomials end: at the last view.
 const LAST: f64 = 0.8032;
@@ -59,7 +59,7 @@ const LAST: f64 = 0.8032;
 /// The terms up to a degree in r.
 fn terms(degree: usize) -> Vec<Term> {
     let mut terms = Vec::new();
-    for m in 0..=AZIMUTHS.min(degree) {
+    for m in 0..=(*AZIMUTHS).min(degree) {
         for is_sine in [false, true] {
             if m == 0 && is_sine {
                 continue;
@@ -78,7 +78,7 @@ fn term_values(terms: &[Term], [x, y]: [f64; 2]) -> Vec<f64> {
         radial.push(2.0 * t * radial[radial.len() - 1] - radial[radial.len() - 2]);
     }
     let mut powers = vec![[1.0, 0.0]];
-    for m in 0..AZIMUTHS {
+    for m in 0..*AZIMUTHS {
         let [c, s] = powers[m];
         powers.push([c * x - s * y, c * y + s * x]);
     }

@@ -29,7 +29,7 @@ const RINGS: usize = 7;
 const FARTHEST: f64 = 1.9;
 
 /// How far below the horizon a centre may be: the sine.
-const LOWEST: f64 = -0.3;
+const LOWEST: f64 = -2.0;
 
 /// The parameters of a tap: the slopes p and q, the place between levels and the logarithm of the weight.
 pub(super) const OF_TAP: usize = 4;
