@@ -5,7 +5,7 @@
 //! in stops,
 //! |log2((taps + e) / (sum + e))| with e = 1 % of the environment's mean radiance, of each colour by itself.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use brdf::Material;
 use envmap::Environment;
@@ -23,7 +23,7 @@ const BLACK_SHARE: f64 = 0.01;
 const BRIGHT: f64 = 6.0;
 
 /// The rows of the pixels that bright points are taken from, and of all others.
-static ROWS: std::sync::LazyLock<[usize; 2]> = std::sync::LazyLock::new(|| if std::env::var_os("FINE").is_some() { [512, 512] } else { [256, 128] });
+const ROWS: [usize; 2] = [256, 128];
 
 /// The width of a highlight, in radians, from which an environment may have fewer points.
 const WIDE: f64 = 0.2;
@@ -53,7 +53,7 @@ impl LightPoints {
             let solid_angle = fine.solid_angle(row);
             let direction = fine.direction(row, column).vector();
             let flux = rgb.map(|value| f64::from(value) * solid_angle);
-            if rgb.iter().map(|value| f64::from(*value)).sum::<f64>() > 3.0 * (if std::env::var_os("FINE").is_some() { 0.0 } else { BRIGHT }) * mean {
+            if rgb.iter().map(|value| f64::from(*value)).sum::<f64>() > 3.0 * BRIGHT * mean {
                 points.push((direction.as_vec3().to_array(), flux.map(|flux| flux as f32)));
                 continue;
             }
@@ -220,8 +220,7 @@ impl Truth {
         let points: Vec<(DVec3, [f64; 3])> =
             light.lights().iter().flat_map(|light| light_points(light, width)).collect();
         let stops = self.views.par_iter().zip(&self.radiance).map(|(view, truth)| {
-            let [normal, tangent, toward] =
-                [view.normal, view.tangent, view.view].map(Direction::normalised);
+            let [normal, tangent, toward] = [view.normal, view.tangent, view.view].map(Direction::normalised);
             let taps = radiance(SurfaceFrame::new(normal, tangent), toward);
             let lights = reflected(material, view, self.is_turned, points.iter().copied());
             std::array::from_fn(|channel| {
@@ -230,27 +229,6 @@ impl Truth {
             })
         });
         let stops: Vec<[f64; 3]> = stops.collect();
-        if std::env::var_os("WORST").is_some() {
-            let mut all: Vec<usize> = (0..stops.len()).collect();
-            all.sort_by(|a, b| stops[*b][1].total_cmp(&stops[*a][1]));
-            for k in &all[..25] {
-                let v = &self.views[*k];
-                let [normal, tangent, toward] = [v.normal, v.tangent, v.view].map(Direction::normalised);
-                let frame = SurfaceFrame::new(normal, tangent);
-                let l = frame.to_local(toward);
-                let lights = reflected(material, v, self.is_turned, points.iter().copied());
-                let taps = radiance(frame, toward);
-                eprintln!("{:.3}: {:.1}/{:.1} truth {:.4} found {:.4} lights {:.4} dark {:.4}", stops[*k][1], l.theta().to_degrees(), (l.vector().y.abs().atan2(l.vector().x.abs())).to_degrees(), self.radiance[*k][1], taps[1] + lights[1], lights[1], self.dark);
-            }
-        }
-        if std::env::var_os("BINS").is_some() {
-            for bin in 0..6 {
-                let mut of: Vec<f64> = self.views.iter().zip(&stops).filter(|(v, _)| (v.normal.dot(v.view).min(1.0).acos() / FRAC_PI_2 * 6.0) as usize == bin).flat_map(|(_, s)| *s).collect();
-                of.sort_by(f64::total_cmp);
-                eprint!("{}: {:.3} {:.3}  ", 15 * bin, of[of.len() / 2], of[of.len() * 95 / 100]);
-            }
-            eprintln!();
-        }
         let mut stops = stops.into_flattened();
         stops.sort_by(f64::total_cmp);
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);

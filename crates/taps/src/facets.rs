@@ -18,7 +18,7 @@
 use sphere::{DVec3, Direction};
 
 use crate::ScaleSpace;
-use crate::table::NormalTap;
+use crate::table::{NormalTap, Tap, TapTable};
 
 /// A look-up in the levels of a scale space along the view mirrored about a tilted facet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,6 +38,21 @@ pub struct FacetNode {
     pub taps: Vec<FacetTap>,
     /// The look-ups about the normal.
     pub normals: Vec<NormalTap>,
+}
+
+impl FacetNode {
+    /// The taps of a table by the angle from the normal, as facets, toward a view in the frame of the surface.
+    /// A tap that is turned from R toward the normal by delta is a facet that leans toward the viewer by half of
+    /// it.
+    pub(crate) fn from_row(table: &TapTable, view: DVec3) -> Self {
+        let row = table.at(view.z);
+        let across = DVec3::new(view.x, view.y, 0.0).normalize_or_zero();
+        let tap = |tap: &Tap| {
+            let slope = math::tan(0.5 * tap.delta);
+            FacetTap { slope: [slope * across.x, slope * across.y], std: tap.std, weight: tap.weight }
+        };
+        Self { taps: row.taps.iter().map(tap).collect(), normals: row.normals }
+    }
 }
 
 /// The frame of a surface.
@@ -85,10 +100,10 @@ pub(crate) fn disc(view: DVec3) -> [f64; 2] {
 
 /// The view at a place in the disc; a place beyond its rim counts as at the rim.
 pub(crate) fn view_at([x, y]: [f64; 2]) -> DVec3 {
-    let squared = (x * x + y * y).min(1.0);
-    let z = math::powi(1.0 - squared, 2);
+    let squared_length = x * x + y * y;
+    let z = math::powi(1.0 - squared_length.min(1.0), 2);
     let across = (1.0 - z * z).max(0.0).sqrt();
-    let length = x.hypot(y);
+    let length = squared_length.sqrt();
     if length < 1e-12 { DVec3::Z } else { DVec3::new(across * x / length, across * y / length, z) }
 }
 
@@ -150,18 +165,28 @@ impl FacetTable {
         self.nodes[0].normals.len()
     }
 
+    /// A table of nodes that were made alike.
+    pub(crate) fn from_nodes(nodes: Vec<FacetNode>) -> Self {
+        Self { is_quarter: nodes.len() == Self::QUARTER * Self::QUARTER, nodes }
+    }
+
+    /// The number of nodes of a table about the whole disc or a quarter of it.
+    pub(crate) fn nodes_of(is_quarter: bool) -> usize {
+        if is_quarter { Self::QUARTER * Self::QUARTER } else { Self::WHOLE * Self::WHOLE }
+    }
+
     /// The place in the disc of a node.
     pub(crate) fn place(is_quarter: bool, index: usize) -> [f64; 2] {
         let (side, first) = if is_quarter { (Self::QUARTER, 0.0) } else { (Self::WHOLE, -1.0) };
-        [index % side, index / side]
-            .map(|step| first + (1.0 - first) * step as f64 / (side - 1) as f64)
+        [index % side, index / side].map(|step| first + (1.0 - first) * step as f64 / (side - 1) as f64)
     }
 
     /// The taps toward a view in the frame of the surface: bilinear between nodes, the width in its
     /// logarithm.
     pub fn at(&self, view: Direction) -> FacetNode {
         let [x, y] = disc(view.vector());
-        let signs = if self.is_quarter { [x, y].map(|value| if value < 0.0 { -1.0 } else { 1.0 }) } else { [1.0; 2] };
+        let signs =
+            if self.is_quarter { [x, y].map(|value| if value < 0.0 { -1.0 } else { 1.0 }) } else { [1.0; 2] };
         let side = self.side();
         let first = if self.is_quarter { 0.0 } else { -1.0 };
         let place = |value: f64| {

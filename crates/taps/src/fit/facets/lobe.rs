@@ -6,6 +6,7 @@ use brdf::Material;
 use sphere::{DVec3, Direction};
 
 use crate::facets::mirrored;
+use crate::fit::lobe::albedo;
 
 /// The slopes and the azimuths of the half vectors that light is taken from.
 const SLOPES: usize = 48;
@@ -13,6 +14,9 @@ const AZIMUTHS: usize = 48;
 
 /// The steepest slope of a half vector.
 const STEEPEST: f64 = 40.0;
+
+/// The least half width that is looked for, in slopes.
+const LEAST: f64 = 0.004;
 
 /// The places of slopes: a grid of ellipses that are as long as a lobe near the centre, and circles far from
 /// it.
@@ -41,65 +45,33 @@ impl Ellipses {
     }
 }
 
-/// The reflection of a material toward one view.
-#[derive(Clone, Debug)]
-pub(super) struct Lobe {
-    /// Directions of light in the frame of the surface, and rho_hat there times their solid angle, RGB.
-    pub(super) shares: Vec<(DVec3, [f64; 3])>,
-}
-
-impl Lobe {
-    /// The lobe toward a view in the frame of the surface; directions are dense within `scale` of the mirror
-    /// image, in slopes of the half vector.
-    pub(super) fn new(material: &Material, view: DVec3, scale: [f64; 2]) -> Self {
-        let outgoing = Direction::normalised(view);
-        let ellipses = Ellipses::new(scale.map(|scale| 0.5 * scale), STEEPEST);
-        let mut shares = Vec::new();
-        for i in 0..SLOPES {
-            let part = (i as f64 + 0.5) / SLOPES as f64;
-            for j in 0..AZIMUTHS {
-                let azimuth = TAU * (j as f64 + 0.5) / AZIMUTHS as f64;
-                let (slope, area) = ellipses.at(part, azimuth);
-                let steep = 1.0 + slope[0] * slope[0] + slope[1] * slope[1];
-                let facing = view.dot(DVec3::new(slope[0], slope[1], 1.0)) / steep.sqrt();
-                let light = mirrored(view, slope);
-                if facing <= 0.0 || light.z <= 0.0 {
-                    continue;
-                }
-                // dL = 4 (V.h) dh, and dh = dp dq / (1 + p^2 + q^2)^(3/2).
-                let solid_angle = 4.0 * facing * area * TAU
-                    / (SLOPES * AZIMUTHS) as f64
-                    / (steep * steep.sqrt());
-                let rho = material.rho_hat(Direction::normalised(light), outgoing);
-                if rho != [0.0; 3] {
-                    shares.push((light, rho.map(|rho| rho.max(0.0) * solid_angle)));
-                }
+/// What a material reflects toward a view in the frame of the surface: directions of light there, and rho_hat
+/// times their solid angle, RGB. Directions are dense within `scale` of the mirror image, in slopes of the half
+/// vector.
+pub(super) fn shares(material: &Material, view: DVec3, scale: [f64; 2]) -> Vec<(DVec3, [f64; 3])> {
+    let outgoing = Direction::normalised(view);
+    let ellipses = Ellipses::new(scale.map(|scale| 0.5 * scale), STEEPEST);
+    let mut shares = Vec::new();
+    for i in 0..SLOPES {
+        let part = (i as f64 + 0.5) / SLOPES as f64;
+        for j in 0..AZIMUTHS {
+            let (slope, area) = ellipses.at(part, TAU * (j as f64 + 0.5) / AZIMUTHS as f64);
+            let squared = 1.0 + slope[0] * slope[0] + slope[1] * slope[1];
+            let facing = view.dot(DVec3::new(slope[0], slope[1], 1.0)) / squared.sqrt();
+            let light = mirrored(view, slope);
+            if facing <= 0.0 || light.z <= 0.0 {
+                continue;
+            }
+            // dL = 4 (V.h) dh, and dh = dp dq / (1 + p^2 + q^2)^(3/2).
+            let cell = area * TAU / (SLOPES * AZIMUTHS) as f64;
+            let solid_angle = 4.0 * facing * cell / (squared * squared.sqrt());
+            let rho = material.rho_hat(Direction::normalised(light), outgoing);
+            if rho != [0.0; 3] {
+                shares.push((light, rho.map(|rho| rho.max(0.0) * solid_angle)));
             }
         }
-        Self { shares }
     }
-
-    /// The directional albedo, RGB.
-    pub(super) fn albedo(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for (_, share) in &self.shares {
-            (0..3).for_each(|channel| sum[channel] += share[channel]);
-        }
-        sum
-    }
-
-    /// Whether the lobe has one shape in all colours: their shares of the albedo differ by less than a
-    /// hundredth of it.
-    pub(super) fn is_of_one_colour(&self) -> bool {
-        let albedo = self.albedo();
-        let whole: f64 = albedo.iter().sum();
-        (0..3).all(|channel| {
-            let differs = |(_, share): &(DVec3, [f64; 3])| {
-                (share[channel] / albedo[channel] - share.iter().sum::<f64>() / whole).abs()
-            };
-            albedo[channel] <= 0.0 || self.shares.iter().map(differs).sum::<f64>() < 0.01
-        })
-    }
+    shares
 }
 
 /// The widths of a material's lobe seen head on, in slopes along the tangent and across it: those of a
@@ -110,12 +82,14 @@ pub(super) fn widths(material: &Material) -> [f64; 2] {
     };
     let peak = at([0.0; 2]);
     let half = [[1.0, 0.0], [0.0, 1.0]].map(|[x, y]| {
-        let slopes = std::iter::successors(Some(0.004), |slope| Some(1.06 * slope)).take_while(|slope| *slope < 0.7);
-        let is_bright = |slope: &f64| at([slope * x, slope * y]).max(at([-slope * x, -slope * y])) > 0.5 * peak;
+        let is_bright = |slope: &f64| {
+            *slope < 0.7 && at([slope * x, slope * y]).max(at([-slope * x, -slope * y])) > 0.5 * peak
+        };
+        let slopes = std::iter::successors(Some(LEAST), |slope| Some(1.06 * slope));
         // A Gaussian has fallen to half at 1.18 standard deviations.
-        slopes.take_while(is_bright).last().unwrap_or(0.004) / 1.18
+        slopes.take_while(is_bright).last().unwrap_or(LEAST) / 1.18
     });
-    let whole: f64 = Lobe::new(material, DVec3::Z, half).albedo().iter().sum();
+    let whole: f64 = albedo(&shares(material, DVec3::Z, half)).iter().sum();
     // A slope turns the reflection by twice its own angle.
     let area = whole / (TAU * 4.0 * peak.max(1e-30));
     let scale = (area / (half[0] * half[1])).sqrt().clamp(0.8, 1.6);

@@ -6,10 +6,11 @@
 
 use rayon::prelude::*;
 
-use super::view::{OF_NORMAL, OF_TAP, View};
+use super::view::{OF_TAP, View};
 use crate::facets::disc;
 use crate::fit::least_squares::{Normal, minimise};
-use crate::kernels::NORMAL_KERNELS;
+use crate::fit::view::LAST_NORMAL;
+use crate::widths::Widths;
 
 /// Taps that are mirror images of each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +21,18 @@ pub(super) struct Orbit {
     pub(super) images: Vec<[f64; 2]>,
     /// p, q, the place between levels and the logarithm of the weight of the first tap, seen head on.
     pub(super) start: [f64; OF_TAP],
+}
+
+impl Orbit {
+    /// Each tap by itself, for lobes without mirror images.
+    pub(super) fn apart(self) -> impl Iterator<Item = Self> {
+        let [p, q, x, weight] = self.start;
+        self.images.into_iter().map(move |[sx, sy]| Self {
+            is_own: [false; 2],
+            images: vec![[1.0; 2]],
+            start: [sx * p, sy * q, x, weight],
+        })
+    }
 }
 
 /// What a parameter means.
@@ -50,16 +63,25 @@ impl Term {
     }
 }
 
-/// The greatest m.
-static AZIMUTHS: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| std::env::var("AZ").map_or(4, |t| t.parse().unwrap()));
+/// The steepest slope of a tap.
+const STEEPEST: f64 = 2.0;
 
-/// The square of the distance from the centre of the disc where polynomials end: at the last view.
-const LAST: f64 = 0.8032;
+/// The taps about the normal.
+const NORMALS: usize = 1;
+
+/// The greatest m.
+const AZIMUTHS: usize = 4;
+
+/// The angle of the last view from the normal, 88 degrees: beyond, taps stay as they are.
+pub(super) const LAST_ANGLE: f64 = 1.536;
+
+/// The square of the distance of the last view from the centre of the disc, 1 - sqrt(cos(LAST_ANGLE)).
+const LAST: f64 = 0.813_5;
 
 /// The terms up to a degree in r.
 fn terms(degree: usize) -> Vec<Term> {
     let mut terms = Vec::new();
-    for m in 0..=(*AZIMUTHS).min(degree) {
+    for m in 0..=AZIMUTHS.min(degree) {
         for is_sine in [false, true] {
             if m == 0 && is_sine {
                 continue;
@@ -78,7 +100,7 @@ fn term_values(terms: &[Term], [x, y]: [f64; 2]) -> Vec<f64> {
         radial.push(2.0 * t * radial[radial.len() - 1] - radial[radial.len() - 2]);
     }
     let mut powers = vec![[1.0, 0.0]];
-    for m in 0..*AZIMUTHS {
+    for m in 0..AZIMUTHS {
         let [c, s] = powers[m];
         powers.push([c * x - s * y, c * y + s * x]);
     }
@@ -113,14 +135,14 @@ struct Form {
 }
 
 impl Form {
-    fn new(orbits: &[Orbit], normals: usize, is_symmetric: bool, degree: usize, levels: usize) -> Self {
+    fn new(orbits: &[Orbit], is_quarter: bool, degree: usize, levels: usize) -> Self {
         let terms = terms(degree);
         let mut form = Self { levels, terms, functions: Vec::new(), parameters: Vec::new(), len: 0 };
         for orbit in orbits {
             let first = form.functions.len();
             for meaning in [Meaning::Slope(0), Meaning::Slope(1), Meaning::Level, Meaning::Weight] {
                 let is_odd = [0, 1].map(|axis| meaning == Meaning::Slope(axis));
-                form.add(meaning, orbit.is_own.map(Some), is_odd);
+                form.add(meaning, orbit.is_own, is_odd);
             }
             for image in &orbit.images {
                 let signs = [image[0], image[1], 1.0, 1.0];
@@ -131,24 +153,24 @@ impl Form {
                 }));
             }
         }
-        for _ in 0..normals {
+        for _ in 0..NORMALS {
             for meaning in [Meaning::Kernel, Meaning::Weight] {
                 form.parameters.push(Parameter {
                     function: form.functions.len(),
                     sign: 1.0,
                     image: [1.0; 2],
                 });
-                form.add(meaning, [Some(is_symmetric); 2], [false; 2]);
+                form.add(meaning, [is_quarter; 2], [false; 2]);
             }
         }
         form
     }
 
     /// Adds a function, whose terms are odd as said where it is its own mirror image.
-    fn add(&mut self, meaning: Meaning, is_own: [Option<bool>; 2], is_odd: [bool; 2]) {
+    fn add(&mut self, meaning: Meaning, is_own: [bool; 2], is_odd: [bool; 2]) {
         let fits = |term: &Term| {
             let odd = term.is_odd();
-            (0..2).all(|axis| is_own[axis] != Some(true) || odd[axis] == is_odd[axis])
+            (0..2).all(|axis| !is_own[axis] || odd[axis] == is_odd[axis])
         };
         let terms: Vec<usize> =
             self.terms.iter().enumerate().filter(|(_, term)| fits(term)).map(|(index, _)| index).collect();
@@ -175,9 +197,9 @@ impl Form {
             let factors = self.factors(&values, *parameter);
             let value: f64 = factors.iter().zip(&coefficients[function.first..]).map(|(a, b)| a * b).sum();
             match function.meaning {
-                Meaning::Slope(_) => value.clamp(-2.0, 2.0),
+                Meaning::Slope(_) => value.clamp(-STEEPEST, STEEPEST),
                 Meaning::Level => value.clamp(0.0, (self.levels - 1) as f64 - 1e-3),
-                Meaning::Kernel => value.clamp(0.0, NORMAL_KERNELS as f64 - 1.0 - 1e-6),
+                Meaning::Kernel => value.clamp(0.0, LAST_NORMAL),
                 Meaning::Weight => value.clamp(-14.0, 4.0),
             }
         };
@@ -190,30 +212,30 @@ impl Form {
 pub(super) struct Smooth {
     form: Form,
     coefficients: Vec<f64>,
-    is_symmetric: bool,
+    is_quarter: bool,
     orbits: Vec<Orbit>,
-    normals: usize,
 }
 
 impl Smooth {
-    /// Taps that are the same toward every view: those of the orbits, and some about the normal.
-    pub(super) fn constant(orbits: Vec<Orbit>, normals: usize, is_symmetric: bool, levels: usize) -> Self {
-        let form = Form::new(&orbits, normals, is_symmetric, 0, levels);
+    /// Taps that are the same toward every view: those of the orbits, and one about the normal. Without
+    /// mirror images each orbit is one tap.
+    pub(super) fn constant(orbits: Vec<Orbit>, is_quarter: bool, widths: Widths) -> Self {
+        let form = Form::new(&orbits, is_quarter, 0, widths.len());
         let taps: usize = orbits.iter().map(|orbit| orbit.images.len()).sum();
-        let weight = -math::ln((taps + normals) as f64);
-        let starts = orbits.iter().flat_map(|orbit| orbit.start).chain([1.3, weight].repeat(normals));
+        let weight = -math::ln((taps + NORMALS) as f64);
+        let starts = orbits.iter().flat_map(|orbit| orbit.start).chain([1.3, weight].repeat(NORMALS));
         let mut coefficients = vec![0.0; form.len];
         for (function, start) in form.functions.iter().zip(starts) {
             if !function.terms.is_empty() {
                 coefficients[function.first] = start;
             }
         }
-        Self { form, coefficients, is_symmetric, orbits, normals }
+        Self { form, coefficients, is_quarter, orbits }
     }
 
     /// The same taps as polynomials of a higher degree.
     pub(super) fn raised(&self, degree: usize) -> Self {
-        let form = Form::new(&self.orbits, self.normals, self.is_symmetric, degree, self.form.levels);
+        let form = Form::new(&self.orbits, self.is_quarter, degree, self.form.levels);
         let mut coefficients = vec![0.0; form.len];
         for (old, new) in self.form.functions.iter().zip(&form.functions) {
             for (k, index) in old.terms.iter().enumerate() {
@@ -257,14 +279,15 @@ impl Smooth {
         Self { coefficients, ..self.clone() }
     }
 
-    pub(super) fn describe(&self) -> String {
-        self.at([0.0; 2]).iter().map(|value| format!("{value:.2}")).collect::<Vec<_>>().join(" ")
-    }
-
     /// The cost at some views.
     pub(super) fn cost(&self, views: &[View<'_>]) -> f64 {
         let of = |view: &View<'_>| view.evaluate(&self.at(disc(view.direction)), None);
         views.par_iter().map(of).collect::<Vec<f64>>().iter().sum()
+    }
+
+    /// The number of taps that are not about the normal.
+    pub(super) fn taps(&self) -> usize {
+        self.orbits.iter().map(|orbit| orbit.images.len()).sum()
     }
 
     /// The parameters at a place in the disc.
@@ -316,10 +339,4 @@ fn add_views(form: &Form, views: &[(f64, Normal, Vec<Vec<f64>>)], whole: &mut No
             to.iter_mut().zip(&matrix[a * width..]).for_each(|(sum, value)| *sum += value);
         }
     }
-}
-
-/// The indices of the logarithms of weights among the parameters of a view.
-pub(super) fn weights(taps: usize, normals: usize) -> impl Iterator<Item = usize> {
-    let of_taps = (0..taps).map(|tap| OF_TAP * tap + OF_TAP - 1);
-    of_taps.chain((0..normals).map(move |tap| OF_TAP * taps + OF_NORMAL * tap + OF_NORMAL - 1))
 }

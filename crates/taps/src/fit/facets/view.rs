@@ -1,19 +1,14 @@
 //! The fit of facet taps at one view: what spots of light look like, and what some taps make of them.
 
-use std::f64::consts::{LN_2, PI, TAU};
+use std::f64::consts::{LN_2, TAU};
 
 use sphere::DVec3;
 
-use super::lobe::{Ellipses, Lobe};
+use super::lobe::Ellipses;
 use crate::facets::mirrored;
 use crate::fit::least_squares::Normal;
 use crate::fit::spots::{Between, Spots};
-
-/// The ambient light of every test, in shares of the spot's flux.
-const AMBIENT: f64 = 0.03 / (4.0 * PI);
-
-/// How much more the uniform light weighs than one spot.
-const UNIFORM: f64 = 4.0;
+use crate::fit::view::{AMBIENT, UNIFORM};
 
 /// The slopes and the azimuths of the centres of narrow spots.
 const SLOPES: usize = 10;
@@ -27,9 +22,6 @@ const RINGS: usize = 7;
 
 /// The farthest of them, in radians.
 const FARTHEST: f64 = 1.9;
-
-/// How far below the horizon a centre may be: the sine.
-const LOWEST: f64 = -2.0;
 
 /// The parameters of a tap: the slopes p and q, the place between levels and the logarithm of the weight.
 pub(super) const OF_TAP: usize = 4;
@@ -94,30 +86,30 @@ fn centres(view: DVec3, scale: Option<[f64; 2]>) -> Vec<DVec3> {
             }
         }
     }
-    centres.retain(|centre| centre.z > LOWEST);
     centres
 }
 
 impl<'a> View<'a> {
-    /// The fit of a lobe's channel, or of the sum of all if `channel` is `None`. Each entry of `scales` says
+    /// The fit of one channel of a lobe's shares, or of the sum of all if `channel` is `None`. Each entry of `scales` says
     /// within which slopes the centres of spots of one size are dense; the widest have none.
     pub(super) fn new(
         direction: DVec3,
-        lobe: &Lobe,
+        lobe: &[(DVec3, [f64; 3])],
         channel: Option<usize>,
         spots: &'a [Spots],
         scales: &[Option<[f64; 2]>],
         taps: usize,
     ) -> Self {
         let of = |rgb: &[f64; 3]| channel.map_or_else(|| rgb.iter().sum(), |channel| rgb[channel]);
-        let whole: f64 = lobe.shares.iter().map(|(_, rgb)| of(rgb)).sum();
-        let shares: Vec<(DVec3, f64)> = (lobe.shares.iter())
+        let whole: f64 = lobe.iter().map(|(_, rgb)| of(rgb)).sum();
+        let shares: Vec<(DVec3, f64)> = (lobe.iter())
             .map(|(direction, rgb)| (*direction, of(rgb) / whole.max(1e-30)))
             .filter(|(_, share)| *share > 1e-8)
             .collect();
         let size = |(spots, scale): (&Spots, &Option<[f64; 2]>)| {
             let seen = |centre: DVec3| {
-                let share = |(direction, share): &(DVec3, f64)| share * spots.radiance(centre.dot(*direction));
+                let share =
+                    |(direction, share): &(DVec3, f64)| share * spots.radiance(centre.dot(*direction));
                 (centre, shares.iter().map(share).sum())
             };
             centres(direction, *scale).into_iter().map(seen).collect()
@@ -151,7 +143,8 @@ impl<'a> View<'a> {
                     let by_slope = tap.turned.map(|turned| tap.weight * seen.by_cosine * turned.dot(*centre));
                     *row = [by_slope[0], by_slope[1], tap.weight * seen.by_place, tap.weight * seen.value];
                 }
-                for ((between, weight), row) in normals.iter().zip(of_normals.as_chunks_mut::<OF_NORMAL>().0) {
+                for ((between, weight), row) in normals.iter().zip(of_normals.as_chunks_mut::<OF_NORMAL>().0)
+                {
                     let seen = spots.about_normal(centre.z, *between);
                     sum += weight * seen.value;
                     *row = [weight * seen.by_place, weight * seen.value];
