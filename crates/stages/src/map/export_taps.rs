@@ -9,7 +9,7 @@
 //! ## Taps and lights of a pair
 //!
 //! A look-up costs a pixel about 20 operations and a light 35, so the build measures each number of taps that
-//! `fit-taps` has tried (all up to its own with `taps = "auto"`) with each number of the scale space's
+//! `fit-taps` has tried (1, 2, 3, 4, 6 and 8 with `taps = "auto"`) with each number of the scale space's
 //! lights, and takes the cheapest that is within `accept`, or else the most accurate. A light that does not
 //! stay beside the map is blurred into it; nothing is lost. With `lights = "all"` the map of an environment
 //! is the same beside every material, so that a renderer needs it once.
@@ -481,7 +481,7 @@ fn choose<'a>(
         }
     };
     let tables: Vec<&TapTable> =
-        taps.fewer.iter().chain([&taps.fitted]).map(|fitted| &fitted.table).collect();
+        taps.others.iter().chain([&taps.fitted]).map(|fitted| &fitted.table).collect();
     let found = reporter.until_stopped(|stop| {
         let truth = Truth::new(&scales.points, &taps.material, VIEWS[usize::from(is_turned)], stop)?;
         truth.trade(&tables, &counts, &scales.space, &taps.material, stop).map_err(Failure::from)
