@@ -134,6 +134,13 @@ pub fn least_fit(fits: &[Fitted], error: f64) -> usize {
     fits.windows(2).position(is_enough).unwrap_or(fits.len().saturating_sub(1))
 }
 
+/// The least widths of a scale space that show the highlights of a material as sharp as they are.
+pub fn widths_for(material: &Material) -> Widths {
+    let gloss = material.part(Part::Specular);
+    let leaves = gloss.iter().flat_map(Material::leaves).map(lobe_width);
+    Widths::for_highlight(leaves.fold(f64::INFINITY, f64::min))
+}
+
 /// Fits one lobe by so many taps between levels, and one about the normal.
 fn fit_lobe(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<LobeFit, Stopped> {
     let normals = 1;

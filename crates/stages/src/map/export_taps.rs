@@ -98,7 +98,10 @@ use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, choice, pa
 use envmap::{CubeMap, Image};
 use serde_json::json;
 use sh::Light;
-use taps::{Accuracy, ROWS, ScaleSpace, Source, TapTable, Trade, Truth, Widths, atlas_picture, table_texels};
+use taps::{
+    Accuracy, ROWS, ScaleSpace, Source, TapTable, Trade, Truth, Widths, atlas_picture, table_texels,
+    widths_for,
+};
 
 use super::degree_choice::Accept;
 use crate::engines::{EnginePreset, TapFileNames, TapPreset, tap_texts};
@@ -497,11 +500,23 @@ fn choose<'a>(
     if chosen.accuracy.excess(accept) <= 1.0 {
         reporter.note(text);
     } else {
-        reporter.warn(format!(
-            "{text}; `accept` is [{}, {}]. More `lights` of scale-space help if lamps are bright, a larger `resolution` \
-             if the highlight is sharp, more `taps` of fit-taps otherwise",
-            accept[0], accept[1]
-        ));
+        reporter.warn(format!("{text}; `accept` is [{}, {}]{}", accept[0], accept[1], help(scales, taps)));
     }
     Ok((scales.space.keeping(chosen.lights), tables[chosen.table]))
+}
+
+/// What may bring a pair closer to the truth.
+fn help(scales: &tensors::EnvironmentScales, taps: &tensors::MaterialTaps) -> String {
+    let mut remedies = Vec::new();
+    let needed = widths_for(&taps.material).edge();
+    if needed > scales.space.widths().edge() {
+        remedies.push(format!("resolution = {needed} of scale-space for so sharp a highlight"));
+    }
+    if !scales.space.lights().is_empty() {
+        remedies.push("more `lights` of scale-space".to_owned());
+    }
+    if taps.others.is_empty() && taps.fitted.table.taps() > 0 {
+        remedies.push("taps = \"auto\" of fit-taps".to_owned());
+    }
+    if remedies.is_empty() { String::new() } else { format!("; what may help: {}", remedies.join(", ")) }
 }

@@ -109,7 +109,9 @@ fn a_pair_is_measured_and_its_file_has_every_tensor() {
     assert_eq!(shape("std"), [16]);
     assert_eq!(shape("diffuse"), [9, 3]);
     let strict = pair("accept = [0.001, 0.002]").run().unwrap().warnings;
-    assert!(strict.iter().any(|text| text.contains("`accept` is [0.001, 0.002]")), "{strict:?}");
+    let told = "`accept` is [0.001, 0.002]; what may help: ";
+    assert!(strict.iter().any(|text| text.contains(told)), "{strict:?}");
+    assert!(strict.iter().any(|text| text.contains("resolution = 32 of scale-space")), "{strict:?}");
     assert!(pair("accept = [3, 5]").run().unwrap().warnings.is_empty());
 }
 
