@@ -11,9 +11,9 @@ mod shader;
 mod table;
 mod widths;
 
-pub use accuracy::{Accuracy, LightPoints, Truth};
+pub use accuracy::{Accuracy, LightPoints, Taps, Trade, Truth};
 pub use facets::{FacetNode, FacetTable, FacetTap, SurfaceFrame};
-pub use fit::{Fitted, FittedFacets, fit, fit_facets, fit_least};
+pub use fit::{Fitted, FittedFacets, fit, fit_each, fit_facets, least_fit, widths_for};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};
