@@ -8,14 +8,16 @@ mod kernels;
 mod scale_space;
 mod shader;
 mod table;
+mod varied;
 mod widths;
 
 pub use accuracy::{Accuracy, LightPoints, Truth};
-pub use fit::{Fitted, fit, fit_least};
+pub use fit::{Fitted, FittedVaried, fit, fit_by_reflectance, fit_least, fit_varied};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
+pub use varied::{VariedTable, Weights};
 pub use widths::Widths;
 
 /// The revisions of the kernels, for the kinds of stage that call them.

@@ -3,6 +3,7 @@
 
 use super::least_squares::{Normal, minimise};
 use super::view::{Meaning, Shape, ViewFit};
+use crate::Widths;
 
 /// The coefficients of each polynomial.
 const TERMS: usize = 8;
@@ -51,13 +52,43 @@ impl Smooth {
                 coefficients.copy_from_slice(&nearest);
             }
         }
-        Self { shape, coefficients: fitted(shape, fits, start, |_| true) }
+        Self { shape, coefficients: fitted(shape, fits, start, |_| true, Pull::NONE) }
+    }
+
+    /// The polynomials that fit all views best, near these: each coefficient is pulled.
+    pub(super) fn refined(&self, fits: &[ViewFit<'_>], pull: Pull<'_>) -> Self {
+        let coefficients = fitted(self.shape, fits, self.coefficients.clone(), |_| true, pull);
+        Self { shape: self.shape, coefficients }
+    }
+
+    /// The polynomials of a lobe that is wider by a factor, and else alike.
+    pub(super) fn widened(&self, factor: f64) -> Self {
+        let mut coefficients = self.coefficients.clone();
+        for (meaning, values) in self.shape.meanings().zip(coefficients.as_chunks_mut::<TERMS>().0) {
+            match meaning {
+                Meaning::Delta => values.iter_mut().for_each(|value| *value *= factor),
+                Meaning::Level => values[0] += Widths::PER_OCTAVE as f64 * math::log2(factor),
+                Meaning::Kernel | Meaning::Weight => {}
+            }
+        }
+        Self { shape: self.shape, coefficients }
+    }
+
+    /// The mean of these polynomials and others.
+    pub(super) fn mean(&self, other: &Self) -> Self {
+        let pairs = self.coefficients.iter().zip(&other.coefficients);
+        Self { shape: self.shape, coefficients: pairs.map(|(a, b)| 0.5 * (a + b)).collect() }
+    }
+
+    /// The sum of squared residuals over all views, in stops.
+    pub(super) fn cost(&self, fits: &[ViewFit<'_>]) -> f64 {
+        fits.iter().map(|fit| fit.evaluate(&self.at(fit.theta), None)).sum()
     }
 
     /// Keeps the places and widths of the taps, and fits their weights to other lobes: those of one channel.
-    pub(super) fn with_weights_of(&self, fits: &[ViewFit<'_>]) -> Self {
+    pub(super) fn with_weights_of(&self, fits: &[ViewFit<'_>], pull: Pull<'_>) -> Self {
         let start = self.coefficients.clone();
-        let coefficients = fitted(self.shape, fits, start, |meaning| meaning == Meaning::Weight);
+        let coefficients = fitted(self.shape, fits, start, |meaning| meaning == Meaning::Weight, pull);
         Self { shape: self.shape, coefficients }
     }
 
@@ -72,18 +103,62 @@ impl Smooth {
     }
 }
 
+/// The pull of each coefficient to that of other polynomials.
+#[derive(Clone, Copy)]
+pub(super) struct Pull<'a> {
+    /// Where to; `None` if nothing pulls.
+    pub(super) to: Option<&'a Smooth>,
+    /// How strongly: the residual of a fourth of an octave, of a factor e of a weight, and of an angle of
+    /// `width`.
+    pub(super) strength: f64,
+    /// The width of the lobe, in radians.
+    pub(super) width: f64,
+}
+
+impl Pull<'_> {
+    /// No pull.
+    pub(super) const NONE: Self = Self { to: None, strength: 0.0, width: 1.0 };
+
+    /// The cost of coefficients; adds to the normal equations, if they are given.
+    fn evaluate(
+        self,
+        shape: Shape,
+        coefficients: &[f64],
+        free: impl Fn(Meaning) -> bool,
+        mut normal: Option<&mut Normal>,
+    ) -> f64 {
+        let Some(to) = self.to else { return 0.0 };
+        let mut cost = 0.0;
+        for (parameter, meaning) in shape.meanings().enumerate().filter(|(_, meaning)| free(*meaning)) {
+            let strength =
+                if meaning == Meaning::Delta { self.strength / self.width } else { self.strength };
+            for index in parameter * TERMS..(parameter + 1) * TERMS {
+                let residual = strength * (coefficients[index] - to.coefficients[index]);
+                cost += residual * residual;
+                if let Some(normal) = normal.as_deref_mut() {
+                    normal.add_one(index, strength, residual);
+                }
+            }
+        }
+        cost
+    }
+}
+
 /// The coefficients near a start that fit all views best; those of parameters that are not `free` stay.
 fn fitted(
     shape: Shape,
     fits: &[ViewFit<'_>],
     start: Vec<f64>,
     free: impl Fn(Meaning) -> bool + Copy,
+    pull: Pull<'_>,
 ) -> Vec<f64> {
     let evaluate = |coefficients: &[f64], normal: Option<&mut Normal>| {
         let Some(normal) = normal else {
-            return fits.iter().map(|fit| fit.evaluate(&values(shape, coefficients, fit.theta), None)).sum();
+            let of_view = |fit: &ViewFit<'_>| fit.evaluate(&values(shape, coefficients, fit.theta), None);
+            return fits.iter().map(of_view).sum::<f64>() + pull.evaluate(shape, coefficients, free, None);
         };
-        fits.iter().map(|fit| add_view(shape, coefficients, fit, free, normal)).sum()
+        let cost: f64 = fits.iter().map(|fit| add_view(shape, coefficients, fit, free, normal)).sum();
+        cost + pull.evaluate(shape, coefficients, free, Some(normal))
     };
     minimise(start, evaluate, |_| ())
 }
