@@ -11,8 +11,8 @@ mod table;
 mod varied;
 mod widths;
 
-pub use accuracy::{Accuracy, LightPoints, Truth};
-pub use fit::{Fitted, FittedVaried, fit, fit_by_reflectance, fit_least, fit_varied};
+pub use accuracy::{Accuracy, LightPoints, Trade, Truth};
+pub use fit::{Fitted, FittedVaried, fit, fit_by_reflectance, fit_each, fit_least, fit_varied};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};

@@ -1,7 +1,7 @@
 //! The fit of a family of lobes, such as those of all roughnesses, by taps that change as smoothly from
 //! member to member as the lobes do, so that a look-up may interpolate between them.
 //!
-//! The member in the middle is fitted by itself. From there outward, each starts at its neighbour's taps,
+//! One member is fitted by itself. From there outward, each starts at its neighbour's taps,
 //! widened as the lobe is, and is pulled to them. Then every other member is fitted again, pulled to the mean
 //! of its neighbours, and the others after them.
 
@@ -18,7 +18,10 @@ use crate::varied::{VariedTable, Weights};
 use crate::widths::Widths;
 
 /// How strongly a member is pulled to its neighbours.
-const PULL: f64 = 1.0;
+const PULL: f64 = 0.3;
+
+/// The member that is fitted first, as a share of all: a lobe that is neither a mirror nor cut by the horizon.
+const FIRST: f64 = 0.3;
 
 /// How often all members are fitted again.
 const SWEEPS: usize = 2;
@@ -26,6 +29,12 @@ const SWEEPS: usize = 2;
 /// The reflectance head on of the least reflective surfaces, such as water. A table by reflectance is fitted
 /// to it and to 1, between which it is a mean of both with weights of 0 and more.
 const LEAST_REFLECTANCE: f64 = 0.02;
+
+/// How much the highlight of a surface with F = 1 weighs beside that of the least reflective one. Taps fit it
+/// better the rougher it is, and the other does not spoil that.
+fn importance(roughness: f64) -> f64 {
+    2.0 + 8.0 * math::powi(roughness, 3)
+}
 
 /// Taps over a parameter and how well they fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,23 +118,27 @@ pub fn fit_by_reflectance(
     };
     let members: Vec<Material> = (0..rows).map(highlight).collect();
     let problems = problems(&members, taps, widths, stop)?;
-    let fits: Vec<_> = problems.par_iter().map(|problem| problem.fits(Some(0))).collect();
+    let fits: Vec<Vec<Vec<ViewFit<'_>>>> = (problems.par_iter().enumerate())
+        .map(|(row, problem)| {
+            let mut bright = problem.fits(Some(0));
+            bright.iter_mut().for_each(|fit| fit.importance = importance(roughness(row)));
+            vec![bright, problem.fits(Some(1))]
+        })
+        .collect();
     let places = places(&problems, &fits, stop)?;
     let member = |(row, problem): (usize, &Problem<'_>)| {
-        let (place, fits) = (&places[row], &fits[row]);
-        let dull_fits = problem.fits(Some(1));
-        let dull = place.with_weights_of(&dull_fits, pull_to(place, problem));
+        let lobes = [0, 1].map(|lobe| places[row].lobe(lobe));
         let albedo = |cosine: f64| {
             let ScaleBias { scale, bias } =
                 environment_brdf(Visibility::Correlated, roughness(row), cosine.max(1e-3));
             let dull = LEAST_REFLECTANCE * scale + bias;
             [scale + bias, dull, dull]
         };
-        let rows = problem.rows([place, &dull, &dull], Some(&albedo));
+        let [bright, dull] = &lobes;
         LobeFit {
-            rows,
-            squares: 0.5 * (place.cost(fits) + dull.cost(&dull_fits)),
-            residuals: fits.iter().map(ViewFit::len).sum(),
+            rows: problem.rows([bright, dull, dull], Some(&albedo)),
+            squares: lobes.iter().zip(&fits[row]).map(|(lobe, fits)| lobe.cost(fits)).sum(),
+            residuals: fits[row].iter().flatten().map(ViewFit::len).sum(),
         }
     };
     let mut whole: Vec<LobeFit> = problems.par_iter().enumerate().map(member).collect();
@@ -165,10 +178,10 @@ fn fit_colours(
     stop: Stop<'_>,
 ) -> Result<Vec<LobeFit>, Stopped> {
     let problems = problems(members, taps, widths, stop)?;
-    let fits: Vec<_> = problems.par_iter().map(|problem| problem.fits(None)).collect();
+    let fits: Vec<Vec<_>> = problems.par_iter().map(|problem| vec![problem.fits(None)]).collect();
     let places = places(&problems, &fits, stop)?;
     let is_of_one_colour = problems.iter().all(|problem| problem.lobes.iter().all(Lobe::is_of_one_colour));
-    let costs: Vec<f64> = places.iter().zip(&fits).map(|(place, fits)| place.cost(fits)).collect();
+    let costs: Vec<f64> = places.iter().zip(&fits).map(|(place, fits)| place.cost(&fits[0])).collect();
     // A channel has weights of its own at every member, or at none, for the family has to be smooth.
     let channels: Vec<Vec<(Smooth, f64)>> = (0..3)
         .map(|channel| {
@@ -195,7 +208,7 @@ fn fit_colours(
         LobeFit {
             rows: problem.rows(colours.map(|(smooth, _)| smooth), None),
             squares: colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0,
-            residuals: fits[member].iter().map(ViewFit::len).sum(),
+            residuals: fits[member].iter().flatten().map(ViewFit::len).sum(),
         }
     };
     Ok(problems.iter().enumerate().map(member).collect())
@@ -205,20 +218,21 @@ fn pull_to<'a>(to: &'a Smooth, problem: &Problem<'_>) -> Pull<'a> {
     Pull { to: Some(to), strength: PULL, width: problem.width }
 }
 
-/// The taps of all members.
+/// The taps of all members, each of which has one lobe, or several whose taps have the same places.
 fn places(
     problems: &[Problem<'_>],
-    fits: &[Vec<ViewFit<'_>>],
+    fits: &[Vec<Vec<ViewFit<'_>>>],
     stop: Stop<'_>,
 ) -> Result<Vec<Smooth>, Stopped> {
-    let middle = problems.len() / 2;
-    let (first, _) = problems[middle].solve(&fits[middle], stop)?;
+    let start = (FIRST * problems.len() as f64) as usize;
+    let (first, _) = problems[start].solve(&fits[start][0], stop)?;
+    let first = first.refined(&fits[start], Pull::NONE);
     // The taps of a member as those of another would be.
     let widened = |smooth: &Smooth, from: usize, to: usize| {
         smooth.widened(problems[to].width / problems[from].width)
     };
     let outward = |members: Vec<usize>| -> Result<Vec<Smooth>, Stopped> {
-        let (mut before, mut last) = (first.clone(), middle);
+        let (mut before, mut last) = (first.clone(), start);
         let mut found = Vec::with_capacity(members.len());
         for member in members {
             stop.check()?;
@@ -230,8 +244,8 @@ fn places(
         Ok(found)
     };
     let (down, up) = rayon::join(
-        || outward((0..middle).rev().collect()),
-        || outward((middle + 1..problems.len()).collect()),
+        || outward((0..start).rev().collect()),
+        || outward((start + 1..problems.len()).collect()),
     );
     let mut places: Vec<Smooth> = down?.into_iter().rev().chain([first.clone()]).chain(up?).collect();
     for _ in 0..SWEEPS {
