@@ -211,8 +211,7 @@ impl<'a> Problem<'a> {
 
     /// The fits at all views, of a channel or of the sum of all.
     fn fits(&self, channel: Option<usize>) -> Vec<ViewFit<'_>> {
-        let fit =
-            |(theta, lobe): (&f64, &Lobe)| ViewFit::new(*theta, lobe, channel, &self.spots, self.shape);
+        let fit = |(theta, lobe): (&f64, &Lobe)| ViewFit::new(*theta, lobe, channel, &self.spots, self.shape);
         self.thetas.par_iter().zip(&self.lobes).map(fit).collect()
     }
 
@@ -249,11 +248,7 @@ impl<'a> Problem<'a> {
 
     /// The rows of the table with the taps of each colour. Without an albedo by the cosine from the normal it
     /// is that of the lobe.
-    fn rows(
-        &self,
-        colours: [&Smooth; 3],
-        albedo: Option<&(dyn Fn(f64) -> [f64; 3] + Sync)>,
-    ) -> Vec<TapRow> {
+    fn rows(&self, colours: [&Smooth; 3], albedo: Option<&(dyn Fn(f64) -> [f64; 3] + Sync)>) -> Vec<TapRow> {
         let row = |row: usize| {
             let cosine = 1.0 - row as f64 / (ROWS - 1) as f64;
             let of_lobe = || {

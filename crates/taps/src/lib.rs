@@ -15,7 +15,7 @@ pub use accuracy::{Accuracy, LightPoints, Trade, Truth};
 pub use fit::{Fitted, FittedVaried, fit, fit_by_reflectance, fit_each, fit_least, fit_varied};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
-pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};
+pub use shader::{Language, LookUp, Source, atlas_picture, table_texels, varied_texels};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use varied::{VariedTable, Weights};
 pub use widths::Widths;

@@ -63,7 +63,8 @@ pub fn fit_varied(
         gloss.iter().flat_map(|gloss| gloss.leaves()).cloned().collect()
     };
     let glosses: Vec<Vec<Material>> = materials.iter().map(gloss).collect();
-    let mattes: Vec<Material> = materials.iter().filter_map(|material| material.part(Part::Diffuse)).collect();
+    let mattes: Vec<Material> =
+        materials.iter().filter_map(|material| material.part(Part::Diffuse)).collect();
     let layers = glosses.first().map_or(0, Vec::len);
     if glosses.iter().any(|gloss| gloss.len() != layers) || ![0, materials.len()].contains(&mattes.len()) {
         return Ok(None);
@@ -228,9 +229,8 @@ fn places(
     let (first, _) = problems[start].solve(&fits[start][0], stop)?;
     let first = first.refined(&fits[start], Pull::NONE);
     // The taps of a member as those of another would be.
-    let widened = |smooth: &Smooth, from: usize, to: usize| {
-        smooth.widened(problems[to].width / problems[from].width)
-    };
+    let widened =
+        |smooth: &Smooth, from: usize, to: usize| smooth.widened(problems[to].width / problems[from].width);
     let outward = |members: Vec<usize>| -> Result<Vec<Smooth>, Stopped> {
         let (mut before, mut last) = (first.clone(), start);
         let mut found = Vec::with_capacity(members.len());

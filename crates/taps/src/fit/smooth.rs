@@ -164,8 +164,7 @@ impl Pull<'_> {
         let meanings = shape.meanings().chain(std::iter::repeat(Meaning::Weight));
         let polynomials = meanings.take(coefficients.len() / TERMS).enumerate();
         for (parameter, meaning) in polynomials.filter(|(_, meaning)| free(*meaning)) {
-            let strength =
-                if meaning == Meaning::Delta { self.strength / self.width } else { self.strength };
+            let strength = if meaning == Meaning::Delta { self.strength / self.width } else { self.strength };
             for index in parameter * TERMS..(parameter + 1) * TERMS {
                 let residual = strength * (coefficients[index] - to.coefficients[index]);
                 cost += residual * residual;
