@@ -183,11 +183,11 @@ fn a_table_over_roughness_is_as_good_as_a_fit_to_each() {
         let direct = truth.error(&direct.table, &space, &material);
         let found = truth.error(&varied.at_reflectance(roughness, [reflectance; 3]), &space, &material);
         eprintln!("{roughness} {reflectance}: {found:?}, {direct:?}");
-        assert!(found.p95 < 1.25 * direct.p95 + 0.002, "{roughness} {reflectance}: {found:?} {direct:?}");
+        assert!(found.p95 < 1.3 * direct.p95, "{roughness} {reflectance}: {found:?} {direct:?}");
         whole[0] += found.p95;
         whole[1] += direct.p95;
     }
-    assert!(whole[0] < 1.15 * whole[1], "{whole:?}");
+    assert!(whole[0] < 1.1 * whole[1], "{whole:?}");
 }
 
 /// The weights add up to what a DFG table holds, so that a white furnace shows it exactly.

@@ -213,3 +213,31 @@ fn each_preset_writes_a_shader_and_the_code_that_loads_it() {
     let blender = case("export-taps", "preset = \"blender\"").errors();
     assert_eq!(blender, ["preset: there is no shader of taps for blender"]);
 }
+
+/// The table over roughness for all metals and dielectrics that docs/taps.md ships is what the program makes.
+#[test]
+fn the_shipped_table_of_standard_is_made_anew() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/taps/standard.ktx2");
+    let made = case("dfg", "form = \"taps\"").files()[0].clone();
+    if std::env::var_os("UPDATE_EXPECT").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, &made).unwrap();
+    }
+    // The texels are the end of the file; before them are a header and the recipe of who made it.
+    let texels = 7 * 33 * 65 * 8;
+    let shipped = std::fs::read(&path).unwrap();
+    assert!(shipped.len() > texels && shipped.len() < 200_000, "{} bytes", shipped.len());
+    assert!(shipped.ends_with(&made[made.len() - texels..]), "UPDATE_EXPECT=1 makes {} anew", path.display());
+    let found = containers::read_ktx2(&shipped).unwrap();
+    assert_eq!((found.width, found.height, found.layers), (65, 33, 7));
+    for (parameters, expected) in [
+        ("form = \"taps\"\nsheen = true", "sheen: only form = \"albedo\" uses it"),
+        (
+            "form = \"taps\"\nformat = \"exr\"",
+            "format: OpenEXR has no arrays of pictures; expected \"ktx2\" or \"dds\"",
+        ),
+        ("taps = 4", "taps: only form = \"taps\" uses it"),
+    ] {
+        assert_eq!(case("dfg", parameters).errors(), [expected]);
+    }
+}

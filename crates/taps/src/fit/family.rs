@@ -18,13 +18,13 @@ use crate::varied::{VariedTable, Weights};
 use crate::widths::Widths;
 
 /// How strongly a member is pulled to its neighbours.
-const PULL: f64 = 0.3;
+const PULL: f64 = 0.5;
 
 /// The member that is fitted first, as a share of all: a lobe that is neither a mirror nor cut by the horizon.
 const FIRST: f64 = 0.3;
 
 /// How often all members are fitted again.
-const SWEEPS: usize = 2;
+const SWEEPS: usize = 3;
 
 /// The reflectance head on of the least reflective surfaces, such as water. A table by reflectance is fitted
 /// to it and to 1, between which it is a mean of both with weights of 0 and more.
@@ -33,7 +33,7 @@ const LEAST_REFLECTANCE: f64 = 0.02;
 /// How much the highlight of a surface with F = 1 weighs beside that of the least reflective one. Taps fit it
 /// better the rougher it is, and the other does not spoil that.
 fn importance(roughness: f64) -> f64 {
-    2.0 + 8.0 * math::powi(roughness, 3)
+    1.5 + 8.0 * math::powi(roughness, 3)
 }
 
 /// Taps over a parameter and how well they fit.
