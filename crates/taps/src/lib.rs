@@ -12,7 +12,7 @@ mod varied;
 mod widths;
 
 pub use accuracy::{Accuracy, LightPoints, Trade, Truth};
-pub use fit::{Fitted, FittedVaried, fit, fit_by_reflectance, fit_each, fit_least, fit_varied};
+pub use fit::{Fitted, FittedVaried, fit, fit_by_reflectance, fit_each, fit_varied, least_fit, widths_for};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use shader::{Language, LookUp, Source, atlas_picture, table_texels, varied_texels};

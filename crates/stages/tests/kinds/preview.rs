@@ -299,7 +299,8 @@ fn taps_are_drawn_with_their_inputs() {
         Taps(containers::tensors::MaterialTaps {
             material: gold(),
             fitted: fitted.clone(),
-            fewer: Vec::new(),
+            others: Vec::new(),
+            varied: None,
         })
     };
     let with = |parameters: &str| {

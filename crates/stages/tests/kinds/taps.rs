@@ -109,11 +109,13 @@ fn a_pair_is_measured_and_its_file_has_every_tensor() {
     assert_eq!(shape("std"), [16]);
     assert_eq!(shape("diffuse"), [9, 3]);
     let strict = pair("accept = [0.001, 0.002]").run().unwrap().warnings;
-    assert!(strict.iter().any(|text| text.contains("`accept` is [0.001, 0.002]")), "{strict:?}");
+    let told = "`accept` is [0.001, 0.002]; what may help: ";
+    assert!(strict.iter().any(|text| text.contains(told)), "{strict:?}");
+    assert!(strict.iter().any(|text| text.contains("resolution = 32 of scale-space")), "{strict:?}");
     assert!(pair("accept = [3, 5]").run().unwrap().warnings.is_empty());
 }
 
-/// Fewer taps and fewer lights are taken where they are accurate enough; what is not kept is in the levels.
+/// Fewer taps and lights are taken where they are accurate enough; what is not kept is in the levels.
 #[test]
 fn a_pair_takes_the_cheapest_taps_and_lights() {
     let space = scale_space("resolution = 32").artifact::<ScaleSpace>();
@@ -122,7 +124,7 @@ fn a_pair_takes_the_cheapest_taps_and_lights() {
         case("fit-taps", "error = 0.0001").input("material", Material(brdf::Material::Microfacet(rough)));
     let taps = taps.artifact::<Taps>();
     let (most, all) = (taps.0.fitted.table.taps(), space.0.space.lights().len());
-    assert!(most > 2 && all > 1 && taps.0.fewer.len() > 1, "{most} {all}");
+    assert!(most > 2 && all > 1 && taps.0.others.len() > 1, "{most} {all}");
     let chosen = |parameters: &str| {
         let parameters = format!("format = \"safetensors\"\n{parameters}");
         let case = case("export-taps", &parameters)
@@ -240,4 +242,43 @@ fn the_shipped_table_of_standard_is_made_anew() {
     ] {
         assert_eq!(case("dfg", parameters).errors(), [expected]);
     }
+}
+
+/// Tables over a parameter are one texture, one file of numbers, or tensors with one more size.
+#[test]
+fn taps_are_fitted_over_a_parameter() {
+    let metal = || {
+        Material(brdf::Material::Ggx(brdf::Ggx::new(0.5, brdf::Fresnel::Dielectric(1.5), [1.0; 3]).unwrap()))
+    };
+    let fit = |parameters: &str| {
+        case("fit-taps", &format!("taps = 2\nvary-rows = 3\nvary-from = 0.4\n{parameters}"))
+            .input("material", metal())
+    };
+    let taps = fit("vary = \"roughness\"").artifact::<Taps>();
+    let varied = taps.0.varied.as_ref().unwrap();
+    assert_eq!((varied.parameter.as_str(), varied.fitted.table.range()), ("roughness", [0.4, 1.0]));
+    let export = |parameters: &str| {
+        case("export-taps", &format!("varied = true\n{parameters}")).input("taps", (*taps).clone())
+    };
+    let files = export("").files();
+    let texture = containers::read_ktx2(&files[0]).unwrap();
+    assert_eq!((texture.width, texture.height, texture.layers), (65, 3, 5));
+    let numbers: serde_json::Value = serde_json::from_slice(&files[1]).unwrap();
+    assert_eq!(numbers["range"], serde_json::json!([0.4, 1.0]));
+    let widths = [0, 1, 2].map(|row: usize| numbers["tables"][row][0]["taps"][0]["std"].as_f64().unwrap());
+    assert!(widths.windows(2).all(|pair| pair[0] < pair[1]), "{widths:?}");
+    let description = describe(&export("format = \"safetensors\"").files()[0]).unwrap();
+    assert_eq!(description.tensors[0].2, [3, 65, 2, 5]);
+
+    let alone =
+        export("").input("scale-space", (*scale_space("resolution = 16").artifact::<ScaleSpace>()).clone());
+    assert!(alone.input_errors()[0].starts_with("varied: tables over a parameter are written alone"));
+    let plain = case("export-taps", "varied = true").input("taps", (*fit("").artifact::<Taps>()).clone());
+    assert!(format!("{:?}", plain.run().unwrap_err()).contains("one material alone"));
+    assert_eq!(
+        fit("vary = \"roughness\"\nvary-to = 0.3").errors(),
+        ["vary-to: expected a number above `vary-from`"]
+    );
+    let unknown = format!("{:?}", fit("vary = \"sigma\"").run().unwrap_err());
+    assert!(unknown.contains("no number \\\"sigma\\\" to vary"), "{unknown}");
 }
