@@ -444,7 +444,7 @@ for ( const name of names ) {
 }
 
 /** Opens a page and compares what it draws; `frame` is what of Specula's frame the axes of the engine are. */
-async function compare( reader, html, draw, frame ) {
+async function compare( html, draw, frame ) {
 
 	const page = await browser.newPage();
 	page.on( 'pageerror', ( error ) => console.error( html, error ) );
@@ -452,7 +452,7 @@ async function compare( reader, html, draw, frame ) {
 	await page.goto( `http://127.0.0.1:${server.address().port}/${html}?size=64&names=${names}` );
 	await page.waitForFunction( 'window.page', { timeout: 180000 } );
 	await page.screenshot( { path: `${folder}/${html}.png`, fullPage: true } );
-	reader += await page.evaluate( 'window.page.version' );
+	const reader = await page.evaluate( 'window.page.reader' );
 	const turned = ( v ) => frame.map( ( axis ) => dot( axis, v ) );
 	const asked = views.map( ( { view, normals } ) => ( { view: turned( view ), normals: normals.map( turned ) } ) );
 	for ( const name of names ) {
@@ -499,8 +499,8 @@ async function compare( reader, html, draw, frame ) {
 
 try {
 
-	await compare( 'three ', 'three.html', drawThree, [ [ 1, 0, 0 ], [ 0, 0, 1 ], [ 0, - 1, 0 ] ] );
-	await compare( 'Babylon.js ', 'babylon.html', drawBabylon, [ [ 0, - 1, 0 ], [ 0, 0, 1 ], [ 1, 0, 0 ] ] );
+	await compare( 'three.html', drawThree, [ [ 1, 0, 0 ], [ 0, 0, 1 ], [ 0, - 1, 0 ] ] );
+	await compare( 'babylon.html', drawBabylon, [ [ 0, - 1, 0 ], [ 0, 0, 1 ], [ 1, 0, 0 ] ] );
 
 } finally {
 
