@@ -25,14 +25,32 @@ const BRIGHT: f64 = 6.0;
 /// The rows of the pixels that bright points are taken from, and of all others.
 const ROWS: [usize; 2] = [256, 128];
 
-/// The width of a highlight, in radians, from which an environment may have fewer points.
+/// The width of a highlight, in radians, from which the points of a cell may count as one.
 const WIDE: f64 = 0.2;
+
+/// The angle from R, in radians, from which they may for any highlight.
+const FAR: f64 = 0.45;
 
 /// An environment as points of light: what an error is measured against.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightPoints {
     /// The direction and the flux, RGB, of each point.
     points: Vec<([f32; 3], [f32; 3])>,
+}
+
+/// A point of light.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    direction: DVec3,
+    flux: [f64; 3],
+}
+
+/// Points of light that lie close together.
+#[derive(Clone, Debug)]
+struct Cell {
+    /// All of them at their mean direction.
+    whole: Point,
+    points: Vec<Point>,
 }
 
 impl LightPoints {
@@ -85,31 +103,27 @@ impl LightPoints {
         &self.points
     }
 
-    /// Fewer points for lobes that are wide: those of each cell of 64 rows, but for the brightest, joined at
-    /// their mean direction.
-    fn joined(&self) -> Self {
+    /// The points by the cells of 64 rows.
+    fn cells(&self) -> Vec<Cell> {
         let grid = LatLong::with_rows(64);
-        let mut cells = vec![(DVec3::ZERO, [0.0_f64; 3]); grid.len()];
-        let sum = |flux: &[f32; 3]| flux.iter().map(|value| f64::from(*value)).sum::<f64>();
-        let mean =
-            self.points.iter().map(|(_, flux)| sum(flux)).sum::<f64>() / self.points.len().max(1) as f64;
-        let (bright, even): (Vec<_>, Vec<_>) =
-            self.points.iter().partition(|(_, flux)| sum(flux) > BRIGHT * mean);
-        for (direction, flux) in even {
+        let mut cells: Vec<(Vec<Point>, DVec3)> = vec![(Vec::new(), DVec3::ZERO); grid.len()];
+        for (direction, flux) in &self.points {
             let direction = DVec3::from_array(direction.map(f64::from));
             let (column, row) = grid.position(Direction::normalised(direction));
             let column = (column.round().max(0.0) as usize) % grid.width;
             let row = (row.round().max(0.0) as usize).min(grid.height - 1);
-            let (sum, whole) = &mut cells[row * grid.width + column];
+            let (points, sum) = &mut cells[row * grid.width + column];
             let flux = flux.map(f64::from);
             *sum += direction * flux.iter().map(|value| value.abs()).sum::<f64>();
-            (0..3).for_each(|channel| whole[channel] += flux[channel]);
+            points.push(Point { direction, flux });
         }
-        let point = |(sum, flux): (DVec3, [f64; 3])| {
-            let direction = sum.try_normalize()?.as_vec3().to_array();
-            Some((direction, flux.map(|value| value as f32)))
+        let cell = |(points, sum): (Vec<Point>, DVec3)| {
+            let flux = points.iter().fold([0.0; 3], |sum, point| {
+                std::array::from_fn(|channel| sum[channel] + point.flux[channel])
+            });
+            Some(Cell { whole: Point { direction: sum.try_normalize()?, flux }, points })
         };
-        Self { points: bright.into_iter().chain(cells.into_iter().filter_map(point)).collect() }
+        cells.into_iter().filter_map(cell).collect()
     }
 
     /// The mean radiance over the sphere and the three colours.
@@ -126,6 +140,42 @@ pub struct Accuracy {
     pub p95: f64,
     /// The error that 99 of 100 views stay below.
     pub p99: f64,
+}
+
+/// A number of taps and of lights, and the error with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trade {
+    /// The index of the table.
+    pub table: usize,
+    /// J, the look-ups in the levels of the scale space.
+    pub taps: usize,
+    /// The lights beside the scale space.
+    pub lights: usize,
+    /// The error.
+    pub accuracy: Accuracy,
+}
+
+impl Trade {
+    /// What a pixel costs, in floating-point operations: 20 a tap and 35 a light.
+    pub fn cost(&self) -> usize {
+        20 * self.taps + 35 * self.lights
+    }
+
+    /// The cheapest whose errors [p95, p99] are at most `accept`, in stops; if there is none, the one that
+    /// misses it least.
+    pub fn cheapest(found: &[Self], accept: [f64; 2]) -> Option<Self> {
+        let excess = |trade: &Self| trade.accuracy.excess(accept);
+        let enough = found.iter().filter(|trade| excess(trade) <= 1.0);
+        let least = enough.min_by(|a, b| a.cost().cmp(&b.cost()).then(excess(a).total_cmp(&excess(b))));
+        least.or_else(|| found.iter().min_by(|a, b| excess(a).total_cmp(&excess(b)))).copied()
+    }
+}
+
+impl Accuracy {
+    /// How many times the errors are those that are accepted, [p95, p99] in stops; the larger ratio.
+    pub fn excess(self, [p95, p99]: [f64; 2]) -> f64 {
+        (self.p95 / p95.max(1e-9)).max(self.p99 / p99.max(1e-9))
+    }
 }
 
 /// A normal and the direction toward the viewer.
@@ -155,14 +205,18 @@ impl Truth {
         stop: Stop<'_>,
     ) -> Result<Self, Stopped> {
         let views: Vec<BallView> = (0..count).map(|index| ball_view(index, count)).collect();
-        let joined = (lobe_width(material) >= WIDE).then(|| light.joined());
-        let points = &joined.as_ref().unwrap_or(light).points;
+        let cells = light.cells();
+        // A streak is narrow far from R too.
+        let far = if turns(material) > 1 { PI } else { FAR };
+        let far = if lobe_width(material) >= WIDE { 2.0 } else { math::cos(far) };
         let radiance = |view: &BallView| {
             stop.check()?;
-            let points = points
-                .iter()
-                .map(|(direction, flux)| (DVec3::from_array(direction.map(f64::from)), flux.map(f64::from)));
-            Ok(reflected(material, view, points))
+            let r = 2.0 * view.normal.dot(view.view) * view.normal - view.view;
+            let points = cells.iter().flat_map(|cell| {
+                let is_whole = cell.points.len() == 1 || r.dot(cell.whole.direction) < far;
+                if is_whole { std::slice::from_ref(&cell.whole) } else { &cell.points }
+            });
+            Ok(reflected(material, view, points.copied()))
         };
         let radiance = views.par_iter().map(radiance).collect::<Result<_, Stopped>>()?;
         Ok(Self { views, radiance, dark: BLACK_SHARE * light.mean() })
@@ -170,13 +224,49 @@ impl Truth {
 
     /// The error of taps that look into a scale space, with the lights beside it reflected by the material.
     pub fn error(&self, table: &TapTable, light: &ScaleSpace, material: &Material) -> Accuracy {
+        self.error_with(table, light, &self.reflected_lights(light.lights(), material))
+    }
+
+    /// The errors of each table with each number of the scale space's lights beside it, the others being in
+    /// it: all tables with the first number of lights, then with the next.
+    ///
+    /// # Errors
+    /// If the work was stopped.
+    pub fn trade(
+        &self,
+        tables: &[&TapTable],
+        counts: &[usize],
+        light: &ScaleSpace,
+        material: &Material,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Trade>, Stopped> {
+        let mut found = Vec::with_capacity(tables.len() * counts.len());
+        for count in counts {
+            stop.check()?;
+            let light = light.keeping(*count);
+            let lights = self.reflected_lights(light.lights(), material);
+            found.extend(tables.iter().enumerate().map(|(index, table)| Trade {
+                table: index,
+                taps: table.taps(),
+                lights: light.lights().len(),
+                accuracy: self.error_with(table, &light, &lights),
+            }));
+        }
+        Ok(found)
+    }
+
+    /// What the material reflects of lights toward each view.
+    fn reflected_lights(&self, lights: &[Light], material: &Material) -> Vec<[f64; 3]> {
         let width = material.highlight_width();
-        let points: Vec<(DVec3, [f64; 3])> =
-            light.lights().iter().flat_map(|light| light_points(light, width)).collect();
-        let stops = self.views.par_iter().zip(&self.radiance).map(|(view, truth)| {
+        let points: Vec<Point> = lights.iter().flat_map(|light| light_points(light, width)).collect();
+        self.views.par_iter().map(|view| reflected(material, view, points.iter().copied())).collect()
+    }
+
+    fn error_with(&self, table: &TapTable, light: &ScaleSpace, lights: &[[f64; 3]]) -> Accuracy {
+        let views = self.views.par_iter().zip(&self.radiance).zip(lights);
+        let stops = views.map(|((view, truth), lights)| {
             let [normal, toward] = [view.normal, view.view].map(Direction::normalised);
             let taps = table.radiance(light, normal, toward);
-            let lights = reflected(material, view, points.iter().copied());
             std::array::from_fn(|channel| {
                 let found = (taps[channel] + lights[channel]).max(0.0);
                 math::log2((found + self.dark) / (truth[channel].max(0.0) + self.dark)).abs()
@@ -191,9 +281,12 @@ impl Truth {
 }
 
 /// The points of a light for a material with highlights of a width, each with its flux.
-fn light_points(light: &Light, width: f64) -> Vec<(DVec3, [f64; 3])> {
+fn light_points(light: &Light, width: f64) -> Vec<Point> {
     let flux = light.flux();
-    let point = |(direction, share): (Direction, f64)| (direction.vector(), flux.map(|flux| flux * share));
+    let point = |(direction, share): (Direction, f64)| Point {
+        direction: direction.vector(),
+        flux: flux.map(|flux| flux * share),
+    };
     light.points(width).into_iter().map(point).collect()
 }
 
@@ -213,20 +306,73 @@ fn ball_view(index: usize, count: usize) -> BallView {
 
 /// The radiance of a surface toward a view under points of light; in the mean over all turns about its
 /// normal.
-fn reflected(
-    material: &Material,
-    view: &BallView,
-    points: impl Iterator<Item = (DVec3, [f64; 3])>,
-) -> [f64; 3] {
+fn reflected(material: &Material, view: &BallView, points: impl Iterator<Item = Point>) -> [f64; 3] {
     let z = view.normal;
     let x = (view.view - z.dot(view.view) * z).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
     let y = z.cross(x);
     let local = |v: DVec3| Direction::from_unit(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
     let (mut sum, turns) = ([0.0; 3], turns(material));
-    for (direction, flux) in points {
+    for Point { direction, flux } in points {
         let rho = material.mean_over_turns(turns, local(direction), outgoing);
         (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Fresnel, Ggx, Microfacet};
+
+    use super::*;
+
+    /// Cells that count as one point change a sum by less than a hundredth of a stop.
+    #[test]
+    fn cells_far_from_the_highlight_are_as_good_as_their_points() {
+        let grid = LatLong::with_rows(256);
+        let texel = |index: usize| {
+            let (row, column) = (index / grid.width, index % grid.width);
+            let lamp = row % 50 == 20 && column % 90 < 3;
+            [if lamp { 500.0 } else { 0.2 + ((row * 7 + column * 3) % 11) as f32 }; 3]
+        };
+        let sky = Environment::new(grid, (0..grid.len()).map(texel).collect()).unwrap();
+        let light = LightPoints::new(&sky).unwrap();
+        let point = |(direction, flux): &([f32; 3], [f32; 3])| Point {
+            direction: DVec3::from_array(direction.map(f64::from)),
+            flux: flux.map(f64::from),
+        };
+        let copper = Fresnel::Conductor { n: [0.27, 0.68, 1.32], k: [3.61, 2.63, 2.29] };
+        let ggx = |roughness| Material::Ggx(Ggx::new(roughness, copper, [1.0; 3]).unwrap());
+        let facets = Material::Microfacet(Microfacet::new(0.1, [1.0; 3]).unwrap());
+        for material in [ggx(0.15), ggx(0.3), ggx(0.7), facets] {
+            let truth = Truth::new(&light, &material, 100, Stop::NEVER).unwrap();
+            for (view, found) in truth.views.iter().zip(&truth.radiance) {
+                let all = reflected(&material, view, light.points.iter().map(point));
+                let stops = ((found[0] + truth.dark) / (all[0] + truth.dark)).log2().abs();
+                assert!(stops < 0.01, "{material:?}: {stops}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_cheapest_that_is_accurate_enough_is_chosen() {
+        let trade =
+            |taps, lights, p95, p99| Trade { table: 0, taps, lights, accuracy: Accuracy { p95, p99 } };
+        let found = [
+            trade(1, 0, 0.6, 0.9),
+            trade(6, 0, 0.2, 0.4),
+            trade(6, 1, 0.08, 0.2),
+            trade(4, 2, 0.09, 0.2),
+            trade(8, 0, 0.09, 0.26),
+            trade(6, 2, 0.05, 0.1),
+        ];
+        let cheapest = |accept| Trade::cheapest(&found, accept).map(|found| (found.taps, found.lights));
+        // 20 J + 35 n: 150 for four taps and two lights, 155 for six and one.
+        assert_eq!(cheapest([0.1, 0.25]), Some((4, 2)));
+        assert_eq!(cheapest([0.085, 0.25]), Some((6, 1)));
+        assert_eq!(cheapest([1.0, 1.0]), Some((1, 0)));
+        // If none is, it is the one that misses least.
+        assert_eq!(cheapest([0.01, 0.02]), Some((6, 2)));
+        assert_eq!(Trade::cheapest(&[], [0.1, 0.25]), None);
+    }
 }

@@ -1,9 +1,10 @@
 //! The parts of compact maps with the parameters that the kinds have by default, for reports too.
 
 use brdf::Material;
+use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
-use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_least};
+use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_each, least_fit};
 
 use crate::values::UntilStopped;
 
@@ -92,5 +93,13 @@ pub(crate) fn scale_space(
 
 /// The taps of a material with the default parameters.
 pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
-    Ok(reporter.until_stopped(|stop| fit_least(material, ERROR, Widths::FINEST, stop))?.table)
+    Ok(fits(material, ERROR, reporter)?.fitted.table)
+}
+
+/// Fits of a material with several numbers of taps; the first is the least whose residual is at most `error`,
+/// or past which more of them do not help.
+pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
+    let mut others = reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?;
+    let fitted = others.remove(least_fit(&others, error));
+    Ok(MaterialTaps { material: material.clone(), fitted, others })
 }
