@@ -36,6 +36,13 @@ if ! ldconfig -p | grep -q libfreeimage.so.3 && [ "$(id -u)" = 0 ] && command -v
     apt-get install -y -q --no-install-recommends libfreeimage3 >/dev/null 2>&1 || true
 fi
 
+# matc of Debian is older than Filament's and compiles the same language.
+for tool in glslangValidator:glslang-tools matc:libfilament-tools; do
+    if ! command -v "${tool%:*}" >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e "${tool#*:}" ]; then
+        touch "${tool#*:}"
+        apt-get install -y -q --no-install-recommends "${tool#*:}" >/dev/null 2>&1 || true
+    fi
+done
 browser() { command -v chromium || command -v chromium-browser || command -v google-chrome || true; }
 if [ -z "$(browser)" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e chromium ]; then
     touch chromium
@@ -91,6 +98,11 @@ if [ -d node_modules/three ]; then
         skip "compact maps in three.js and Babylon.js" "no Chromium"
     else
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
+        if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
+            node "$here/shaders.mjs" files/taps "$chromium" studio >> results || echo "shaders.mjs	ended early	WRONG" >> results
+        else
+            skip "shaders of compact maps for other engines" "no glslangValidator or no naga"
+        fi
     fi
 fi
 # A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of compact maps, what
