@@ -95,7 +95,9 @@ py/bin/python "$here/readers.py" files >> results || echo "readers.py	ended earl
 if [ -d node_modules/three ]; then
     node "$here/readers.mjs" files >> results || echo "readers.mjs	ended early	WRONG" >> results
     if [ -z "$chromium" ]; then
-        skip "compact maps in three.js and Babylon.js" "no Chromium"
+        skip "compact maps in three.js, Babylon.js and WebGPU" "no Chromium"
+    elif [ ! -d node_modules/puppeteer-core ]; then
+        skip "compact maps in three.js, Babylon.js and WebGPU" "npm cannot install what drives Chromium"
     else
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
         if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
