@@ -309,7 +309,7 @@ impl Truth {
                 table: index,
                 taps: table.count(),
                 lights: light.lights().len(),
-                accuracy: self.error_with(table, &light, &lights),
+                accuracy: self.error_with(*table, &light, &lights),
             }));
         }
         Ok(found)
@@ -319,14 +319,16 @@ impl Truth {
     fn reflected_lights(&self, lights: &[Light], material: &Material) -> Vec<[f64; 3]> {
         let width = material.highlight_width();
         let points: Vec<Point> = lights.iter().flat_map(|light| light_points(light, width)).collect();
-        self.views.par_iter().map(|view| reflected(material, view, self.turns, points.iter().copied())).collect()
+        self.views
+            .par_iter()
+            .map(|view| reflected(material, view, self.turns, points.iter().copied()))
+            .collect()
     }
 
     fn error_with(&self, table: &impl Taps, light: &ScaleSpace, lights: &[[f64; 3]]) -> Accuracy {
         let views = self.views.par_iter().zip(&self.radiance).zip(lights);
         let stops = views.map(|((view, truth), lights)| {
-            let [normal, tangent, toward] =
-                [view.normal, view.tangent, view.view].map(Direction::normalised);
+            let [normal, tangent, toward] = [view.normal, view.tangent, view.view].map(Direction::normalised);
             let taps = table.reflected(light, SurfaceFrame::new(normal, tangent), toward);
             std::array::from_fn(|channel| {
                 let found = (taps[channel] + lights[channel]).max(0.0);

@@ -16,7 +16,7 @@ pub use facets::{FacetNode, FacetTable, FacetTap, SurfaceFrame};
 pub use fit::{Fitted, FittedFacets, fit, fit_each, fit_facets, least_fit, widths_for};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
-pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};
+pub use shader::{Language, LookUp, Source, atlas_picture, facet_texels, table_texels};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use widths::Widths;
 

@@ -14,7 +14,7 @@ mod translation;
 
 use envmap::{Atlas, CubeMap, Image};
 
-use crate::{TapTable, Widths};
+use crate::{FacetNode, FacetTable, FacetTap, TapTable, Widths};
 pub use language::Language;
 use translation::translate;
 
@@ -122,12 +122,39 @@ impl LookUp {
     /// The constants and functions; `tap_reflected(N, V)` is what a shader calls, and `tap_lights(N, V)` if
     /// there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands before this text.
     pub fn functions(&self) -> String {
+        let rows = include_str!("shader/row.wgsl");
+        self.joined("", rows, include_str!("shader/look_up.wgsl"))
+    }
+
+    /// [`LookUp::functions`] for a table of facets over a quarter of the disc of views or over all of it:
+    /// `tap_reflected(N, T, V)` is what a shader calls, T being the tangent. [`LookUp::declarations`] are the
+    /// same; the table is that of [`facet_texels`].
+    pub fn facet_functions(&self, is_quarter: bool) -> String {
+        let (side, first) =
+            if is_quarter { (FacetTable::QUARTER, "0.0") } else { (FacetTable::WHOLE, "-1.0") };
+        let constants = format!(
+            "const TAP_SIDE: f32 = {side}.0;  // texels along an edge of each of the table's pictures
+const TAP_FIRST: f32 = {first};  // the first place in the disc of views; it ends at 1
+"
+        );
+        let mirror = if is_quarter {
+            "vec2f(2.0 * step(0.0, disc.x) - 1.0, 2.0 * step(0.0, disc.y) - 1.0)"
+        } else {
+            "vec2f(1.0, 1.0)"
+        };
+        let look_up = include_str!("shader/facets_look_up.wgsl").replace("MIRROR", mirror);
+        self.joined(&constants, include_str!("shader/facets.wgsl"), &look_up)
+    }
+
+    /// The functions in the order in which they call each other.
+    fn joined(&self, constants: &str, table: &str, look_up: &str) -> String {
         let source = match self.source {
             Source::CubeArray => include_str!("shader/cube_array.wgsl"),
             Source::Atlas => include_str!("shader/atlas.wgsl"),
         };
         let lights = if self.lights > 0 { include_str!("shader/lights.wgsl") } else { "" };
-        let parts = [&self.constants(), source, include_str!("shader/look_up.wgsl"), lights];
+        let constants = self.constants() + constants;
+        let parts = [&constants, source, table, include_str!("shader/blurred.wgsl"), look_up, lights];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
         let text = parts.map(str::trim_end).collect::<Vec<_>>().join("\n\n") + "\n";
         let [x, y, z] = self.cube_coordinates;
@@ -192,6 +219,36 @@ pub fn table_texels(table: &TapTable) -> Vec<[f32; 4]> {
     let normals = (0..table.normals()).map(|j| {
         row(&|column| {
             let tap = rows[column].normals[j];
+            let [r, g, b] = tap.weight;
+            [r, g, b, tap.y]
+        })
+    });
+    taps.chain(normals).flatten().collect()
+}
+
+/// The table of facets that shaders look up: pictures of the square of nodes, below each other, two for each
+/// look-up between levels and one for each about the normal.
+///
+/// Pictures 2 j and 2 j + 1 are (p, q, log2 of the width, 0) and (r, g, b, 0) of look-up j, the width in
+/// radians. The last pictures are (r, g, b, y) of those about the normal.
+pub fn facet_texels(table: &FacetTable) -> Vec<[f32; 4]> {
+    let picture = |texel: &dyn Fn(&FacetNode) -> [f64; 4]| -> Vec<[f32; 4]> {
+        table.nodes().iter().map(|node| texel(node).map(|value| value as f32)).collect()
+    };
+    let taps = (0..table.taps()).flat_map(|j| {
+        let shape = picture(&|node| {
+            let FacetTap { slope: [p, q], std, .. } = node.taps[j];
+            [p, q, math::log2(std), 0.0]
+        });
+        let weight = picture(&|node| {
+            let [r, g, b] = node.taps[j].weight;
+            [r, g, b, 0.0]
+        });
+        [shape, weight]
+    });
+    let normals = (0..table.normals()).map(|j| {
+        picture(&|node| {
+            let tap = node.normals[j];
             let [r, g, b] = tap.weight;
             [r, g, b, tap.y]
         })

@@ -3,7 +3,7 @@ use sh::Stop;
 use sphere::{DVec3, Direction, LatLong, spiral, to_cube};
 
 use super::*;
-use crate::{NormalTap, ROWS, ScaleSpace, Tap, TapRow};
+use crate::{NormalTap, ROWS, ScaleSpace, SurfaceFrame, Tap, TapRow};
 
 fn look_up(language: Language, source: Source, lights: usize) -> LookUp {
     LookUp {
@@ -32,15 +32,29 @@ fn every_text_in_wgsl_is_valid() {
             }}"
         );
         let text = [brdf, &text, &main].join("\n");
-        let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
-            panic!("{}", error.emit_to_string(&text));
-        });
-        let mut validator = naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::CUBE_ARRAY_TEXTURES,
-        );
-        validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
+        assert_valid(&text);
     }
+}
+
+#[test]
+fn every_text_for_facets_in_wgsl_is_valid() {
+    for (source, is_quarter) in [(Source::CubeArray, true), (Source::Atlas, false)] {
+        let look_up = look_up(Language::Wgsl, source, 0);
+        let main = "@fragment fn main(@location(0) d: vec3f) -> @location(0) vec4f {
+            return vec4f(tap_reflected(d, d.yzx, d), 1.0);
+        }";
+        assert_valid(&[&look_up.declarations(), &look_up.facet_functions(is_quarter), main].join("\n"));
+    }
+}
+
+fn assert_valid(text: &str) {
+    let module =
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::CUBE_ARRAY_TEXTURES,
+    );
+    validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
 }
 
 /// What is left of WGSL in the other languages, whose compilers are not here.
@@ -48,16 +62,19 @@ fn every_text_in_wgsl_is_valid() {
 fn every_declaration_is_turned_round() {
     for language in [Language::Glsl, Language::Hlsl] {
         for source in [Source::CubeArray, Source::Atlas] {
-            let text = look_up(language, source, 2).text();
-            let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap()).collect();
-            let code = code.join("\n");
-            for word in
-                ["f32", "i32", "vec2f", "vec3f", "vec4f", "let ", "var ", "fn ", "->", ": ", "sample_"]
-            {
-                assert!(!code.contains(word), "{word:?} in\n{text}");
+            let look_up = look_up(language, source, 2);
+            let facets = [true, false].map(|is_quarter| look_up.facet_functions(is_quarter));
+            for text in [look_up.text()].iter().chain(&facets) {
+                let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap()).collect();
+                let code = code.join("\n");
+                for word in
+                    ["f32", "i32", "vec2f", "vec3f", "vec4f", "let ", "var ", "fn ", "->", ": ", "sample_"]
+                {
+                    assert!(!code.contains(word), "{word:?} in\n{text}");
+                }
+                // The text is between the back quotes of JavaScript, too.
+                assert!(!text.contains(['`', '$', '\\']), "{text}");
             }
-            // The text is between the back quotes of JavaScript, too.
-            assert!(!text.contains(['`', '$', '\\']), "{text}");
         }
     }
     let glsl = look_up(Language::Glsl, Source::CubeArray, 0).functions();
@@ -174,4 +191,82 @@ fn a_table_has_two_rows_a_tap_and_one_about_the_normal() {
     assert_eq!(texels[2 * ROWS + 7], [7.0, -2.0, 0.0, 0.0]);
     assert_eq!(texels[3 * ROWS + 64], [0.5, 0.25, 0.125, 0.0]);
     assert_eq!(texels[4 * ROWS], [1.0, 2.0, 3.0, 0.75]);
+}
+
+/// The twin of `tap_node`: a bilinear look-up in the picture of a table.
+fn node(table: &FacetTable, texels: &[[f32; 4]], p: [f64; 2], picture: usize) -> [f64; 4] {
+    let side = table.side();
+    let rows = (2 * table.taps() + table.normals()) * side;
+    let place = [0, 1].map(|axis| {
+        let (first, size) = [(0, side), (picture * side, rows)][axis];
+        ((side as f64 - 1.0) * p[axis] + first as f64 + 0.5) / size as f64
+    });
+    let [x, y] = [place[0] * side as f64 - 0.5, place[1] * rows as f64 - 0.5];
+    let at = |dx: usize, dy: usize| {
+        texels[(y as usize + dy).min(rows - 1) * side + (x as usize + dx).min(side - 1)]
+    };
+    let (u, v) = (x.fract(), y.fract());
+    std::array::from_fn(|c| {
+        let at = |dx, dy| f64::from(at(dx, dy)[c]);
+        (1.0 - v) * ((1.0 - u) * at(0, 0) + u * at(1, 0)) + v * ((1.0 - u) * at(0, 1) + u * at(1, 1))
+    })
+}
+
+/// A table whose values change from node to node.
+fn facets(is_quarter: bool) -> FacetTable {
+    let side = if is_quarter { FacetTable::QUARTER } else { FacetTable::WHOLE };
+    let node = |index: usize| {
+        let part = |step: f64| (step * index as f64).fract();
+        let tap = |j: f64| FacetTap {
+            slope: [part(0.37 + j) - 0.5, part(0.71 - j) - 0.4],
+            std: 0.1 + 0.3 * part(0.13),
+            weight: [part(0.21), 0.2 + j, 0.1],
+        };
+        FacetNode {
+            taps: vec![tap(0.0), tap(0.125)],
+            normals: vec![NormalTap { y: part(0.57), weight: [0.1, part(0.43), 0.3] }],
+        }
+    };
+    FacetTable::new((0..side * side).map(node).collect()).unwrap()
+}
+
+/// The twin of `tap_reflected` with a tangent is [`FacetTable::radiance`].
+#[test]
+fn pictures_of_facets_are_looked_up_as_the_table_is() {
+    let space = space();
+    for is_quarter in [true, false] {
+        let table = facets(is_quarter);
+        let texels = facet_texels(&table);
+        for index in 0..500 {
+            let (n, v) = (spiral(index, 500), spiral((index * 37) % 500, 500));
+            let t = spiral((index * 11 + 3) % 500, 500).vector();
+            let (normal, view) = (n.vector(), v.vector());
+            let across = t - normal.dot(t) * normal;
+            let x = across / across.length_squared().max(1e-12).sqrt();
+            let y = normal.cross(x);
+            let local = DVec3::new(view.dot(x), view.dot(y), view.dot(normal).max(0.0)).normalize();
+            let scale = 1.0 / ((1.0 + local.z) * (1.0 + local.z.sqrt())).sqrt();
+            let disc = [local.x * scale, local.y * scale];
+            let mirror = disc.map(|value| if is_quarter && value < 0.0 { -1.0 } else { 1.0 });
+            let first = if is_quarter { 0.0 } else { -1.0 };
+            let p = [0, 1].map(|axis| (mirror[axis] * disc[axis] - first) / (1.0 - first));
+            let mut found = [0.0; 3];
+            for j in 0..2 {
+                let [shape, weight] = [0, 1].map(|k| node(&table, &texels, p, 2 * j + k));
+                let h = DVec3::new(mirror[0] * shape[0], mirror[1] * shape[1], 1.0);
+                let l = 2.0 * local.dot(h) / h.dot(h) * h - local;
+                let d = l.x * x + l.y * y + l.z * normal;
+                let light = space.blurred(Direction::normalised(d), shape[2].exp2());
+                (0..3).for_each(|c| found[c] += weight[c] * light[c]);
+            }
+            let tap = node(&table, &texels, p, 4);
+            let light = space.about_normal(n, tap[3]);
+            (0..3).for_each(|c| found[c] += tap[c] * light[c]);
+            let frame = SurfaceFrame::new(n, Direction::normalised(t));
+            let expected = table.radiance(&space, frame, v);
+            for c in 0..3 {
+                assert!((found[c] - expected[c]).abs() < 1e-4, "{index}: {found:?} {expected:?}");
+            }
+        }
+    }
 }
