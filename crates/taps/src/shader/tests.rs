@@ -238,7 +238,7 @@ fn pictures_of_facets_are_looked_up_as_the_table_is() {
         let table = facets(is_quarter);
         let texels = facet_texels(&table);
         for index in 0..500 {
-            let (n, v) = (spiral(index, 500), spiral((index * 37) % 500, 500));
+            let (n, v) = (spiral(index, 500), spiral((index * 37 + 11) % 500, 500));
             let t = spiral((index * 11 + 3) % 500, 500).vector();
             let (normal, view) = (n.vector(), v.vector());
             let across = t - normal.dot(t) * normal;
