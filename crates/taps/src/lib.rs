@@ -22,7 +22,9 @@ pub use fit::{
 };
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
-pub use shader::{Language, LookUp, Source, atlas_picture, table_texels, varied_texels};
+pub use shader::{
+    Language, LookUp, Source, TableShape, atlas_picture, facet_texels, table_texels, varied_texels,
+};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use varied::{VariedTable, Weights};
 pub use widths::Widths;
