@@ -6,6 +6,7 @@
 //! interpolated. Weights are those of a lobe whose albedo is 1, times the exact directional albedo toward
 //! each view and in each colour.
 
+mod facets;
 mod family;
 mod least_squares;
 mod lobe;
@@ -19,8 +20,10 @@ use brdf::{Material, Part};
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
+use crate::facets::{FacetNode, FacetTable, view_at};
 use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 use crate::widths::Widths;
+use facets::{FacetFit, fit_facet_lobe};
 pub use family::{FittedVaried, fit_by_reflectance, fit_varied};
 use lobe::Lobe;
 pub(crate) use lobe::{turns, width as lobe_width};
@@ -80,13 +83,54 @@ pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> 
         }
     }
     if let Some(matte) = material.part(Part::Diffuse) {
-        let mut fitted = fit_lobe(&matte, 0, widths, stop)?;
-        if fitted.rms() > MATTE {
-            fitted = fit_lobe(&matte, taps.min(MATTE_TAPS), widths, stop)?;
-        }
-        whole.add(fitted);
+        whole.add(fit_matte(&matte, taps, widths, stop)?);
     }
     Ok(Fitted { rms: whole.rms(), table: TapTable::from_rows(whole.rows) })
+}
+
+/// Facet taps and how well they fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedFacets {
+    /// The taps.
+    pub table: FacetTable,
+    /// The root of the mean squared residual under spots of light, in stops.
+    pub rms: f64,
+}
+
+/// Fits `taps` facet taps for each highlight of a material that depends on the direction of its tangent, and
+/// one about the normal. Highlights that do not depend on it, and matte parts, have the taps of [`fit`]; a
+/// material about the tangent, such as a fibre, is replaced by its mean over all turns there.
+///
+/// # Errors
+/// If the work was stopped.
+pub fn fit_facets(
+    material: &Material,
+    taps: usize,
+    widths: Widths,
+    stop: Stop<'_>,
+) -> Result<FittedFacets, Stopped> {
+    let is_quarter = material.is_orthotropic();
+    let nodes = vec![FacetNode::default(); FacetTable::nodes_of(is_quarter)];
+    let mut whole = FacetFit { nodes, squares: 0.0, residuals: 0 };
+    if let Some(gloss) = material.part(Part::Specular) {
+        for layer in gloss.leaves() {
+            if layer.turns() == 1 {
+                whole.add(fit_lobe(layer, taps, widths, stop)?.tilted(is_quarter));
+            } else {
+                whole.add(fit_facet_lobe(layer, taps, is_quarter, widths, stop)?);
+            }
+        }
+    }
+    if let Some(matte) = material.part(Part::Diffuse) {
+        whole.add(fit_matte(&matte, taps, widths, stop)?.tilted(is_quarter));
+    }
+    Ok(FittedFacets { rms: whole.rms(), table: FacetTable::from_nodes(whole.nodes) })
+}
+
+/// Fits a matte part: by a tap about the normal, or by a few taps if that is not enough.
+fn fit_matte(matte: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<LobeFit, Stopped> {
+    let fitted = fit_lobe(matte, 0, widths, stop)?;
+    if fitted.rms() > MATTE { fit_lobe(matte, taps.min(MATTE_TAPS), widths, stop) } else { Ok(fitted) }
 }
 
 /// The taps of one lobe, or of several.
@@ -112,6 +156,14 @@ impl LobeFit {
 
     fn rms(&self) -> f64 {
         (self.squares / self.residuals.max(1) as f64).sqrt()
+    }
+
+    /// The same taps as facets.
+    fn tilted(self, is_quarter: bool) -> FacetFit {
+        let table = TapTable::from_rows(self.rows);
+        let node = |index| FacetNode::from_row(&table, view_at(FacetTable::place(is_quarter, index)));
+        let nodes = (0..FacetTable::nodes_of(is_quarter)).map(node).collect();
+        FacetFit { nodes, squares: self.squares, residuals: self.residuals }
     }
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Shape {
 }
 
 /// The last place between the kernels about the normal.
-const LAST_NORMAL: f64 = crate::kernels::NORMAL_KERNELS as f64 - 1.0 - 1e-6;
+pub(super) const LAST_NORMAL: f64 = crate::kernels::NORMAL_KERNELS as f64 - 1.0 - 1e-6;
 
 /// What a parameter means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,10 +68,10 @@ impl Shape {
 }
 
 /// The ambient light of every test, in shares of the spot's flux.
-const AMBIENT: f64 = 0.03 / (4.0 * PI);
+pub(super) const AMBIENT: f64 = 0.03 / (4.0 * PI);
 
 /// How much more the uniform light weighs than one spot.
-const UNIFORM: f64 = 4.0;
+pub(super) const UNIFORM: f64 = 4.0;
 
 /// The pull of each parameter to its start.
 const PULL: f64 = 0.05;
