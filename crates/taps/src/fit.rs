@@ -10,26 +10,24 @@ mod facets;
 mod family;
 mod least_squares;
 mod lobe;
+mod problem;
 mod smooth;
 mod spots;
 mod view;
-
-use std::f64::consts::FRAC_PI_2;
 
 use brdf::{Material, Part};
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
 use crate::facets::{FacetNode, FacetTable, view_at};
-use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
+use crate::table::{ROWS, TapRow, TapTable};
 use crate::widths::Widths;
 use facets::{FacetFit, fit_facet_lobe};
 pub use family::{FittedVaried, fit_by_reflectance, fit_varied};
-use lobe::Lobe;
 pub(crate) use lobe::{turns, width as lobe_width};
-use smooth::{Pull, Smooth};
-use spots::Spots;
-use view::{Shape, ViewFit};
+use problem::Problem;
+use smooth::Pull;
+use view::ViewFit;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -44,10 +42,6 @@ pub struct Fitted {
     pub rms: f64,
 }
 
-/// The widths of the first taps, as shares of the lobe's: from the narrowest to the widest. The better fit
-/// wins.
-const STARTS: [[f64; 2]; 2] = [[0.6, 6.0], [0.5, 2.0]];
-
 /// The root mean square, in stops, up to which a tap about the normal is enough for a matte part.
 const MATTE: f64 = 0.02;
 
@@ -58,16 +52,6 @@ const MATTE_TAPS: usize = 2;
 /// of its own.
 const COLOURED: f64 = 1.1;
 
-/// The last view, 88 degrees from the normal: beyond, taps stay as they are.
-const LAST_VIEW: f64 = 0.9985;
-
-/// The views that are fitted, in radians from the normal: as a ball shows them, and three grazing ones.
-fn views() -> Vec<f64> {
-    const COUNT: usize = 20;
-    let even = (0..COUNT).map(|view| view as f64 / COUNT as f64);
-    even.chain([0.975, 0.992, LAST_VIEW]).map(|squared| math::asin(squared.sqrt())).collect()
-}
-
 /// Fits `taps` taps for each highlight of a material, and one about the normal. A matte base, and any other
 /// part whose light is taken about the normal, is one more tap about the normal, and if it is not as even as
 /// a white wall, as that of a rough or dusty surface, two taps. A material that depends on the direction of
@@ -76,16 +60,42 @@ fn views() -> Vec<f64> {
 /// # Errors
 /// If the work was stopped.
 pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Fitted, Stopped> {
-    let mut whole = LobeFit { rows: vec![TapRow::default(); ROWS], squares: 0.0, residuals: 0 };
-    if let Some(gloss) = material.part(Part::Specular) {
-        for layer in gloss.leaves() {
-            whole.add(fit_lobe(layer, taps, widths, stop)?);
+    let mut fits = fit_counts(material, &[taps], widths, stop)?;
+    Ok(fits.pop().unwrap_or_else(|| unreachable!("there is a fit for each number")))
+}
+
+/// [`fit`] with each of these numbers of taps, of which none is 0 unless it is the only one.
+fn fit_counts(
+    material: &Material,
+    counts: &[usize],
+    widths: Widths,
+    stop: Stop<'_>,
+) -> Result<Vec<Fitted>, Stopped> {
+    let gloss = material.part(Part::Specular);
+    let problem = |layer| {
+        let problem = Problem::new(layer, counts[0], widths, stop)?;
+        let albedos = problem.albedos();
+        Ok((problem, albedos))
+    };
+    let layers = gloss.iter().flat_map(Material::leaves).map(problem).collect::<Result<Vec<_>, _>>()?;
+    let matte = material.part(Part::Diffuse);
+    let even = matte.as_ref().map(|matte| fit_lobe(matte, 0, widths, stop)).transpose()?;
+    let fit = |taps: &usize| {
+        let mut whole = LobeFit { rows: vec![TapRow::default(); ROWS], squares: 0.0, residuals: 0 };
+        for (layer, albedos) in &layers {
+            whole.add(fit_problem(&layer.with_taps(*taps), albedos, stop)?);
         }
-    }
-    if let Some(matte) = material.part(Part::Diffuse) {
-        whole.add(fit_matte(&matte, taps, widths, stop)?);
-    }
-    Ok(Fitted { rms: whole.rms(), table: TapTable::from_rows(whole.rows) })
+        if let (Some(matte), Some(even)) = (&matte, &even) {
+            let is_enough = even.rms() <= MATTE;
+            whole.add(if is_enough {
+                even.clone()
+            } else {
+                fit_lobe(matte, (*taps).min(MATTE_TAPS), widths, stop)?
+            });
+        }
+        Ok(Fitted { rms: whole.rms(), table: TapTable::from_rows(whole.rows) })
+    };
+    counts.par_iter().map(fit).collect()
 }
 
 /// Facet taps and how well they fit.
@@ -134,7 +144,7 @@ fn fit_matte(matte: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> R
 }
 
 /// The taps of one lobe, or of several.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct LobeFit {
     rows: Vec<TapRow>,
     /// The sum of the squared residuals, in stops.
@@ -180,7 +190,7 @@ const WORTH: f64 = 0.75;
 /// If the work was stopped.
 pub fn fit_each(material: &Material, widths: Widths, stop: Stop<'_>) -> Result<Vec<Fitted>, Stopped> {
     let counts = if material.part(Part::Specular).is_some() { &TRIED[..] } else { &TRIED[..1] };
-    counts.par_iter().map(|taps| fit(material, *taps, widths, stop)).collect()
+    fit_counts(material, counts, widths, stop)
 }
 
 /// Of the fits of [`fit_each`], the index of the least whose residual is at most `error`, in stops, or which
@@ -200,9 +210,14 @@ pub fn widths_for(material: &Material) -> Widths {
 /// Fits one lobe by so many taps between levels, and one about the normal.
 fn fit_lobe(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<LobeFit, Stopped> {
     let problem = Problem::new(material, taps, widths, stop)?;
+    fit_problem(&problem, &problem.albedos(), stop)
+}
+
+/// Fits the taps of a problem in each colour.
+fn fit_problem(problem: &Problem<'_>, albedos: &[[f64; 3]], stop: Stop<'_>) -> Result<LobeFit, Stopped> {
     let all = problem.fits(None);
     let (best, cost) = problem.solve(&all, stop)?;
-    let is_of_one_colour = problem.lobes.iter().all(Lobe::is_of_one_colour);
+    let is_of_one_colour = problem.is_of_one_colour();
     let colours = [0, 1, 2].map(|channel| {
         if is_of_one_colour {
             return (best.clone(), cost);
@@ -220,107 +235,6 @@ fn fit_lobe(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) ->
     });
     let squares = colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0;
     let residuals = all.iter().map(ViewFit::len).sum();
-    let rows = problem.rows(colours.each_ref().map(|(smooth, _)| smooth), None);
+    let rows = problem.rows(colours.each_ref().map(|(smooth, _)| smooth), albedos);
     Ok(LobeFit { rows, squares, residuals })
-}
-
-/// A lobe that is to be fitted.
-struct Problem<'a> {
-    material: &'a Material,
-    shape: Shape,
-    widths: Widths,
-    /// The width of the lobe, in radians.
-    width: f64,
-    spots: Vec<Spots>,
-    /// The views, in radians from the normal, and the lobe toward each.
-    thetas: Vec<f64>,
-    lobes: Vec<Lobe>,
-}
-
-impl<'a> Problem<'a> {
-    fn new(material: &'a Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Self, Stopped> {
-        let shape = Shape { taps, normals: 1, levels: widths.len() };
-        let width = if taps == 0 { 0.5 } else { lobe::width(material) };
-        let spots = spots::spots(width, widths);
-        let thetas = views();
-        let lobes = thetas.par_iter().map(|theta| Lobe::new(material, *theta, width)).collect();
-        stop.check()?;
-        Ok(Self { material, shape, widths, width, spots, thetas, lobes })
-    }
-
-    /// The fits at all views, of a channel or of the sum of all.
-    fn fits(&self, channel: Option<usize>) -> Vec<ViewFit<'_>> {
-        let fit = |(theta, lobe): (&f64, &Lobe)| ViewFit::new(*theta, lobe, channel, &self.spots, self.shape);
-        self.thetas.par_iter().zip(&self.lobes).map(fit).collect()
-    }
-
-    /// The parameters of the first view from which a fit starts, with taps whose widths are from the least to
-    /// the greatest of these shares of the lobe's.
-    fn start(&self, [least, most]: [f64; 2]) -> Vec<f64> {
-        let Shape { taps, normals, .. } = self.shape;
-        let weight = -math::ln((taps + normals) as f64);
-        let tap = |tap: usize| {
-            let part = if taps == 1 { 0.3 } else { tap as f64 / (taps - 1) as f64 };
-            [0.0, self.widths.place(self.width * least * math::pow(most / least, part)), weight]
-        };
-        (0..taps).flat_map(tap).chain(std::iter::repeat_n([1.3, weight], normals).flatten()).collect()
-    }
-
-    /// The taps that fit best, and their cost.
-    fn solve(&self, fits: &[ViewFit<'_>], stop: Stop<'_>) -> Result<(Smooth, f64), Stopped> {
-        let tries = STARTS.par_iter().map(|shares| {
-            let mut before = self.start(*shares);
-            let mut parameters = Vec::with_capacity(fits.len());
-            for fit in fits {
-                stop.check()?;
-                before = fit.solve(&before);
-                parameters.push(before.clone());
-            }
-            let smooth = Smooth::new(self.shape, fits, &parameters);
-            let cost = smooth.cost(fits);
-            Ok((smooth, cost))
-        });
-        let tries = tries.collect::<Result<Vec<_>, Stopped>>()?;
-        let best = tries.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(best.unwrap_or_else(|| unreachable!("there are starts")))
-    }
-
-    /// The rows of the table with the taps of each colour. Without an albedo by the cosine from the normal it
-    /// is that of the lobe.
-    fn rows(&self, colours: [&Smooth; 3], albedo: Option<&(dyn Fn(f64) -> [f64; 3] + Sync)>) -> Vec<TapRow> {
-        let row = |row: usize| {
-            let cosine = 1.0 - row as f64 / (ROWS - 1) as f64;
-            let of_lobe = || {
-                let theta = math::acos(cosine).min(FRAC_PI_2 - 1e-3);
-                Lobe::new(self.material, theta, self.width).albedo()
-            };
-            let albedo = albedo.map_or_else(of_lobe, |albedo| albedo(cosine));
-            row_of(math::acos(cosine), albedo, colours, self.widths)
-        };
-        (0..ROWS).into_par_iter().map(row).collect()
-    }
-}
-
-/// The row of the table toward a view: the places of the taps, and in each colour their weights, which add up
-/// to the albedo.
-fn row_of(theta: f64, albedo: [f64; 3], colours: [&Smooth; 3], widths: Widths) -> TapRow {
-    let shape = colours[0].shape();
-    let parameters = colours.map(|smooth| smooth.at(theta.min(math::asin(LAST_VIEW.sqrt()))));
-    let weights: Vec<usize> = shape.weights().collect();
-    let scales: [f64; 3] = std::array::from_fn(|channel| {
-        albedo[channel] / weights.iter().map(|index| math::exp(parameters[channel][*index])).sum::<f64>()
-    });
-    let mut weights = weights
-        .into_iter()
-        .map(|index| std::array::from_fn(|channel| scales[channel] * math::exp(parameters[channel][index])));
-    let mut weight = || weights.next().unwrap_or_default();
-    let (taps, normals) = parameters[0].split_at(3 * shape.taps);
-    TapRow {
-        taps: (taps.as_chunks::<3>().0.iter())
-            .map(|[delta, x, _]| Tap { delta: *delta, std: widths.std_at(*x), weight: weight() })
-            .collect(),
-        normals: (normals.as_chunks::<2>().0.iter())
-            .map(|[x, _]| NormalTap { y: x / (crate::NORMAL_KERNELS - 1) as f64, weight: weight() })
-            .collect(),
-    }
 }

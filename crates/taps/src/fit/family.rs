@@ -9,10 +9,10 @@ use brdf::{Material, Part, ScaleBias, Standard, StandardParameters, Visibility, 
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
-use super::lobe::Lobe;
+use super::problem::{Problem, row_cosine};
 use super::smooth::{Pull, Smooth};
 use super::view::ViewFit;
-use super::{COLOURED, LobeFit, MATTE, MATTE_TAPS, Problem};
+use super::{COLOURED, LobeFit, MATTE, MATTE_TAPS};
 use crate::table::{ROWS, TapRow, TapTable};
 use crate::varied::{VariedTable, Weights};
 use crate::widths::Widths;
@@ -135,9 +135,10 @@ pub fn fit_by_reflectance(
             let dull = LEAST_REFLECTANCE * scale + bias;
             [scale + bias, dull, dull]
         };
+        let albedos: Vec<[f64; 3]> = (0..ROWS).map(|row| albedo(row_cosine(row))).collect();
         let [bright, dull] = &lobes;
         LobeFit {
-            rows: problem.rows([bright, dull, dull], Some(&albedo)),
+            rows: problem.rows([bright, dull, dull], &albedos),
             squares: lobes.iter().zip(&fits[row]).map(|(lobe, fits)| lobe.cost(fits)).sum(),
             residuals: fits[row].iter().flatten().map(ViewFit::len).sum(),
         }
@@ -181,7 +182,7 @@ fn fit_colours(
     let problems = problems(members, taps, widths, stop)?;
     let fits: Vec<Vec<_>> = problems.par_iter().map(|problem| vec![problem.fits(None)]).collect();
     let places = places(&problems, &fits, stop)?;
-    let is_of_one_colour = problems.iter().all(|problem| problem.lobes.iter().all(Lobe::is_of_one_colour));
+    let is_of_one_colour = problems.iter().all(Problem::is_of_one_colour);
     let costs: Vec<f64> = places.iter().zip(&fits).map(|(place, fits)| place.cost(&fits[0])).collect();
     // A channel has weights of its own at every member, or at none, for the family has to be smooth.
     let channels: Vec<Vec<(Smooth, f64)>> = (0..3)
@@ -207,7 +208,7 @@ fn fit_colours(
     let member = |(member, problem): (usize, &Problem<'_>)| {
         let colours = [0, 1, 2].map(|channel| &channels[channel][member]);
         LobeFit {
-            rows: problem.rows(colours.map(|(smooth, _)| smooth), None),
+            rows: problem.rows(colours.map(|(smooth, _)| smooth), &problem.albedos()),
             squares: colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0,
             residuals: fits[member].iter().flatten().map(ViewFit::len).sum(),
         }
@@ -216,7 +217,7 @@ fn fit_colours(
 }
 
 fn pull_to<'a>(to: &'a Smooth, problem: &Problem<'_>) -> Pull<'a> {
-    Pull { to: Some(to), strength: PULL, width: problem.width }
+    Pull { to: Some(to), strength: PULL, width: problem.width() }
 }
 
 /// The taps of all members, each of which has one lobe, or several whose taps have the same places.
@@ -229,8 +230,9 @@ fn places(
     let (first, _) = problems[start].solve(&fits[start][0], stop)?;
     let first = first.refined(&fits[start], Pull::NONE);
     // The taps of a member as those of another would be.
-    let widened =
-        |smooth: &Smooth, from: usize, to: usize| smooth.widened(problems[to].width / problems[from].width);
+    let widened = |smooth: &Smooth, from: usize, to: usize| {
+        smooth.widened(problems[to].width() / problems[from].width())
+    };
     let outward = |members: Vec<usize>| -> Result<Vec<Smooth>, Stopped> {
         let (mut before, mut last) = (first.clone(), start);
         let mut found = Vec::with_capacity(members.len());

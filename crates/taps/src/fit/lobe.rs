@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use brdf::{Centre, Material};
 use sphere::{DVec3, Direction};
 
+use super::spots::Spots;
+
 /// The angles from R and the azimuths of the directions that light is taken from, on one side.
 const ANGLES: usize = 64;
 const AZIMUTHS: usize = 24;
@@ -44,6 +46,29 @@ impl Lobe {
             }
         }
         Self { shares }
+    }
+
+    /// What a channel of the lobe, or the sum of all if it is `None`, reflects of each spot, size by size, if
+    /// its albedo is 1.
+    pub(super) fn seen(&self, channel: Option<usize>, spots: &[Spots]) -> Vec<f64> {
+        let of = |rgb: &[f64; 3]| channel.map_or_else(|| rgb.iter().sum(), |channel| rgb[channel]);
+        let whole: f64 = self.shares.iter().map(|(_, rgb)| of(rgb)).sum();
+        let shares: Vec<(DVec3, f64)> = (self.shares.iter())
+            .map(|(direction, rgb)| (*direction, of(rgb) / whole.max(1e-30)))
+            .filter(|(_, share)| *share > 1e-9)
+            .collect();
+        let mut truth = Vec::new();
+        for spots in spots {
+            for centre in &spots.centres {
+                let mirrored = DVec3::new(centre.x, -centre.y, centre.z);
+                let seen = |(direction, share): &(DVec3, f64)| {
+                    share
+                        * (spots.radiance(centre.dot(*direction)) + spots.radiance(mirrored.dot(*direction)))
+                };
+                truth.push(0.5 * shares.iter().map(seen).sum::<f64>());
+            }
+        }
+        truth
     }
 
     /// Whether the lobe has one shape in all colours.

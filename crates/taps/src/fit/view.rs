@@ -5,7 +5,6 @@ use std::f64::consts::{LN_2, PI};
 use sphere::DVec3;
 
 use super::least_squares::{Normal, minimise};
-use super::lobe::Lobe;
 use super::spots::{Between, Spots};
 
 /// The number of taps of each sort, and the order of their parameters: delta, x and the logarithm of the
@@ -84,7 +83,7 @@ pub(super) struct ViewFit<'a> {
     spots: &'a [Spots],
     shape: Shape,
     /// What the lobe reflects of each spot, size by size.
-    truth: Vec<f64>,
+    truth: &'a [f64],
 }
 
 /// A tap, ready for look-ups.
@@ -97,31 +96,8 @@ struct Placed {
 }
 
 impl<'a> ViewFit<'a> {
-    /// The fit of a lobe's channel, or of the sum of all if `channel` is `None`.
-    pub(super) fn new(
-        theta: f64,
-        lobe: &Lobe,
-        channel: Option<usize>,
-        spots: &'a [Spots],
-        shape: Shape,
-    ) -> Self {
-        let of = |rgb: &[f64; 3]| channel.map_or_else(|| rgb.iter().sum(), |channel| rgb[channel]);
-        let whole: f64 = lobe.shares.iter().map(|(_, rgb)| of(rgb)).sum();
-        let shares: Vec<(DVec3, f64)> = (lobe.shares.iter())
-            .map(|(direction, rgb)| (*direction, of(rgb) / whole.max(1e-30)))
-            .filter(|(_, share)| *share > 1e-9)
-            .collect();
-        let mut truth = Vec::new();
-        for spots in spots {
-            for centre in &spots.centres {
-                let mirrored = DVec3::new(centre.x, -centre.y, centre.z);
-                let seen = |(direction, share): &(DVec3, f64)| {
-                    share
-                        * (spots.radiance(centre.dot(*direction)) + spots.radiance(mirrored.dot(*direction)))
-                };
-                truth.push(0.5 * shares.iter().map(seen).sum::<f64>());
-            }
-        }
+    /// The fit of a lobe that reflects so much of each spot.
+    pub(super) fn new(theta: f64, truth: &'a [f64], spots: &'a [Spots], shape: Shape) -> Self {
         Self { theta, importance: 1.0, spots, shape, truth }
     }
 
