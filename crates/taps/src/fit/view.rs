@@ -79,6 +79,8 @@ const PULL: f64 = 0.05;
 /// The lobe of one view, normalised to an albedo of 1, under every spot.
 pub(super) struct ViewFit<'a> {
     pub(super) theta: f64,
+    /// How much its residuals weigh beside those of another lobe.
+    pub(super) importance: f64,
     spots: &'a [Spots],
     shape: Shape,
     /// What the lobe reflects of each spot, size by size.
@@ -120,7 +122,7 @@ impl<'a> ViewFit<'a> {
                 truth.push(0.5 * shares.iter().map(seen).sum::<f64>());
             }
         }
-        Self { theta, spots, shape, truth }
+        Self { theta, importance: 1.0, spots, shape, truth }
     }
 
     /// The number of residuals.
