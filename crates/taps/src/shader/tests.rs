@@ -15,45 +15,38 @@ fn look_up(language: Language, source: Source, lights: usize) -> LookUp {
         taps: 6,
         normals: 1,
         lights,
-        varied: None,
+        table: TableShape::Angle,
     }
 }
 
 #[test]
 fn every_text_in_wgsl_is_valid() {
-    for (source, lights, rows_from_bottom, varied) in [
-        (Source::CubeArray, 0, false, None),
-        (Source::CubeArray, 8, true, None),
-        (Source::Atlas, 3, false, None),
-        (Source::CubeArray, 2, true, Some((Weights::Colour, 17))),
-        (Source::Atlas, 0, false, Some((Weights::ScaleBias, 33))),
+    let facets = |is_quarter| TableShape::Facets { is_quarter };
+    for (source, lights, rows_from_bottom, table) in [
+        (Source::CubeArray, 0, false, TableShape::Angle),
+        (Source::CubeArray, 8, true, TableShape::Angle),
+        (Source::Atlas, 3, false, TableShape::Angle),
+        (Source::CubeArray, 3, true, facets(true)),
+        (Source::Atlas, 0, false, facets(false)),
+        (Source::CubeArray, 2, true, TableShape::Varied(Weights::Colour, 17)),
+        (Source::Atlas, 0, false, TableShape::Varied(Weights::ScaleBias, 33)),
     ] {
         let brdf = "fn tap_brdf(N: vec3f, V: vec3f, L: vec3f, radius: f32) -> vec3f { return L; }";
-        let text = LookUp { rows_from_bottom, varied, ..look_up(Language::Wgsl, source, lights) }.text();
-        let further = match varied {
-            None => "",
-            Some((Weights::Colour, _)) => ", d.x",
-            Some((Weights::ScaleBias, _)) => ", tap_albedo(d.x, d.y).x, d",
+        let text = LookUp { rows_from_bottom, table, ..look_up(Language::Wgsl, source, lights) }.text();
+        let further = match table {
+            TableShape::Angle => "d",
+            TableShape::Facets { .. } => "d.yzx, d",
+            TableShape::Varied(Weights::Colour, _) => "d, d.x",
+            TableShape::Varied(Weights::ScaleBias, _) => "d, tap_albedo(d.x, d.y).x, d",
         };
         let lit = if lights > 0 { "+ tap_lights(d, d)" } else { "" };
         let main = format!(
             "@fragment fn main(@location(0) d: vec3f) -> @location(0) vec4f {{
-                return vec4f(tap_reflected(d, d{further}) {lit}, 1.0);
+                return vec4f(tap_reflected(d, {further}) {lit}, 1.0);
             }}"
         );
         let text = [brdf, &text, &main].join("\n");
         assert_valid(&text);
-    }
-}
-
-#[test]
-fn every_text_for_facets_in_wgsl_is_valid() {
-    for (source, is_quarter) in [(Source::CubeArray, true), (Source::Atlas, false)] {
-        let look_up = look_up(Language::Wgsl, source, 0);
-        let main = "@fragment fn main(@location(0) d: vec3f) -> @location(0) vec4f {
-            return vec4f(tap_reflected(d, d.yzx, d), 1.0);
-        }";
-        assert_valid(&[&look_up.declarations(), &look_up.facet_functions(is_quarter), main].join("\n"));
     }
 }
 
@@ -67,36 +60,35 @@ fn assert_valid(text: &str) {
     validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
 }
 
-fn assert_turned_round(text: &str) {
-    let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap()).collect();
-    let code = code.join("\n");
-    for word in ["f32", "i32", "vec2f", "vec3f", "vec4f", "let ", "var ", "fn ", "->", ": ", "sample_"] {
-        assert!(!code.contains(word), "{word:?} in\n{text}");
-    }
-    // The text is between the back quotes of JavaScript, too.
-    assert!(!text.contains(['`', '$', '\\']), "{text}");
-}
-
 /// What is left of WGSL in the other languages, whose compilers are not here.
 #[test]
 fn every_declaration_is_turned_round() {
     for language in [Language::Glsl, Language::Hlsl] {
-        for (source, varied) in [
-            (Source::CubeArray, None),
-            (Source::Atlas, None),
-            (Source::Atlas, Some((Weights::Colour, 9))),
-            (Source::Atlas, Some((Weights::ScaleBias, 9))),
+        for (source, table) in [
+            (Source::CubeArray, TableShape::Angle),
+            (Source::Atlas, TableShape::Angle),
+            (Source::CubeArray, TableShape::Facets { is_quarter: true }),
+            (Source::Atlas, TableShape::Facets { is_quarter: false }),
+            (Source::Atlas, TableShape::Varied(Weights::Colour, 9)),
+            (Source::Atlas, TableShape::Varied(Weights::ScaleBias, 9)),
         ] {
-            assert_turned_round(&LookUp { varied, ..look_up(language, source, 2) }.text());
-            let facets = look_up(language, source, 2).facet_functions(source == Source::Atlas);
-            assert_turned_round(&facets);
+            let text = LookUp { table, ..look_up(language, source, 2) }.text();
+            let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap()).collect();
+            let code = code.join("\n");
+            for word in
+                ["f32", "i32", "vec2f", "vec3f", "vec4f", "let ", "var ", "fn ", "->", ": ", "sample_"]
+            {
+                assert!(!code.contains(word), "{word:?} in\n{text}");
+            }
+            // The text is between the back quotes of JavaScript, too.
+            assert!(!text.contains(['`', '$', '\\']), "{text}");
         }
     }
     let glsl = look_up(Language::Glsl, Source::CubeArray, 0).functions();
     assert!(glsl.contains("    return textureLod(tap_levels, vec4(c, layer), mip).rgb;"), "{glsl}");
     assert!(glsl.contains("    vec3 sum = vec3(0.0, 0.0, 0.0);"), "{glsl}");
-    let varied = Some((Weights::ScaleBias, 9));
-    let shared = LookUp { varied, ..look_up(Language::Glsl, Source::CubeArray, 0) }.text();
+    let table = TableShape::Varied(Weights::ScaleBias, 9);
+    let shared = LookUp { table, ..look_up(Language::Glsl, Source::CubeArray, 0) }.text();
     assert!(shared.contains("uniform highp sampler2DArray tap_table;"), "{shared}");
     assert!(shared.contains("    return textureLod(tap_table, vec3(place, layer), 0.0);"), "{shared}");
     let hlsl = look_up(Language::Hlsl, Source::Atlas, 0).functions();
