@@ -50,6 +50,8 @@ struct Point {
 struct Cell {
     /// All of them at their mean direction.
     whole: Point,
+    /// Whether one of them is bright, so that it shows where a highlight is dark.
+    is_bright: bool,
     points: Vec<Point>,
 }
 
@@ -117,11 +119,14 @@ impl LightPoints {
             *sum += direction * flux.iter().map(|value| value.abs()).sum::<f64>();
             points.push(Point { direction, flux });
         }
+        let bright = BRIGHT * 12.0 * PI * self.mean() / self.points.len().max(1) as f64;
+        let is_bright = |point: &Point| point.flux.iter().sum::<f64>() > bright;
         let cell = |(points, sum): (Vec<Point>, DVec3)| {
             let flux = points.iter().fold([0.0; 3], |sum, point| {
                 std::array::from_fn(|channel| sum[channel] + point.flux[channel])
             });
-            Some(Cell { whole: Point { direction: sum.try_normalize()?, flux }, points })
+            let whole = Point { direction: sum.try_normalize()?, flux };
+            Some(Cell { whole, is_bright: points.iter().any(is_bright), points })
         };
         cells.into_iter().filter_map(cell).collect()
     }
@@ -273,7 +278,7 @@ impl Truth {
             stop.check()?;
             let r = 2.0 * view.normal.dot(view.view) * view.normal - view.view;
             let points = cells.iter().flat_map(|cell| {
-                let is_whole = cell.points.len() == 1 || r.dot(cell.whole.direction) < far;
+                let is_whole = !cell.is_bright && r.dot(cell.whole.direction) < far;
                 if is_whole { std::slice::from_ref(&cell.whole) } else { &cell.points }
             });
             Ok(reflected(material, view, turns, points.copied()))
