@@ -170,6 +170,19 @@ impl Shrm {
         &self.values
     }
 
+    /// Returns the map cut at a lower degree P in the view, or the map itself if it has no more: the first
+    /// coefficients of each texel. It is the map that the cut field has, but not the nearest one of so few
+    /// coefficients if lamps were fitted into this one.
+    #[must_use]
+    pub fn cut(&self, p: Degree) -> Self {
+        let (grid, view, centre, terms) = (self.grid, self.view, self.centre, self.terms);
+        let mut cut = Self { grid, view, centre, p: self.p.min(p), terms, values: Vec::new() };
+        let rows = cut.rows();
+        let texels = self.values.chunks_exact(self.rows());
+        cut.values = texels.flat_map(|texel| &texel[..rows]).copied().collect();
+        cut
+    }
+
     /// The coefficients of a texel.
     ///
     /// # Panics
