@@ -128,6 +128,42 @@ pub struct Accuracy {
     pub p99: f64,
 }
 
+/// A number of taps and of lights, and the error with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trade {
+    /// The index of the table.
+    pub table: usize,
+    /// J, the look-ups in the levels of the scale space.
+    pub taps: usize,
+    /// The lights beside the scale space.
+    pub lights: usize,
+    /// The error.
+    pub accuracy: Accuracy,
+}
+
+impl Trade {
+    /// What a pixel costs, in floating-point operations: 20 a tap and 35 a light.
+    pub fn cost(&self) -> usize {
+        20 * self.taps + 35 * self.lights
+    }
+
+    /// The cheapest whose errors [p95, p99] are at most `accept`, in stops; if there is none, the one that
+    /// misses it least.
+    pub fn cheapest(found: &[Self], accept: [f64; 2]) -> Option<Self> {
+        let excess = |trade: &Self| trade.accuracy.excess(accept);
+        let enough = found.iter().filter(|trade| excess(trade) <= 1.0);
+        let least = enough.min_by(|a, b| a.cost().cmp(&b.cost()).then(excess(a).total_cmp(&excess(b))));
+        least.or_else(|| found.iter().min_by(|a, b| excess(a).total_cmp(&excess(b)))).copied()
+    }
+}
+
+impl Accuracy {
+    /// How many times the errors are those that are accepted, [p95, p99] in stops; the larger ratio.
+    pub fn excess(self, [p95, p99]: [f64; 2]) -> f64 {
+        (self.p95 / p95.max(1e-9)).max(self.p99 / p99.max(1e-9))
+    }
+}
+
 /// A normal and the direction toward the viewer.
 #[derive(Clone, Copy, Debug)]
 struct BallView {
@@ -170,13 +206,50 @@ impl Truth {
 
     /// The error of taps that look into a scale space, with the lights beside it reflected by the material.
     pub fn error(&self, table: &TapTable, light: &ScaleSpace, material: &Material) -> Accuracy {
+        self.error_with(table, light, &self.reflected_lights(light.lights(), material))
+    }
+
+    /// The errors of each table with each number of the scale space's lights beside it, the others being in
+    /// it: all tables with the first number of lights, then with the next.
+    ///
+    /// # Errors
+    /// If the work was stopped.
+    pub fn trade(
+        &self,
+        tables: &[&TapTable],
+        counts: &[usize],
+        light: &ScaleSpace,
+        material: &Material,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Trade>, Stopped> {
+        let mut found = Vec::with_capacity(tables.len() * counts.len());
+        for count in counts {
+            stop.check()?;
+            let light = light.keeping(*count);
+            let lights = self.reflected_lights(light.lights(), material);
+            found.extend(tables.iter().enumerate().map(|(index, table)| Trade {
+                table: index,
+                taps: table.taps(),
+                lights: light.lights().len(),
+                accuracy: self.error_with(table, &light, &lights),
+            }));
+        }
+        Ok(found)
+    }
+
+    /// What the material reflects of lights toward each view.
+    fn reflected_lights(&self, lights: &[Light], material: &Material) -> Vec<[f64; 3]> {
         let width = material.highlight_width();
         let points: Vec<(DVec3, [f64; 3])> =
-            light.lights().iter().flat_map(|light| light_points(light, width)).collect();
-        let stops = self.views.par_iter().zip(&self.radiance).map(|(view, truth)| {
+            lights.iter().flat_map(|light| light_points(light, width)).collect();
+        self.views.par_iter().map(|view| reflected(material, view, points.iter().copied())).collect()
+    }
+
+    fn error_with(&self, table: &TapTable, light: &ScaleSpace, lights: &[[f64; 3]]) -> Accuracy {
+        let views = self.views.par_iter().zip(&self.radiance).zip(lights);
+        let stops = views.map(|((view, truth), lights)| {
             let [normal, toward] = [view.normal, view.view].map(Direction::normalised);
             let taps = table.radiance(light, normal, toward);
-            let lights = reflected(material, view, points.iter().copied());
             std::array::from_fn(|channel| {
                 let found = (taps[channel] + lights[channel]).max(0.0);
                 math::log2((found + self.dark) / (truth[channel].max(0.0) + self.dark)).abs()
@@ -229,4 +302,31 @@ fn reflected(
         (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cheapest_that_is_accurate_enough_is_chosen() {
+        let trade =
+            |taps, lights, p95, p99| Trade { table: 0, taps, lights, accuracy: Accuracy { p95, p99 } };
+        let found = [
+            trade(1, 0, 0.6, 0.9),
+            trade(6, 0, 0.2, 0.4),
+            trade(6, 1, 0.08, 0.2),
+            trade(4, 2, 0.09, 0.2),
+            trade(8, 0, 0.09, 0.26),
+            trade(6, 2, 0.05, 0.1),
+        ];
+        let cheapest = |accept| Trade::cheapest(&found, accept).map(|found| (found.taps, found.lights));
+        // 20 J + 35 n: 150 for four taps and two lights, 155 for six and one.
+        assert_eq!(cheapest([0.1, 0.25]), Some((4, 2)));
+        assert_eq!(cheapest([0.085, 0.25]), Some((6, 1)));
+        assert_eq!(cheapest([1.0, 1.0]), Some((1, 0)));
+        // If none is, it is the one that misses least.
+        assert_eq!(cheapest([0.01, 0.02]), Some((6, 2)));
+        assert_eq!(Trade::cheapest(&[], [0.1, 0.25]), None);
+    }
 }

@@ -111,21 +111,36 @@ impl LobeFit {
     }
 }
 
-/// The numbers of taps that [`fit_least`] tries.
+/// The numbers of taps that [`fit_each`] and [`fit_least`] try.
 const TRIED: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
 /// The next number of taps has to lower the residual to this share to be worth its cost.
 const WORTH: f64 = 0.75;
 
-/// [`fit`] with the least of 1, 2, 3, 4, 6 and 8 taps whose residual is at most `error`, in stops, or which
-/// the next number does not lower by a quarter.
+/// [`fit`] with 1, 2, 3, 4, 6 and 8 taps; one fit if a material has no highlight, since it has the same taps
+/// always.
 ///
 /// # Errors
 /// If the work was stopped.
-pub fn fit_least(material: &Material, error: f64, widths: Widths, stop: Stop<'_>) -> Result<Fitted, Stopped> {
+pub fn fit_each(material: &Material, widths: Widths, stop: Stop<'_>) -> Result<Vec<Fitted>, Stopped> {
+    let counts = if material.part(Part::Specular).is_some() { &TRIED[..] } else { &TRIED[..1] };
+    counts.par_iter().map(|taps| fit(material, *taps, widths, stop)).collect()
+}
+
+/// The fits of [`fit_each`] up to the least whose residual is at most `error`, in stops, or which the next
+/// number of taps does not lower by a quarter.
+///
+/// # Errors
+/// If the work was stopped.
+pub fn fit_least(
+    material: &Material,
+    error: f64,
+    widths: Widths,
+    stop: Stop<'_>,
+) -> Result<Vec<Fitted>, Stopped> {
     let mut best = fit(material, TRIED[0], widths, stop)?;
+    let mut fits = Vec::new();
     for taps in &TRIED[1..] {
-        // A material without a highlight has the same taps always.
         if best.rms <= error || best.table.taps() == 0 {
             break;
         }
@@ -133,9 +148,10 @@ pub fn fit_least(material: &Material, error: f64, widths: Widths, stop: Stop<'_>
         if next.rms > WORTH * best.rms {
             break;
         }
-        best = next;
+        fits.push(std::mem::replace(&mut best, next));
     }
-    Ok(best)
+    fits.push(best);
+    Ok(fits)
 }
 
 /// Fits one lobe by so many taps between levels, and one about the normal.

@@ -7,7 +7,7 @@
 //!   cosine, at y = 0 the hemisphere, and toward a view at the cosine v a surface of GGX with alpha = 1
 //!   reflects by m / (m + v), which is y = v / (1 + v).
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use sh::quadrature::gauss_legendre;
 
@@ -31,6 +31,60 @@ pub(crate) fn gaussian_factors(std: f64, degree: usize) -> Vec<f64> {
         let angle = end * part;
         (angle, math::exp(-0.5 * math::powi(angle / std, 2)))
     })
+}
+
+/// The kernel g_s at an angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gaussian {
+    std: f64,
+    peak: f64,
+    /// The angle past which it is left out.
+    reach: f64,
+}
+
+impl Gaussian {
+    pub(crate) fn new(std: f64) -> Self {
+        let end = FRAC_PI_2.min(REACH * std);
+        let panels = (end / std).ceil() as usize;
+        let (theta, weights) = gauss_legendre(NODES);
+        let mut integral = 0.0;
+        for panel in 0..panels {
+            for node in 0..NODES {
+                let part = (panel as f64 + 0.5 - 0.5 * math::cos(theta[node])) / panels as f64;
+                let angle = end * part;
+                let value = math::exp(-0.5 * math::powi(angle / std, 2));
+                integral += PI * end / panels as f64 * weights[node] * value * math::sin(angle);
+            }
+        }
+        Self { std, peak: 1.0 / integral, reach: end }
+    }
+
+    pub(crate) fn at(self, cosine: f64) -> f64 {
+        let angle = math::acos(cosine.clamp(-1.0, 1.0));
+        if angle < self.reach { self.peak * math::exp(-0.5 * math::powi(angle / self.std, 2)) } else { 0.0 }
+    }
+
+    pub(crate) fn std(self) -> f64 {
+        self.std
+    }
+
+    pub(crate) fn reach(self) -> f64 {
+        self.reach
+    }
+}
+
+/// The kernel h_y at the cosine m of an angle.
+pub(crate) fn about_normal(y: f64, m: f64) -> f64 {
+    let rest = 1.0 - y;
+    // The integral of m / (m (1 - y) + y) from 0 to 1.
+    let whole = if y <= 0.0 {
+        1.0
+    } else if rest <= 0.0 {
+        0.5
+    } else {
+        1.0 / rest + y * math::ln(y) / (rest * rest)
+    };
+    if m > 0.0 { m / ((m * rest + y) * 2.0 * PI * whole) } else { 0.0 }
 }
 
 /// The factors k_l, l = 0 ..= `degree`, of h_y.

@@ -6,12 +6,14 @@
 //! factor for each degree and level: M_lm(s) = g_l(s) L_lm. It knows no material: one scale space serves all
 //! of them.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use envmap::{CubeMap, Environment, Texels};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Light, Stop, Transform, TransformError, interpolate_cube};
-use sphere::{Cube, Direction, LatLong};
+use sphere::{Cube, Direction, Face, LatLong};
 
-use crate::kernels::{NORMAL_KERNELS, gaussian_factors, normal_factors};
+use crate::kernels::{Gaussian, NORMAL_KERNELS, about_normal, gaussian_factors, normal_factors};
 use crate::widths::{Widths, share};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -54,6 +56,12 @@ const HORIZON: usize = 74;
 
 /// The edge of the maps of light about normals.
 const NORMAL_EDGE: usize = 16;
+
+/// What a white diffuse surface makes of the terms of each degree.
+const COSINE: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
+
+/// The width of the kernels about the normal for which a light may be taken as a few points.
+const NORMAL_WIDTH: f64 = 0.3;
 
 /// The width past which a Gaussian is cut by its horizon at more than 1e-4 of its peak.
 const CUT: f64 = 0.366;
@@ -100,7 +108,7 @@ impl ScaleSpace {
         );
         let (levels, normals) = (levels?, normals?);
         let mut diffuse = series.to_degree(Degree::new(2).unwrap_or(Degree::ZERO).min(series.degree()));
-        scale(&mut diffuse, &[1.0, 2.0 / 3.0, 0.25]);
+        scale(&mut diffuse, &COSINE);
         Ok(Self { widths, levels, normals, lights: lights.to_vec(), diffuse })
     }
 
@@ -119,6 +127,33 @@ impl ScaleSpace {
             && normals.iter().all(|map| map.cube().edge == NORMAL_EDGE)
             && diffuse.degree().get() == 2;
         is_whole.then_some(Self { widths, levels, normals, lights, diffuse })
+    }
+
+    /// The scale space with only the first `count` of its lights beside it; the others are in it.
+    pub fn keeping(&self, count: usize) -> Self {
+        let (kept, moved) = self.lights.split_at(count.min(self.lights.len()));
+        let level = |(k, level): (usize, &CubeMap)| {
+            let gaussian = Gaussian::new(self.widths.texel_std(k));
+            with_lights(level, moved, [gaussian.reach(), gaussian.std()], |cosine| gaussian.at(cosine))
+        };
+        let normal = |(kernel, map): (usize, &CubeMap)| {
+            let y = kernel as f64 / (NORMAL_KERNELS - 1) as f64;
+            with_lights(map, moved, [FRAC_PI_2, NORMAL_WIDTH], |cosine| about_normal(y, cosine))
+        };
+        let mut diffuse = self.diffuse.clone();
+        for light in moved {
+            let mut series = light.series(diffuse.degree());
+            scale(&mut series, &COSINE);
+            let sums = diffuse.coefficients_mut().iter_mut().zip(series.coefficients());
+            sums.for_each(|(sum, added)| (0..3).for_each(|channel| sum[channel] += added[channel]));
+        }
+        Self {
+            widths: self.widths,
+            levels: self.levels.par_iter().enumerate().map(level).collect(),
+            normals: self.normals.par_iter().enumerate().map(normal).collect(),
+            lights: kept.to_vec(),
+            diffuse,
+        }
     }
 
     /// The widths of the levels.
@@ -159,6 +194,32 @@ impl ScaleSpace {
         let x = self.widths.place(std);
         mixed(&self.levels[x as usize..], direction, share(x.fract()))
     }
+}
+
+/// A map of blurred light with more lights in it: `kernel` is a function of the cosine of an angle, 0 past
+/// the angle `reach`, and does not change much within `width`.
+fn with_lights(
+    map: &CubeMap,
+    lights: &[Light],
+    [reach, width]: [f64; 2],
+    kernel: impl Fn(f64) -> f64 + Sync,
+) -> CubeMap {
+    let cube = map.cube();
+    let mut texels = map.pixels().to_vec();
+    for light in lights {
+        let (points, flux) = (light.points(width), light.flux());
+        let farthest = math::cos((reach + light.radius).min(PI));
+        for (index, texel) in texels.iter_mut().enumerate() {
+            let (face, within) = (index / (cube.edge * cube.edge), index % (cube.edge * cube.edge));
+            let at = cube.direction(Face::ALL[face], within / cube.edge, within % cube.edge);
+            if at.dot(light.direction) < farthest {
+                continue;
+            }
+            let seen: f64 = points.iter().map(|(point, share)| share * kernel(at.dot(*point))).sum();
+            (0..3).for_each(|channel| texel[channel] += (seen * flux[channel]) as f32);
+        }
+    }
+    CubeMap::new(cube, texels).unwrap_or_else(|| unreachable!("the cube has a texel for each"))
 }
 
 /// A bilinear look-up in two cubes, and the share of the second.
@@ -296,6 +357,39 @@ mod tests {
         let most = space.levels()[0].pixels().iter().map(|texel| texel[0]).fold(0.0, f32::max);
         assert!(most < 11.0, "{most}");
         assert_eq!(space.lights(), lights);
+    }
+
+    #[test]
+    fn lights_that_are_not_kept_are_in_it() {
+        let lamps = [(0.8, 2.0, 0.03), (1.4, 4.0, 0.02)]
+            .map(|(theta, phi, radius)| (Direction::from_angles(theta, phi), radius));
+        let inside = |d: Direction| lamps.iter().any(|(lamp, radius)| d.dot(*lamp) > f64::cos(*radius));
+        let environment = sky(256, |d| if inside(d) { [3000.0, 2000.0, 1000.0] } else { [1.0; 3] });
+        let lights = environment.separate_lamps(Stop::NEVER).unwrap().lights;
+        assert_eq!(lights.len(), 2);
+        let apart = space(&environment, &lights, 32);
+        for count in [0, 1] {
+            let [found, expected] = [apart.keeping(count), space(&environment, &lights[..count], 32)];
+            assert_eq!(found.lights(), expected.lights());
+            let maps = |space: &ScaleSpace| [space.levels(), space.normals()].concat();
+            let hemisphere = found.levels().len();
+            for (index, (found, expected)) in maps(&found).iter().zip(maps(&expected)).enumerate() {
+                let pairs = || found.pixels().as_flattened().iter().zip(expected.pixels().as_flattened());
+                let most = pairs().map(|(_, expected)| *expected).fold(0.0, f32::max);
+                let error = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / most;
+                // The series of an environment is too short for the step at the hemisphere's edge.
+                let allowed = if index == hemisphere { 0.1 } else { 0.015 };
+                assert!(error < allowed, "map {index} with {count} lights: {error}");
+            }
+            let pairs = found.diffuse().coefficients().iter().zip(expected.diffuse().coefficients());
+            for (found, expected) in pairs {
+                assert!(
+                    (found[0] - expected[0]).abs() < 0.01 * expected[0].abs() + 0.02,
+                    "{found:?} {expected:?}"
+                );
+            }
+        }
+        assert_eq!(apart.keeping(2), apart);
     }
 
     #[test]

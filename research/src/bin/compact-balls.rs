@@ -112,7 +112,7 @@ fn run() -> Result<(), Failure> {
         let space = ScaleSpace::new(&environment, kept, widths, Stop::NEVER)?;
         for (name, f_0, matte, roughness) in BALLS {
             let material: Material = material(name)?;
-            let table = fit_least(&material, 0.02, Widths::FINEST, Stop::NEVER)?.table;
+            let table = fit_least(&material, 0.02, Widths::FINEST, Stop::NEVER)?.pop().ok_or("no fit")?.table;
             let split = SplitSum::new(&environment, roughness)?;
             let pixel = |radiance: &(dyn Fn(Direction) -> [f64; 3] + Sync)| -> Vec<[f32; 3]> {
                 let of = |normal: &Option<Direction>| normal.map_or([0.0; 3], radiance);

@@ -1,6 +1,7 @@
 //! The parts of compact maps with the parameters that the kinds have by default, for reports too.
 
 use brdf::Material;
+use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
 use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_least};
@@ -92,5 +93,13 @@ pub(crate) fn scale_space(
 
 /// The taps of a material with the default parameters.
 pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
-    Ok(reporter.until_stopped(|stop| fit_least(material, ERROR, Widths::FINEST, stop))?.table)
+    Ok(fits(material, ERROR, reporter)?.fitted.table)
+}
+
+/// The taps of a material whose residual is at most `error`, as far as more of them help, and those with
+/// fewer.
+pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
+    let mut fewer = reporter.until_stopped(|stop| fit_least(material, error, Widths::FINEST, stop))?;
+    let fitted = fewer.pop().ok_or_else(|| Failure::new("no fit was made"))?;
+    Ok(MaterialTaps { material: material.clone(), fitted, fewer })
 }

@@ -17,8 +17,8 @@
 //!
 //! With `taps = "auto"` J is the least of 1, 2, 3, 4, 6 and 8 whose residual is at most `error`, or which the
 //! next number does not lower by a quarter: what is left then is no matter of more look-ups. The residual is
-//! that of spots of light; `export-taps` measures the error under an environment, and docs/taps.md has
-//! tables.
+//! that of spots of light. Under an environment fewer may be enough: `export-taps` measures each number, and
+//! takes the cheapest. docs/taps.md has tables.
 //!
 //! A material that depends on the direction of its tangent (stretched highlights, kajiya-kay) is replaced by
 //! its mean over all turns about the normal, with a warning.
@@ -34,9 +34,9 @@
 use brdf::Centre;
 use containers::tensors::MaterialTaps;
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, parameters};
-use taps::{Widths, fit, fit_least};
+use taps::{Widths, fit};
 
-use super::compact::ERROR;
+use super::compact::{ERROR, fits};
 use crate::values::{UntilStopped, artifacts};
 
 parameters! {
@@ -58,7 +58,7 @@ impl Kind for FitTaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "fit-taps";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[taps::revisions::FIT, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("fit_taps.rs");
 
@@ -79,16 +79,19 @@ impl Kind for FitTaps {
                  and shade-vertices keeps the direction",
             );
         }
-        let fitted = reporter.until_stopped(|stop| match parameters.taps {
-            OrAuto::Fixed(taps) => fit(&material, taps, Widths::FINEST, stop),
-            OrAuto::Auto => fit_least(&material, parameters.error, Widths::FINEST, stop),
-        })?;
+        let made = match parameters.taps {
+            OrAuto::Fixed(taps) => {
+                let fitted = reporter.until_stopped(|stop| fit(&material, taps, Widths::FINEST, stop))?;
+                MaterialTaps { material, fitted, fewer: Vec::new() }
+            }
+            OrAuto::Auto => fits(&material, parameters.error, reporter)?,
+        };
         reporter.note(format!(
             "{} taps and {} about the normal; under spots of light within {:.3} stops (RMS)",
-            fitted.table.taps(),
-            fitted.table.normals(),
-            fitted.rms
+            made.fitted.table.taps(),
+            made.fitted.table.normals(),
+            made.fitted.rms
         ));
-        Output::artifact(artifacts::Taps(MaterialTaps { material, fitted }))
+        Output::artifact(artifacts::Taps(made))
     }
 }

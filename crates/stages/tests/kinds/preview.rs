@@ -295,7 +295,13 @@ fn taps_are_drawn_with_their_inputs() {
         ScaleSpace(containers::tensors::EnvironmentScales { space, points })
     };
     let fitted = taps::fit(&gold(), 3, widths, Stop::NEVER).unwrap();
-    let taps = || Taps(containers::tensors::MaterialTaps { material: gold(), fitted: fitted.clone() });
+    let taps = || {
+        Taps(containers::tensors::MaterialTaps {
+            material: gold(),
+            fitted: fitted.clone(),
+            fewer: Vec::new(),
+        })
+    };
     let with = |parameters: &str| {
         case("preview", &format!("size = 32\nsamples = 1\nlight-samples = 512\n{parameters}"))
             .input("environment", environment(64, lit))

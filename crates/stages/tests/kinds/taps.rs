@@ -113,6 +113,35 @@ fn a_pair_is_measured_and_its_file_has_every_tensor() {
     assert!(pair("accept = [3, 5]").run().unwrap().warnings.is_empty());
 }
 
+/// Fewer taps and fewer lights are taken where they are accurate enough; what is not kept is in the levels.
+#[test]
+fn a_pair_takes_the_cheapest_taps_and_lights() {
+    let space = scale_space("resolution = 32").artifact::<ScaleSpace>();
+    let rough = brdf::Microfacet::new(0.3, [1.0; 3]).unwrap();
+    let taps =
+        case("fit-taps", "error = 0.0001").input("material", Material(brdf::Material::Microfacet(rough)));
+    let taps = taps.artifact::<Taps>();
+    let (most, all) = (taps.0.fitted.table.taps(), space.0.space.lights().len());
+    assert!(most > 2 && all > 1 && taps.0.fewer.len() > 1, "{most} {all}");
+    let chosen = |parameters: &str| {
+        let parameters = format!("format = \"safetensors\"\n{parameters}");
+        let case = case("export-taps", &parameters)
+            .input("scale-space", (*space).clone())
+            .input("taps", (*taps).clone());
+        let description = describe(&case.files()[0]).unwrap();
+        let rows = |name: &str, axis: usize| {
+            description.tensors.iter().find(|(tensor, ..)| tensor == name).map_or(0, |found| found.2[axis])
+        };
+        ([rows("taps", 1), rows("lights", 0)], case.run().unwrap().notes.join(" "))
+    };
+    assert_eq!(chosen("accept = [9, 9]").0, [1, 0]);
+    assert_eq!(chosen("accept = [9, 9]\nlights = \"all\"").0, [1, all]);
+    let ([taps, _], _) = chosen("accept = [0.001, 0.001]");
+    assert!(taps > 1, "{taps}");
+    let ([taps, lights], notes) = chosen("accept = [0.4, 1.0]");
+    assert!(20 * taps + 35 * lights < 20 * most + 35 * all, "{taps} {lights} {notes}");
+}
+
 #[test]
 fn either_may_be_written_alone_and_nothing_is_an_error() {
     let space = scale_space("resolution = 16").artifact::<ScaleSpace>();
@@ -136,7 +165,7 @@ fn textures_hold_the_levels_and_the_table() {
     for (format, texels, allowed) in
         [("ktx2", "half", 1e-3), ("ktx2", "rgb9e5", 0.01), ("ktx2", "bc6h", 0.5), ("dds", "rgb9e5", 0.01)]
     {
-        let case = pair(&format!("format = \"{format}\"\ntexels = \"{texels}\""));
+        let case = pair(&format!("format = \"{format}\"\ntexels = \"{texels}\"\nlights = \"all\""));
         let files = case.files();
         let levels = containers::read_texture(&files[0]).unwrap().texture;
         assert_eq!(

@@ -36,6 +36,8 @@ pub struct MaterialTaps {
     pub material: Material,
     /// The taps and how well they fit.
     pub fitted: Fitted,
+    /// Fits of fewer taps, which are enough under some environments.
+    pub fewer: Vec<Fitted>,
 }
 
 /// A scale space: `level_00` [6, edge, edge, 3] f32, `level_01` ..., faces in file order; the light about
@@ -113,19 +115,27 @@ pub fn decode_scale_space(bytes: &[u8]) -> Result<EnvironmentScales, Error> {
 
 /// The taps of a material: `taps` [65, J, 5] f64, delta, s, r, g, b of each look-up between levels, and
 /// `normals` [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The
-/// metadata have the material and `rms`, the residual of the fit in stops.
+/// metadata have the material and `rms`, the residual of the fit in stops. Fits of fewer taps have the same
+/// names with `fewer_0_`, `fewer_1_` ... before them.
 ///
 /// # Errors
 /// If a number is not finite, or the material is an empty sum.
 pub fn encode_taps(taps: &MaterialTaps, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("taps", recipe);
-    add_taps(&taps.fitted.table, &mut file)?;
-    file.entry("rms", format!("{}", taps.fitted.rms));
+    for (prefix, fitted) in prefixes().zip([&taps.fitted].into_iter().chain(&taps.fewer)) {
+        add_taps(&fitted.table, &prefix, &mut file)?;
+        file.entry(format!("{prefix}rms"), format!("{}", fitted.rms));
+    }
     material::add(&taps.material, &mut file)?;
     Ok(file.finish())
 }
 
-fn add_taps(table: &TapTable, file: &mut Writer) -> Result<(), Error> {
+/// What the names of each fit begin with.
+fn prefixes() -> impl Iterator<Item = String> {
+    std::iter::once(String::new()).chain((0..).map(|index| format!("fewer_{index}_")))
+}
+
+fn add_taps(table: &TapTable, prefix: &str, file: &mut Writer) -> Result<(), Error> {
     let rows = table.rows();
     let taps = rows.iter().flat_map(|row| &row.taps);
     let taps: Vec<f64> =
@@ -135,7 +145,8 @@ fn add_taps(table: &TapTable, file: &mut Writer) -> Result<(), Error> {
     for (name, values, count, numbers) in
         [("taps", taps, table.taps(), TAP), ("normals", normals, table.normals(), NORMAL)]
     {
-        check_finite(name, &values, ErrorKind::Unwritable)?;
+        let name = format!("{prefix}{name}");
+        check_finite(&name, &values, ErrorKind::Unwritable)?;
         file.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         file.tensor(name, "F64", &[ROWS, count, numbers]);
     }
@@ -149,12 +160,21 @@ fn add_taps(table: &TapTable, file: &mut Writer) -> Result<(), Error> {
 pub fn decode_taps(bytes: &[u8]) -> Result<MaterialTaps, Error> {
     let file = TensorFile::open_as(bytes, "taps")?;
     let (material, _) = material::of(&file)?.ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
-    let rms = file.metadata.get("rms").and_then(|text| text.parse::<f64>().ok());
+    let fitted = fitted(&file, "")?;
+    let is_there = |prefix: &String| file.metadata.contains_key(&format!("{prefix}rms"));
+    let fewer = prefixes().skip(1).take_while(is_there).map(|prefix| self::fitted(&file, &prefix));
+    Ok(MaterialTaps { material, fitted, fewer: fewer.collect::<Result<_, _>>()? })
+}
+
+/// The fit whose names begin so.
+fn fitted(file: &TensorFile<'_>, prefix: &str) -> Result<Fitted, Error> {
+    let name = format!("{prefix}rms");
+    let rms = file.metadata.get(&name).and_then(|text| text.parse::<f64>().ok());
     let rms = rms
         .filter(|rms| rms.is_finite())
-        .ok_or_else(|| Error::damaged("metadata `rms`: expected a number"))?;
-    let taps = rows(&file, "taps", TAPS_SHAPE, TAP)?;
-    let normals = rows(&file, "normals", NORMALS_SHAPE, NORMAL)?;
+        .ok_or_else(|| Error::damaged(format!("metadata `{name}`: expected a number")))?;
+    let taps = rows(file, &format!("{prefix}taps"), TAPS_SHAPE, TAP)?;
+    let normals = rows(file, &format!("{prefix}normals"), NORMALS_SHAPE, NORMAL)?;
     let row = |(taps, normals): (Vec<f64>, Vec<f64>)| TapRow {
         taps: (taps.as_chunks::<TAP>().0.iter())
             .map(|&[delta, std, r, g, b]| Tap { delta, std, weight: [r, g, b] })
@@ -163,9 +183,10 @@ pub fn decode_taps(bytes: &[u8]) -> Result<MaterialTaps, Error> {
             .map(|&[y, r, g, b]| NormalTap { y, weight: [r, g, b] })
             .collect(),
     };
-    let table = TapTable::new(taps.into_iter().zip(normals).map(row).collect())
-        .ok_or_else(|| Error::damaged("tensor `taps`: expected widths above 0 in 65 rows"))?;
-    Ok(MaterialTaps { material, fitted: Fitted { table, rms } })
+    let table = TapTable::new(taps.into_iter().zip(normals).map(row).collect()).ok_or_else(|| {
+        Error::damaged(format!("tensor `{prefix}taps`: expected widths above 0 in 65 rows"))
+    })?;
+    Ok(Fitted { table, rms })
 }
 
 /// The rows of a table of numbers.
@@ -198,7 +219,7 @@ pub fn encode_compact_map(
 ) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("compact-map", recipe);
     if let Some(table) = table {
-        add_taps(table, &mut file)?;
+        add_taps(table, "", &mut file)?;
     }
     if let Some(space) = space {
         add_scale_space(space, &mut file)?;
@@ -225,8 +246,8 @@ mod tests {
     }
 
     fn material_taps(material: Material) -> MaterialTaps {
-        let fitted = ::taps::fit(&material, 2, Widths::new(8).unwrap(), Stop::NEVER).unwrap();
-        MaterialTaps { material, fitted }
+        let fit = |taps| ::taps::fit(&material, taps, Widths::new(8).unwrap(), Stop::NEVER).unwrap();
+        MaterialTaps { fitted: fit(2), fewer: vec![fit(0), fit(1)], material }
     }
 
     #[test]
