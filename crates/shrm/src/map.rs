@@ -207,3 +207,38 @@ pub fn into_frame(central: Direction, view: Direction) -> Direction {
     let south = DVec3::new(c.z * x, c.z * y, -sine);
     Direction::normalised(DVec3::new(v.dot(south), v.y * x - v.x * y, v.dot(c)))
 }
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, Lambert, Material, Microfacet, project};
+    use sh::{Expansion, Stop};
+
+    use super::*;
+    use crate::Reflection;
+
+    #[test]
+    fn a_map_that_is_cut_is_that_of_the_cut_field() {
+        let degree = Degree::new(6).unwrap();
+        let rows = (0..degree.rows()).map(|row| [1.0 / (row + 1) as f64, 0.3, 0.2]).collect();
+        let light = Expansion::from_coefficients(degree, rows).unwrap();
+        let grid = MapGrid::Cube(Cube { edge: 4 });
+        for material in [
+            Material::Microfacet(Microfacet::new(0.3, [1.0; 3]).unwrap()),
+            Material::Lambert(Lambert::new([0.5; 3]).unwrap()),
+        ] {
+            let brdf = project(&material, Choice::Degree { f: degree, p: degree }, Stop::NEVER).unwrap();
+            let field = Reflection::convolve(&light, &brdf.coefficients);
+            let map = field.synthesise(grid, View::Local, Stop::NEVER).unwrap();
+            for p in [0, 2, 6].map(|p| Degree::new(p).unwrap()) {
+                let cut = map.cut(p);
+                let right = field.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER).unwrap();
+                assert_eq!((cut.p(), cut.values().len()), (map.p().min(p), grid.len() * cut.rows()));
+                for texel in 0..grid.len() {
+                    for (found, right) in cut.texel(texel).iter().zip(right.texel(texel)) {
+                        assert!((0..3).all(|c| (found[c] - right[c]).abs() < 1e-5), "{found:?} {right:?}");
+                    }
+                }
+            }
+        }
+    }
+}

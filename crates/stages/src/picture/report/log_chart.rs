@@ -43,7 +43,7 @@ const MARGINS: [f64; 4] = [40.0, 30.0, 12.0, 40.0];
 const ERRORS: [f64; 2] = [0.005, 8.0];
 
 /// The size of a letter: its mean width, and the height of a line.
-const LETTER: [f64; 2] = [6.0, 13.0];
+const LETTER: [f64; 2] = [6.9, 13.0];
 
 /// Half the edge of the square that a point takes.
 const POINT: f64 = 4.0;

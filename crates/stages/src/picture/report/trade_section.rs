@@ -26,7 +26,25 @@ pub(crate) fn section(page: &mut Markup, trade: &Trade) {
         point.fetches as f64
     });
     page.line("</div>");
+    if let Some(degrees) = degrees(&trade.series) {
+        page.put(format_args!("<p class=\"small soft\">Points of a line: {degrees}.</p>\n"));
+    }
     table(page, trade);
+}
+
+/// The degrees of each technique that has several.
+fn degrees(series: &[TradeSeries]) -> Option<String> {
+    let mut said: Vec<String> = Vec::new();
+    for series in series {
+        let degrees: Vec<String> =
+            series.points.iter().filter_map(|point| Some(point.degree?.to_string())).collect();
+        let Some(letter) = series.technique.letter().filter(|_| degrees.len() > 1) else { continue };
+        let text = format!("{letter} = {}", degrees.join(", "));
+        if !said.contains(&text) {
+            said.push(text);
+        }
+    }
+    (!said.is_empty()).then(|| said.join("; "))
 }
 
 /// A size without digits that say nothing.
@@ -54,6 +72,7 @@ fn name(series: &TradeSeries) -> String {
         (Technique::Taps, 0) => "Taps, no lights".into(),
         (Technique::Taps, 1) => "Taps, 1 light".into(),
         (Technique::Taps, lights) => format!("Taps, {lights} lights"),
+        (Technique::PartMaps, _) => "Map of each part".into(),
         (technique, _) => technique.title().into(),
     }
 }
