@@ -13,15 +13,18 @@ use brdf::Material;
 use envmap::Environment;
 use rayon::prelude::*;
 use sh::Light;
+use shrm::reference::LightTree;
 use sphere::{DVec3, Direction, LatLong};
 use taps::{ScaleSpace, TapTable};
 
 /// Materials as files have them: a name, and the text of the file.
-pub const MATERIALS: [(&str, &str); 23] = [
+pub const MATERIALS: [(&str, &str); 25] = [
     ("microfacet 0.15", "model = \"microfacet\"\nsigma = 0.15"),
     ("microfacet 0.2", "model = \"microfacet\"\nsigma = 0.2"),
     ("microfacet 0.3", "model = \"microfacet\"\nsigma = 0.3"),
     ("microfacet 0.5", "model = \"microfacet\"\nsigma = 0.5"),
+    ("copper 0.05", "model = \"ggx\"\nroughness = 0.05\nn = [0.27, 0.68, 1.32]\nk = [3.61, 2.63, 2.29]"),
+    ("copper 0.1", "model = \"ggx\"\nroughness = 0.1\nn = [0.27, 0.68, 1.32]\nk = [3.61, 2.63, 2.29]"),
     ("copper 0.15", COPPER_15),
     ("copper 0.2", COPPER_20),
     ("copper 0.3", COPPER_30),
@@ -211,6 +214,21 @@ impl Truth {
         let views = views(count, seed);
         let radiance = views.par_iter().map(|view| reflected(material, view, &points.points)).collect();
         Self { views, radiance, dark: points.dark }
+    }
+
+    /// The integrals over the areas of an environment's pixels, for highlights that are about as narrow as
+    /// these. The material is isotropic and its highlight lies about R.
+    pub fn of_areas(environment: &Environment, material: &Material, count: usize, seed: u64) -> Self {
+        let tree = LightTree::new(environment);
+        let dark = environment.integral().iter().sum::<f64>() / (12.0 * PI) * 0.01;
+        let views = views(count, seed);
+        let integral = |view: &BallView| {
+            let r = 2.0 * view.normal.dot(view.view) * view.normal - view.view;
+            let [r, toward] = [r, view.view].map(Direction::normalised);
+            tree.radiance(material, r, toward, 0.002, dark)
+        };
+        let radiance = views.par_iter().map(integral).collect();
+        Self { views, radiance, dark }
     }
 
     /// The errors in stops that 95 and 99 of 100 values stay below.

@@ -6,7 +6,7 @@ use brdf::{Fresnel, Ggx, Material, Microfacet};
 use criterion::{Criterion, criterion_group, criterion_main};
 use envmap::{Environment, Layout};
 use sh::Stop;
-use taps::{ScaleSpace, Widths, fit, fit_least};
+use taps::{LightPoints, ScaleSpace, Truth, Widths, fit, fit_each};
 
 fn read(bytes: &[u8]) -> Environment {
     let image = containers::read_image(bytes, &containers::ReadOptions::default()).expect("an image");
@@ -15,7 +15,7 @@ fn read(bytes: &[u8]) -> Environment {
 
 fn benches_of(criterion: &mut Criterion) {
     let Some(corpus) = test_data::folder("taps", "SPECULA_CORPUS") else { return };
-    let bytes = std::fs::read(corpus.join("env/cc0/sunrise.hdr")).expect("the environment");
+    let bytes = std::fs::read(corpus.join("env/cc0/studio.hdr")).expect("the environment");
     rayon::ThreadPoolBuilder::new().num_threads(2).build_global().expect("the first use of threads");
     let mut group = criterion.benchmark_group("taps");
     group.sample_size(20);
@@ -39,8 +39,22 @@ fn benches_of(criterion: &mut Criterion) {
             bencher.iter(|| fit(material, taps, widths, Stop::NEVER).expect("taps"));
         });
     }
-    group.bench_function("fit/copper/auto", |bencher| {
-        bencher.iter(|| fit_least(&copper, 0.02, widths, Stop::NEVER).expect("taps"));
+    group.sample_size(10);
+    group.bench_function("fit/copper/each", |bencher| {
+        bencher.iter(|| fit_each(&copper, widths, Stop::NEVER).expect("taps"));
+    });
+    // What the choice of taps and lights costs a pair.
+    let points = LightPoints::new(&environment).expect("points");
+    group.bench_function("truth/copper", |bencher| {
+        bencher.iter(|| Truth::new(&points, &copper, 2000, Stop::NEVER).expect("sums"));
+    });
+    let truth = Truth::new(&points, &copper, 2000, Stop::NEVER).expect("sums");
+    let fits = fit_each(&copper, widths, Stop::NEVER).expect("taps");
+    let tables: Vec<_> = fits.iter().map(|fitted| &fitted.table).collect();
+    let space = space(&environment, 8);
+    let counts: Vec<usize> = (0..=space.lights().len()).collect();
+    group.bench_function("trade/copper", |bencher| {
+        bencher.iter(|| truth.trade(&tables, &counts, &space, &copper, Stop::NEVER).expect("errors"));
     });
     group.finish();
 }

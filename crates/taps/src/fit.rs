@@ -111,7 +111,7 @@ impl LobeFit {
     }
 }
 
-/// The numbers of taps that [`fit_each`] and [`fit_least`] try.
+/// The numbers of taps that [`fit_each`] tries.
 const TRIED: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
 /// The next number of taps has to lower the residual to this share to be worth its cost.
@@ -127,31 +127,18 @@ pub fn fit_each(material: &Material, widths: Widths, stop: Stop<'_>) -> Result<V
     counts.par_iter().map(|taps| fit(material, *taps, widths, stop)).collect()
 }
 
-/// The fits of [`fit_each`] up to the least whose residual is at most `error`, in stops, or which the next
-/// number of taps does not lower by a quarter.
-///
-/// # Errors
-/// If the work was stopped.
-pub fn fit_least(
-    material: &Material,
-    error: f64,
-    widths: Widths,
-    stop: Stop<'_>,
-) -> Result<Vec<Fitted>, Stopped> {
-    let mut best = fit(material, TRIED[0], widths, stop)?;
-    let mut fits = Vec::new();
-    for taps in &TRIED[1..] {
-        if best.rms <= error || best.table.taps() == 0 {
-            break;
-        }
-        let next = fit(material, *taps, widths, stop)?;
-        if next.rms > WORTH * best.rms {
-            break;
-        }
-        fits.push(std::mem::replace(&mut best, next));
-    }
-    fits.push(best);
-    Ok(fits)
+/// Of the fits of [`fit_each`], the index of the least whose residual is at most `error`, in stops, or which
+/// the next number of taps does not lower by a quarter.
+pub fn least_fit(fits: &[Fitted], error: f64) -> usize {
+    let is_enough = |pair: &[Fitted]| pair[0].rms <= error || pair[1].rms > WORTH * pair[0].rms;
+    fits.windows(2).position(is_enough).unwrap_or(fits.len().saturating_sub(1))
+}
+
+/// The least widths of a scale space that show the highlights of a material as sharp as they are.
+pub fn widths_for(material: &Material) -> Widths {
+    let gloss = material.part(Part::Specular);
+    let leaves = gloss.iter().flat_map(Material::leaves).map(lobe_width);
+    Widths::for_highlight(leaves.fold(f64::INFINITY, f64::min))
 }
 
 /// Fits one lobe by so many taps between levels, and one about the normal.

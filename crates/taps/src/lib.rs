@@ -11,7 +11,7 @@ mod table;
 mod widths;
 
 pub use accuracy::{Accuracy, LightPoints, Trade, Truth};
-pub use fit::{Fitted, fit, fit_each, fit_least};
+pub use fit::{Fitted, fit, fit_each, least_fit, widths_for};
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
 pub use shader::{Language, LookUp, Source, atlas_picture, table_texels};

@@ -13,6 +13,9 @@ pub struct Widths {
     edge: usize,
 }
 
+/// The first width of a scale space that shows a highlight, as a share of the highlight's.
+const SHARE_OF_HIGHLIGHT: f64 = 0.36;
+
 impl Widths {
     /// The levels of an octave, and the layers of the array.
     pub const PER_OCTAVE: usize = 4;
@@ -30,6 +33,14 @@ impl Widths {
     pub fn new(edge: usize) -> Option<Self> {
         let [least, most] = Self::EDGES;
         (edge.is_power_of_two() && (least..=most).contains(&edge)).then_some(Self { edge })
+    }
+
+    /// The least widths that show a highlight of a standard deviation, in radians, seen head on: the first is
+    /// a third of it; the finest there are, if none are fine enough.
+    pub fn for_highlight(std: f64) -> Self {
+        let [least, most] = Self::EDGES;
+        let edge = (Self::SHARPEST / (SHARE_OF_HIGHLIGHT * std.max(1e-6))).ceil().min(most as f64) as usize;
+        Self { edge: edge.next_power_of_two().clamp(least, most) }
     }
 
     /// The edge of the finest cube.
@@ -90,6 +101,15 @@ pub(crate) fn share(part: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sharper_highlight_needs_a_finer_level() {
+        let edge = |std: f64| Widths::for_highlight(std).edge();
+        // Of GGX, the standard deviation is sqrt(2) times the squared roughness.
+        let of_roughness = |roughness: f64| edge(2.0_f64.sqrt() * roughness * roughness);
+        assert_eq!([0.4, 0.3, 0.2, 0.15].map(of_roughness), [32, 64, 128, 256]);
+        assert_eq!([edge(0.0), edge(10.0)], [512, 8]);
+    }
 
     #[test]
     fn the_ladders_of_all_edges_are_one() {

@@ -19,7 +19,7 @@ use sh::{Light, Stop};
 use shrm::reference::LightTree;
 use shrm::{Distribution, Lamps, MethodChoice, prefilter};
 use sphere::{DVec3, Direction};
-use taps::{ScaleSpace, TapTable, Widths, fit_least};
+use taps::{ScaleSpace, TapTable, Widths, fit_each, least_fit};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -112,7 +112,10 @@ fn run() -> Result<(), Failure> {
         let space = ScaleSpace::new(&environment, kept, widths, Stop::NEVER)?;
         for (name, f_0, matte, roughness) in BALLS {
             let material: Material = material(name)?;
-            let table = fit_least(&material, 0.02, Widths::FINEST, Stop::NEVER)?.pop().ok_or("no fit")?.table;
+            let table = {
+                let mut fits = fit_each(&material, Widths::FINEST, Stop::NEVER)?;
+                fits.swap_remove(least_fit(&fits, 0.02)).table
+            };
             let split = SplitSum::new(&environment, roughness)?;
             let pixel = |radiance: &(dyn Fn(Direction) -> [f64; 3] + Sync)| -> Vec<[f32; 3]> {
                 let of = |normal: &Option<Direction>| normal.map_or([0.0; 3], radiance);

@@ -12,10 +12,11 @@
 //! | `--lights A,B` | 0,4,8,all |
 //! | `--resolution N` | the edge of the finest level: 64 |
 //! | `--views N` | 2000 |
+//! | `--areas` | the truth integrates over the areas of pixels, as highlights below 0.2 need it |
 //! | `--seed N` | where the random numbers begin: 1 |
 
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use containers::{ReadOptions, read_image};
 use envmap::{Environment, Layout};
@@ -26,6 +27,9 @@ use taps::{ScaleSpace, Widths, fit};
 const PHOTOGRAPHS: [&str; 5] = ["apartment", "forest", "night", "studio", "sunrise"];
 
 type Failure = Box<dyn std::error::Error>;
+
+/// An environment, and a scale space for each number of lights.
+type Loaded = (Points, Environment, Vec<(usize, ScaleSpace, Duration)>);
 
 fn main() {
     if let Err(error) = run() {
@@ -70,7 +74,8 @@ fn run() -> Result<(), Failure> {
     let (views, seed): (usize, u64) = (option("--views", "2000").parse()?, option("--seed", "1").parse()?);
     let widths = Widths::new(edge).ok_or("--resolution: expected a power of two from 8 to 512")?;
 
-    let mut loaded = Vec::new();
+    let has_areas = std::env::args().any(|argument| argument == "--areas");
+    let mut loaded: Vec<Loaded> = Vec::new();
     for name in &environments {
         let environment = load(name)?;
         let lamps = environment.separate_lamps(Stop::NEVER)?.lights;
@@ -84,7 +89,7 @@ fn run() -> Result<(), Failure> {
         let seconds: Vec<String> =
             spaces.iter().map(|space| format!("{:.3}", space.2.as_secs_f64())).collect();
         println!("{name}: {} lights; scale spaces in {} s", lamps.len(), seconds.join(", "));
-        loaded.push((Points::new(&environment)?, spaces));
+        loaded.push((Points::new(&environment)?, environment, spaces));
     }
     let lights = counts.join(" / ");
     let heads: Vec<String> = environments.iter().map(|name| format!("{name}, {lights}")).collect();
@@ -92,8 +97,12 @@ fn run() -> Result<(), Failure> {
     println!("| --- | --- | --- |{}", " --- |".repeat(heads.len()));
     for name in &materials {
         let material = material(name)?;
-        let truths: Vec<Truth> =
-            loaded.iter().map(|(points, _)| Truth::new(points, &material, views, seed)).collect();
+        let truths: Vec<Truth> = (loaded.iter())
+            .map(|(points, environment, _)| match has_areas {
+                true => Truth::of_areas(environment, &material, views, seed),
+                false => Truth::new(points, &material, views, seed),
+            })
+            .collect();
         for taps in &taps {
             let start = Instant::now();
             let fitted = match fit(&material, *taps, widths, Stop::NEVER) {
@@ -104,7 +113,7 @@ fn run() -> Result<(), Failure> {
                 }
             };
             let took = start.elapsed().as_secs_f64();
-            let cell = |((_, spaces), truth): (&(Points, Vec<(usize, ScaleSpace, _)>), &Truth)| {
+            let cell = |((_, _, spaces), truth): (&Loaded, &Truth)| {
                 let each = spaces.iter().map(|(_, space, _)| {
                     let [p95, p99] = truth.error(&fitted.table, space, &material);
                     format!("{p95:.3}/{p99:.3}")

@@ -4,7 +4,7 @@ use brdf::Material;
 use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
-use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_least};
+use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_each, least_fit};
 
 use crate::values::UntilStopped;
 
@@ -96,10 +96,10 @@ pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<T
     Ok(fits(material, ERROR, reporter)?.fitted.table)
 }
 
-/// The taps of a material whose residual is at most `error`, as far as more of them help, and those with
-/// fewer.
+/// Fits of a material with several numbers of taps; the first is the least whose residual is at most `error`,
+/// or past which more of them do not help.
 pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
-    let mut fewer = reporter.until_stopped(|stop| fit_least(material, error, Widths::FINEST, stop))?;
-    let fitted = fewer.pop().ok_or_else(|| Failure::new("no fit was made"))?;
-    Ok(MaterialTaps { material: material.clone(), fitted, fewer })
+    let mut others = reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?;
+    let fitted = others.remove(least_fit(&others, error));
+    Ok(MaterialTaps { material: material.clone(), fitted, others })
 }

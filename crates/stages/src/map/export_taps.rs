@@ -9,7 +9,7 @@
 //! ## Taps and lights of a pair
 //!
 //! A look-up costs a pixel about 20 operations and a light 35, so the build measures each number of taps that
-//! `fit-taps` has tried (all up to its own with `taps = "auto"`) with each number of the scale space's
+//! `fit-taps` has tried (1, 2, 3, 4, 6 and 8 with `taps = "auto"`) with each number of the scale space's
 //! lights, and takes the cheapest that is within `accept`, or else the most accurate. A light that does not
 //! stay beside the map is blurred into it; nothing is lost. With `lights = "all"` the map of an environment
 //! is the same beside every material, so that a renderer needs it once.
@@ -98,7 +98,10 @@ use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, choice, pa
 use envmap::{CubeMap, Image};
 use serde_json::json;
 use sh::Light;
-use taps::{Accuracy, ROWS, ScaleSpace, Source, TapTable, Trade, Truth, Widths, atlas_picture, table_texels};
+use taps::{
+    Accuracy, ROWS, ScaleSpace, Source, TapTable, Trade, Truth, Widths, atlas_picture, table_texels,
+    widths_for,
+};
 
 use super::degree_choice::Accept;
 use crate::engines::{EnginePreset, TapFileNames, TapPreset, tap_texts};
@@ -481,7 +484,7 @@ fn choose<'a>(
         }
     };
     let tables: Vec<&TapTable> =
-        taps.fewer.iter().chain([&taps.fitted]).map(|fitted| &fitted.table).collect();
+        taps.others.iter().chain([&taps.fitted]).map(|fitted| &fitted.table).collect();
     let found = reporter.until_stopped(|stop| {
         let truth = Truth::new(&scales.points, &taps.material, VIEWS[usize::from(is_turned)], stop)?;
         truth.trade(&tables, &counts, &scales.space, &taps.material, stop).map_err(Failure::from)
@@ -497,11 +500,23 @@ fn choose<'a>(
     if chosen.accuracy.excess(accept) <= 1.0 {
         reporter.note(text);
     } else {
-        reporter.warn(format!(
-            "{text}; `accept` is [{}, {}]. More `lights` of scale-space help if lamps are bright, a larger `resolution` \
-             if the highlight is sharp, more `taps` of fit-taps otherwise",
-            accept[0], accept[1]
-        ));
+        reporter.warn(format!("{text}; `accept` is [{}, {}]{}", accept[0], accept[1], help(scales, taps)));
     }
     Ok((scales.space.keeping(chosen.lights), tables[chosen.table]))
+}
+
+/// What may bring a pair closer to the truth.
+fn help(scales: &tensors::EnvironmentScales, taps: &tensors::MaterialTaps) -> String {
+    let mut remedies = Vec::new();
+    let needed = widths_for(&taps.material).edge();
+    if needed > scales.space.widths().edge() {
+        remedies.push(format!("resolution = {needed} of scale-space for so sharp a highlight"));
+    }
+    if !scales.space.lights().is_empty() {
+        remedies.push("more `lights` of scale-space".to_owned());
+    }
+    if taps.others.is_empty() && taps.fitted.table.taps() > 0 {
+        remedies.push("taps = \"auto\" of fit-taps".to_owned());
+    }
+    if remedies.is_empty() { String::new() } else { format!("; what may help: {}", remedies.join(", ")) }
 }

@@ -17,8 +17,8 @@
 //!
 //! With `taps = "auto"` J is the least of 1, 2, 3, 4, 6 and 8 whose residual is at most `error`, or which the
 //! next number does not lower by a quarter: what is left then is no matter of more look-ups. The residual is
-//! that of spots of light. Under an environment fewer may be enough: `export-taps` measures each number, and
-//! takes the cheapest. docs/taps.md has tables.
+//! that of spots of light. Under an environment another number may do: `export-taps` measures each, and takes
+//! the cheapest that is accurate enough. docs/taps.md has tables.
 //!
 //! A material that depends on the direction of its tangent (stretched highlights, kajiya-kay) is replaced by
 //! its mean over all turns about the normal, with a warning.
@@ -82,7 +82,7 @@ impl Kind for FitTaps {
         let made = match parameters.taps {
             OrAuto::Fixed(taps) => {
                 let fitted = reporter.until_stopped(|stop| fit(&material, taps, Widths::FINEST, stop))?;
-                MaterialTaps { material, fitted, fewer: Vec::new() }
+                MaterialTaps { material, fitted, others: Vec::new() }
             }
             OrAuto::Auto => fits(&material, parameters.error, reporter)?,
         };

@@ -299,7 +299,7 @@ fn taps_are_drawn_with_their_inputs() {
         Taps(containers::tensors::MaterialTaps {
             material: gold(),
             fitted: fitted.clone(),
-            fewer: Vec::new(),
+            others: Vec::new(),
         })
     };
     let with = |parameters: &str| {

@@ -109,11 +109,13 @@ fn a_pair_is_measured_and_its_file_has_every_tensor() {
     assert_eq!(shape("std"), [16]);
     assert_eq!(shape("diffuse"), [9, 3]);
     let strict = pair("accept = [0.001, 0.002]").run().unwrap().warnings;
-    assert!(strict.iter().any(|text| text.contains("`accept` is [0.001, 0.002]")), "{strict:?}");
+    let told = "`accept` is [0.001, 0.002]; what may help: ";
+    assert!(strict.iter().any(|text| text.contains(told)), "{strict:?}");
+    assert!(strict.iter().any(|text| text.contains("resolution = 32 of scale-space")), "{strict:?}");
     assert!(pair("accept = [3, 5]").run().unwrap().warnings.is_empty());
 }
 
-/// Fewer taps and fewer lights are taken where they are accurate enough; what is not kept is in the levels.
+/// Fewer taps and lights are taken where they are accurate enough; what is not kept is in the levels.
 #[test]
 fn a_pair_takes_the_cheapest_taps_and_lights() {
     let space = scale_space("resolution = 32").artifact::<ScaleSpace>();
@@ -122,7 +124,7 @@ fn a_pair_takes_the_cheapest_taps_and_lights() {
         case("fit-taps", "error = 0.0001").input("material", Material(brdf::Material::Microfacet(rough)));
     let taps = taps.artifact::<Taps>();
     let (most, all) = (taps.0.fitted.table.taps(), space.0.space.lights().len());
-    assert!(most > 2 && all > 1 && taps.0.fewer.len() > 1, "{most} {all}");
+    assert!(most > 2 && all > 1 && taps.0.others.len() > 1, "{most} {all}");
     let chosen = |parameters: &str| {
         let parameters = format!("format = \"safetensors\"\n{parameters}");
         let case = case("export-taps", &parameters)

@@ -36,8 +36,8 @@ pub struct MaterialTaps {
     pub material: Material,
     /// The taps and how well they fit.
     pub fitted: Fitted,
-    /// Fits of fewer taps, which are enough under some environments.
-    pub fewer: Vec<Fitted>,
+    /// Fits of other numbers of taps, which may be better under an environment.
+    pub others: Vec<Fitted>,
 }
 
 /// A scale space: `level_00` [6, edge, edge, 3] f32, `level_01` ..., faces in file order; the light about
@@ -115,14 +115,14 @@ pub fn decode_scale_space(bytes: &[u8]) -> Result<EnvironmentScales, Error> {
 
 /// The taps of a material: `taps` [65, J, 5] f64, delta, s, r, g, b of each look-up between levels, and
 /// `normals` [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The
-/// metadata have the material and `rms`, the residual of the fit in stops. Fits of fewer taps have the same
-/// names with `fewer_0_`, `fewer_1_` ... before them.
+/// metadata have the material and `rms`, the residual of the fit in stops. Fits of other numbers of taps
+/// have the same names with `others_0_`, `others_1_` ... before them.
 ///
 /// # Errors
 /// If a number is not finite, or the material is an empty sum.
 pub fn encode_taps(taps: &MaterialTaps, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("taps", recipe);
-    for (prefix, fitted) in prefixes().zip([&taps.fitted].into_iter().chain(&taps.fewer)) {
+    for (prefix, fitted) in prefixes().zip([&taps.fitted].into_iter().chain(&taps.others)) {
         add_taps(&fitted.table, &prefix, &mut file)?;
         file.entry(format!("{prefix}rms"), format!("{}", fitted.rms));
     }
@@ -132,7 +132,7 @@ pub fn encode_taps(taps: &MaterialTaps, recipe: Option<&str>) -> Result<Vec<u8>,
 
 /// What the names of each fit begin with.
 fn prefixes() -> impl Iterator<Item = String> {
-    std::iter::once(String::new()).chain((0..).map(|index| format!("fewer_{index}_")))
+    std::iter::once(String::new()).chain((0..).map(|index| format!("others_{index}_")))
 }
 
 fn add_taps(table: &TapTable, prefix: &str, file: &mut Writer) -> Result<(), Error> {
@@ -162,8 +162,8 @@ pub fn decode_taps(bytes: &[u8]) -> Result<MaterialTaps, Error> {
     let (material, _) = material::of(&file)?.ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
     let fitted = fitted(&file, "")?;
     let is_there = |prefix: &String| file.metadata.contains_key(&format!("{prefix}rms"));
-    let fewer = prefixes().skip(1).take_while(is_there).map(|prefix| self::fitted(&file, &prefix));
-    Ok(MaterialTaps { material, fitted, fewer: fewer.collect::<Result<_, _>>()? })
+    let others = prefixes().skip(1).take_while(is_there).map(|prefix| self::fitted(&file, &prefix));
+    Ok(MaterialTaps { material, fitted, others: others.collect::<Result<_, _>>()? })
 }
 
 /// The fit whose names begin so.
@@ -247,7 +247,7 @@ mod tests {
 
     fn material_taps(material: Material) -> MaterialTaps {
         let fit = |taps| ::taps::fit(&material, taps, Widths::new(8).unwrap(), Stop::NEVER).unwrap();
-        MaterialTaps { fitted: fit(2), fewer: vec![fit(0), fit(1)], material }
+        MaterialTaps { fitted: fit(2), others: vec![fit(0), fit(1)], material }
     }
 
     #[test]
