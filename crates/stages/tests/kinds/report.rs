@@ -381,7 +381,8 @@ fn the_trade_has_every_technique_at_every_degree() {
             // The title of a point in both charts, and the row of the table.
             let said = format!("{p95:.3} and {p99:.3} stops, ");
             assert!(page.matches(&said).count() >= 2, "{said}");
-            let cell = |mark: &str| format!("number{mark}\">{p95:.3}</td><td class=\"number{mark}\">{p99:.3}</td>");
+            let cell =
+                |mark: &str| format!("number{mark}\">{p95:.3}</td><td class=\"number{mark}\">{p99:.3}</td>");
             assert!(page.contains(&cell("")) || page.contains(&cell(" pick")), "{p95} {p99}");
             let texels = 8 * 6 * 12 * 12;
             match (technique, degree) {
@@ -453,7 +454,8 @@ fn the_trade_of_light_without_lamps_has_no_lights() {
     let [chalk, lacquer] = [0, 1].map(|index| &json["pairs"][index]);
     for pair in [chalk, lacquer] {
         assert!(series(pair).iter().all(|series| series["lights"] == 0), "{pair}");
-        let of = |technique: &str| series(pair).iter().filter(|series| series["technique"] == technique).count();
+        let of =
+            |technique: &str| series(pair).iter().filter(|series| series["technique"] == technique).count();
         assert_eq!(["shrm", "shrm-separate", "taps", "split-sum", "components"].map(of), [1, 0, 1, 1, 1]);
     }
     let degrees = |pair: &Value, technique: &str| -> Vec<u64> {

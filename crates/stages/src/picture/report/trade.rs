@@ -28,7 +28,7 @@ const DEGREES: [usize; 8] = [0, 1, 2, 3, 4, 6, 8, MOST_P];
 const COMPONENTS: [usize; 3] = [4, 8, 16];
 
 /// The number of coefficients of a map with lamps that are fitted for each degree.
-const FITTED: usize = 1 << 15;
+const FITTED: usize = 1 << 16;
 
 /// The steps of 1 - cos(theta_v) between the nodes of a directional albedo.
 const ALBEDOS: usize = 32;
@@ -138,8 +138,9 @@ impl TradePair<'_> {
         {
             series.extend(self.exported(method, technique, fetches));
         }
-        series.extend(self.harmonics()?);
-        series.extend(self.components()?);
+        let lamps = self.reflection.lamps().map(|lamps| self.scene.lamps(lamps));
+        series.extend(self.harmonics(lamps.as_deref())?);
+        series.extend(self.components(lamps.as_deref())?);
         series.extend(self.taps()?);
         let advice = trade_advice::of_series(&series);
         Ok(Trade { series, advice })
@@ -210,8 +211,8 @@ impl TradePair<'_> {
     }
 
     /// Spherical harmonic reflection maps of more and more degrees; in light with lamps with these in the map
-    /// and beside it.
-    fn harmonics(&self) -> Result<Vec<TradeSeries>, Failure> {
+    /// and beside it, with this radiance at each pixel.
+    fn harmonics(&self, beside: Option<&[[f64; 3]]>) -> Result<Vec<TradeSeries>, Failure> {
         let (scene, reflection) = (self.scene, self.reflection);
         let (f, full) = (reflection.brdf().f(), self.material.full(scene.reporter)?);
         let most = Degree::new(MOST_P)?.min(Degree::new(full.highest().0)?);
@@ -227,14 +228,13 @@ impl TradePair<'_> {
         };
         let lamps = reflection.lamps();
         let lights = lamps.map_or(0, |lamps| lamps.lights.len());
-        let beside = lamps.map(|lamps| scene.lamps(lamps));
         let reader = scene.reader(reflection);
         let mut points = Vec::new();
         for p in degrees() {
             scene.reporter.check_cancelled()?;
             let map = whole.cut(Degree::new(p)?);
             let mut values = reader.shrm(&map, None);
-            if let Some(beside) = &beside {
+            if let Some(beside) = beside {
                 add(&mut values, beside);
             }
             let bytes = HALVES * map.rows() * map.grid().len() + LIGHT_BYTES * lights;
@@ -259,8 +259,8 @@ impl TradePair<'_> {
         Ok(vec![TradeSeries { technique: Technique::Shrm, lights: 0, points }, separate])
     }
 
-    /// Principal components, with the lamps beside them.
-    fn components(&self) -> Result<Option<TradeSeries>, Failure> {
+    /// Principal components, with the lamps beside them, of this radiance at each pixel.
+    fn components(&self, beside: Option<&[[f64; 3]]>) -> Result<Option<TradeSeries>, Failure> {
         let Some(basis) = &self.traded.basis else { return Ok(None) };
         let (scene, edge) = (self.scene, COMPONENT_EDGE);
         let known;
@@ -280,14 +280,13 @@ impl TradePair<'_> {
             fit_counts(reflection, basis, edge, &counts, stop).map_err(Failure::from)
         })?;
         let lamps = reflection.lamps();
-        let beside = lamps.map(|lamps| scene.lamps(lamps));
         let lights = lamps.map_or(0, |lamps| lamps.lights.len());
         let view = Sphere::view();
         let mut points = Vec::new();
         for (map, count) in maps.iter().zip(counts) {
             let look = |central: &Direction| map.radiance(*central, view).map(|value| value as f32);
             let mut values: Vec<[f32; 3]> = scene.central.par_iter().map(look).collect();
-            if let Some(beside) = &beside {
+            if let Some(beside) = beside {
                 add(&mut values, beside);
             }
             let bytes = HALVES * count * 6 * (edge + 2) * (edge + 2) + LIGHT_BYTES * lights;
