@@ -53,24 +53,15 @@ const TRIED_P: [usize; 11] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12, MOST_P];
 pub struct Cut {
     /// The degree in the central direction.
     pub f: Degree,
-    /// The degree in the view.
-    pub p: Degree,
-    /// The error in stops that 95 of 100 samples stay below.
-    pub p95: f64,
-    /// The error in stops that 99 of 100 samples stay below.
-    pub p99: f64,
-    /// The RMS of what P leaves out, as a share of the RMS radiance of the series.
-    pub rms: f64,
-    /// Whether P meets what it was chosen by.
-    pub is_met: bool,
-    /// The least P above the highest allowed one that would meet a rule, if one that was tried does.
-    pub enough: Option<usize>,
+    /// The degree in the view, and the errors of the cut; the RMS is that of P alone.
+    pub map: MapDegree,
 }
 
 impl Cut {
     /// Whether the cut is seen, because no degrees that were tried are enough.
     pub fn shows(&self) -> bool {
-        self.p95 > SHOWS[0] + SHOWS_BESIDE[0] || self.p99 > SHOWS[1] + SHOWS_BESIDE[1]
+        let MapDegree { p95, p99, .. } = self.map;
+        p95 > SHOWS[0] + SHOWS_BESIDE[0] || p99 > SHOWS[1] + SHOWS_BESIDE[1]
     }
 }
 
@@ -117,18 +108,15 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
         let rms = trial.rms[trial.p[p]];
-        let (f, p, is_met) = (degree(trial.f[f]), degree(trial.p[p]), true);
-        Cut { f, p, p95: at(0.95), p99: at(0.99), rms, is_met, enough: None }
+        let p = degree(trial.p[p]);
+        let map = MapDegree { p, p95: at(0.95), p99: at(0.99), rms, is_met: false, enough: None };
+        Cut { f: degree(trial.f[f]), map }
     };
-    let within = |cut: &Cut, limits: [f64; 2]| cut.p95 <= limits[0] && cut.p99 <= limits[1];
+    let within = |cut: &Cut, limits: [f64; 2]| cut.map.p95 <= limits[0] && cut.map.p99 <= limits[1];
     let last = trial.p.len() - 1;
     let shows = SHOWS.map(|stops| share * stops);
     let by_rule = rule.and_then(|rule| {
-        let of = |p| {
-            let Cut { p, p95, p99, rms, enough, .. } = measure(highest, p);
-            MapDegree { p, p95, p99, rms, is_met: false, enough }
-        };
-        let measured: Vec<MapDegree> = (0..=last).map(of).collect();
+        let measured: Vec<MapDegree> = (0..=last).map(|p| measure(highest, p).map).collect();
         DegreeRule { tolerance: rule.tolerance.scaled(share), ..rule }.choose(&measured)
     });
     let (p, is_met, enough) = match by_rule {
@@ -141,9 +129,10 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
         }
     };
     let reached = measure(highest, p);
-    let limits = [reached.p95 + share * SHOWS_BESIDE[0], reached.p99 + share * SHOWS_BESIDE[1]];
+    let MapDegree { p95, p99, .. } = reached.map;
+    let limits = [p95 + share * SHOWS_BESIDE[0], p99 + share * SHOWS_BESIDE[1]];
     let cut = (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached);
-    Cut { is_met, enough, ..cut }
+    Cut { map: MapDegree { is_met, enough, ..cut.map }, ..cut }
 }
 
 /// The light that is added to a field before it is seen: a cut shows less beside more light.
@@ -383,7 +372,7 @@ impl Reflection {
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let cut = choose(series, diffuse, alone, allowance.of(DIFFUSE), stop)?;
         let f = well_above(cut.f).min(series.degree()).min(diffuse.f());
-        let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.p)));
+        let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.map.p)));
         let base = Self::cut_at(&cut, series, diffuse, lamps);
         let (lamps, of_diffuse) = (lamps_of(lighting, highlight), base.lamps().map(Lamps::for_views));
         let fields = Some([&base, &whole]);
@@ -394,7 +383,7 @@ impl Reflection {
     }
 
     fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Lamps) -> Self {
-        Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p))
+        Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.map.p))
             .marked_for_light()
             .with_lamps(lamps)
     }
@@ -415,7 +404,7 @@ pub(crate) fn samples_for_light(
     let samples = trial.all_samples(&lighting.series, brdf, beside, stop)?;
     let cut = least(&trial, &samples, CutAllowance { share: 1.0, dark, rule: None });
     let place = |degrees: &[usize], degree: Degree| degrees.iter().position(|l| *l == degree.get());
-    let [f, p] = [place(&trial.f, cut.f), place(&trial.p, cut.p)].map(Option::unwrap_or_default);
+    let [f, p] = [place(&trial.f, cut.f), place(&trial.p, cut.map.p)].map(Option::unwrap_or_default);
     let with =
         |value: [f64; 3], beside: [f64; 3]| std::array::from_fn(|channel| value[channel] + beside[channel]);
     let whole = samples.iter().map(|sample| with(sample.reference, sample.beside[1])).collect();
@@ -467,7 +456,7 @@ mod tests {
     #[test]
     fn a_matte_surface_needs_few_degrees_and_no_view() {
         let cut = chosen(&Material::Lambert(Lambert::new([0.8; 3]).unwrap()), &sky(60));
-        assert!(cut.p.get() == 0 && (2..=4).contains(&cut.f.get()), "{cut:?}");
+        assert!(cut.map.p.get() == 0 && (2..=4).contains(&cut.f.get()), "{cut:?}");
     }
 
     #[test]
@@ -495,7 +484,7 @@ mod tests {
         let lighting = Lighting { series: sky(40), lights: vec![sun] };
         let (cut_field, cut) = Reflection::for_light(&lighting, &full, &material, Stop::NEVER).unwrap();
         assert!(cut_field.is_for_light() && cut_field.lamps().is_some());
-        assert_eq!((cut_field.brdf().f(), cut_field.brdf().p()), (cut.f, cut.p));
+        assert_eq!((cut_field.brdf().f(), cut_field.brdf().p()), (cut.f, cut.map.p));
         let whole = Reflection::convolve(&lighting.series, &full);
         let (lamps, dark) = (cut_field.lamps().unwrap(), BLACK_SHARE * lighting.mean());
         // Other samples than those of the choice.
@@ -514,7 +503,7 @@ mod tests {
         stops.sort_by(f64::total_cmp);
         // Both are quantiles of 600 and of 3000 samples.
         assert!(
-            stops[570] < 1.5 * cut.p95 + 0.01 && stops[594] < 2.0 * cut.p99 + 0.02,
+            stops[570] < 1.5 * cut.map.p95 + 0.01 && stops[594] < 2.0 * cut.map.p99 + 0.02,
             "{cut:?} {} {}",
             stops[570],
             stops[594]
@@ -552,7 +541,7 @@ mod tests {
             }
         }
         stops.sort_by(f64::total_cmp);
-        let limits = [1.5 * errors.p95 + 0.01, 2.0 * errors.p99 + 0.02];
+        let limits = [1.5 * errors.map.p95 + 0.01, 2.0 * errors.map.p99 + 0.02];
         assert!(stops[570] < limits[0] && stops[594] < limits[1], "{errors:?} {} {}", stops[570], stops[594]);
     }
 }

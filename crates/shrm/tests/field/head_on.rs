@@ -51,7 +51,7 @@ fn the_maps_of_both_parts_head_on_add_up_to_the_whole() {
         assert!(!cut.shows(), "{roughness}: {cut:?}");
         // Both are quantiles of samples, of which the last are at grazing views, where errors rise steeply;
         // the material itself keeps the light to 0.007 stops.
-        let limits = [1.1 * cut.p95 + 0.01, 1.5 * cut.p99 + 0.01];
+        let limits = [1.1 * cut.map.p95 + 0.01, 1.5 * cut.map.p99 + 0.01];
         assert!(stops[380] < limits[0] && stops[396] < limits[1], "{roughness}: {cut:?} {stops:?}");
     }
 }

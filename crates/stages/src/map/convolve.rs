@@ -72,7 +72,7 @@ use shrm::degrees::{BLACK_SHARE, Cut};
 use shrm::ringing::{CutError, CutStudy, Samples};
 use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection, Terms};
 
-use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed, of_cut};
+use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed};
 use crate::values::{UntilStopped, Window, about, artifacts, percent};
 
 parameters! {
@@ -179,8 +179,8 @@ impl Kind for Convolve {
                     lost(&cut, rule),
                     beside(&reflection)
                 ));
-                if let Some(rule) = rule.filter(|_| !cut.is_met) {
-                    reporter.warn(missed(rule, &of_cut(&cut)));
+                if let Some(rule) = rule.filter(|_| !cut.map.is_met) {
+                    reporter.warn(missed(rule, &cut.map));
                 }
                 let reflection = if given.is_none() && rule.is_none() && cut.shows() {
                     let whole = whole(lighting, &brdf.coefficients, material);
@@ -208,7 +208,7 @@ impl Kind for Convolve {
                         reporter.note(format!(
                             "[F, P] of its parts: diffuse {diffuse:?}, specular {specular:?}; in their sum 95 % of views are \
                              within {:.3} stops, 99 % within {:.3}",
-                            cut.p95, cut.p99
+                            cut.map.p95, cut.map.p99
                         ));
                         reflection.with_parts(parts)
                     }
@@ -351,9 +351,9 @@ fn told(error: &CutError) -> String {
 
 /// Says what a cut at the chosen degrees loses.
 fn lost(cut: &Cut, rule: Option<DegreeRule>) -> String {
-    let stops = format!("95 % of views are within {:.3} stops, 99 % within {:.3}", cut.p95, cut.p99);
+    let stops = format!("95 % of views are within {:.3} stops, 99 % within {:.3}", cut.map.p95, cut.map.p99);
     match rule.map(|rule| rule.tolerance) {
-        Some(MapTolerance::Rms(_)) => format!("{stops}; the RMS error of P is {}", percent(cut.rms)),
+        Some(MapTolerance::Rms(_)) => format!("{stops}; the RMS error of P is {}", percent(cut.map.rms)),
         Some(MapTolerance::Stops(_)) | None => stops,
     }
 }

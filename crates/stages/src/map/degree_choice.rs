@@ -2,7 +2,6 @@
 
 use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use serde_json::json;
-use shrm::degrees::Cut;
 use shrm::{DegreeRule, MapDegree, MapTolerance, Terms};
 
 use crate::values::percent;
@@ -72,12 +71,6 @@ impl DegreeChoice {
         let tolerance = self.tolerance().unwrap_or(MapTolerance::Stops(accept.0));
         DegreeRule { tolerance, most_p: self.most_p.unwrap_or(most_p), terms }
     }
-}
-
-/// The errors of a cut as those of a map.
-pub(crate) fn of_cut(cut: &Cut) -> MapDegree {
-    let Cut { p, p95, p99, rms, is_met, enough, .. } = *cut;
-    MapDegree { p, p95, p99, rms, is_met, enough }
 }
 
 /// Says how far off a map is, in the measure of its tolerance.
