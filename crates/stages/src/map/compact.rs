@@ -4,7 +4,7 @@ use brdf::Material;
 use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
-use taps::{ScaleSpace, ScaleSpaceError, TapTable, Widths, fit_each, least_fit};
+use taps::{ScaleSpace, ScaleSpaceError, Widths, fit_each, least_fit};
 
 use crate::values::UntilStopped;
 
@@ -92,8 +92,8 @@ pub(crate) fn scale_space(
 }
 
 /// The taps of a material with the default parameters.
-pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
-    Ok(fits(material, ERROR, reporter)?.fitted.table)
+pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
+    fits(material, ERROR, reporter)
 }
 
 /// Fits of a material with several numbers of taps; the first is the least whose residual is at most `error`,

@@ -5,6 +5,7 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use brdf::{BrdfCoefficients, Centre, Choice, Part, project};
+use containers::tensors::MaterialTaps;
 use engine::{Failure, Reporter, Steps};
 use envmap::{ToneMap, to_srgb8};
 use rayon::prelude::*;
@@ -50,8 +51,8 @@ pub(crate) struct Studied<'a> {
     mean: OnceCell<MeanLobe>,
     /// The material's lobes for a small light, in the mean over the views at each angle of a 3D texture.
     rings: OnceCell<Vec<MeanLobe>>,
-    /// The look-ups into a scale space.
-    taps: OnceCell<TapTable>,
+    /// The look-ups into a scale space, with more and more of them.
+    taps: OnceCell<MaterialTaps>,
 }
 
 impl<'a> Studied<'a> {
@@ -77,7 +78,7 @@ impl<'a> Studied<'a> {
     }
 
     /// The look-ups that `fit-taps` makes by default.
-    fn taps(&self, reporter: &Reporter) -> Result<&TapTable, Failure> {
+    pub(crate) fn taps(&self, reporter: &Reporter) -> Result<&MaterialTaps, Failure> {
         if let Some(taps) = self.taps.get() {
             return Ok(taps);
         }
@@ -318,7 +319,7 @@ impl<'a> StudyScene<'a> {
 
     /// Measures a compact map, and the sum of its taps and lights that readers see.
     fn compact(&self, lit: &Lit<'_>, material: &Studied<'_>) -> Result<(Export, Seen), Failure> {
-        let (space, table) = (lit.space(self.reporter)?, material.taps(self.reporter)?);
+        let (space, table) = (lit.space(self.reporter)?, &material.taps(self.reporter)?.fitted.table);
         let lamps =
             Lamps { lights: space.lights().to_vec(), material: material.material.clone().into_owned() };
         let (lit, view) = (self.lamps(&lamps), Sphere::view());

@@ -10,7 +10,7 @@ use sh::Degree;
 use shrm::components::{ComponentBasis, ComponentError, fit_counts};
 use shrm::{Lamps, MOST_P, MapGrid, MeanLobe, Plain, Reflection, Shrm, View};
 use sphere::{Cube, Direction};
-use taps::{ScaleSpace, TapTable, Widths, fit_each};
+use taps::{ScaleSpace, TapTable};
 
 use crate::map::COMPONENT_EDGE;
 use crate::picture::report::figures::{Export, Method, Settings, Technique, Trade, TradePoint, TradeSeries};
@@ -52,8 +52,10 @@ pub(crate) struct Traded {
 impl Traded {
     pub(crate) fn new(material: &Studied<'_>, reporter: &Reporter) -> Result<Self, Failure> {
         let of = &*material.material;
-        let fits = reporter.until_stopped(|stop| fit_each(of, Widths::FINEST, stop))?;
-        let taps = fits.into_iter().map(|fitted| fitted.table).collect();
+        let fits = material.taps(reporter)?;
+        let mut taps: Vec<TapTable> =
+            fits.others.iter().chain([&fits.fitted]).map(|fitted| fitted.table.clone()).collect();
+        taps.sort_by_key(TapTable::taps);
         if of.centre() == Centre::Tangent {
             return Ok(Self { taps, basis: None, split: Vec::new() });
         }
