@@ -58,7 +58,8 @@
 //! A line of advice names the cheapest taps and lights, at 20 operations for a tap and 35 for a light, whose
 //! errors are at most 0.1 and 0.25 stops, or the best. In the JSON file each of `pairs` has `trade`: `series`
 //! with `technique`, `lights` and `points`, of which each has `degree`, the errors, `bytes`, `fetches` and
-//! `one_of`, and `advice`. `trade = false` leaves it out, and saves about a quarter of the time.
+//! `one_of`, and `advice`. SHRMs with lamps in them are measured at fewer pixels, as `one_of` says. `trade =
+//! false` leaves all of it out, and saves about a quarter of the time.
 //!
 //! ## BRDF tables
 //!
