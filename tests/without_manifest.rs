@@ -75,6 +75,54 @@ fn six_faces_and_textures_are_found_to_be_environments() {
     assert!(run.stderr.contains("rec2020"), "{}", run.stderr);
 }
 
+/// `--lights` says how many lamps stay beside the levels of a compact map's light.
+#[test]
+fn an_environment_is_converted_to_the_light_of_compact_maps() {
+    let project = assets_alone();
+    let lights = |options: &[&str]| {
+        project.ok(&[&["convert", STUDIO, "-o", "light", "--to", "taps", "-r", "16"], options].concat());
+        let text = fs::read_to_string(project.path("light/taps.json")).unwrap();
+        let numbers: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(numbers["resolution"], 16);
+        numbers["lights"].as_array().unwrap().len()
+    };
+    let (all, none) = (lights(&["--lights", "all"]), lights(&["--lights", "0"]));
+    assert!(all > 0 && none == 0, "{all}");
+    assert_eq!(lights(&[]), all.min(8));
+    let files = files_below(&project.path("light")).into_keys().collect::<Vec<_>>();
+    assert_eq!(files, ["levels.ktx2", "normals.ktx2", "taps.json"]);
+    let run = project.ok(&["convert", STUDIO, "-o", "one.safetensors", "--to", "taps", "-r", "16"]);
+    assert_eq!(run.stderr, "Wrote 1 file to one.safetensors.\n");
+    project.ok(&[
+        "convert",
+        "assets/environments",
+        "-o",
+        "both",
+        "--to",
+        "taps",
+        "-r",
+        "16",
+        "--exposure",
+        "1",
+    ]);
+    assert_eq!(files_below(&project.path("both")).len(), 6);
+
+    let options = ["convert", STUDIO, "-o", "light", "--to", "taps", "--lights", "2", "-r", "16"];
+    let text = project.ok(&[&options[..], &["--manifest"]].concat()).stdout;
+    for line in ["kind = \"scale-space\"", "lights = 2", "kind = \"export-taps\""] {
+        assert!(text.contains(line), "{text}");
+    }
+    for (options, words) in [
+        (&["-o", "a.exr", "--lights", "2"][..], "--lights is an option of --to taps"),
+        (&["-o", "a", "--to", "taps", "--lights", "few"], "a whole number of lights, or \"all\""),
+        (&["-o", "a", "--to", "taps", "--precision", "half"], "--precision is an option of --to environment"),
+        (&["-o", "a", "--to", "taps", "-r", "48"], "the nearest is 64"),
+        (&["-o", "a", "--to", "taps", "--format", "safetensors"], "is not the name of what"),
+    ] {
+        project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
+    }
+}
+
 #[test]
 fn a_conversion_prints_the_manifest_that_does_the_same() {
     let project = assets_alone();

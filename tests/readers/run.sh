@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Reads what Specula writes with the readers of other programs, by values: a table of readers and files with the largest
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
+# Compact maps are drawn with in a browser, three.html and babylon.html, of which screenshots lie in target/readers/files/taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian, into target/readers; remove that folder to try again what was missing.
 set -euo pipefail
@@ -8,15 +9,16 @@ cd "$(dirname "$0")/../.."
 all=; [ "${1:-}" = --all ] && { all=1; shift; }
 specula=$(realpath "${1:-target/debug/specula}")
 here=$PWD/tests/readers
+assets=$PWD/assets/environments
 mkdir -p target/readers
 cd target/readers
 
 skip() { echo "SKIPPED $1: $2"; }
 
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then
-    skip "three.js, Babylon.js, ktx-parse" "no node"
+    skip "three.js, Babylon.js, ktx-parse, compact maps" "no node"
 elif [ ! -d node_modules/three ] || ! cmp -s "$here/package.json" package.json; then
-    cp "$here/package.json" . && npm install --silent --no-audit --no-fund || skip "three.js, Babylon.js, ktx-parse" "npm cannot install them"
+    cp "$here/package.json" . && npm install --silent --no-audit --no-fund || skip "three.js, Babylon.js, ktx-parse, compact maps" "npm cannot install them"
 fi
 # Each version's loaders use that version, and not the newest.
 for version in three150 three170 three183; do
@@ -33,6 +35,20 @@ if ! ldconfig -p | grep -q libfreeimage.so.3 && [ "$(id -u)" = 0 ] && command -v
     touch freeimage
     apt-get install -y -q --no-install-recommends libfreeimage3 >/dev/null 2>&1 || true
 fi
+
+# matc of Debian is older than Filament's and compiles the same language.
+for tool in glslangValidator:glslang-tools matc:libfilament-tools; do
+    if ! command -v "${tool%:*}" >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e "${tool#*:}" ]; then
+        touch "${tool#*:}"
+        apt-get install -y -q --no-install-recommends "${tool#*:}" >/dev/null 2>&1 || true
+    fi
+done
+browser() { command -v chromium || command -v chromium-browser || command -v google-chrome || true; }
+if [ -z "$(browser)" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e chromium ]; then
+    touch chromium
+    apt-get install -y -q --no-install-recommends chromium >/dev/null 2>&1 || true
+fi
+chromium=$(browser)
 
 rm -rf files && mkdir files
 py/bin/python "$here/make.py" files
@@ -54,14 +70,45 @@ for name in soft dim sun; do
     convert $name.hdr -o $name/cube.dds --layout cube --resolution 16
 done
 "$specula" build >build.log 2>&1 || { cat build.log; exit 1; }
+
+# Compact maps of a metal. Brute force in the browser adds up images that are small.
+mkdir -p taps/environments taps/small
+cp "$here/taps.toml" taps/pipeline.toml
+printf 'model = "standard"\nbase_color = [0.95, 0.64, 0.54]\nmetallic = 1\nroughness = 0.3\n' > taps/copper.toml
+cp "$assets/studio.exr" taps/environments/
+if [ -d "${SPECULA_CORPUS:-}" ]; then
+    for name in studio sunrise; do
+        convert "$SPECULA_CORPUS/env/cc0/$name.hdr" -o taps/environments/corpus-$name.exr --resolution 256 --precision float
+    done
+else
+    skip "compact maps under photographs" "SPECULA_CORPUS is not set"
+fi
+for file in taps/environments/*.exr; do
+    convert "$file" -o "${file%.exr}.hdr"
+    convert "$file" -o "taps/small/$(basename "$file")" --resolution 64 --precision float
+done
+"$specula" -C taps build --verbose >taps/build.log 2>&1 || { cat taps/build.log; exit 1; }
 cd ..
 
 : > results
 py/bin/python "$here/readers.py" files >> results || echo "readers.py	ended early	WRONG" >> results
 if [ -d node_modules/three ]; then
     node "$here/readers.mjs" files >> results || echo "readers.mjs	ended early	WRONG" >> results
+    if [ -z "$chromium" ]; then
+        skip "compact maps in three.js, Babylon.js and WebGPU" "no Chromium"
+    elif [ ! -d node_modules/puppeteer-core ]; then
+        skip "compact maps in three.js, Babylon.js and WebGPU" "npm cannot install what drives Chromium"
+    else
+        node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
+        if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
+            node "$here/shaders.mjs" files/taps "$chromium" studio >> results || echo "shaders.mjs	ended early	WRONG" >> results
+        else
+            skip "shaders of compact maps for other engines" "no glslangValidator or no naga"
+        fi
+    fi
 fi
-# A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not.
+# A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of compact maps, what
+# taps.mjs says.
 printf '%-14s %-34s %s\n' reader file "largest error"
 awk -F'\t' '{ printf "%-14s %-34s %s\n", $1, $2, $3 }' results
 ! grep -q WRONG results

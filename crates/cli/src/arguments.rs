@@ -388,14 +388,30 @@ pub(crate) struct PreviewArguments {
     pub(crate) watching: WatchingArguments,
 }
 
+/// What `convert` makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ConvertTarget {
+    /// An image or texture of it
+    Environment,
+    /// The light that compact maps look up, for every material: a scale space
+    Taps,
+}
+
 #[derive(Args, Debug)]
 pub(crate) struct ConvertArguments {
     /// An image or texture of an environment, a folder of six faces, or a folder of images
     pub(crate) input: PathBuf,
-    /// The file to write, whose ending says the format; for a folder of images, or a cube of pictures, a
-    /// folder
+    /// The file to write, whose ending says the format; for a folder of images, a cube of pictures, or the
+    /// light of compact maps, a folder
     #[arg(long, short, value_name = "OUT")]
     pub(crate) output: PathBuf,
+    /// What to make of the environment
+    #[arg(long, value_enum, default_value_t = ConvertTarget::Environment)]
+    pub(crate) to: ConvertTarget,
+    /// With --to taps: how many of the strongest suns and lamps stay lights beside the levels, or all
+    /// [default: 8]
+    #[arg(long, value_name = "N|all", value_parser = values::lights)]
+    pub(crate) lights: Option<String>,
     /// The layout of the input: auto, lat-long, probe, mirror-ball, cube, cube-cross, cube-strip, ...
     #[arg(long, value_name = "LAYOUT")]
     pub(crate) from: Option<String>,
@@ -403,13 +419,16 @@ pub(crate) struct ConvertArguments {
     /// fisheye) shows nothing: black, mean, edge, or a colour such as 0.1,0.1,0.2 [default: black]
     #[arg(long, value_name = "LIGHT")]
     pub(crate) fill: Option<String>,
-    /// The layout to write: lat-long, cube, cube-strip or cube-cross [default: lat-long]
+    /// The layout to write: lat-long, cube, cube-strip or cube-cross [default: lat-long]; with --to taps
+    /// cube-array or atlas [default: cube-array]
     #[arg(long, value_name = "LAYOUT")]
     pub(crate) layout: Option<String>,
-    /// Rows of a lat-long image, or texels along the edge of a cube's face [default: as fine as the input]
+    /// Rows of a lat-long image, or texels along the edge of a cube's face [default: as fine as the input];
+    /// with --to taps those of the finest level [default: 64]
     #[arg(long, short, value_name = "N")]
     pub(crate) resolution: Option<u32>,
-    /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the ending of OUT]
+    /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the ending of OUT]; with --to taps ktx2,
+    /// dds, exr or safetensors [default: ktx2, or safetensors by the ending of OUT]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<String>,
     /// The numbers to write: half or float [default: half, or float if a value exceeds the largest half]

@@ -1,4 +1,5 @@
-//! `specula convert`: environments in another layout, size or format, without a manifest.
+//! `specula convert`: environments in another layout, size or format, or as the light of compact maps,
+//! without a manifest.
 //!
 //! It writes a manifest into a temporary folder, builds it, and moves what it made to its place: the same
 //! kinds do the work as in a pipeline, and `--manifest` prints the manifest to keep.
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use engine::Kinds;
 
-use crate::arguments::ConvertArguments;
+use crate::arguments::{ConvertArguments, ConvertTarget};
 use crate::assets::{self, Assets};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
@@ -21,13 +22,16 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 11] = [
+const OPTIONS: [StageOption; 14] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
     StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
     StageOption { stage: "environment", parameter: "bad-pixels", option: "--bad-pixels" },
     StageOption { stage: "environment", parameter: "colour-space", option: "--colour-space" },
     StageOption { stage: "environment", parameter: "preset", option: "--preset" },
+    StageOption { stage: "environment", parameter: "exposure", option: "--exposure" },
+    StageOption { stage: "light", parameter: "resolution", option: "--resolution" },
+    StageOption { stage: "light", parameter: "lights", option: "--lights" },
     StageOption { stage: "converted", parameter: "layout", option: "--layout" },
     StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "converted", parameter: "format", option: "--format" },
@@ -71,22 +75,33 @@ impl Request {
             return Err(format!("{} holds no image of an environment", input.display()));
         }
         let is_cube = kind.is_dir() && (says_cube || files == [input.clone()]);
-        let names_file = by_name.is_some() || arguments.layout.as_deref() == Some("cube");
+        let is_light = arguments.to == ConvertTarget::Taps;
+        let names_file = by_name.is_some() || is_light || arguments.layout.as_deref() == Some("cube");
         let is_folder = kind.is_dir() && !(is_cube && (says_cube || names_file));
-        let format = match (arguments.format.as_deref(), by_name) {
-            (Some(format), Some(by_name)) if format != by_name && !is_folder => {
-                return Err(format!("{} is not the name of a file in the format {format}", output.display()));
-            }
-            (Some(format), _) => format.to_owned(),
-            (None, Some(format)) if !is_folder => format.to_owned(),
-            (None, _) if is_folder || arguments.layout.as_deref() == Some("cube") => "exr".into(),
-            (None, _) => {
-                return Err(format!(
-                    "the ending of {} says no format; expected .exr, .hdr, .png, .ktx2 or .dds, or --format",
-                    output.display()
-                ));
+        let format = if is_light {
+            light_format(arguments, is_folder)?
+        } else {
+            match (arguments.format.as_deref(), by_name) {
+                (Some(format), Some(by_name)) if format != by_name && !is_folder => {
+                    return Err(format!(
+                        "{} is not the name of a file in the format {format}",
+                        output.display()
+                    ));
+                }
+                (Some(format), _) => format.to_owned(),
+                (None, Some(format)) if !is_folder => format.to_owned(),
+                (None, _) if is_folder || arguments.layout.as_deref() == Some("cube") => "exr".into(),
+                (None, _) => {
+                    return Err(format!(
+                        "the ending of {} says no format; expected .exr, .hdr, .png, .ktx2 or .dds, or --format",
+                        output.display()
+                    ));
+                }
             }
         };
+        if arguments.lights.is_some() && !is_light {
+            return Err("--lights is an option of --to taps".into());
+        }
         let shown = match arguments.from {
             Some(_) => None,
             None => recognise::one_layout(&files).and_then(|environments| environments.layout),
@@ -109,21 +124,51 @@ impl Request {
             text("bad-pixels", &arguments.bad_pixels),
             text("colour-space", &arguments.colour_space),
             text("preset", &arguments.preset),
+            number("exposure", arguments.exposure).filter(|_| is_light),
         ];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
-        let export = [
-            text("layout", &arguments.layout),
-            arguments.resolution.map(|resolution| format!("resolution = {resolution}")),
-            text("format", &Some(format)),
-            text("precision", &arguments.precision),
-            number("exposure", arguments.exposure),
-        ];
+        let resolution = arguments.resolution.map(|resolution| format!("resolution = {resolution}"));
+        let layout = text("layout", &arguments.layout);
         let lines = |lines: &[Option<String>]| lines.iter().flatten().cloned().collect();
-        let conversion =
-            Conversion { import: lines(&import), rotate: lines(&rotate), export: lines(&export) };
+        let (light, export) = if is_light {
+            let lights = arguments.lights.as_deref().map(|lights| match lights {
+                "all" => "lights = \"all\"".into(),
+                count => format!("lights = {count}"),
+            });
+            (Some(lines(&[resolution, lights])), lines(&[layout, text("format", &Some(format))]))
+        } else {
+            let export = [
+                layout,
+                resolution,
+                text("format", &Some(format)),
+                text("precision", &arguments.precision),
+                number("exposure", arguments.exposure),
+            ];
+            (None, lines(&export))
+        };
+        let conversion = Conversion { import: lines(&import), rotate: lines(&rotate), light, export };
         Ok(Self { files, is_folder, conversion })
     }
+}
+
+/// The format of the light of compact maps: textures in a folder, or one file of tensors.
+fn light_format(arguments: &ConvertArguments, is_folder: bool) -> Result<String, String> {
+    const TENSORS: &str = "safetensors";
+    let output = &arguments.output;
+    if arguments.precision.is_some() {
+        return Err("--precision is an option of --to environment".into());
+    }
+    let is_file = !is_folder && output.extension().is_some_and(|ending| ending == TENSORS);
+    let format = match arguments.format.as_deref() {
+        Some(format) => format,
+        None if is_file => TENSORS,
+        None => "ktx2",
+    };
+    if !is_folder && is_file != (format == TENSORS) {
+        return Err(format!("{} is not the name of what the format {format} has", output.display()));
+    }
+    Ok(format.to_owned())
 }
 
 /// The parameter `fill`: a name, or a colour of numbers with commas between them.

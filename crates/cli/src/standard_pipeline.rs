@@ -178,7 +178,9 @@ pub(crate) struct Conversion {
     pub(crate) import: Vec<String>,
     /// Lines of `rotate`; none if the light is not turned.
     pub(crate) rotate: Vec<String>,
-    /// Lines of `export-environment`, without its path.
+    /// Lines of `scale-space`, if the light of compact maps is made and not an environment.
+    pub(crate) light: Option<Vec<String>>,
+    /// Lines of `export-environment`, or of `export-taps`, without its path.
     pub(crate) export: Vec<String>,
 }
 
@@ -196,7 +198,13 @@ impl Conversion {
             stage(&mut text, "turned", &with("rotate", line("input", input), &self.rotate));
             input = "turned";
         }
-        let mut export = with("export-environment", line("input", input), &self.export);
+        let mut export = match &self.light {
+            None => with("export-environment", line("input", input), &self.export),
+            Some(light) => {
+                stage(&mut text, "light", &with("scale-space", line("input", input), light));
+                with("export-taps", "inputs = { scale-space = \"light\" }".into(), &self.export)
+            }
+        };
         export.push(line("path", path));
         stage(&mut text, "converted", &export);
         text

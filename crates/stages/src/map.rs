@@ -24,6 +24,7 @@ mod map_input;
 mod map_pictures;
 pub(crate) mod map_source;
 mod shrm_file;
+mod varied_taps;
 
 use engine::Kinds;
 

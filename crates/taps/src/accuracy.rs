@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction, LatLong, spiral};
 
-use crate::fit::{lobe_width, turns};
-use crate::{ScaleSpace, TapTable};
+use crate::fit::{lobe_width, turns as fit_turns};
+use crate::{FacetTable, ScaleSpace, SurfaceFrame, TapTable};
 
 /// The radiance that counts as black, as a share of an environment's mean.
 const BLACK_SHARE: f64 = 0.01;
@@ -178,10 +178,42 @@ impl Accuracy {
     }
 }
 
-/// A normal and the direction toward the viewer.
+/// The taps of a material, by the angle between normal and view ([`TapTable`]) or by the whole view
+/// ([`FacetTable`]).
+pub trait Taps: Sync {
+    /// The number J of look-ups in the levels.
+    fn count(&self) -> usize;
+
+    /// The radiance of a surface toward a view in the world, RGB; the lights beside the scale space are not in
+    /// it.
+    fn reflected(&self, light: &ScaleSpace, frame: SurfaceFrame, view: Direction) -> [f64; 3];
+}
+
+impl Taps for TapTable {
+    fn count(&self) -> usize {
+        self.taps()
+    }
+
+    fn reflected(&self, light: &ScaleSpace, frame: SurfaceFrame, view: Direction) -> [f64; 3] {
+        self.radiance(light, frame.normal(), view)
+    }
+}
+
+impl Taps for FacetTable {
+    fn count(&self) -> usize {
+        self.taps()
+    }
+
+    fn reflected(&self, light: &ScaleSpace, frame: SurfaceFrame, view: Direction) -> [f64; 3] {
+        self.radiance(light, frame, view)
+    }
+}
+
+/// A normal, a tangent and the direction toward the viewer.
 #[derive(Clone, Copy, Debug)]
 struct BallView {
     normal: DVec3,
+    tangent: DVec3,
     view: DVec3,
 }
 
@@ -191,10 +223,13 @@ pub struct Truth {
     views: Vec<BallView>,
     radiance: Vec<[f64; 3]>,
     dark: f64,
+    /// The turns over which a view is averaged; 1 if each surface is turned in a way of its own.
+    turns: usize,
 }
 
 impl Truth {
-    /// The sums toward `count` views. Each takes rho_hat at every point of light.
+    /// The sums toward `count` views, in the mean over all turns of the surface about its normal. Each takes
+    /// rho_hat at every point of light.
     ///
     /// # Errors
     /// If the work was stopped.
@@ -204,11 +239,36 @@ impl Truth {
         count: usize,
         stop: Stop<'_>,
     ) -> Result<Self, Stopped> {
+        Self::summed(light, material, count, fit_turns(material), lobe_width(material), stop)
+    }
+
+    /// The sums toward `count` views of surfaces that are turned about their normals in all ways, for taps that
+    /// know the tangent: [`FacetTable`].
+    ///
+    /// # Errors
+    /// If the work was stopped.
+    pub fn turned(
+        light: &LightPoints,
+        material: &Material,
+        count: usize,
+        stop: Stop<'_>,
+    ) -> Result<Self, Stopped> {
+        Self::summed(light, material, count, 1, material.highlight_width(), stop)
+    }
+
+    fn summed(
+        light: &LightPoints,
+        material: &Material,
+        count: usize,
+        turns: usize,
+        width: f64,
+        stop: Stop<'_>,
+    ) -> Result<Self, Stopped> {
         let views: Vec<BallView> = (0..count).map(|index| ball_view(index, count)).collect();
         let cells = light.cells();
         // A streak is narrow far from R too.
-        let far = if turns(material) > 1 { PI } else { FAR };
-        let far = if lobe_width(material) >= WIDE { 2.0 } else { math::cos(far) };
+        let far = if fit_turns(material) > 1 { PI } else { FAR };
+        let far = if width >= WIDE { 2.0 } else { math::cos(far) };
         let radiance = |view: &BallView| {
             stop.check()?;
             let r = 2.0 * view.normal.dot(view.view) * view.normal - view.view;
@@ -216,14 +276,14 @@ impl Truth {
                 let is_whole = cell.points.len() == 1 || r.dot(cell.whole.direction) < far;
                 if is_whole { std::slice::from_ref(&cell.whole) } else { &cell.points }
             });
-            Ok(reflected(material, view, points.copied()))
+            Ok(reflected(material, view, turns, points.copied()))
         };
         let radiance = views.par_iter().map(radiance).collect::<Result<_, Stopped>>()?;
-        Ok(Self { views, radiance, dark: BLACK_SHARE * light.mean() })
+        Ok(Self { views, radiance, dark: BLACK_SHARE * light.mean(), turns })
     }
 
     /// The error of taps that look into a scale space, with the lights beside it reflected by the material.
-    pub fn error(&self, table: &TapTable, light: &ScaleSpace, material: &Material) -> Accuracy {
+    pub fn error(&self, table: &impl Taps, light: &ScaleSpace, material: &Material) -> Accuracy {
         self.error_with(table, light, &self.reflected_lights(light.lights(), material))
     }
 
@@ -234,7 +294,7 @@ impl Truth {
     /// If the work was stopped.
     pub fn trade(
         &self,
-        tables: &[&TapTable],
+        tables: &[&impl Taps],
         counts: &[usize],
         light: &ScaleSpace,
         material: &Material,
@@ -247,9 +307,9 @@ impl Truth {
             let lights = self.reflected_lights(light.lights(), material);
             found.extend(tables.iter().enumerate().map(|(index, table)| Trade {
                 table: index,
-                taps: table.taps(),
+                taps: table.count(),
                 lights: light.lights().len(),
-                accuracy: self.error_with(table, &light, &lights),
+                accuracy: self.error_with(*table, &light, &lights),
             }));
         }
         Ok(found)
@@ -259,14 +319,17 @@ impl Truth {
     fn reflected_lights(&self, lights: &[Light], material: &Material) -> Vec<[f64; 3]> {
         let width = material.highlight_width();
         let points: Vec<Point> = lights.iter().flat_map(|light| light_points(light, width)).collect();
-        self.views.par_iter().map(|view| reflected(material, view, points.iter().copied())).collect()
+        self.views
+            .par_iter()
+            .map(|view| reflected(material, view, self.turns, points.iter().copied()))
+            .collect()
     }
 
-    fn error_with(&self, table: &TapTable, light: &ScaleSpace, lights: &[[f64; 3]]) -> Accuracy {
+    fn error_with(&self, table: &impl Taps, light: &ScaleSpace, lights: &[[f64; 3]]) -> Accuracy {
         let views = self.views.par_iter().zip(&self.radiance).zip(lights);
         let stops = views.map(|((view, truth), lights)| {
-            let [normal, toward] = [view.normal, view.view].map(Direction::normalised);
-            let taps = table.radiance(light, normal, toward);
+            let [normal, tangent, toward] = [view.normal, view.tangent, view.view].map(Direction::normalised);
+            let taps = table.reflected(light, SurfaceFrame::new(normal, tangent), toward);
             std::array::from_fn(|channel| {
                 let found = (taps[channel] + lights[channel]).max(0.0);
                 math::log2((found + self.dark) / (truth[channel].max(0.0) + self.dark)).abs()
@@ -301,18 +364,29 @@ fn ball_view(index: usize, count: usize) -> BallView {
     let (y, x) = math::sin_cos(TAU * part(b));
     let (s, c) = math::sin_cos(theta);
     let normal = r * c + (u * x + w * y) * s;
-    BallView { normal, view: 2.0 * normal.dot(r) * normal - r }
+    // The golden ratio's sequence turns the surface.
+    let (y, x) = math::sin_cos(TAU * part(0.618_033_988_749_894_9));
+    let (u, w) = normal.any_orthonormal_pair();
+    BallView { normal, tangent: u * x + w * y, view: 2.0 * normal.dot(r) * normal - r }
 }
 
-/// The radiance of a surface toward a view under points of light; in the mean over all turns about its
+/// The radiance of a surface toward a view under points of light, in the mean over some turns about its
 /// normal.
-fn reflected(material: &Material, view: &BallView, points: impl Iterator<Item = Point>) -> [f64; 3] {
+fn reflected(
+    material: &Material,
+    view: &BallView,
+    turns: usize,
+    points: impl Iterator<Item = Point>,
+) -> [f64; 3] {
     let z = view.normal;
-    let x = (view.view - z.dot(view.view) * z).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
+    let across = (view.view - z.dot(view.view) * z).try_normalize();
+    // An isotropic material is not turned: so that the sum is the same with its own tangent and without.
+    let is_turned = turns == 1 && !material.is_isotropic();
+    let x = if is_turned { view.tangent } else { across.unwrap_or_else(|| z.any_orthonormal_vector()) };
     let y = z.cross(x);
     let local = |v: DVec3| Direction::from_unit(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
-    let (mut sum, turns) = ([0.0; 3], turns(material));
+    let mut sum = [0.0; 3];
     for Point { direction, flux } in points {
         let rho = material.mean_over_turns(turns, local(direction), outgoing);
         (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
@@ -347,7 +421,7 @@ mod tests {
         for material in [ggx(0.15), ggx(0.3), ggx(0.7), facets] {
             let truth = Truth::new(&light, &material, 100, Stop::NEVER).unwrap();
             for (view, found) in truth.views.iter().zip(&truth.radiance) {
-                let all = reflected(&material, view, light.points.iter().map(point));
+                let all = reflected(&material, view, 1, light.points.iter().map(point));
                 let stops = ((found[0] + truth.dark) / (all[0] + truth.dark)).log2().abs();
                 assert!(stops < 0.01, "{material:?}: {stops}");
             }

@@ -6,6 +6,8 @@
 //! interpolated. Weights are those of a lobe whose albedo is 1, times the exact directional albedo toward
 //! each view and in each colour.
 
+mod facets;
+mod family;
 mod least_squares;
 mod lobe;
 mod smooth;
@@ -18,11 +20,15 @@ use brdf::{Material, Part};
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
 
+use crate::facets::{FacetNode, FacetTable, view_at};
 use crate::table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 use crate::widths::Widths;
+use facets::{FacetFit, fit_facet_lobe};
+pub use family::{FittedVaried, fit_by_reflectance, fit_varied};
 use lobe::Lobe;
 pub(crate) use lobe::{turns, width as lobe_width};
-use smooth::Smooth;
+use smooth::{Pull, Smooth};
+use spots::Spots;
 use view::{Shape, ViewFit};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -77,16 +83,58 @@ pub fn fit(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> 
         }
     }
     if let Some(matte) = material.part(Part::Diffuse) {
-        let mut fitted = fit_lobe(&matte, 0, widths, stop)?;
-        if fitted.rms() > MATTE {
-            fitted = fit_lobe(&matte, taps.min(MATTE_TAPS), widths, stop)?;
-        }
-        whole.add(fitted);
+        whole.add(fit_matte(&matte, taps, widths, stop)?);
     }
     Ok(Fitted { rms: whole.rms(), table: TapTable::from_rows(whole.rows) })
 }
 
+/// Facet taps and how well they fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedFacets {
+    /// The taps.
+    pub table: FacetTable,
+    /// The root of the mean squared residual under spots of light, in stops.
+    pub rms: f64,
+}
+
+/// Fits `taps` facet taps for each highlight of a material that depends on the direction of its tangent, and
+/// one about the normal. Highlights that do not depend on it, and matte parts, have the taps of [`fit`]; a
+/// material about the tangent, such as a fibre, is replaced by its mean over all turns there.
+///
+/// # Errors
+/// If the work was stopped.
+pub fn fit_facets(
+    material: &Material,
+    taps: usize,
+    widths: Widths,
+    stop: Stop<'_>,
+) -> Result<FittedFacets, Stopped> {
+    let is_quarter = material.is_orthotropic();
+    let nodes = vec![FacetNode::default(); FacetTable::nodes_of(is_quarter)];
+    let mut whole = FacetFit { nodes, squares: 0.0, residuals: 0 };
+    if let Some(gloss) = material.part(Part::Specular) {
+        for layer in gloss.leaves() {
+            if layer.turns() == 1 {
+                whole.add(fit_lobe(layer, taps, widths, stop)?.tilted(is_quarter));
+            } else {
+                whole.add(fit_facet_lobe(layer, taps, is_quarter, widths, stop)?);
+            }
+        }
+    }
+    if let Some(matte) = material.part(Part::Diffuse) {
+        whole.add(fit_matte(&matte, taps, widths, stop)?.tilted(is_quarter));
+    }
+    Ok(FittedFacets { rms: whole.rms(), table: FacetTable::from_nodes(whole.nodes) })
+}
+
+/// Fits a matte part: by a tap about the normal, or by a few taps if that is not enough.
+fn fit_matte(matte: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<LobeFit, Stopped> {
+    let fitted = fit_lobe(matte, 0, widths, stop)?;
+    if fitted.rms() > MATTE { fit_lobe(matte, taps.min(MATTE_TAPS), widths, stop) } else { Ok(fitted) }
+}
+
 /// The taps of one lobe, or of several.
+#[derive(Default)]
 struct LobeFit {
     rows: Vec<TapRow>,
     /// The sum of the squared residuals, in stops.
@@ -108,6 +156,14 @@ impl LobeFit {
 
     fn rms(&self) -> f64 {
         (self.squares / self.residuals.max(1) as f64).sqrt()
+    }
+
+    /// The same taps as facets.
+    fn tilted(self, is_quarter: bool) -> FacetFit {
+        let table = TapTable::from_rows(self.rows);
+        let node = |index| FacetNode::from_row(&table, view_at(FacetTable::place(is_quarter, index)));
+        let nodes = (0..FacetTable::nodes_of(is_quarter)).map(node).collect();
+        FacetFit { nodes, squares: self.squares, residuals: self.residuals }
     }
 }
 
@@ -143,53 +199,19 @@ pub fn widths_for(material: &Material) -> Widths {
 
 /// Fits one lobe by so many taps between levels, and one about the normal.
 fn fit_lobe(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<LobeFit, Stopped> {
-    let normals = 1;
-    let shape = Shape { taps, normals, levels: widths.len() };
-    let width = if taps == 0 { 0.5 } else { lobe::width(material) };
-    let spots = spots::spots(width, widths);
-    let thetas = views();
-    let fits = |channel: Option<usize>, lobes: &[Lobe]| -> Vec<ViewFit<'_>> {
-        let fit = |(theta, lobe): (&f64, &Lobe)| ViewFit::new(*theta, lobe, channel, &spots, shape);
-        thetas.par_iter().zip(lobes).map(fit).collect()
-    };
-    let lobes: Vec<Lobe> = thetas.par_iter().map(|theta| Lobe::new(material, *theta, width)).collect();
-    stop.check()?;
-    let all = fits(None, &lobes);
-    let start = |[least, most]: [f64; 2]| -> Vec<f64> {
-        let weight = -math::ln((taps + normals) as f64);
-        let tap = |tap: usize| {
-            let part = if taps == 1 { 0.3 } else { tap as f64 / (taps - 1) as f64 };
-            [0.0, widths.place(width * least * math::pow(most / least, part)), weight]
-        };
-        (0..taps).flat_map(tap).chain(std::iter::repeat_n([1.3, weight], normals).flatten()).collect()
-    };
-    let tries = STARTS.par_iter().map(|shares| {
-        let mut before = start(*shares);
-        let mut parameters = Vec::with_capacity(all.len());
-        for fit in &all {
-            stop.check()?;
-            before = fit.solve(&before);
-            parameters.push(before.clone());
-        }
-        let smooth = Smooth::new(shape, &all, &parameters);
-        let cost: f64 = all.iter().map(|fit| fit.evaluate(&smooth.at(fit.theta), None)).sum();
-        Ok((smooth, cost))
-    });
-    let tries = tries.collect::<Result<Vec<_>, Stopped>>()?;
-    let (best, cost) = tries
-        .into_iter()
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .unwrap_or_else(|| unreachable!("there are starts"));
-    let is_of_one_colour = lobes.iter().all(Lobe::is_of_one_colour);
+    let problem = Problem::new(material, taps, widths, stop)?;
+    let all = problem.fits(None);
+    let (best, cost) = problem.solve(&all, stop)?;
+    let is_of_one_colour = problem.lobes.iter().all(Lobe::is_of_one_colour);
     let colours = [0, 1, 2].map(|channel| {
         if is_of_one_colour {
             return (best.clone(), cost);
         }
-        let fits = fits(Some(channel), &lobes);
-        let own: f64 = fits.iter().map(|fit| fit.evaluate(&best.at(fit.theta), None)).sum();
+        let fits = problem.fits(Some(channel));
+        let own = best.cost(&fits);
         let (smooth, own) = if own > COLOURED * cost {
-            let smooth = best.with_weights_of(&fits);
-            let own = fits.iter().map(|fit| fit.evaluate(&smooth.at(fit.theta), None)).sum();
+            let smooth = best.with_weights_of(&fits, Pull::NONE);
+            let own = smooth.cost(&fits);
             (smooth, own)
         } else {
             (best.clone(), own)
@@ -197,15 +219,91 @@ fn fit_lobe(material: &Material, taps: usize, widths: Widths, stop: Stop<'_>) ->
         (smooth, own)
     });
     let squares = colours.iter().map(|(_, cost)| cost).sum::<f64>() / 3.0;
-    let row = |row: usize| row_of(material, colours.each_ref().map(|(smooth, _)| smooth), row, width, widths);
     let residuals = all.iter().map(ViewFit::len).sum();
-    Ok(LobeFit { rows: (0..ROWS).into_par_iter().map(row).collect(), squares, residuals })
+    let rows = problem.rows(colours.each_ref().map(|(smooth, _)| smooth), None);
+    Ok(LobeFit { rows, squares, residuals })
 }
 
-/// A row of the table: the places of the taps, and in each colour their weights, which add up to the albedo.
-fn row_of(material: &Material, colours: [&Smooth; 3], row: usize, width: f64, widths: Widths) -> TapRow {
-    let theta = math::acos(1.0 - row as f64 / (ROWS - 1) as f64);
-    let albedo = Lobe::new(material, theta.min(FRAC_PI_2 - 1e-3), width).albedo();
+/// A lobe that is to be fitted.
+struct Problem<'a> {
+    material: &'a Material,
+    shape: Shape,
+    widths: Widths,
+    /// The width of the lobe, in radians.
+    width: f64,
+    spots: Vec<Spots>,
+    /// The views, in radians from the normal, and the lobe toward each.
+    thetas: Vec<f64>,
+    lobes: Vec<Lobe>,
+}
+
+impl<'a> Problem<'a> {
+    fn new(material: &'a Material, taps: usize, widths: Widths, stop: Stop<'_>) -> Result<Self, Stopped> {
+        let shape = Shape { taps, normals: 1, levels: widths.len() };
+        let width = if taps == 0 { 0.5 } else { lobe::width(material) };
+        let spots = spots::spots(width, widths);
+        let thetas = views();
+        let lobes = thetas.par_iter().map(|theta| Lobe::new(material, *theta, width)).collect();
+        stop.check()?;
+        Ok(Self { material, shape, widths, width, spots, thetas, lobes })
+    }
+
+    /// The fits at all views, of a channel or of the sum of all.
+    fn fits(&self, channel: Option<usize>) -> Vec<ViewFit<'_>> {
+        let fit = |(theta, lobe): (&f64, &Lobe)| ViewFit::new(*theta, lobe, channel, &self.spots, self.shape);
+        self.thetas.par_iter().zip(&self.lobes).map(fit).collect()
+    }
+
+    /// The parameters of the first view from which a fit starts, with taps whose widths are from the least to
+    /// the greatest of these shares of the lobe's.
+    fn start(&self, [least, most]: [f64; 2]) -> Vec<f64> {
+        let Shape { taps, normals, .. } = self.shape;
+        let weight = -math::ln((taps + normals) as f64);
+        let tap = |tap: usize| {
+            let part = if taps == 1 { 0.3 } else { tap as f64 / (taps - 1) as f64 };
+            [0.0, self.widths.place(self.width * least * math::pow(most / least, part)), weight]
+        };
+        (0..taps).flat_map(tap).chain(std::iter::repeat_n([1.3, weight], normals).flatten()).collect()
+    }
+
+    /// The taps that fit best, and their cost.
+    fn solve(&self, fits: &[ViewFit<'_>], stop: Stop<'_>) -> Result<(Smooth, f64), Stopped> {
+        let tries = STARTS.par_iter().map(|shares| {
+            let mut before = self.start(*shares);
+            let mut parameters = Vec::with_capacity(fits.len());
+            for fit in fits {
+                stop.check()?;
+                before = fit.solve(&before);
+                parameters.push(before.clone());
+            }
+            let smooth = Smooth::new(self.shape, fits, &parameters);
+            let cost = smooth.cost(fits);
+            Ok((smooth, cost))
+        });
+        let tries = tries.collect::<Result<Vec<_>, Stopped>>()?;
+        let best = tries.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(best.unwrap_or_else(|| unreachable!("there are starts")))
+    }
+
+    /// The rows of the table with the taps of each colour. Without an albedo by the cosine from the normal it
+    /// is that of the lobe.
+    fn rows(&self, colours: [&Smooth; 3], albedo: Option<&(dyn Fn(f64) -> [f64; 3] + Sync)>) -> Vec<TapRow> {
+        let row = |row: usize| {
+            let cosine = 1.0 - row as f64 / (ROWS - 1) as f64;
+            let of_lobe = || {
+                let theta = math::acos(cosine).min(FRAC_PI_2 - 1e-3);
+                Lobe::new(self.material, theta, self.width).albedo()
+            };
+            let albedo = albedo.map_or_else(of_lobe, |albedo| albedo(cosine));
+            row_of(math::acos(cosine), albedo, colours, self.widths)
+        };
+        (0..ROWS).into_par_iter().map(row).collect()
+    }
+}
+
+/// The row of the table toward a view: the places of the taps, and in each colour their weights, which add up
+/// to the albedo.
+fn row_of(theta: f64, albedo: [f64; 3], colours: [&Smooth; 3], widths: Widths) -> TapRow {
     let shape = colours[0].shape();
     let parameters = colours.map(|smooth| smooth.at(theta.min(math::asin(LAST_VIEW.sqrt()))));
     let weights: Vec<usize> = shape.weights().collect();

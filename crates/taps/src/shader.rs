@@ -4,7 +4,8 @@
 //! declarations are turned round, and types and functions get their names there. What a texture is and how it
 //! is sampled differs, and is made here:
 //!
-//! - `sample_2d(texture, place)`, with `place` from 0 to 1, and
+//! - `sample_2d(texture, place)`, with `place` from 0 to 1,
+//! - `sample_layer(texture, place, layer)` of an array of pictures, and
 //! - `sample_cube(texture, c, layer, mip)`.
 //!
 //! All names begin with `tap_` or `TAP_`, because the text becomes a part of a renderer's own shader.
@@ -14,7 +15,7 @@ mod translation;
 
 use envmap::{Atlas, CubeMap, Image};
 
-use crate::{TapTable, Widths};
+use crate::{ROWS, TapRow, TapTable, VariedTable, Weights, Widths};
 pub use language::Language;
 use translation::translate;
 
@@ -41,6 +42,7 @@ pub enum Source {
 ///     taps: 6,
 ///     normals: 1,
 ///     lights: 0,
+///     varied: None,
 /// };
 /// assert!(look_up.functions().contains("vec3 tap_reflected(vec3 N, vec3 V) {"));
 /// ```
@@ -62,6 +64,9 @@ pub struct LookUp {
     pub normals: usize,
     /// The number of lights beside the levels; with none there is no function for them.
     pub lights: usize,
+    /// What the table of several tables is, if it is not that of one material: the weights and the number of
+    /// tables.
+    pub varied: Option<(Weights, usize)>,
 }
 
 impl LookUp {
@@ -83,7 +88,8 @@ impl LookUp {
                 let levels = if cubes { "samplerCubeArray" } else { "sampler2D" };
                 text += &format!("uniform highp {levels} tap_levels;\n");
                 text += &format!("uniform highp {levels} tap_normals;\n");
-                text += "uniform highp sampler2D tap_table;\n";
+                let table = if self.varied.is_some() { "sampler2DArray" } else { "sampler2D" };
+                text += &format!("uniform highp {table} tap_table;\n");
                 if self.lights > 0 {
                     text += &format!("uniform vec4 tap_light_directions[{}];\n", self.lights);
                     text += &format!("uniform vec4 tap_light_irradiances[{}];\n", self.lights);
@@ -93,7 +99,8 @@ impl LookUp {
                 let levels = if cubes { "TextureCubeArray" } else { "Texture2D" };
                 text += &format!("{levels} tap_levels;\n");
                 text += &format!("{levels} tap_normals;\n");
-                text += "Texture2D tap_table;\n";
+                let table = if self.varied.is_some() { "Texture2DArray" } else { "Texture2D" };
+                text += &format!("{table} tap_table;\n");
                 text += "SamplerState tap_sampler;  // linear, also between mips, and clamped at edges\n";
                 if self.lights > 0 {
                     text += &format!("float4 tap_light_directions[{}];\n", self.lights);
@@ -107,7 +114,8 @@ impl LookUp {
                 };
                 declare(0, &format!("var tap_levels: {levels}"));
                 declare(1, &format!("var tap_normals: {levels}"));
-                declare(2, "var tap_table: texture_2d<f32>");
+                let table = if self.varied.is_some() { "texture_2d_array<f32>" } else { "texture_2d<f32>" };
+                declare(2, &format!("var tap_table: {table}"));
                 declare(3, "var tap_sampler: sampler");
                 if self.lights > 0 {
                     let array = format!("array<vec4f, {}>", self.lights);
@@ -119,15 +127,26 @@ impl LookUp {
         text
     }
 
-    /// The constants and functions; `tap_reflected(N, V)` is what a shader calls, and `tap_lights(N, V)` if
-    /// there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands before this text.
+    /// The constants and functions; `tap_reflected(N, V)` is what a shader calls, with a varied table
+    /// `tap_reflected(N, V, v)` or `tap_reflected(N, V, roughness, F0)`, and `tap_lights(N, V)` if there are
+    /// lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands before this text.
     pub fn functions(&self) -> String {
         let source = match self.source {
             Source::CubeArray => include_str!("shader/cube_array.wgsl"),
             Source::Atlas => include_str!("shader/atlas.wgsl"),
         };
         let lights = if self.lights > 0 { include_str!("shader/lights.wgsl") } else { "" };
-        let parts = [&self.constants(), source, include_str!("shader/look_up.wgsl"), lights];
+        let (row, reflected) = match self.varied {
+            None => (include_str!("shader/row.wgsl"), include_str!("shader/reflected.wgsl")),
+            Some((Weights::Colour, _)) => {
+                (include_str!("shader/varied_row.wgsl"), include_str!("shader/varied.wgsl"))
+            }
+            Some((Weights::ScaleBias, _)) => {
+                (include_str!("shader/varied_row.wgsl"), include_str!("shader/by_reflectance.wgsl"))
+            }
+        };
+        let look_up = include_str!("shader/look_up.wgsl");
+        let parts = [&self.constants(), source, row, look_up, reflected, lights];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
         let text = parts.map(str::trim_end).collect::<Vec<_>>().join("\n\n") + "\n";
         let [x, y, z] = self.cube_coordinates;
@@ -139,17 +158,22 @@ impl LookUp {
     fn constants(&self) -> String {
         let edge = self.widths.edge();
         let sharpest = math::log2(self.widths.std(0));
+        let (each, one) = match self.varied {
+            None => ("two rows", "row"),
+            Some((Weights::Colour, _)) => ("two layers", "layer"),
+            Some((Weights::ScaleBias, _)) => ("one layer", "layer"),
+        };
         let mut text = format!(
             "// Compact reflection maps of Specula: docs/taps.md.
-const TAP_COUNT: i32 = {};  // look-ups between levels, each of two rows of the table
-const TAP_NORMALS: i32 = {};  // look-ups about the normal, each of one row
+const TAP_COUNT: i32 = {};  // look-ups between levels, each of {each} of the table
+const TAP_NORMALS: i32 = {};  // look-ups about the normal, each of one {one}
 const TAP_ROWS: i32 = {};
 const TAP_SHARPEST: f32 = {sharpest:.7};  // log2 of the width of level 0, which is 2.4 / {edge} radians
 const TAP_LAST: f32 = {}.0;  // the last level
 ",
             self.taps,
             self.normals,
-            2 * self.taps + self.normals,
+            self.varied.map_or(2 * self.taps + self.normals, |(_, rows)| rows),
             self.widths.len() - 1,
         );
         if self.source == Source::Atlas {
@@ -194,6 +218,41 @@ pub fn table_texels(table: &TapTable) -> Vec<[f32; 4]> {
             let tap = rows[column].normals[j];
             let [r, g, b] = tap.weight;
             [r, g, b, tap.y]
+        })
+    });
+    taps.chain(normals).flatten().collect()
+}
+
+/// The array of pictures that shaders look up for taps over a parameter: 65 columns as in [`table_texels`],
+/// a row for each table, and the number of layers.
+///
+/// With [`Weights::Colour`] its layers are the rows of [`table_texels`]. With [`Weights::ScaleBias`] layer j
+/// is (delta, log2 of the width, scale, bias) of look-up j, and the last layers (y, 0, scale, bias) of those
+/// about the normal.
+pub fn varied_texels(varied: &VariedTable) -> (usize, Vec<[f32; 4]>) {
+    let tables: Vec<Vec<[f32; 4]>> = match varied.weights() {
+        Weights::Colour => varied.tables().iter().map(table_texels).collect(),
+        Weights::ScaleBias => varied.tables().iter().map(scale_bias_texels).collect(),
+    };
+    let layers = tables[0].len() / ROWS;
+    let rows = (0..layers).flat_map(|layer| tables.iter().map(move |table| &table[layer * ROWS..][..ROWS]));
+    (layers, rows.flatten().copied().collect())
+}
+
+fn scale_bias_texels(table: &TapTable) -> Vec<[f32; 4]> {
+    let layer = |texel: &dyn Fn(&TapRow) -> [f64; 4]| -> Vec<[f32; 4]> {
+        table.rows().iter().map(|row| texel(row).map(|value| value as f32)).collect()
+    };
+    let taps = (0..table.taps()).map(|j| {
+        layer(&|row| {
+            let tap = row.taps[j];
+            [tap.delta, math::log2(tap.std), tap.weight[0], tap.weight[1]]
+        })
+    });
+    let normals = (0..table.normals()).map(|j| {
+        layer(&|row| {
+            let tap = row.normals[j];
+            [tap.y, 0.0, tap.weight[0], tap.weight[1]]
         })
     });
     taps.chain(normals).flatten().collect()

@@ -42,6 +42,27 @@ pub struct TapRow {
     pub normals: Vec<NormalTap>,
 }
 
+impl TapRow {
+    /// The taps between two rows: linear, the width in its logarithm.
+    fn between(low: &Self, high: &Self, share: f64) -> Self {
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        let colour = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|channel| mix(a[channel], b[channel]));
+        let tap = |(a, b): (&Tap, &Tap)| Tap {
+            delta: mix(a.delta, b.delta),
+            std: math::exp(mix(math::ln(a.std), math::ln(b.std))),
+            weight: colour(a.weight, b.weight),
+        };
+        let normal = |(a, b): (&NormalTap, &NormalTap)| NormalTap {
+            y: mix(a.y, b.y),
+            weight: colour(a.weight, b.weight),
+        };
+        Self {
+            taps: low.taps.iter().zip(&high.taps).map(tap).collect(),
+            normals: low.normals.iter().zip(&high.normals).map(normal).collect(),
+        }
+    }
+}
+
 /// The taps of a material by the angle between normal and view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TapTable {
@@ -83,23 +104,22 @@ impl TapTable {
     pub fn at(&self, cosine: f64) -> TapRow {
         let x = (1.0 - cosine).clamp(0.0, 1.0) * (ROWS - 1) as f64;
         let row = (x as usize).min(ROWS - 2);
-        let share = x - row as f64;
-        let mix = |a: f64, b: f64| a + share * (b - a);
-        let colour = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|channel| mix(a[channel], b[channel]));
-        let [low, high] = [&self.rows[row], &self.rows[row + 1]];
-        let tap = |(a, b): (&Tap, &Tap)| Tap {
-            delta: mix(a.delta, b.delta),
-            std: math::exp(mix(math::ln(a.std), math::ln(b.std))),
-            weight: colour(a.weight, b.weight),
-        };
-        let normal = |(a, b): (&NormalTap, &NormalTap)| NormalTap {
-            y: mix(a.y, b.y),
-            weight: colour(a.weight, b.weight),
-        };
-        TapRow {
-            taps: low.taps.iter().zip(&high.taps).map(tap).collect(),
-            normals: low.normals.iter().zip(&high.normals).map(normal).collect(),
+        TapRow::between(&self.rows[row], &self.rows[row + 1], x - row as f64)
+    }
+
+    /// The table between this and another with as many taps.
+    pub(crate) fn between(&self, other: &Self, share: f64) -> Self {
+        let rows = self.rows.iter().zip(&other.rows);
+        Self { rows: rows.map(|(low, high)| TapRow::between(low, high, share)).collect() }
+    }
+
+    /// The table with other weights.
+    pub(crate) fn with_weights(mut self, weight: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+        for row in &mut self.rows {
+            row.taps.iter_mut().for_each(|tap| tap.weight = weight(tap.weight));
+            row.normals.iter_mut().for_each(|tap| tap.weight = weight(tap.weight));
         }
+        self
     }
 
     /// The radiance toward a view, RGB, both directions in the world; the lights beside the scale space are

@@ -2,12 +2,15 @@
 
 #![allow(clippy::unwrap_used)] // a test may panic
 
-use brdf::{Fresnel, Ggx, Lambert, Material, Microfacet, OrenNayar};
+use brdf::{
+    Fresnel, Ggx, Lambert, Material, Microfacet, OrenNayar, Part, Standard, StandardParameters, Visibility,
+    environment_brdf,
+};
 use containers::{ReadOptions, read_image};
 use envmap::{Environment, Layout};
 use sh::Stop;
 use sphere::{Direction, LatLong};
-use taps::{Accuracy, LightPoints, ScaleSpace, Truth, Widths, fit};
+use taps::{Accuracy, LightPoints, ScaleSpace, Truth, Weights, Widths, fit, fit_by_reflectance, fit_varied};
 
 fn copper(roughness: f64) -> Material {
     let copper = Fresnel::Conductor { n: [0.27, 0.68, 1.32], k: [3.61, 2.63, 2.29] };
@@ -145,4 +148,87 @@ fn hair_is_the_mean_of_all_turns_and_a_stop_is_obeyed() {
     assert!(found.p95 < 0.73 && found.p99 < 0.9, "{found:?}");
     let stopped = fit(&copper(0.3), 4, Widths::new(64).unwrap(), Stop::when(&|| true));
     assert_eq!(stopped, Err(sh::Stopped));
+}
+
+/// The highlight of a surface of `standard`.
+fn highlight(roughness: f64, reflectance: f64) -> Material {
+    let parameters = StandardParameters {
+        base_color: [reflectance; 3],
+        metallic: 1.0,
+        roughness,
+        ..StandardParameters::default()
+    };
+    Material::Standard(Standard::new(parameters).unwrap()).part(Part::Specular).unwrap()
+}
+
+/// One table over roughness serves every reflectance nearly as well as a fit to each, also between its rows.
+#[test]
+fn a_table_over_roughness_is_as_good_as_a_fit_to_each() {
+    const ROUGHNESSES: usize = 33;
+    let varied = fit_by_reflectance(ROUGHNESSES, 6, Widths::FINEST, Stop::NEVER).unwrap().table;
+    let half = 0.5 / (ROUGHNESSES - 1) as f64;
+    let room = room();
+    let widths = Widths::new(64).unwrap();
+    let lamps = room.separate_lamps(Stop::NEVER).unwrap().lights;
+    let space = ScaleSpace::new(&room, &lamps[..lamps.len().min(8)], widths, Stop::NEVER).unwrap();
+    let points = LightPoints::new(&room).unwrap();
+    let mut whole = [0.0; 2];
+    for (roughness, reflectance) in
+        [(0.3125, 1.0), (0.375, 0.04), (0.5, 1.0), (0.625, 0.04), (0.75, 0.5), (0.9375, 1.0)]
+    {
+        let roughness = roughness - half;
+        let material = highlight(roughness, reflectance);
+        let truth = Truth::new(&points, &material, 300, Stop::NEVER).unwrap();
+        let direct = fit(&material, 6, Widths::FINEST, Stop::NEVER).unwrap();
+        let direct = truth.error(&direct.table, &space, &material);
+        let found = truth.error(&varied.at_reflectance(roughness, [reflectance; 3]), &space, &material);
+        eprintln!("{roughness} {reflectance}: {found:?}, {direct:?}");
+        assert!(found.p95 < 1.3 * direct.p95, "{roughness} {reflectance}: {found:?} {direct:?}");
+        whole[0] += found.p95;
+        whole[1] += direct.p95;
+    }
+    assert!(whole[0] < 1.1 * whole[1], "{whole:?}");
+}
+
+/// The weights add up to what a DFG table holds, so that a white furnace shows it exactly.
+#[test]
+fn a_table_over_roughness_holds_a_dfg_table() {
+    let varied = fit_by_reflectance(3, 2, Widths::new(16).unwrap(), Stop::NEVER).unwrap().table;
+    assert_eq!((varied.weights(), varied.taps(), varied.normals()), (Weights::ScaleBias, 2, 1));
+    for (table, roughness) in varied.tables().iter().zip([0.01, 0.5, 1.0]) {
+        for (index, row) in table.rows().iter().enumerate() {
+            let weights =
+                row.taps.iter().map(|tap| tap.weight).chain(row.normals.iter().map(|tap| tap.weight));
+            let sum = weights.fold([0.0; 3], |sum, weight| [0, 1, 2].map(|k: usize| sum[k] + weight[k]));
+            let cosine = (1.0 - index as f64 / 64.0).max(1e-3);
+            let dfg = environment_brdf(Visibility::Correlated, roughness, cosine);
+            let errors = [sum[0] - dfg.scale, sum[1] - dfg.bias, sum[2]];
+            assert!(errors.iter().all(|error| error.abs() < 1e-9), "{roughness} {cosine}: {errors:?}");
+            // From water to a mirror no weight is below 0.
+            for weight in row.taps.iter().map(|tap| tap.weight) {
+                assert!([0.02, 1.0].iter().all(|f0| f0 * weight[0] + weight[1] > -1e-12), "{weight:?}");
+            }
+        }
+    }
+}
+
+/// Materials that differ in roughness have tables that a look-up may interpolate; their parts have to agree.
+#[test]
+fn materials_over_roughness_are_one_family() {
+    let widths = Widths::new(16).unwrap();
+    let members = [0.4, 0.5, 0.6].map(copper);
+    let family = fit_varied(&members, [0.4, 0.6], 3, widths, Stop::NEVER).unwrap().unwrap();
+    assert_eq!((family.table.taps(), family.table.normals(), family.rms.len()), (3, 1, 3));
+    let direct = fit(&copper(0.55), 3, widths, Stop::NEVER).unwrap().table;
+    let found = family.table.at(0.55);
+    for (found, direct) in found.rows().iter().zip(direct.rows()) {
+        let albedo = |row: &taps::TapRow| -> f64 {
+            row.taps.iter().map(|tap| tap.weight[0]).sum::<f64>()
+                + row.normals.iter().map(|tap| tap.weight[0]).sum::<f64>()
+        };
+        assert!((albedo(found) / albedo(direct) - 1.0).abs() < 0.01);
+    }
+    let lambert = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
+    let mixed = [copper(0.5), lambert];
+    assert!(fit_varied(&mixed, [0.0, 1.0], 2, widths, Stop::NEVER).unwrap().is_none());
 }

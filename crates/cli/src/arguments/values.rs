@@ -107,6 +107,13 @@ pub(super) fn exposure(text: &str) -> Result<f64, String> {
     stops.ok_or_else(|| "expected a number of stops from -24 to 24, such as -1.5".into())
 }
 
+/// A number of lights, or all.
+pub(super) fn lights(text: &str) -> Result<String, String> {
+    let is_count = text == "all" || text.parse::<u32>().is_ok();
+    let wrong = || "expected a whole number of lights, or \"all\"".into();
+    is_count.then(|| text.to_owned()).ok_or_else(wrong)
+}
+
 pub(super) fn png_file(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     let is_png = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));

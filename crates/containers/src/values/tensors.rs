@@ -70,8 +70,8 @@ pub use mesh::{decode_mesh, encode_mesh};
 pub use prefiltered::{decode_prefiltered, encode_prefiltered};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
 pub use taps::{
-    EnvironmentScales, MaterialTaps, decode_scale_space, decode_taps, encode_compact_map, encode_scale_space,
-    encode_taps,
+    EnvironmentScales, MaterialTaps, VariedTaps, decode_scale_space, decode_taps, encode_compact_map,
+    encode_scale_space, encode_taps, encode_varied_table,
 };
 pub use transfer::{
     OfMesh, decode_transfer, decode_vertex_blend, decode_vertex_radiance, encode_transfer,

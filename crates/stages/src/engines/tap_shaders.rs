@@ -59,6 +59,7 @@ pub(crate) fn tap_texts(
         taps,
         normals,
         lights: 0, // the engine reflects them as its own
+        varied: None,
     };
     let functions = look_up.functions();
     let (constants, functions) = if preset.shader.contains("__CONSTANTS__") {

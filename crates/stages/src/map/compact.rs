@@ -101,5 +101,5 @@ pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<M
 pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
     let mut others = reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?;
     let fitted = others.remove(least_fit(&others, error));
-    Ok(MaterialTaps { material: material.clone(), fitted, others })
+    Ok(MaterialTaps { material: material.clone(), fitted, others, varied: None })
 }

@@ -17,6 +17,18 @@
 //! With `sheen` the third channel is the albedo of the sheen lobe of Estevez and Kulla 2017 ("Charlie") with
 //! the visibility of Neubelt and Pettineo 2013. It may pass 1.
 //!
+//! ## Taps
+//!
+//! `form = "taps"` writes in its place the table of a compact map (docs/taps.md) that serves every metal and
+//! dielectric of an engine: where each of `taps` look-ups goes into the scale space of an environment
+//! (`scale-space`), how wide, and A and B of that look-up. The highlight is the sum of F0 A + B times what
+//! each look-up finds. Over all look-ups A and B add up to those of `correlated`.
+//!
+//! The texture is an array of 65 columns, column i for 1 - n.v = i / 64, and 33 rows, row i for the roughness
+//! i / 32, in halves. Layer j is (delta, log2 s, A, B) of look-up j, with the angle delta from the mirrored
+//! view toward the normal and the width s in radians; the last layer is (y, 0, A, B) of the look-up about the
+//! normal. It is fitted in seconds.
+//!
 //! Values are accurate to 1e-6, and are rounded to halves by the formats KTX2 and DDS: RG16F, or RGBA16F with
 //! sheen. OpenEXR holds floats. The table depends on nothing, so that it is computed once.
 //!
@@ -37,8 +49,10 @@ use brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo};
 use containers::{Precision, TexelFormat, Texture, write_dds, write_exr, write_ktx2};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use rayon::prelude::*;
+use taps::{Widths, fit_by_reflectance};
 
-use crate::values::image;
+use super::varied_taps::{STEPS, texture};
+use crate::values::{UntilStopped, image};
 
 choice! {
     /// Masking and shadowing, and what the channels hold.
@@ -51,6 +65,16 @@ choice! {
         Karis = "karis",
         /// As Filament has it.
         Filament = "filament",
+    }
+}
+
+choice! {
+    /// What a table holds.
+    pub(crate) enum Form {
+        /// A and B.
+        Albedo = "albedo",
+        /// Look-ups with A and B of each.
+        Taps = "taps",
     }
 }
 
@@ -74,13 +98,22 @@ parameters! {
         /// Columns and rows.
         #[range(2..=1024)]
         #[was("size")]
-        resolution: usize = 128,
+        resolution: usize = RESOLUTION,
         /// Whether the third channel is the albedo of sheen.
         sheen: bool = false,
         /// The container.
         format: DfgFormat = DfgFormat::Ktx2,
+        /// What the table holds; see Taps.
+        form: Form = Form::Albedo,
+        /// The look-ups of `form = "taps"` between the levels of a scale space.
+        #[range(1..=16)]
+        taps: usize = TAPS,
     }
 }
+
+/// The default columns and rows, and the default look-ups.
+const RESOLUTION: usize = 128;
+const TAPS: usize = 6;
 
 impl Parameters {
     fn texel(&self, row: usize, column: usize) -> [f32; 3] {
@@ -113,7 +146,8 @@ impl Kind for Dfg {
 
     const NAME: &'static str = "dfg";
     const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = &[brdf::revisions::ENVIRONMENT_BRDF];
+    const KERNELS: &'static [u32] =
+        &[brdf::revisions::ENVIRONMENT_BRDF, brdf::revisions::MODELS, taps::revisions::FIT];
     const TEXT: &'static str = include_str!("dfg.rs");
     const SLOW: bool = true;
 
@@ -132,7 +166,35 @@ impl Kind for Dfg {
         ])
     }
 
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let of_albedo = "only form = \"albedo\" uses it";
+        let wrong = match parameters.form {
+            Form::Albedo => {
+                vec![("taps", parameters.taps != TAPS, "only form = \"taps\" uses it")]
+            }
+            Form::Taps => vec![
+                ("variant", parameters.variant != Variant::Correlated, of_albedo),
+                ("resolution", parameters.resolution != RESOLUTION, of_albedo),
+                ("sheen", parameters.sheen, of_albedo),
+                (
+                    "format",
+                    parameters.format == DfgFormat::Exr,
+                    "OpenEXR has no arrays of pictures; expected \"ktx2\" or \"dds\"",
+                ),
+            ],
+        };
+        let wrong = wrong.into_iter().filter(|(_, is_wrong, _)| *is_wrong);
+        wrong.map(|(name, _, text)| (name, text.to_owned())).collect()
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        if parameters.form == Form::Taps {
+            let fitted = context.reporter.until_stopped(|stop| {
+                fit_by_reflectance(STEPS, parameters.taps, Widths::FINEST, stop).map_err(Failure::from)
+            })?;
+            let is_dds = parameters.format == DfgFormat::Dds;
+            return Ok(Output::files(vec![texture(&fitted.table, is_dds, context.recipe())?]));
+        }
         let size = parameters.resolution;
         let row = |row: usize| -> Result<Vec<[f32; 3]>, Failure> {
             context.reporter.check_cancelled()?;

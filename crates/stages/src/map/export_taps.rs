@@ -39,6 +39,11 @@
 //! and the weight r, g, b of tap j, angles in radians; the last K rows are r, g, b, y of the taps about the
 //! normal.
 //!
+//! With `varied = true` it is the tables over a parameter (`vary` of `fit-taps`) that `table` holds, as an
+//! array of pictures: its layers are the rows above, and its rows the tables, from the first value of the
+//! parameter to the last. `taps.json` has `range`, these two values, and `tables` in the place of `table`;
+//! the tensors `taps` and `normals` have one more size before the others.
+//!
 //! `format = "safetensors"` writes one file instead, `.safetensors` after the item's `path`:
 //!
 //! | tensor | shape | content |
@@ -104,6 +109,7 @@ use taps::{
 };
 
 use super::degree_choice::Accept;
+use super::varied_taps;
 use crate::engines::{EnginePreset, TapFileNames, TapPreset, tap_texts};
 use crate::values::{Content, Excess, UntilStopped, artifacts, quantity};
 
@@ -172,6 +178,8 @@ parameters! {
         accept: Accept = ACCEPT,
         /// Which of the scale space's lights stay beside the map of a pair; see Taps and lights of a pair.
         lights: PairLights = PairLights::Auto,
+        /// Whether the tables over a parameter are written in place of that of the material.
+        varied: bool = false,
     }
 }
 
@@ -245,7 +253,7 @@ impl Kind for ExportTaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-taps";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, taps::revisions::SCALE_SPACE];
     const TEXT: &'static str = include_str!("export_taps.rs");
 
@@ -278,6 +286,9 @@ impl Kind for ExportTaps {
         if parameters.texels.is_some() && !matches!(format, TapsFormat::Ktx2 | TapsFormat::Dds) {
             errors.push(("texels", "only format = \"ktx2\" or \"dds\" uses it".into()));
         }
+        if parameters.varied && format == TapsFormat::Exr {
+            errors.push(("format", "OpenEXR has no arrays of pictures; expected another format".into()));
+        }
         if parameters.layout() == TapsLayout::Atlas && parameters.texels == Some(TapsTexels::Bc6h) {
             errors.push((
                 "texels",
@@ -291,6 +302,11 @@ impl Kind for ExportTaps {
         if types.is_empty() {
             return vec![("inputs", "connect scale-space, taps, or both".into())];
         }
+        if parameters.varied {
+            let is_alone = types.len() == 1 && types[0].0 == TAPS && parameters.preset.is_none();
+            let text = "tables over a parameter are written alone: connect taps, without a preset";
+            return (!is_alone).then(|| ("varied", text.into())).into_iter().collect();
+        }
         let is_alone = types.len() == 1 && parameters.preset.is_some();
         let text = "a shader is made for a pair: connect both scale-space and taps";
         is_alone.then(|| ("preset", text.into())).into_iter().collect()
@@ -300,6 +316,13 @@ impl Kind for ExportTaps {
         let reporter = &context.reporter;
         let scales = context.inputs.optional::<artifacts::ScaleSpace>(SPACE)?;
         let taps = context.inputs.optional::<artifacts::Taps>(TAPS)?;
+        if parameters.varied {
+            let varied = taps.as_ref().and_then(|taps| taps.0.varied.as_ref()).ok_or_else(|| {
+                Failure::new("the taps are those of one material alone")
+                    .help("say `vary = \"roughness\"` in the stage of fit-taps")
+            })?;
+            return Ok(Output::files(varied_files(parameters.format(), varied, context.recipe())?));
+        }
         let chosen = match (&scales, &taps) {
             (Some(scales), Some(taps)) => Some(choose(&scales.0, &taps.0, parameters, reporter)?),
             _ => None,
@@ -451,16 +474,43 @@ fn numbers(space: Option<&ScaleSpace>, table: Option<&TapTable>, recipe: &str) -
         object.insert("lights".into(), space.lights().iter().map(light).collect());
     }
     if let Some(table) = table {
-        let tap = |tap: &taps::Tap| json!({ "delta": tap.delta, "std": tap.std, "weight": tap.weight });
-        let normal = |tap: &taps::NormalTap| json!({ "y": tap.y, "weight": tap.weight });
-        let row = |row: &taps::TapRow| {
-            json!({
-                "taps": row.taps.iter().map(tap).collect::<Vec<_>>(),
-                "normals": row.normals.iter().map(normal).collect::<Vec<_>>(),
-            })
-        };
-        object.insert("table".into(), table.rows().iter().map(row).collect());
+        object.insert("table".into(), table_numbers(table));
     }
+    text_of(object, recipe)
+}
+
+/// The rows of a table.
+fn table_numbers(table: &TapTable) -> serde_json::Value {
+    let tap = |tap: &taps::Tap| json!({ "delta": tap.delta, "std": tap.std, "weight": tap.weight });
+    let normal = |tap: &taps::NormalTap| json!({ "y": tap.y, "weight": tap.weight });
+    let row = |row: &taps::TapRow| {
+        json!({
+            "taps": row.taps.iter().map(tap).collect::<Vec<_>>(),
+            "normals": row.normals.iter().map(normal).collect::<Vec<_>>(),
+        })
+    };
+    table.rows().iter().map(row).collect()
+}
+
+/// The files of tables over a parameter.
+fn varied_files(
+    format: TapsFormat,
+    tensors::VariedTaps { parameter, fitted }: &tensors::VariedTaps,
+    recipe: &str,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let varied = &fitted.table;
+    if format == TapsFormat::Safetensors {
+        return Ok(vec![tensors::encode_varied_table(varied, Some(recipe))?]);
+    }
+    let mut object = serde_json::Map::new();
+    object.insert("parameter".into(), parameter.as_str().into());
+    object.insert("range".into(), json!(varied.range()));
+    object.insert("tables".into(), varied.tables().iter().map(table_numbers).collect());
+    Ok(vec![varied_taps::texture(varied, format == TapsFormat::Dds, recipe)?, text_of(object, recipe)?])
+}
+
+/// The text of the numbers, with the recipe.
+fn text_of(mut object: serde_json::Map<String, serde_json::Value>, recipe: &str) -> Result<Vec<u8>, Failure> {
     object.insert("specula".into(), serde_json::from_str(recipe)?);
     Ok((serde_json::to_string(&object)? + "\n").into_bytes())
 }

@@ -20,6 +20,14 @@
 //! that of spots of light. Under an environment another number may do: `export-taps` measures each, and takes
 //! the cheapest that is accurate enough. docs/taps.md has tables.
 //!
+//! ## Over a parameter
+//!
+//! With `vary`, the name of a number of the material such as `"roughness"`, `vary-rows` tables are fitted
+//! besides, in even steps from `vary-from` to `vary-to`, for a renderer that takes the parameter from a
+//! texture. All have as many taps (`taps`, or 6), each of which changes smoothly from table to table, so that
+//! a look-up may interpolate; `export-taps` with `varied = true` writes them. For all metals and dielectrics
+//! at once, by their reflectance head on, see `form = "taps"` of `dfg`.
+//!
 //! A material that depends on the direction of its tangent (stretched highlights, kajiya-kay) is replaced by
 //! its mean over all turns about the normal, with a warning.
 //!
@@ -31,12 +39,13 @@
 //! input = "material"
 //! ```
 
-use brdf::Centre;
-use containers::tensors::MaterialTaps;
-use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, parameters};
-use taps::{Widths, fit};
+use brdf::{Centre, Material};
+use containers::tensors::{MaterialTaps, VariedTaps};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, parameters};
+use taps::{Widths, fit, fit_varied};
 
 use super::compact::{ERROR, fits};
+use super::varied_taps::{STEPS, members};
 use crate::values::{UntilStopped, artifacts};
 
 parameters! {
@@ -48,6 +57,43 @@ parameters! {
         /// The residual, in stops, that `taps = "auto"` accepts.
         #[range(0.0..=10.0)]
         error: f64 = ERROR,
+        /// The name of a number of the material; see Over a parameter.
+        vary: Option<String> = None,
+        /// The first value of `vary`.
+        #[range(-1e6..=1e6)]
+        vary_from: f64 = 0.0,
+        /// The last value of `vary`.
+        #[range(-1e6..=1e6)]
+        vary_to: f64 = 1.0,
+        /// The number of tables.
+        #[range(2..=129)]
+        vary_rows: usize = STEPS,
+    }
+}
+
+/// The taps of tables over a parameter with `taps = "auto"`.
+const VARIED_TAPS: usize = 6;
+
+impl Parameters {
+    /// The taps over the parameter `vary`, if it is given.
+    fn varied(&self, material: &Material, reporter: &Reporter) -> Result<Option<VariedTaps>, Failure> {
+        let Some(parameter) = &self.vary else { return Ok(None) };
+        let members = members(material, parameter, &(self.vary_from..=self.vary_to), self.vary_rows)?;
+        let taps = match self.taps {
+            OrAuto::Fixed(taps) => taps,
+            OrAuto::Auto => VARIED_TAPS,
+        };
+        let range = [self.vary_from, self.vary_to];
+        let fitted = reporter.until_stopped(|stop| {
+            fit_varied(&members, range, taps, Widths::FINEST, stop).map_err(Failure::from)
+        })?;
+        let fitted = fitted.ok_or_else(|| {
+            Failure::new(format!("the material has a part at some values of {parameter:?} and not at others"))
+        })?;
+        let most = fitted.rms.iter().copied().fold(0.0, f64::max);
+        reporter
+            .note(format!("{} tables over {parameter}, each within {most:.3} stops (RMS)", self.vary_rows));
+        Ok(Some(VariedTaps { parameter: parameter.clone(), fitted }))
     }
 }
 
@@ -70,6 +116,12 @@ impl Kind for FitTaps {
         Product::Artifact(artifacts::Taps::TYPE)
     }
 
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let is_empty = parameters.vary.is_some() && parameters.vary_from >= parameters.vary_to;
+        let wrong = || ("vary-to", "expected a number above `vary-from`".to_owned());
+        is_empty.then(wrong).into_iter().collect()
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
         let material = context.inputs.get::<artifacts::Material>("material")?.0.clone();
@@ -79,10 +131,11 @@ impl Kind for FitTaps {
                  and shade-vertices keeps the direction",
             );
         }
-        let made = match parameters.taps {
+        let varied = parameters.varied(&material, reporter)?;
+        let mut made = match parameters.taps {
             OrAuto::Fixed(taps) => {
                 let fitted = reporter.until_stopped(|stop| fit(&material, taps, Widths::FINEST, stop))?;
-                MaterialTaps { material, fitted, others: Vec::new() }
+                MaterialTaps { material, fitted, others: Vec::new(), varied: None }
             }
             OrAuto::Auto => fits(&material, parameters.error, reporter)?,
         };
@@ -92,6 +145,7 @@ impl Kind for FitTaps {
             made.fitted.table.normals(),
             made.fitted.rms
         ));
+        made.varied = varied;
         Output::artifact(artifacts::Taps(made))
     }
 }

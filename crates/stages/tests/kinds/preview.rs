@@ -300,6 +300,7 @@ fn taps_are_drawn_with_their_inputs() {
             material: gold(),
             fitted: fitted.clone(),
             others: Vec::new(),
+            varied: None,
         })
     };
     let with = |parameters: &str| {

@@ -215,3 +215,70 @@ fn each_preset_writes_a_shader_and_the_code_that_loads_it() {
     let blender = case("export-taps", "preset = \"blender\"").errors();
     assert_eq!(blender, ["preset: there is no shader of taps for blender"]);
 }
+
+/// The table over roughness for all metals and dielectrics that docs/taps.md ships is what the program makes.
+#[test]
+fn the_shipped_table_of_standard_is_made_anew() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/taps/standard.ktx2");
+    let made = case("dfg", "form = \"taps\"").files()[0].clone();
+    if std::env::var_os("UPDATE_EXPECT").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, &made).unwrap();
+    }
+    // The texels are the end of the file; before them are a header and the recipe of who made it.
+    let texels = 7 * 33 * 65 * 8;
+    let shipped = std::fs::read(&path).unwrap();
+    assert!(shipped.len() > texels && shipped.len() < 200_000, "{} bytes", shipped.len());
+    assert!(shipped.ends_with(&made[made.len() - texels..]), "UPDATE_EXPECT=1 makes {} anew", path.display());
+    let found = containers::read_ktx2(&shipped).unwrap();
+    assert_eq!((found.width, found.height, found.layers), (65, 33, 7));
+    for (parameters, expected) in [
+        ("form = \"taps\"\nsheen = true", "sheen: only form = \"albedo\" uses it"),
+        (
+            "form = \"taps\"\nformat = \"exr\"",
+            "format: OpenEXR has no arrays of pictures; expected \"ktx2\" or \"dds\"",
+        ),
+        ("taps = 4", "taps: only form = \"taps\" uses it"),
+    ] {
+        assert_eq!(case("dfg", parameters).errors(), [expected]);
+    }
+}
+
+/// Tables over a parameter are one texture, one file of numbers, or tensors with one more size.
+#[test]
+fn taps_are_fitted_over_a_parameter() {
+    let metal = || {
+        Material(brdf::Material::Ggx(brdf::Ggx::new(0.5, brdf::Fresnel::Dielectric(1.5), [1.0; 3]).unwrap()))
+    };
+    let fit = |parameters: &str| {
+        case("fit-taps", &format!("taps = 2\nvary-rows = 3\nvary-from = 0.4\n{parameters}"))
+            .input("material", metal())
+    };
+    let taps = fit("vary = \"roughness\"").artifact::<Taps>();
+    let varied = taps.0.varied.as_ref().unwrap();
+    assert_eq!((varied.parameter.as_str(), varied.fitted.table.range()), ("roughness", [0.4, 1.0]));
+    let export = |parameters: &str| {
+        case("export-taps", &format!("varied = true\n{parameters}")).input("taps", (*taps).clone())
+    };
+    let files = export("").files();
+    let texture = containers::read_ktx2(&files[0]).unwrap();
+    assert_eq!((texture.width, texture.height, texture.layers), (65, 3, 5));
+    let numbers: serde_json::Value = serde_json::from_slice(&files[1]).unwrap();
+    assert_eq!(numbers["range"], serde_json::json!([0.4, 1.0]));
+    let widths = [0, 1, 2].map(|row: usize| numbers["tables"][row][0]["taps"][0]["std"].as_f64().unwrap());
+    assert!(widths.windows(2).all(|pair| pair[0] < pair[1]), "{widths:?}");
+    let description = describe(&export("format = \"safetensors\"").files()[0]).unwrap();
+    assert_eq!(description.tensors[0].2, [3, 65, 2, 5]);
+
+    let alone =
+        export("").input("scale-space", (*scale_space("resolution = 16").artifact::<ScaleSpace>()).clone());
+    assert!(alone.input_errors()[0].starts_with("varied: tables over a parameter are written alone"));
+    let plain = case("export-taps", "varied = true").input("taps", (*fit("").artifact::<Taps>()).clone());
+    assert!(format!("{:?}", plain.run().unwrap_err()).contains("one material alone"));
+    assert_eq!(
+        fit("vary = \"roughness\"\nvary-to = 0.3").errors(),
+        ["vary-to: expected a number above `vary-from`"]
+    );
+    let unknown = format!("{:?}", fit("vary = \"sigma\"").run().unwrap_err());
+    assert!(unknown.contains("no number \\\"sigma\\\" to vary"), "{unknown}");
+}

@@ -46,27 +46,37 @@ impl Lobe {
         Self { shares }
     }
 
-    /// Whether the lobe has one shape in all colours: their shares of the albedo differ by less than a
-    /// hundredth of it.
+    /// Whether the lobe has one shape in all colours.
     pub(super) fn is_of_one_colour(&self) -> bool {
-        let albedo = self.albedo();
-        let whole: f64 = albedo.iter().sum();
-        (0..3).all(|channel| {
-            let differs = |(_, share): &(DVec3, [f64; 3])| {
-                (share[channel] / albedo[channel] - share.iter().sum::<f64>() / whole).abs()
-            };
-            albedo[channel] <= 0.0 || self.shares.iter().map(differs).sum::<f64>() < 0.01
-        })
+        is_of_one_colour(&self.shares)
     }
 
     /// The directional albedo, RGB.
     pub(super) fn albedo(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for (_, share) in &self.shares {
-            (0..3).for_each(|channel| sum[channel] += share[channel]);
-        }
-        sum
+        albedo(&self.shares)
     }
+}
+
+/// Whether shares have one shape in all colours: their parts of the albedo differ by less than a hundredth of
+/// it.
+pub(super) fn is_of_one_colour(shares: &[(DVec3, [f64; 3])]) -> bool {
+    let albedo = albedo(shares);
+    let whole: f64 = albedo.iter().sum();
+    (0..3).all(|channel| {
+        let differs = |(_, share): &(DVec3, [f64; 3])| {
+            (share[channel] / albedo[channel] - share.iter().sum::<f64>() / whole).abs()
+        };
+        albedo[channel] <= 0.0 || shares.iter().map(differs).sum::<f64>() < 0.01
+    })
+}
+
+/// The sum of shares, RGB.
+pub(super) fn albedo(shares: &[(DVec3, [f64; 3])]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (_, share) in shares {
+        (0..3).for_each(|channel| sum[channel] += share[channel]);
+    }
+    sum
 }
 
 /// The turns of the surface over which a material is averaged: 1 if it is isotropic.

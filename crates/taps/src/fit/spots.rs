@@ -70,7 +70,7 @@ const AZIMUTHS: usize = 6;
 const FARTHEST: f64 = 1.75;
 
 /// The widest spot, in radians; about as wide as the sky of a sunset.
-const WIDEST: f64 = 0.577;
+pub(super) const WIDEST: f64 = 0.577;
 
 /// The spots for a material whose lobe has a width, in radians: half as wide, as wide, and [`WIDEST`].
 pub(super) fn spots(width: f64, widths: Widths) -> Vec<Spots> {
@@ -78,7 +78,7 @@ pub(super) fn spots(width: f64, widths: Widths) -> Vec<Spots> {
 }
 
 impl Spots {
-    fn new(tau: f64, width: f64, widths: Widths) -> Self {
+    pub(super) fn new(tau: f64, width: f64, widths: Widths) -> Self {
         let degree = ((5.3 / tau).ceil() as usize).max(8);
         let spectrum: Vec<f64> =
             (0..=degree).map(|l| math::exp(-0.5 * (l * (l + 1)) as f64 * tau * tau)).collect();

@@ -21,7 +21,7 @@ pub(super) struct Shape {
 }
 
 /// The last place between the kernels about the normal.
-const LAST_NORMAL: f64 = crate::kernels::NORMAL_KERNELS as f64 - 1.0 - 1e-6;
+pub(super) const LAST_NORMAL: f64 = crate::kernels::NORMAL_KERNELS as f64 - 1.0 - 1e-6;
 
 /// What a parameter means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,10 +68,10 @@ impl Shape {
 }
 
 /// The ambient light of every test, in shares of the spot's flux.
-const AMBIENT: f64 = 0.03 / (4.0 * PI);
+pub(super) const AMBIENT: f64 = 0.03 / (4.0 * PI);
 
 /// How much more the uniform light weighs than one spot.
-const UNIFORM: f64 = 4.0;
+pub(super) const UNIFORM: f64 = 4.0;
 
 /// The pull of each parameter to its start.
 const PULL: f64 = 0.05;
@@ -79,6 +79,8 @@ const PULL: f64 = 0.05;
 /// The lobe of one view, normalised to an albedo of 1, under every spot.
 pub(super) struct ViewFit<'a> {
     pub(super) theta: f64,
+    /// How much its residuals weigh beside those of another lobe.
+    pub(super) importance: f64,
     spots: &'a [Spots],
     shape: Shape,
     /// What the lobe reflects of each spot, size by size.
@@ -120,7 +122,7 @@ impl<'a> ViewFit<'a> {
                 truth.push(0.5 * shares.iter().map(seen).sum::<f64>());
             }
         }
-        Self { theta, spots, shape, truth }
+        Self { theta, importance: 1.0, spots, shape, truth }
     }
 
     /// The number of residuals.

@@ -3,7 +3,7 @@ use sh::Stop;
 use sphere::{DVec3, Direction, LatLong, spiral, to_cube};
 
 use super::*;
-use crate::{NormalTap, ROWS, ScaleSpace, Tap, TapRow};
+use crate::{NormalTap, ROWS, ScaleSpace, Tap, TapRow, VariedTable, Weights};
 
 fn look_up(language: Language, source: Source, lights: usize) -> LookUp {
     LookUp {
@@ -15,20 +15,30 @@ fn look_up(language: Language, source: Source, lights: usize) -> LookUp {
         taps: 6,
         normals: 1,
         lights,
+        varied: None,
     }
 }
 
 #[test]
 fn every_text_in_wgsl_is_valid() {
-    for (source, lights, rows_from_bottom) in
-        [(Source::CubeArray, 0, false), (Source::CubeArray, 8, true), (Source::Atlas, 3, false)]
-    {
+    for (source, lights, rows_from_bottom, varied) in [
+        (Source::CubeArray, 0, false, None),
+        (Source::CubeArray, 8, true, None),
+        (Source::Atlas, 3, false, None),
+        (Source::CubeArray, 2, true, Some((Weights::Colour, 17))),
+        (Source::Atlas, 0, false, Some((Weights::ScaleBias, 33))),
+    ] {
         let brdf = "fn tap_brdf(N: vec3f, V: vec3f, L: vec3f, radius: f32) -> vec3f { return L; }";
-        let text = LookUp { rows_from_bottom, ..look_up(Language::Wgsl, source, lights) }.text();
+        let text = LookUp { rows_from_bottom, varied, ..look_up(Language::Wgsl, source, lights) }.text();
+        let further = match varied {
+            None => "",
+            Some((Weights::Colour, _)) => ", d.x",
+            Some((Weights::ScaleBias, _)) => ", tap_albedo(d.x, d.y).x, d",
+        };
         let lit = if lights > 0 { "+ tap_lights(d, d)" } else { "" };
         let main = format!(
             "@fragment fn main(@location(0) d: vec3f) -> @location(0) vec4f {{
-                return vec4f(tap_reflected(d, d) {lit}, 1.0);
+                return vec4f(tap_reflected(d, d{further}) {lit}, 1.0);
             }}"
         );
         let text = [brdf, &text, &main].join("\n");
@@ -47,8 +57,13 @@ fn every_text_in_wgsl_is_valid() {
 #[test]
 fn every_declaration_is_turned_round() {
     for language in [Language::Glsl, Language::Hlsl] {
-        for source in [Source::CubeArray, Source::Atlas] {
-            let text = look_up(language, source, 2).text();
+        for (source, varied) in [
+            (Source::CubeArray, None),
+            (Source::Atlas, None),
+            (Source::Atlas, Some((Weights::Colour, 9))),
+            (Source::Atlas, Some((Weights::ScaleBias, 9))),
+        ] {
+            let text = LookUp { varied, ..look_up(language, source, 2) }.text();
             let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap()).collect();
             let code = code.join("\n");
             for word in
@@ -63,6 +78,10 @@ fn every_declaration_is_turned_round() {
     let glsl = look_up(Language::Glsl, Source::CubeArray, 0).functions();
     assert!(glsl.contains("    return textureLod(tap_levels, vec4(c, layer), mip).rgb;"), "{glsl}");
     assert!(glsl.contains("    vec3 sum = vec3(0.0, 0.0, 0.0);"), "{glsl}");
+    let varied = Some((Weights::ScaleBias, 9));
+    let shared = LookUp { varied, ..look_up(Language::Glsl, Source::CubeArray, 0) }.text();
+    assert!(shared.contains("uniform highp sampler2DArray tap_table;"), "{shared}");
+    assert!(shared.contains("    return textureLod(tap_table, vec3(place, layer), 0.0);"), "{shared}");
     let hlsl = look_up(Language::Hlsl, Source::Atlas, 0).functions();
     assert!(hlsl.contains("static const int TAP_COUNT = 6;  // look-ups"), "{hlsl}");
     assert!(hlsl.contains("    for (int j = 0; j < TAP_NORMALS; j++) {"), "{hlsl}");
@@ -174,4 +193,31 @@ fn a_table_has_two_rows_a_tap_and_one_about_the_normal() {
     assert_eq!(texels[2 * ROWS + 7], [7.0, -2.0, 0.0, 0.0]);
     assert_eq!(texels[3 * ROWS + 64], [0.5, 0.25, 0.125, 0.0]);
     assert_eq!(texels[4 * ROWS], [1.0, 2.0, 3.0, 0.75]);
+}
+
+/// The look-up of the shader, linear in both directions, is [`VariedTable::at_reflectance`].
+#[test]
+fn a_table_over_roughness_has_a_layer_a_tap() {
+    let row = |i: usize, table: f64| TapRow {
+        taps: vec![Tap { delta: i as f64, std: table.exp2(), weight: [0.5 * table, 0.25, 0.0] }; 2],
+        normals: vec![NormalTap { y: 0.75, weight: [1.0, table, 0.0] }],
+    };
+    let table = |table: f64| TapTable::new((0..ROWS).map(|i| row(i, table)).collect()).unwrap();
+    let tables = vec![table(0.0), table(1.0), table(2.0)];
+    let varied = VariedTable::new([0.0, 1.0], tables, Weights::ScaleBias).unwrap();
+    let (layers, texels) = varied_texels(&varied);
+    assert_eq!((layers, texels.len()), (3, 3 * 3 * ROWS));
+    let texel = |layer: usize, row: usize, column: usize| texels[(layer * 3 + row) * ROWS + column];
+    assert_eq!(texel(1, 2, 7), [7.0, 2.0, 1.0, 0.25]);
+    assert_eq!(texel(2, 1, 64), [0.75, 0.0, 1.0, 1.0]);
+    let found = varied.at_reflectance(0.25, [0.5, 1.0, 0.0]);
+    let middle: Vec<f32> = (0..4).map(|k| 0.5 * (texel(0, 0, 9)[k] + texel(0, 1, 9)[k])).collect();
+    let tap = found.rows()[9].taps[0];
+    assert!((tap.std.log2() - f64::from(middle[1])).abs() < 1e-12 && tap.delta == 9.0);
+    let [scale, bias] = [middle[2], middle[3]].map(f64::from);
+    assert_eq!(tap.weight, [0.5 * scale + bias, scale + bias, bias]);
+    let colours = VariedTable::new([0.0, 1.0], varied.tables().to_vec(), Weights::Colour).unwrap();
+    assert_eq!(varied_texels(&colours).0, 5);
+    assert!(VariedTable::new([1.0, 1.0], varied.tables().to_vec(), Weights::Colour).is_none());
+    assert!(VariedTable::new([0.0, 1.0], varied.tables()[..1].to_vec(), Weights::Colour).is_none());
 }

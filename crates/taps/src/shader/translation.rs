@@ -30,7 +30,7 @@ pub(super) fn translate(text: &str, language: Language, rows_from_bottom: bool) 
 
 /// The line with its look-ups in textures, whose arguments are names.
 fn sampled(line: &str, language: Language, rows_from_bottom: bool) -> String {
-    for function in ["sample_2d", "sample_cube"] {
+    for function in ["sample_2d", "sample_layer", "sample_cube"] {
         let Some((before, rest)) = line.split_once(&format!("{function}(")) else { continue };
         let Some((arguments, after)) = rest.split_once(')') else { continue };
         let place = if rows_from_bottom { "vec2f(place.x, 1.0 - place.y)" } else { "place" };
@@ -40,6 +40,15 @@ fn sampled(line: &str, language: Language, rows_from_bottom: bool) -> String {
             }
             ([texture, _], Language::Glsl) => format!("textureLod({texture}, {place}, 0.0)"),
             ([texture, _], Language::Hlsl) => format!("{texture}.SampleLevel(tap_sampler, {place}, 0.0)"),
+            ([texture, _, layer], Language::Wgsl) => {
+                format!("textureSampleLevel({texture}, tap_sampler, {place}, {layer}, 0.0)")
+            }
+            ([texture, _, layer], Language::Glsl) => {
+                format!("textureLod({texture}, vec3f({place}, {layer}), 0.0)")
+            }
+            ([texture, _, layer], Language::Hlsl) => {
+                format!("{texture}.SampleLevel(tap_sampler, vec3f({place}, {layer}), 0.0)")
+            }
             ([texture, c, layer, mip], Language::Wgsl) => {
                 format!("textureSampleLevel({texture}, tap_sampler, {c}, i32({layer}), {mip})")
             }

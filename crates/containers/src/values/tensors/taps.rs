@@ -1,7 +1,8 @@
 //! Compact maps: the scale space of an environment, and the taps of a material.
 
 use ::taps::{
-    Fitted, LightPoints, NORMAL_KERNELS, NormalTap, ROWS, ScaleSpace, Tap, TapRow, TapTable, Widths,
+    Fitted, FittedVaried, LightPoints, NORMAL_KERNELS, NormalTap, ROWS, ScaleSpace, Tap, TapRow, TapTable,
+    VariedTable, Weights, Widths,
 };
 use brdf::Material;
 use envmap::CubeMap;
@@ -18,6 +19,8 @@ const NORMAL: usize = 4;
 
 const TAPS_SHAPE: &str = "[65, J, 5]";
 const NORMALS_SHAPE: &str = "[65, K, 4]";
+const VARIED_TAPS_SHAPE: &str = "[rows, 65, J, 5]";
+const VARIED_NORMALS_SHAPE: &str = "[rows, 65, K, 4]";
 const CUBE_SHAPE: &str = "[6, edge, edge, 3]";
 
 /// The light of an environment for compact maps, and the environment as points.
@@ -38,6 +41,17 @@ pub struct MaterialTaps {
     pub fitted: Fitted,
     /// Fits of other numbers of taps, which may be better under an environment.
     pub others: Vec<Fitted>,
+    /// The taps over one of the material's parameters, if they were asked for.
+    pub varied: Option<VariedTaps>,
+}
+
+/// The taps of a material over one of its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VariedTaps {
+    /// The name of the parameter.
+    pub parameter: String,
+    /// The taps and how well they fit.
+    pub fitted: FittedVaried,
 }
 
 /// A scale space: `level_00` [6, edge, edge, 3] f32, `level_01` ..., faces in file order; the light about
@@ -116,7 +130,9 @@ pub fn decode_scale_space(bytes: &[u8]) -> Result<EnvironmentScales, Error> {
 /// The taps of a material: `taps` [65, J, 5] f64, delta, s, r, g, b of each look-up between levels, and
 /// `normals` [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The
 /// metadata have the material and `rms`, the residual of the fit in stops. Fits of other numbers of taps
-/// have the same names with `others_0_`, `others_1_` ... before them.
+/// have the same names with `others_0_`, `others_1_` ... before them. Taps over a parameter are
+/// `varied_taps` [rows, 65, J, 5] and `varied_normals` [rows, 65, K, 4], with the parameter's name, its first
+/// and last value and the residuals in the metadata.
 ///
 /// # Errors
 /// If a number is not finite, or the material is an empty sum.
@@ -126,9 +142,19 @@ pub fn encode_taps(taps: &MaterialTaps, recipe: Option<&str>) -> Result<Vec<u8>,
         add_taps(&fitted.table, &prefix, &mut file)?;
         file.entry(format!("{prefix}rms"), format!("{}", fitted.rms));
     }
+    if let Some(VariedTaps { parameter, fitted }) = &taps.varied {
+        add_varied(&fitted.table, VARIED, &mut file)?;
+        let texts = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
+        file.entry("varied", parameter.clone());
+        file.entry("varied_range", texts(&fitted.table.range()));
+        file.entry("varied_rms", texts(&fitted.rms));
+    }
     material::add(&taps.material, &mut file)?;
     Ok(file.finish())
 }
+
+/// What the names of taps over a parameter begin with.
+const VARIED: &str = "varied_";
 
 /// What the names of each fit begin with.
 fn prefixes() -> impl Iterator<Item = String> {
@@ -136,19 +162,29 @@ fn prefixes() -> impl Iterator<Item = String> {
 }
 
 fn add_taps(table: &TapTable, prefix: &str, file: &mut Writer) -> Result<(), Error> {
-    let rows = table.rows();
-    let taps = rows.iter().flat_map(|row| &row.taps);
+    add_tables(std::slice::from_ref(table), &[ROWS], prefix, file)
+}
+
+fn add_varied(varied: &VariedTable, prefix: &str, file: &mut Writer) -> Result<(), Error> {
+    add_tables(varied.tables(), &[varied.tables().len(), ROWS], prefix, file)
+}
+
+/// Tables with as many taps; `rows` are the first sizes of the shapes.
+fn add_tables(tables: &[TapTable], rows: &[usize], prefix: &str, file: &mut Writer) -> Result<(), Error> {
+    let all = || tables.iter().flat_map(TapTable::rows);
+    let taps = all().flat_map(|row| &row.taps);
     let taps: Vec<f64> =
         taps.flat_map(|Tap { delta, std, weight: [r, g, b] }| [*delta, *std, *r, *g, *b]).collect();
-    let normals = rows.iter().flat_map(|row| &row.normals);
+    let normals = all().flat_map(|row| &row.normals);
     let normals: Vec<f64> = normals.flat_map(|NormalTap { y, weight: [r, g, b] }| [*y, *r, *g, *b]).collect();
+    let counts = tables.first().map_or([0; 2], |table| [table.taps(), table.normals()]);
     for (name, values, count, numbers) in
-        [("taps", taps, table.taps(), TAP), ("normals", normals, table.normals(), NORMAL)]
+        [("taps", taps, counts[0], TAP), ("normals", normals, counts[1], NORMAL)]
     {
         let name = format!("{prefix}{name}");
         check_finite(&name, &values, ErrorKind::Unwritable)?;
         file.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        file.tensor(name, "F64", &[ROWS, count, numbers]);
+        file.tensor(name, "F64", &[rows, &[count, numbers]].concat());
     }
     Ok(())
 }
@@ -163,7 +199,8 @@ pub fn decode_taps(bytes: &[u8]) -> Result<MaterialTaps, Error> {
     let fitted = fitted(&file, "")?;
     let is_there = |prefix: &String| file.metadata.contains_key(&format!("{prefix}rms"));
     let others = prefixes().skip(1).take_while(is_there).map(|prefix| self::fitted(&file, &prefix));
-    Ok(MaterialTaps { material, fitted, others: others.collect::<Result<_, _>>()? })
+    let varied = file.metadata.get("varied").map(|parameter| varied(&file, parameter)).transpose()?;
+    Ok(MaterialTaps { material, fitted, others: others.collect::<Result<_, _>>()?, varied })
 }
 
 /// The fit whose names begin so.
@@ -173,37 +210,83 @@ fn fitted(file: &TensorFile<'_>, prefix: &str) -> Result<Fitted, Error> {
     let rms = rms
         .filter(|rms| rms.is_finite())
         .ok_or_else(|| Error::damaged(format!("metadata `{name}`: expected a number")))?;
-    let taps = rows(file, &format!("{prefix}taps"), TAPS_SHAPE, TAP)?;
-    let normals = rows(file, &format!("{prefix}normals"), NORMALS_SHAPE, NORMAL)?;
-    let row = |(taps, normals): (Vec<f64>, Vec<f64>)| TapRow {
-        taps: (taps.as_chunks::<TAP>().0.iter())
-            .map(|&[delta, std, r, g, b]| Tap { delta, std, weight: [r, g, b] })
-            .collect(),
-        normals: (normals.as_chunks::<NORMAL>().0.iter())
-            .map(|&[y, r, g, b]| NormalTap { y, weight: [r, g, b] })
-            .collect(),
-    };
+    let taps = rows(file, &format!("{prefix}taps"), TAPS_SHAPE, &[ROWS], TAP)?;
+    let normals = rows(file, &format!("{prefix}normals"), NORMALS_SHAPE, &[ROWS], NORMAL)?;
     let table = TapTable::new(taps.into_iter().zip(normals).map(row).collect()).ok_or_else(|| {
         Error::damaged(format!("tensor `{prefix}taps`: expected widths above 0 in 65 rows"))
     })?;
     Ok(Fitted { table, rms })
 }
 
-/// The rows of a table of numbers.
-fn rows(file: &TensorFile<'_>, name: &str, shape: &str, numbers: usize) -> Result<Vec<Vec<f64>>, Error> {
+/// A row of numbers of look-ups between levels, and of one about the normal.
+fn row((taps, normals): (Vec<f64>, Vec<f64>)) -> TapRow {
+    TapRow {
+        taps: (taps.as_chunks::<TAP>().0.iter())
+            .map(|&[delta, std, r, g, b]| Tap { delta, std, weight: [r, g, b] })
+            .collect(),
+        normals: (normals.as_chunks::<NORMAL>().0.iter())
+            .map(|&[y, r, g, b]| NormalTap { y, weight: [r, g, b] })
+            .collect(),
+    }
+}
+
+/// The taps over a parameter of this name.
+fn varied(file: &TensorFile<'_>, parameter: &str) -> Result<VariedTaps, Error> {
+    let numbers = |name: &str| -> Result<Vec<f64>, Error> {
+        let wrong = || Error::damaged(format!("metadata `{name}`: expected finite numbers"));
+        let text = file.metadata.get(name).ok_or_else(wrong)?;
+        let values: Result<Vec<f64>, _> = text.split(' ').map(str::parse).collect();
+        values.ok().filter(|values| values.iter().all(|value| value.is_finite())).ok_or_else(wrong)
+    };
+    let (range, rms) = (numbers("varied_range")?, numbers("varied_rms")?);
+    let sizes = [rms.len(), ROWS];
+    let taps = rows(file, "varied_taps", VARIED_TAPS_SHAPE, &sizes, TAP)?;
+    let normals = rows(file, "varied_normals", VARIED_NORMALS_SHAPE, &sizes, NORMAL)?;
+    let all: Vec<TapRow> = taps.into_iter().zip(normals).map(row).collect();
+    let tables = all.chunks(ROWS).map(|rows| TapTable::new(rows.to_vec())).collect::<Option<Vec<_>>>();
+    let range = <[f64; 2]>::try_from(range).ok();
+    let table =
+        tables.zip(range).and_then(|(tables, range)| VariedTable::new(range, tables, Weights::Colour));
+    let table = table.ok_or_else(|| {
+        Error::damaged("tensor `varied_taps`: expected widths above 0 in two tables or more of a range")
+    })?;
+    Ok(VariedTaps { parameter: parameter.to_owned(), fitted: FittedVaried { table, rms } })
+}
+
+/// The rows of a table of numbers, whose shape begins with these sizes.
+fn rows(
+    file: &TensorFile<'_>,
+    name: &str,
+    shape: &str,
+    sizes: &[usize],
+    numbers: usize,
+) -> Result<Vec<Vec<f64>>, Error> {
     let tensor = file.tensor(name, Dtype::F64, shape)?;
     let count = match tensor.shape() {
-        &[ROWS, count, found] if found == numbers => count,
+        [first @ .., count, found] if first == sizes && *found == numbers => *count,
         other => return Err(wrong_shape(name, shape, other)),
     };
     let values: Vec<f64> =
         tensor.data().as_chunks::<8>().0.iter().map(|word| f64::from_le_bytes(*word)).collect();
     check_finite(name, &values, ErrorKind::Damaged)?;
     Ok(if count == 0 {
-        vec![Vec::new(); ROWS]
+        vec![Vec::new(); sizes.iter().product()]
     } else {
         values.chunks(count * numbers).map(<[f64]>::to_vec).collect()
     })
+}
+
+/// A table over a parameter, for Python and for tools: `taps` [rows, 65, J, 5] and `normals` [rows, 65, K, 4]
+/// f64 as in [`encode_taps`], and `range`, the first and the last value of the parameter, in the metadata.
+///
+/// # Errors
+/// If a number is not finite.
+pub fn encode_varied_table(varied: &VariedTable, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    let mut file = Writer::new("compact-map", recipe);
+    add_varied(varied, "", &mut file)?;
+    let [first, last] = varied.range();
+    file.entry("range", format!("{first} {last}"));
+    Ok(file.finish())
 }
 
 /// Everything that a renderer needs of an environment and a material, for Python and for tools: the tensors
@@ -247,7 +330,10 @@ mod tests {
 
     fn material_taps(material: Material) -> MaterialTaps {
         let fit = |taps| ::taps::fit(&material, taps, Widths::new(8).unwrap(), Stop::NEVER).unwrap();
-        MaterialTaps { fitted: fit(2), others: vec![fit(0), fit(1)], material }
+        let table = VariedTable::new([0.5, 1.0], vec![fit(1).table; 3], Weights::Colour).unwrap();
+        let fitted = FittedVaried { table, rms: vec![0.1, 0.2, 0.3] };
+        let varied = Some(VariedTaps { parameter: "roughness".into(), fitted });
+        MaterialTaps { fitted: fit(2), others: vec![fit(0), fit(1)], varied, material }
     }
 
     #[test]
@@ -280,5 +366,19 @@ mod tests {
         renamed[header + 7] = b'9';
         let error = decode_scale_space(&renamed).unwrap_err().to_string();
         assert!(error.contains("`level_03`"), "{error}");
+        let metal = Material::Ggx(Ggx::new(0.5, Fresnel::Dielectric(1.5), [1.0; 3]).unwrap());
+        let bytes = encode_taps(&material_taps(metal), None).unwrap();
+        for (found, put, expected) in [
+            ("0.5 1\"", "0.5 0\"", "`varied_taps`: expected widths above 0 in two tables or more of a range"),
+            ("0.1 0.2 0.3", "0.1 0.2 nan", "`varied_rms`: expected finite numbers"),
+            ("0.1 0.2 0.3", "0.1 0.21234", "`varied_taps`"),
+            ("varied_normals", "varied_abnorms", "`varied_normals`"),
+        ] {
+            let at = bytes.windows(found.len()).position(|window| window == found.as_bytes()).unwrap();
+            let mut damaged = bytes.clone();
+            damaged[at..at + put.len()].copy_from_slice(put.as_bytes());
+            let error = decode_taps(&damaged).unwrap_err().to_string();
+            assert!(error.contains(expected), "{put}: {error}");
+        }
     }
 }

@@ -37,8 +37,8 @@ export function useTaps( material, { levels, normals, table } ) {
 			.replace( '#include <common>', '#include <common>\n' + lookUp )
 			.replace( '#include <lights_fragment_maps>', '' )
 			.replace( '#include <lights_fragment_end>', `#include <lights_fragment_end>
-	reflectedLight.indirectSpecular += tap_reflected(
-		inverseTransformDirection( geometryNormal, viewMatrix ), inverseTransformDirection( geometryViewDir, viewMatrix ) );` );
+	mat3 toWorld = transpose( mat3( viewMatrix ) );
+	reflectedLight.indirectSpecular += tap_reflected( normalize( toWorld * geometryNormal ), toWorld * geometryViewDir );` );
 
 	};
 
