@@ -233,7 +233,7 @@ impl<'a> Fit<'a> {
     pub(super) fn maps(&self, counts: &[usize], stop: Stop<'_>) -> Result<Vec<ComponentMap>, ComponentError> {
         let (edge, most) = (self.options.edge, self.basis.components().len());
         let side = edge + 2;
-        let counts: Vec<usize> = counts.iter().map(|count| (*count).clamp(1, most.max(1))).collect();
+        let counts: Vec<usize> = counts.iter().map(|count| (*count).clamp(most.min(1), most)).collect();
         let row = |row: usize| {
             stop.check()?;
             let texel = |column: usize| {

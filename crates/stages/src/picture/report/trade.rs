@@ -263,7 +263,9 @@ impl TradePair<'_> {
 
     /// Principal components, with the lamps beside them, of this radiance at each pixel.
     fn components(&self, beside: Option<&[[f64; 3]]>) -> Result<Option<TradeSeries>, Failure> {
-        let Some(basis) = &self.traded.basis else { return Ok(None) };
+        // A black material has none.
+        let basis = self.traded.basis.as_ref().filter(|basis| !basis.components().is_empty());
+        let Some(basis) = basis else { return Ok(None) };
         let (scene, edge) = (self.scene, COMPONENT_EDGE);
         let known;
         let reflection = match self.reflection.material() {
