@@ -303,8 +303,9 @@ impl Kind for ReportKind {
         // One pair after another: each uses all threads.
         let count = materials.len() * lit.len();
         let sections = [Section::Maps, Section::Tables, Section::Sampling, Section::Rigs];
-        let steps =
-            Steps::new(reporter, count * sections.into_iter().filter(|section| has(*section)).count());
+        let trades = has(Section::Maps) && parameters.trade;
+        let parts = sections.into_iter().filter(|section| has(*section)).count() + usize::from(trades);
+        let steps = Steps::new(reporter, count * parts);
         let mut pictures = PagePictures::default();
         let (mut pairs, mut figures): (Vec<PairFigures>, Vec<_>) = Default::default();
         for (key, material) in materials.iter().filter(|_| has(Section::Maps)) {
@@ -328,6 +329,7 @@ impl Kind for ReportKind {
                     let (material, reflection, settings) = (&studied, made.reflection, &settings);
                     let of = TradePair { lit, material, traded, reflection, scene, soft, exports, settings };
                     pair.trade = Some(of.measure().map_err(of_pair)?);
+                    steps.step()?;
                 }
                 pairs.push(pair);
                 pictures.maps.push(found.pictures);
