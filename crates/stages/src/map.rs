@@ -11,6 +11,7 @@ mod export_taps;
 mod export_view_maps;
 mod fit_taps;
 mod import_reflection_maps;
+mod pair_choice;
 mod prefilter;
 mod reference;
 mod scale_space;

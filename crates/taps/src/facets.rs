@@ -216,9 +216,11 @@ impl FacetTable {
         }
     }
 
-    /// The radiance toward a view in the world, RGB; the lights beside the scale space are not in it.
+    /// The radiance toward a view in the world, RGB; the lights beside the scale space are not in it. A view
+    /// below the horizon counts as at it.
     pub fn radiance(&self, light: &ScaleSpace, frame: SurfaceFrame, view: Direction) -> [f64; 3] {
-        let local = frame.to_local(view);
+        let v = frame.to_local(view).vector();
+        let local = Direction::normalised(DVec3::new(v.x, v.y, v.z.max(0.0)));
         let node = self.at(local);
         let mut sum = [0.0; 3];
         let mut add = |weight: [f64; 3], light: [f64; 3]| {

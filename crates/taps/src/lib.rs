@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod accuracy;
+mod any_table;
 mod facets;
 mod fit;
 mod kernels;
@@ -13,6 +14,7 @@ mod varied;
 mod widths;
 
 pub use accuracy::{Accuracy, LightPoints, Taps, Trade, Truth};
+pub use any_table::AnyTable;
 pub use facets::{FacetNode, FacetTable, FacetTap, SurfaceFrame};
 pub use fit::{
     Fitted, FittedFacets, FittedVaried, fit, fit_by_reflectance, fit_each, fit_facets, fit_varied, least_fit,
@@ -20,7 +22,9 @@ pub use fit::{
 };
 pub use kernels::NORMAL_KERNELS;
 pub use scale_space::{ScaleSpace, ScaleSpaceError};
-pub use shader::{Language, LookUp, Source, atlas_picture, table_texels, varied_texels};
+pub use shader::{
+    Language, LookUp, Source, TableShape, atlas_picture, facet_texels, table_texels, varied_texels,
+};
 pub use table::{NormalTap, ROWS, Tap, TapRow, TapTable};
 pub use varied::{VariedTable, Weights};
 pub use widths::Widths;

@@ -15,7 +15,7 @@ mod translation;
 
 use envmap::{Atlas, CubeMap, Image};
 
-use crate::{ROWS, TapRow, TapTable, VariedTable, Weights, Widths};
+use crate::{FacetNode, FacetTable, FacetTap, ROWS, TapRow, TapTable, VariedTable, Weights, Widths};
 pub use language::Language;
 use translation::translate;
 
@@ -42,7 +42,7 @@ pub enum Source {
 ///     taps: 6,
 ///     normals: 1,
 ///     lights: 0,
-///     varied: None,
+///     table: TableShape::Angle,
 /// };
 /// assert!(look_up.functions().contains("vec3 tap_reflected(vec3 N, vec3 V) {"));
 /// ```
@@ -64,9 +64,30 @@ pub struct LookUp {
     pub normals: usize,
     /// The number of lights beside the levels; with none there is no function for them.
     pub lights: usize,
-    /// What the table of several tables is, if it is not that of one material: the weights and the number of
-    /// tables.
-    pub varied: Option<(Weights, usize)>,
+    /// What the table is.
+    pub table: TableShape,
+}
+
+/// The table of taps, and what the function that looks it up takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableShape {
+    /// By the angle between normal and view, [`table_texels`]: `tap_reflected(N, V)`.
+    Angle,
+    /// By the view in the frame of the surface, [`facet_texels`]: `tap_reflected(N, T, V)`, T being the
+    /// tangent.
+    Facets {
+        /// Whether the table is over a quarter of the disc of views.
+        is_quarter: bool,
+    },
+    /// So many tables over a parameter, [`varied_texels`]: `tap_reflected(N, V, v)` with [`Weights::Colour`],
+    /// and `tap_reflected(N, V, roughness, F0)` with [`Weights::ScaleBias`].
+    Varied(Weights, usize),
+}
+
+impl TableShape {
+    fn is_varied(self) -> bool {
+        matches!(self, Self::Varied(..))
+    }
 }
 
 impl LookUp {
@@ -88,7 +109,7 @@ impl LookUp {
                 let levels = if cubes { "samplerCubeArray" } else { "sampler2D" };
                 text += &format!("uniform highp {levels} tap_levels;\n");
                 text += &format!("uniform highp {levels} tap_normals;\n");
-                let table = if self.varied.is_some() { "sampler2DArray" } else { "sampler2D" };
+                let table = if self.table.is_varied() { "sampler2DArray" } else { "sampler2D" };
                 text += &format!("uniform highp {table} tap_table;\n");
                 if self.lights > 0 {
                     text += &format!("uniform vec4 tap_light_directions[{}];\n", self.lights);
@@ -99,7 +120,7 @@ impl LookUp {
                 let levels = if cubes { "TextureCubeArray" } else { "Texture2D" };
                 text += &format!("{levels} tap_levels;\n");
                 text += &format!("{levels} tap_normals;\n");
-                let table = if self.varied.is_some() { "Texture2DArray" } else { "Texture2D" };
+                let table = if self.table.is_varied() { "Texture2DArray" } else { "Texture2D" };
                 text += &format!("{table} tap_table;\n");
                 text += "SamplerState tap_sampler;  // linear, also between mips, and clamped at edges\n";
                 if self.lights > 0 {
@@ -114,7 +135,7 @@ impl LookUp {
                 };
                 declare(0, &format!("var tap_levels: {levels}"));
                 declare(1, &format!("var tap_normals: {levels}"));
-                let table = if self.varied.is_some() { "texture_2d_array<f32>" } else { "texture_2d<f32>" };
+                let table = if self.table.is_varied() { "texture_2d_array<f32>" } else { "texture_2d<f32>" };
                 declare(2, &format!("var tap_table: {table}"));
                 declare(3, "var tap_sampler: sampler");
                 if self.lights > 0 {
@@ -127,26 +148,36 @@ impl LookUp {
         text
     }
 
-    /// The constants and functions; `tap_reflected(N, V)` is what a shader calls, with a varied table
-    /// `tap_reflected(N, V, v)` or `tap_reflected(N, V, roughness, F0)`, and `tap_lights(N, V)` if there are
-    /// lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands before this text.
+    /// The constants and functions; `tap_reflected(N, V)`, or what [`TableShape`] says, is what a shader calls,
+    /// and `tap_lights(N, V)` if there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands
+    /// before this text.
     pub fn functions(&self) -> String {
         let source = match self.source {
             Source::CubeArray => include_str!("shader/cube_array.wgsl"),
             Source::Atlas => include_str!("shader/atlas.wgsl"),
         };
         let lights = if self.lights > 0 { include_str!("shader/lights.wgsl") } else { "" };
-        let (row, reflected) = match self.varied {
-            None => (include_str!("shader/row.wgsl"), include_str!("shader/reflected.wgsl")),
-            Some((Weights::Colour, _)) => {
+        let (row, reflected) = match self.table {
+            TableShape::Angle => (include_str!("shader/row.wgsl"), include_str!("shader/reflected.wgsl")),
+            TableShape::Facets { .. } => {
+                (include_str!("shader/facets.wgsl"), include_str!("shader/facets_look_up.wgsl"))
+            }
+            TableShape::Varied(Weights::Colour, _) => {
                 (include_str!("shader/varied_row.wgsl"), include_str!("shader/varied.wgsl"))
             }
-            Some((Weights::ScaleBias, _)) => {
+            TableShape::Varied(Weights::ScaleBias, _) => {
                 (include_str!("shader/varied_row.wgsl"), include_str!("shader/by_reflectance.wgsl"))
             }
         };
+        let mirror = match self.table {
+            TableShape::Facets { is_quarter: true } => {
+                "vec2f(2.0 * step(0.0, disc.x) - 1.0, 2.0 * step(0.0, disc.y) - 1.0)"
+            }
+            _ => "vec2f(1.0, 1.0)",
+        };
+        let reflected = reflected.replace("MIRROR", mirror);
         let look_up = include_str!("shader/look_up.wgsl");
-        let parts = [&self.constants(), source, row, look_up, reflected, lights];
+        let parts = [&self.constants(), source, row, look_up, &reflected, lights];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
         let text = parts.map(str::trim_end).collect::<Vec<_>>().join("\n\n") + "\n";
         let [x, y, z] = self.cube_coordinates;
@@ -158,10 +189,15 @@ impl LookUp {
     fn constants(&self) -> String {
         let edge = self.widths.edge();
         let sharpest = math::log2(self.widths.std(0));
-        let (each, one) = match self.varied {
-            None => ("two rows", "row"),
-            Some((Weights::Colour, _)) => ("two layers", "layer"),
-            Some((Weights::ScaleBias, _)) => ("one layer", "layer"),
+        let (each, one) = match self.table {
+            TableShape::Angle => ("two rows", "row"),
+            TableShape::Facets { .. } => ("two pictures", "picture"),
+            TableShape::Varied(Weights::Colour, _) => ("two layers", "layer"),
+            TableShape::Varied(Weights::ScaleBias, _) => ("one layer", "layer"),
+        };
+        let rows = match self.table {
+            TableShape::Varied(_, tables) => tables,
+            _ => 2 * self.taps + self.normals,
         };
         let mut text = format!(
             "// Compact reflection maps of Specula: docs/taps.md.
@@ -173,7 +209,7 @@ const TAP_LAST: f32 = {}.0;  // the last level
 ",
             self.taps,
             self.normals,
-            self.varied.map_or(2 * self.taps + self.normals, |(_, rows)| rows),
+            rows,
             self.widths.len() - 1,
         );
         if self.source == Source::Atlas {
@@ -182,6 +218,16 @@ const TAP_LAST: f32 = {}.0;  // the last level
             text += &format!("const TAP_EDGE: f32 = {edge}.0;  // of a face of level 0, in texels\n");
             text += &format!(
                 "const TAP_SIZE: vec2f = vec2f({width}.0, {height}.0);  // of the levels' picture\n"
+            );
+        }
+        if let TableShape::Facets { is_quarter } = self.table {
+            let (side, first) =
+                if is_quarter { (FacetTable::QUARTER, "0.0") } else { (FacetTable::WHOLE, "-1.0") };
+            text += &format!(
+                "const TAP_SIDE: f32 = {side}.0;  // texels along an edge of each of the table's pictures\n"
+            );
+            text += &format!(
+                "const TAP_FIRST: f32 = {first};  // the first place in the disc of views; it ends at 1\n"
             );
         }
         if self.lights > 0 {
@@ -253,6 +299,36 @@ fn scale_bias_texels(table: &TapTable) -> Vec<[f32; 4]> {
         layer(&|row| {
             let tap = row.normals[j];
             [tap.y, 0.0, tap.weight[0], tap.weight[1]]
+        })
+    });
+    taps.chain(normals).flatten().collect()
+}
+
+/// The table of facets that shaders look up: pictures of the square of nodes, below each other, two for each
+/// look-up between levels and one for each about the normal.
+///
+/// Pictures 2 j and 2 j + 1 are (p, q, log2 of the width, 0) and (r, g, b, 0) of look-up j, the width in
+/// radians. The last pictures are (r, g, b, y) of those about the normal.
+pub fn facet_texels(table: &FacetTable) -> Vec<[f32; 4]> {
+    let picture = |texel: &dyn Fn(&FacetNode) -> [f64; 4]| -> Vec<[f32; 4]> {
+        table.nodes().iter().map(|node| texel(node).map(|value| value as f32)).collect()
+    };
+    let taps = (0..table.taps()).flat_map(|j| {
+        let shape = picture(&|node| {
+            let FacetTap { slope: [p, q], std, .. } = node.taps[j];
+            [p, q, math::log2(std), 0.0]
+        });
+        let weight = picture(&|node| {
+            let [r, g, b] = node.taps[j].weight;
+            [r, g, b, 0.0]
+        });
+        [shape, weight]
+    });
+    let normals = (0..table.normals()).map(|j| {
+        picture(&|node| {
+            let tap = node.normals[j];
+            let [r, g, b] = tap.weight;
+            [r, g, b, tap.y]
         })
     });
     taps.chain(normals).flatten().collect()

@@ -21,6 +21,9 @@ const VIEWS: usize = 400;
 const ROWS: usize = 33;
 const TAPS: usize = 6;
 
+/// The steps of the integral of a prefilter's weight.
+const STEPS: usize = 4000;
+
 fn main() {
     if let Err(error) = run() {
         eprintln!("{error}");
@@ -39,9 +42,8 @@ fn run() -> Result<(), Failure> {
         let environment = Environment::from_image(image, Layout::LatLong, None)?;
         let lamps = environment.separate_lamps(Stop::NEVER)?.lights;
         let kept = &lamps[..lamps.len().min(8)];
-        let spaces = [kept, &[]].map(|kept| ScaleSpace::new(&environment, kept, widths, Stop::NEVER));
-        let [lit, dark] = spaces;
-        let (lit, dark) = (lit?, dark?);
+        let lit = ScaleSpace::new(&environment, kept, widths, Stop::NEVER)?;
+        let dark = ScaleSpace::new(&environment, &[], widths, Stop::NEVER)?;
         let points = LightPoints::new(&environment)?;
         for row in [6, 10, 14, 18, 22, 26, 32] {
             let roughness = ((row as f64 + 0.5) / (ROWS - 1) as f64).min(1.0);
@@ -84,7 +86,6 @@ fn prefiltered(points: &LightPoints, about: DVec3, roughness: f64) -> DVec3 {
         alpha2 / (half * (alpha2 - 1.0) + 1.0).powi(2) * cosine
     };
     let light = |(direction, flux): (DVec3, DVec3)| flux * weight(about.dot(direction).max(0.0));
-    const STEPS: usize = 4000;
     let step = |step: usize| weight((step as f64 + 0.5) / STEPS as f64) * TAU / STEPS as f64;
     each(points).map(light).sum::<DVec3>() / (0..STEPS).map(step).sum::<f64>()
 }

@@ -3,7 +3,7 @@
 //! The shaders are files of the folder `tap_shaders`, whose places `__FUNCTIONS__` (or `__CONSTANTS__` and
 //! `__FUNCTIONS__`), `__LEVELS__`, `__NORMALS__`, `__TABLE__` and `__LIGHTS__` are filled in.
 
-use taps::{Language, LookUp, Source, Widths};
+use taps::{Language, LookUp, Source, TableShape, Widths};
 
 /// How an engine looks taps up.
 pub(crate) struct TapPreset {
@@ -59,7 +59,7 @@ pub(crate) fn tap_texts(
         taps,
         normals,
         lights: 0, // the engine reflects them as its own
-        varied: None,
+        table: TableShape::Angle,
     };
     let functions = look_up.functions();
     let (constants, functions) = if preset.shader.contains("__CONSTANTS__") {

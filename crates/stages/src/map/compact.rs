@@ -1,10 +1,11 @@
 //! The parts of compact maps with the parameters that the kinds have by default, for reports too.
 
-use brdf::Material;
+use brdf::{Centre, Material};
 use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
-use taps::{ScaleSpace, ScaleSpaceError, Widths, fit_each, least_fit};
+use rayon::prelude::*;
+use taps::{FittedFacets, ScaleSpace, ScaleSpaceError, Widths, fit, fit_each, fit_facets, least_fit};
 
 use crate::values::UntilStopped;
 
@@ -99,7 +100,35 @@ pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<M
 /// Fits of a material with several numbers of taps; the first is the least whose residual is at most `error`,
 /// or past which more of them do not help.
 pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
-    let mut others = reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?;
+    let facets = facet_fits(material, &FACET_COUNTS, reporter)?;
+    let mut others = match facets.last() {
+        None => reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?,
+        // The mean over all turns is off by more than any number of taps.
+        Some(_) => vec![reporter.until_stopped(|stop| fit(material, MEAN_TAPS, Widths::FINEST, stop))?],
+    };
     let fitted = others.remove(least_fit(&others, error));
-    Ok(MaterialTaps { material: material.clone(), fitted, others, varied: None })
+    Ok(MaterialTaps { material: material.clone(), fitted, others, varied: None, facets })
 }
+
+/// Fits that know the tangent, with these numbers of taps; none of a material that does not depend on it, or
+/// that reflects in a cone about it.
+pub(crate) fn facet_fits(
+    material: &Material,
+    counts: &[usize],
+    reporter: &Reporter,
+) -> Result<Vec<FittedFacets>, Failure> {
+    if material.is_isotropic() || material.centre() == Centre::Tangent {
+        return Ok(Vec::new());
+    }
+    let fits = reporter.until_stopped(|stop| {
+        counts
+            .par_iter()
+            .map(|taps| fit_facets(material, *taps, Widths::FINEST, stop))
+            .collect::<Result<_, _>>()
+    })?;
+    Ok(fits)
+}
+
+/// The taps of materials that depend on their tangent, and of their mean over all turns.
+const FACET_COUNTS: [usize; 2] = [4, 8];
+const MEAN_TAPS: usize = 4;

@@ -39,6 +39,15 @@
 //! and the weight r, g, b of tap j, angles in radians; the last K rows are r, g, b, y of the taps about the
 //! normal.
 //!
+//! The table of a material that depends on the direction of its tangent, such as brushed metal, is another:
+//! its taps are facets that are tilted against the surface by slopes p along the tangent and q across it, and
+//! look along V mirrored about (p, q, 1). The texture is a column of square pictures over the disc of views,
+//! (V_x, V_y) / sqrt((1 + V_z) (1 + sqrt(V_z))), `side` texels wide: a quarter of the disc, from 0 to 1, if
+//! `quarter` of `facets` in `taps.json` is true, otherwise all of it, from -1 to 1. Pictures 2 j and 2 j + 1
+//! are (p, q, log2 s) and the weight r, g, b of tap j, the last K are those about the normal. The tensors are
+//! `taps` [side, side, J, 6], p, q, s, r, g, b, and `normals` [side, side, K, 4], rows along y. docs/taps.md
+//! has the look-up. Shaders of a `preset` take no tangent and have the mean over all turns, with a warning.
+//!
 //! With `varied = true` it is the tables over a parameter (`vary` of `fit-taps`) that `table` holds, as an
 //! array of pictures: its layers are the rows above, and its rows the tables, from the first value of the
 //! parameter to the last. `taps.json` has `range`, these two values, and `tables` in the place of `table`;
@@ -94,7 +103,6 @@
 //! path = "{environment}/{material}/taps"
 //! ```
 
-use brdf::Centre;
 use containers::{
     Encoded, Precision, TexelFormat, Texture, tensors, write_dds, write_dds_rgba, write_exr, write_exr_rgba,
     write_ktx2, write_ktx2_rgba,
@@ -104,14 +112,15 @@ use envmap::{CubeMap, Image};
 use serde_json::json;
 use sh::Light;
 use taps::{
-    Accuracy, ROWS, ScaleSpace, Source, TapTable, Trade, Truth, Widths, atlas_picture, table_texels,
-    widths_for,
+    AnyTable, FacetTable, ROWS, ScaleSpace, Source, TapTable, Widths, atlas_picture, facet_texels,
+    table_texels,
 };
 
 use super::degree_choice::Accept;
+use super::pair_choice::{PairLights, choose, tables};
 use super::varied_taps;
 use crate::engines::{EnginePreset, TapFileNames, TapPreset, tap_texts};
-use crate::values::{Content, Excess, UntilStopped, artifacts, quantity};
+use crate::values::{Content, Excess, artifacts, quantity};
 
 choice! {
     /// The container.
@@ -149,16 +158,6 @@ choice! {
     }
 }
 
-choice! {
-    /// The lights beside the map of a pair.
-    pub(crate) enum PairLights {
-        /// As many of the strongest as make the pair accurate enough at the least cost.
-        Auto = "auto",
-        /// All that the scale space has.
-        All = "all",
-    }
-}
-
 /// The errors that are accepted by default: within a tenth of a stop.
 const ACCEPT: Accept = Accept([0.1, 0.25]);
 
@@ -182,9 +181,6 @@ parameters! {
         varied: bool = false,
     }
 }
-
-/// The views toward which a pair is measured: fewer if each needs the mean over all turns of the surface.
-const VIEWS: [usize; 2] = [2000, 100];
 
 /// The stem of a shader's name.
 const STEM: &str = "taps";
@@ -323,15 +319,25 @@ impl Kind for ExportTaps {
             })?;
             return Ok(Output::files(varied_files(parameters.format(), varied, context.recipe())?));
         }
+        let has_tangent = parameters.preset.is_none();
+        if !has_tangent && taps.as_ref().is_some_and(|taps| !taps.0.facets.is_empty()) {
+            reporter.warn(
+                "the shader of a preset takes no tangent: the taps are those of the material's mean over all turns; \
+                 without `preset` they know its direction",
+            );
+        }
         let chosen = match (&scales, &taps) {
-            (Some(scales), Some(taps)) => Some(choose(&scales.0, &taps.0, parameters, reporter)?),
+            (Some(scales), Some(taps)) => {
+                let (lights, accept) = (parameters.lights, parameters.accept);
+                Some(choose(&scales.0, &taps.0, lights, accept, has_tangent, reporter)?)
+            }
             _ => None,
         };
         let (space, table) = match &chosen {
             Some((space, table)) => (Some(space), Some(*table)),
             None => (
                 scales.as_ref().map(|scales| &scales.0.space),
-                taps.as_ref().map(|taps| &taps.0.fitted.table),
+                taps.as_ref().and_then(|taps| tables(&taps.0, has_tangent).last().copied()),
             ),
         };
         let recipe = context.recipe();
@@ -435,9 +441,12 @@ fn cube_array(maps: &[CubeMap]) -> Texture {
 }
 
 /// The table as a texture of 65 columns.
-fn table_file(format: TapsFormat, table: &TapTable, recipe: &str) -> Result<Vec<u8>, Failure> {
-    let texels = table_texels(table);
-    let (width, height) = (ROWS, texels.len() / ROWS);
+fn table_file(format: TapsFormat, table: AnyTable<'_>, recipe: &str) -> Result<Vec<u8>, Failure> {
+    let (width, texels) = match table {
+        AnyTable::Angle(table) => (ROWS, table_texels(table)),
+        AnyTable::View(table) => (table.side(), facet_texels(table)),
+    };
+    let height = texels.len() / width;
     let sizes = Texture { width, height, ..Texture::default() };
     let counts = [("specula.taps", table.taps()), ("specula.normals", table.normals())];
     let counts = counts.map(|(key, count)| (key, count.to_string()));
@@ -457,7 +466,11 @@ fn row(light: &Light) -> [f64; 7] {
 }
 
 /// The numbers beside the textures.
-fn numbers(space: Option<&ScaleSpace>, table: Option<&TapTable>, recipe: &str) -> Result<Vec<u8>, Failure> {
+fn numbers(
+    space: Option<&ScaleSpace>,
+    table: Option<AnyTable<'_>>,
+    recipe: &str,
+) -> Result<Vec<u8>, Failure> {
     let mut object = serde_json::Map::new();
     if let Some(space) = space {
         let light = |light: &Light| {
@@ -474,9 +487,18 @@ fn numbers(space: Option<&ScaleSpace>, table: Option<&TapTable>, recipe: &str) -
         object.insert("lights".into(), space.lights().iter().map(light).collect());
     }
     if let Some(table) = table {
-        object.insert("table".into(), table_numbers(table));
+        match table {
+            AnyTable::Angle(table) => object.insert("table".into(), table_numbers(table)),
+            AnyTable::View(table) => object.insert("facets".into(), facet_counts(table)),
+        };
     }
     text_of(object, recipe)
+}
+
+/// What a texture of facet taps has.
+fn facet_counts(table: &FacetTable) -> serde_json::Value {
+    let (side, is_quarter) = (table.side(), table.is_quarter());
+    json!({ "side": side, "quarter": is_quarter, "taps": table.taps(), "normals": table.normals() })
 }
 
 /// The rows of a table.
@@ -513,60 +535,4 @@ fn varied_files(
 fn text_of(mut object: serde_json::Map<String, serde_json::Value>, recipe: &str) -> Result<Vec<u8>, Failure> {
     object.insert("specula".into(), serde_json::from_str(recipe)?);
     Ok((serde_json::to_string(&object)? + "\n").into_bytes())
-}
-
-/// The lights and the taps of a pair with the least cost that are within what is accepted, otherwise the most
-/// accurate, with a warning.
-fn choose<'a>(
-    scales: &tensors::EnvironmentScales,
-    taps: &'a tensors::MaterialTaps,
-    parameters: &Parameters,
-    reporter: &Reporter,
-) -> Result<(ScaleSpace, &'a TapTable), Failure> {
-    let Accept(accept) = parameters.accept;
-    let is_turned = !taps.material.is_isotropic() || taps.material.centre() == Centre::Tangent;
-    let all = scales.space.lights().len();
-    let counts: Vec<usize> = match parameters.lights {
-        PairLights::All => vec![all],
-        // Each of a few, then every fourth.
-        PairLights::Auto => {
-            (0..=all).filter(|count| *count <= 8 || count % 4 == 0 || *count == all).collect()
-        }
-    };
-    let tables: Vec<&TapTable> =
-        taps.others.iter().chain([&taps.fitted]).map(|fitted| &fitted.table).collect();
-    let found = reporter.until_stopped(|stop| {
-        let truth = Truth::new(&scales.points, &taps.material, VIEWS[usize::from(is_turned)], stop)?;
-        truth.trade(&tables, &counts, &scales.space, &taps.material, stop).map_err(Failure::from)
-    })?;
-    let chosen = Trade::cheapest(&found, accept).ok_or_else(|| Failure::new("nothing was measured"))?;
-    let Accuracy { p95, p99 } = chosen.accuracy;
-    let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let text = format!(
-        "{} and {}: 95 % of views are within {p95:.2} stops, 99 % within {p99:.2}",
-        of(chosen.taps, "tap"),
-        of(chosen.lights, "light"),
-    );
-    if chosen.accuracy.excess(accept) <= 1.0 {
-        reporter.note(text);
-    } else {
-        reporter.warn(format!("{text}; `accept` is [{}, {}]{}", accept[0], accept[1], help(scales, taps)));
-    }
-    Ok((scales.space.keeping(chosen.lights), tables[chosen.table]))
-}
-
-/// What may bring a pair closer to the truth.
-fn help(scales: &tensors::EnvironmentScales, taps: &tensors::MaterialTaps) -> String {
-    let mut remedies = Vec::new();
-    let needed = widths_for(&taps.material).edge();
-    if needed > scales.space.widths().edge() {
-        remedies.push(format!("resolution = {needed} of scale-space for so sharp a highlight"));
-    }
-    if !scales.space.lights().is_empty() {
-        remedies.push("more `lights` of scale-space".to_owned());
-    }
-    if taps.others.is_empty() && taps.fitted.table.taps() > 0 {
-        remedies.push("taps = \"auto\" of fit-taps".to_owned());
-    }
-    if remedies.is_empty() { String::new() } else { format!("; what may help: {}", remedies.join(", ")) }
 }

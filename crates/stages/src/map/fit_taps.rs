@@ -28,8 +28,13 @@
 //! a look-up may interpolate; `export-taps` with `varied = true` writes them. For all metals and dielectrics
 //! at once, by their reflectance head on, see `form = "taps"` of `dfg`.
 //!
-//! A material that depends on the direction of its tangent (stretched highlights, kajiya-kay) is replaced by
-//! its mean over all turns about the normal, with a warning.
+//! ## Brushed metal
+//!
+//! A material that depends on the direction of its tangent has taps that know it: each looks along the view
+//! mirrored about a facet, which is tilted against the surface along the tangent and across it. J is 4 and 8
+//! with `taps = "auto"`, and `export-taps` takes one of the two. For shaders without tangents, and for the
+//! preview, there are taps of its mean over all turns about the normal as well. Materials that reflect in a
+//! cone about the tangent, as kajiya-kay does, have these alone, with a warning.
 //!
 //! ## Example
 //!
@@ -42,9 +47,9 @@
 use brdf::{Centre, Material};
 use containers::tensors::{MaterialTaps, VariedTaps};
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, parameters};
-use taps::{Widths, fit, fit_varied};
+use taps::{AnyTable, Widths, fit, fit_varied};
 
-use super::compact::{ERROR, fits};
+use super::compact::{ERROR, facet_fits, fits};
 use super::varied_taps::{STEPS, members};
 use crate::values::{UntilStopped, artifacts};
 
@@ -125,25 +130,28 @@ impl Kind for FitTaps {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
         let material = context.inputs.get::<artifacts::Material>("material")?.0.clone();
-        if !material.is_isotropic() || material.centre() == Centre::Tangent {
+        if material.centre() == Centre::Tangent {
             reporter.warn(
-                "the material depends on the direction of its tangent; its taps are those of its mean over all turns, \
-                 and shade-vertices keeps the direction",
+                "the material reflects in a cone about its tangent, which no few taps are; its taps are those of its \
+                 mean over all turns, and shade-vertices keeps the direction",
             );
         }
         let varied = parameters.varied(&material, reporter)?;
         let mut made = match parameters.taps {
             OrAuto::Fixed(taps) => {
                 let fitted = reporter.until_stopped(|stop| fit(&material, taps, Widths::FINEST, stop))?;
-                MaterialTaps { material, fitted, others: Vec::new(), varied: None }
+                let facets = facet_fits(&material, &[taps], reporter)?;
+                MaterialTaps { material, fitted, others: Vec::new(), varied: None, facets }
             }
             OrAuto::Auto => fits(&material, parameters.error, reporter)?,
         };
+        let (table, rms) = match made.facets.last() {
+            Some(fitted) => (AnyTable::View(&fitted.table), fitted.rms),
+            None => (AnyTable::Angle(&made.fitted.table), made.fitted.rms),
+        };
+        let (taps, normals) = (table.taps(), table.normals());
         reporter.note(format!(
-            "{} taps and {} about the normal; under spots of light within {:.3} stops (RMS)",
-            made.fitted.table.taps(),
-            made.fitted.table.normals(),
-            made.fitted.rms
+            "{taps} taps and {normals} about the normal; under spots of light within {rms:.3} stops (RMS)"
         ));
         made.varied = varied;
         Output::artifact(artifacts::Taps(made))

@@ -301,6 +301,7 @@ fn taps_are_drawn_with_their_inputs() {
             fitted: fitted.clone(),
             others: Vec::new(),
             varied: None,
+            facets: Vec::new(),
         })
     };
     let with = |parameters: &str| {

@@ -3,7 +3,7 @@ use sh::Stop;
 use sphere::{DVec3, Direction, LatLong, spiral, to_cube};
 
 use super::*;
-use crate::{NormalTap, ROWS, ScaleSpace, Tap, TapRow, VariedTable, Weights};
+use crate::{NormalTap, ROWS, ScaleSpace, SurfaceFrame, Tap, TapRow, VariedTable, Weights};
 
 fn look_up(language: Language, source: Source, lights: usize) -> LookUp {
     LookUp {
@@ -15,55 +15,64 @@ fn look_up(language: Language, source: Source, lights: usize) -> LookUp {
         taps: 6,
         normals: 1,
         lights,
-        varied: None,
+        table: TableShape::Angle,
     }
 }
 
 #[test]
 fn every_text_in_wgsl_is_valid() {
-    for (source, lights, rows_from_bottom, varied) in [
-        (Source::CubeArray, 0, false, None),
-        (Source::CubeArray, 8, true, None),
-        (Source::Atlas, 3, false, None),
-        (Source::CubeArray, 2, true, Some((Weights::Colour, 17))),
-        (Source::Atlas, 0, false, Some((Weights::ScaleBias, 33))),
+    let facets = |is_quarter| TableShape::Facets { is_quarter };
+    for (source, lights, rows_from_bottom, table) in [
+        (Source::CubeArray, 0, false, TableShape::Angle),
+        (Source::CubeArray, 8, true, TableShape::Angle),
+        (Source::Atlas, 3, false, TableShape::Angle),
+        (Source::CubeArray, 3, true, facets(true)),
+        (Source::Atlas, 0, false, facets(false)),
+        (Source::CubeArray, 2, true, TableShape::Varied(Weights::Colour, 17)),
+        (Source::Atlas, 0, false, TableShape::Varied(Weights::ScaleBias, 33)),
     ] {
         let brdf = "fn tap_brdf(N: vec3f, V: vec3f, L: vec3f, radius: f32) -> vec3f { return L; }";
-        let text = LookUp { rows_from_bottom, varied, ..look_up(Language::Wgsl, source, lights) }.text();
-        let further = match varied {
-            None => "",
-            Some((Weights::Colour, _)) => ", d.x",
-            Some((Weights::ScaleBias, _)) => ", tap_albedo(d.x, d.y).x, d",
+        let text = LookUp { rows_from_bottom, table, ..look_up(Language::Wgsl, source, lights) }.text();
+        let further = match table {
+            TableShape::Angle => "d",
+            TableShape::Facets { .. } => "d.yzx, d",
+            TableShape::Varied(Weights::Colour, _) => "d, d.x",
+            TableShape::Varied(Weights::ScaleBias, _) => "d, tap_albedo(d.x, d.y).x, d",
         };
         let lit = if lights > 0 { "+ tap_lights(d, d)" } else { "" };
         let main = format!(
             "@fragment fn main(@location(0) d: vec3f) -> @location(0) vec4f {{
-                return vec4f(tap_reflected(d, d{further}) {lit}, 1.0);
+                return vec4f(tap_reflected(d, {further}) {lit}, 1.0);
             }}"
         );
         let text = [brdf, &text, &main].join("\n");
-        let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| {
-            panic!("{}", error.emit_to_string(&text));
-        });
-        let mut validator = naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::CUBE_ARRAY_TEXTURES,
-        );
-        validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
+        assert_valid(&text);
     }
+}
+
+fn assert_valid(text: &str) {
+    let module =
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::CUBE_ARRAY_TEXTURES,
+    );
+    validator.validate(&module).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
 }
 
 /// What is left of WGSL in the other languages, whose compilers are not here.
 #[test]
 fn every_declaration_is_turned_round() {
     for language in [Language::Glsl, Language::Hlsl] {
-        for (source, varied) in [
-            (Source::CubeArray, None),
-            (Source::Atlas, None),
-            (Source::Atlas, Some((Weights::Colour, 9))),
-            (Source::Atlas, Some((Weights::ScaleBias, 9))),
+        for (source, table) in [
+            (Source::CubeArray, TableShape::Angle),
+            (Source::Atlas, TableShape::Angle),
+            (Source::CubeArray, TableShape::Facets { is_quarter: true }),
+            (Source::Atlas, TableShape::Facets { is_quarter: false }),
+            (Source::Atlas, TableShape::Varied(Weights::Colour, 9)),
+            (Source::Atlas, TableShape::Varied(Weights::ScaleBias, 9)),
         ] {
-            let text = LookUp { varied, ..look_up(language, source, 2) }.text();
+            let text = LookUp { table, ..look_up(language, source, 2) }.text();
             let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap()).collect();
             let code = code.join("\n");
             for word in
@@ -78,8 +87,8 @@ fn every_declaration_is_turned_round() {
     let glsl = look_up(Language::Glsl, Source::CubeArray, 0).functions();
     assert!(glsl.contains("    return textureLod(tap_levels, vec4(c, layer), mip).rgb;"), "{glsl}");
     assert!(glsl.contains("    vec3 sum = vec3(0.0, 0.0, 0.0);"), "{glsl}");
-    let varied = Some((Weights::ScaleBias, 9));
-    let shared = LookUp { varied, ..look_up(Language::Glsl, Source::CubeArray, 0) }.text();
+    let table = TableShape::Varied(Weights::ScaleBias, 9);
+    let shared = LookUp { table, ..look_up(Language::Glsl, Source::CubeArray, 0) }.text();
     assert!(shared.contains("uniform highp sampler2DArray tap_table;"), "{shared}");
     assert!(shared.contains("    return textureLod(tap_table, vec3(place, layer), 0.0);"), "{shared}");
     let hlsl = look_up(Language::Hlsl, Source::Atlas, 0).functions();
@@ -220,4 +229,82 @@ fn a_table_over_roughness_has_a_layer_a_tap() {
     assert_eq!(varied_texels(&colours).0, 5);
     assert!(VariedTable::new([1.0, 1.0], varied.tables().to_vec(), Weights::Colour).is_none());
     assert!(VariedTable::new([0.0, 1.0], varied.tables()[..1].to_vec(), Weights::Colour).is_none());
+}
+
+/// The twin of `tap_node`: a bilinear look-up in the picture of a table.
+fn node(table: &FacetTable, texels: &[[f32; 4]], p: [f64; 2], picture: usize) -> [f64; 4] {
+    let side = table.side();
+    let rows = (2 * table.taps() + table.normals()) * side;
+    let place = [0, 1].map(|axis| {
+        let (first, size) = [(0, side), (picture * side, rows)][axis];
+        ((side as f64 - 1.0) * p[axis] + first as f64 + 0.5) / size as f64
+    });
+    let [x, y] = [place[0] * side as f64 - 0.5, place[1] * rows as f64 - 0.5];
+    let at = |dx: usize, dy: usize| {
+        texels[(y as usize + dy).min(rows - 1) * side + (x as usize + dx).min(side - 1)]
+    };
+    let (u, v) = (x.fract(), y.fract());
+    std::array::from_fn(|c| {
+        let at = |dx, dy| f64::from(at(dx, dy)[c]);
+        (1.0 - v) * ((1.0 - u) * at(0, 0) + u * at(1, 0)) + v * ((1.0 - u) * at(0, 1) + u * at(1, 1))
+    })
+}
+
+/// A table whose values change from node to node.
+fn facets(is_quarter: bool) -> FacetTable {
+    let side = if is_quarter { FacetTable::QUARTER } else { FacetTable::WHOLE };
+    let node = |index: usize| {
+        let part = |step: f64| (step * index as f64).fract();
+        let tap = |j: f64| FacetTap {
+            slope: [part(0.37 + j) - 0.5, part(0.71 - j) - 0.4],
+            std: 0.1 + 0.3 * part(0.13),
+            weight: [part(0.21), 0.2 + j, 0.1],
+        };
+        FacetNode {
+            taps: vec![tap(0.0), tap(0.125)],
+            normals: vec![NormalTap { y: part(0.57), weight: [0.1, part(0.43), 0.3] }],
+        }
+    };
+    FacetTable::new((0..side * side).map(node).collect()).unwrap()
+}
+
+/// The twin of `tap_reflected` with a tangent is [`FacetTable::radiance`].
+#[test]
+fn pictures_of_facets_are_looked_up_as_the_table_is() {
+    let space = space();
+    for is_quarter in [true, false] {
+        let table = facets(is_quarter);
+        let texels = facet_texels(&table);
+        for index in 0..500 {
+            let (n, v) = (spiral(index, 500), spiral((index * 37 + 11) % 500, 500));
+            let t = spiral((index * 11 + 3) % 500, 500).vector();
+            let (normal, view) = (n.vector(), v.vector());
+            let across = t - normal.dot(t) * normal;
+            let x = across / across.length_squared().max(1e-12).sqrt();
+            let y = normal.cross(x);
+            let local = DVec3::new(view.dot(x), view.dot(y), view.dot(normal).max(0.0)).normalize();
+            let scale = 1.0 / ((1.0 + local.z) * (1.0 + local.z.sqrt())).sqrt();
+            let disc = [local.x * scale, local.y * scale];
+            let mirror = disc.map(|value| if is_quarter && value < 0.0 { -1.0 } else { 1.0 });
+            let first = if is_quarter { 0.0 } else { -1.0 };
+            let p = [0, 1].map(|axis| (mirror[axis] * disc[axis] - first) / (1.0 - first));
+            let mut found = [0.0; 3];
+            for j in 0..2 {
+                let [shape, weight] = [0, 1].map(|k| node(&table, &texels, p, 2 * j + k));
+                let h = DVec3::new(mirror[0] * shape[0], mirror[1] * shape[1], 1.0);
+                let l = 2.0 * local.dot(h) / h.dot(h) * h - local;
+                let d = l.x * x + l.y * y + l.z * normal;
+                let light = space.blurred(Direction::normalised(d), shape[2].exp2());
+                (0..3).for_each(|c| found[c] += weight[c] * light[c]);
+            }
+            let tap = node(&table, &texels, p, 4);
+            let light = space.about_normal(n, tap[3]);
+            (0..3).for_each(|c| found[c] += tap[c] * light[c]);
+            let frame = SurfaceFrame::new(n, Direction::normalised(t));
+            let expected = table.radiance(&space, frame, v);
+            for c in 0..3 {
+                assert!((found[c] - expected[c]).abs() < 1e-4, "{index}: {found:?} {expected:?}");
+            }
+        }
+    }
 }

@@ -1,8 +1,8 @@
 //! Compact maps: the scale space of an environment, and the taps of a material.
 
 use ::taps::{
-    Fitted, FittedVaried, LightPoints, NORMAL_KERNELS, NormalTap, ROWS, ScaleSpace, Tap, TapRow, TapTable,
-    VariedTable, Weights, Widths,
+    AnyTable, FacetNode, FacetTable, FacetTap, Fitted, FittedFacets, FittedVaried, LightPoints,
+    NORMAL_KERNELS, NormalTap, ROWS, ScaleSpace, Tap, TapRow, TapTable, VariedTable, Weights, Widths,
 };
 use brdf::Material;
 use envmap::CubeMap;
@@ -13,12 +13,15 @@ use super::file::{TensorFile, Writer, check_finite, colours, wrong_shape};
 use super::material;
 use crate::error::{Error, ErrorKind};
 
-/// The numbers of a look-up between levels, and of one about the normal.
+/// The numbers of a look-up between levels, of one about the normal, and of one by a facet.
 const TAP: usize = 5;
 const NORMAL: usize = 4;
+const FACET: usize = 6;
 
 const TAPS_SHAPE: &str = "[65, J, 5]";
 const NORMALS_SHAPE: &str = "[65, K, 4]";
+const FACETS_SHAPE: &str = "[25 or 49, the same, J, 6]";
+const FACET_NORMALS_SHAPE: &str = "[25 or 49, the same, K, 4]";
 const VARIED_TAPS_SHAPE: &str = "[rows, 65, J, 5]";
 const VARIED_NORMALS_SHAPE: &str = "[rows, 65, K, 4]";
 const CUBE_SHAPE: &str = "[6, edge, edge, 3]";
@@ -43,6 +46,9 @@ pub struct MaterialTaps {
     pub others: Vec<Fitted>,
     /// The taps over one of the material's parameters, if they were asked for.
     pub varied: Option<VariedTaps>,
+    /// Fits that know the direction of the tangent, with more taps from one to the next, if the material
+    /// depends on it; `fitted` and `others` are those of its mean over all turns.
+    pub facets: Vec<FittedFacets>,
 }
 
 /// The taps of a material over one of its parameters.
@@ -131,6 +137,9 @@ pub fn decode_scale_space(bytes: &[u8]) -> Result<EnvironmentScales, Error> {
 /// `normals` [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The
 /// metadata have the material and `rms`, the residual of the fit in stops. Fits of other numbers of taps
 /// have the same names with `others_0_`, `others_1_` ... before them. Taps over a parameter are
+/// Facet taps have `facets_0_`, `facets_1_` ... before the names; they are `taps` [n, n, J, 6], p, q, s, r, g,
+/// b of each, and `normals` [n, n, K, 4], by the place in the disc of views, n being 25 for a quarter of it
+/// and 49 for all of it ([`FacetTable`]). Taps over a parameter are
 /// `varied_taps` [rows, 65, J, 5] and `varied_normals` [rows, 65, K, 4], with the parameter's name, its first
 /// and last value and the residuals in the metadata.
 ///
@@ -142,6 +151,11 @@ pub fn encode_taps(taps: &MaterialTaps, recipe: Option<&str>) -> Result<Vec<u8>,
         add_taps(&fitted.table, &prefix, &mut file)?;
         file.entry(format!("{prefix}rms"), format!("{}", fitted.rms));
     }
+    for (index, fitted) in taps.facets.iter().enumerate() {
+        let prefix = facet_prefix(index);
+        add_facets(&fitted.table, &prefix, &mut file)?;
+        file.entry(format!("{prefix}rms"), format!("{}", fitted.rms));
+    }
     if let Some(VariedTaps { parameter, fitted }) = &taps.varied {
         add_varied(&fitted.table, VARIED, &mut file)?;
         let texts = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
@@ -151,6 +165,41 @@ pub fn encode_taps(taps: &MaterialTaps, recipe: Option<&str>) -> Result<Vec<u8>,
     }
     material::add(&taps.material, &mut file)?;
     Ok(file.finish())
+}
+
+/// What the names of each fit of facet taps begin with.
+fn facet_prefix(index: usize) -> String {
+    format!("facets_{index}_")
+}
+
+fn add_facets(table: &FacetTable, prefix: &str, file: &mut Writer) -> Result<(), Error> {
+    let nodes = table.nodes();
+    let taps = nodes.iter().flat_map(|node| &node.taps);
+    let taps: Vec<f64> = taps
+        .flat_map(|FacetTap { slope: [p, q], std, weight: [r, g, b] }| [*p, *q, *std, *r, *g, *b])
+        .collect();
+    let normals = nodes.iter().flat_map(|node| &node.normals);
+    let normals: Vec<f64> = normals.flat_map(normal_numbers).collect();
+    let side = table.side();
+    for (name, values, shape) in [
+        ("taps", taps, [side, side, table.taps(), FACET]),
+        ("normals", normals, [side, side, table.normals(), NORMAL]),
+    ] {
+        add_numbers(&format!("{prefix}{name}"), &values, &shape, file)?;
+    }
+    Ok(())
+}
+
+/// A tensor of finite numbers.
+fn add_numbers(name: &str, values: &[f64], shape: &[usize], file: &mut Writer) -> Result<(), Error> {
+    check_finite(name, values, ErrorKind::Unwritable)?;
+    file.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    file.tensor(name, "F64", shape);
+    Ok(())
+}
+
+fn normal_numbers(NormalTap { y, weight: [r, g, b] }: &NormalTap) -> [f64; NORMAL] {
+    [*y, *r, *g, *b]
 }
 
 /// What the names of taps over a parameter begin with.
@@ -176,15 +225,12 @@ fn add_tables(tables: &[TapTable], rows: &[usize], prefix: &str, file: &mut Writ
     let taps: Vec<f64> =
         taps.flat_map(|Tap { delta, std, weight: [r, g, b] }| [*delta, *std, *r, *g, *b]).collect();
     let normals = all().flat_map(|row| &row.normals);
-    let normals: Vec<f64> = normals.flat_map(|NormalTap { y, weight: [r, g, b] }| [*y, *r, *g, *b]).collect();
+    let normals: Vec<f64> = normals.flat_map(normal_numbers).collect();
     let counts = tables.first().map_or([0; 2], |table| [table.taps(), table.normals()]);
     for (name, values, count, numbers) in
         [("taps", taps, counts[0], TAP), ("normals", normals, counts[1], NORMAL)]
     {
-        let name = format!("{prefix}{name}");
-        check_finite(&name, &values, ErrorKind::Unwritable)?;
-        file.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        file.tensor(name, "F64", &[rows, &[count, numbers]].concat());
+        add_numbers(&format!("{prefix}{name}"), &values, &[rows, &[count, numbers]].concat(), file)?;
     }
     Ok(())
 }
@@ -200,16 +246,19 @@ pub fn decode_taps(bytes: &[u8]) -> Result<MaterialTaps, Error> {
     let is_there = |prefix: &String| file.metadata.contains_key(&format!("{prefix}rms"));
     let others = prefixes().skip(1).take_while(is_there).map(|prefix| self::fitted(&file, &prefix));
     let varied = file.metadata.get("varied").map(|parameter| varied(&file, parameter)).transpose()?;
-    Ok(MaterialTaps { material, fitted, others: others.collect::<Result<_, _>>()?, varied })
+    let facets = (0..).map(facet_prefix).take_while(is_there).map(|prefix| fitted_facets(&file, &prefix));
+    Ok(MaterialTaps {
+        others: others.collect::<Result<_, _>>()?,
+        facets: facets.collect::<Result<_, _>>()?,
+        material,
+        fitted,
+        varied,
+    })
 }
 
 /// The fit whose names begin so.
 fn fitted(file: &TensorFile<'_>, prefix: &str) -> Result<Fitted, Error> {
-    let name = format!("{prefix}rms");
-    let rms = file.metadata.get(&name).and_then(|text| text.parse::<f64>().ok());
-    let rms = rms
-        .filter(|rms| rms.is_finite())
-        .ok_or_else(|| Error::damaged(format!("metadata `{name}`: expected a number")))?;
+    let rms = residual(file, prefix)?;
     let taps = rows(file, &format!("{prefix}taps"), TAPS_SHAPE, &[ROWS], TAP)?;
     let normals = rows(file, &format!("{prefix}normals"), NORMALS_SHAPE, &[ROWS], NORMAL)?;
     let table = TapTable::new(taps.into_iter().zip(normals).map(row).collect()).ok_or_else(|| {
@@ -218,15 +267,46 @@ fn fitted(file: &TensorFile<'_>, prefix: &str) -> Result<Fitted, Error> {
     Ok(Fitted { table, rms })
 }
 
+/// The residual of the fit whose names begin so.
+fn residual(file: &TensorFile<'_>, prefix: &str) -> Result<f64, Error> {
+    let name = format!("{prefix}rms");
+    let rms = file.metadata.get(&name).and_then(|text| text.parse::<f64>().ok());
+    rms.filter(|rms| rms.is_finite())
+        .ok_or_else(|| Error::damaged(format!("metadata `{name}`: expected a number")))
+}
+
+/// The fit of facet taps whose names begin so.
+fn fitted_facets(file: &TensorFile<'_>, prefix: &str) -> Result<FittedFacets, Error> {
+    let name = format!("{prefix}taps");
+    let side = match file.tensor(&name, Dtype::F64, FACETS_SHAPE)?.shape() {
+        &[side @ (FacetTable::QUARTER | FacetTable::WHOLE), ..] => side,
+        other => return Err(wrong_shape(&name, FACETS_SHAPE, other)),
+    };
+    let taps = rows(file, &name, FACETS_SHAPE, &[side, side], FACET)?;
+    let normals = rows(file, &format!("{prefix}normals"), FACET_NORMALS_SHAPE, &[side, side], NORMAL)?;
+    let tap = |&[p, q, std, r, g, b]: &[f64; FACET]| FacetTap { slope: [p, q], std, weight: [r, g, b] };
+    let node = |(taps, normals): (Vec<f64>, Vec<f64>)| FacetNode {
+        taps: taps.as_chunks().0.iter().map(tap).collect(),
+        normals: normal_taps(&normals),
+    };
+    let table = FacetTable::new(taps.into_iter().zip(normals).map(node).collect())
+        .ok_or_else(|| Error::damaged(format!("tensor `{name}`: expected widths above 0")))?;
+    Ok(FittedFacets { table, rms: residual(file, prefix)? })
+}
+
+/// Look-ups about the normal.
+fn normal_taps(numbers: &[f64]) -> Vec<NormalTap> {
+    let tap = |&[y, r, g, b]: &[f64; NORMAL]| NormalTap { y, weight: [r, g, b] };
+    numbers.as_chunks().0.iter().map(tap).collect()
+}
+
 /// A row of numbers of look-ups between levels, and of one about the normal.
 fn row((taps, normals): (Vec<f64>, Vec<f64>)) -> TapRow {
     TapRow {
         taps: (taps.as_chunks::<TAP>().0.iter())
             .map(|&[delta, std, r, g, b]| Tap { delta, std, weight: [r, g, b] })
             .collect(),
-        normals: (normals.as_chunks::<NORMAL>().0.iter())
-            .map(|&[y, r, g, b]| NormalTap { y, weight: [r, g, b] })
-            .collect(),
+        normals: normal_taps(&normals),
     }
 }
 
@@ -290,19 +370,21 @@ pub fn encode_varied_table(varied: &VariedTable, recipe: Option<&str>) -> Result
 }
 
 /// Everything that a renderer needs of an environment and a material, for Python and for tools: the tensors
-/// of [`encode_scale_space`] without its points and those of [`encode_taps`], as far as they are given, in
-/// f32 and, for lights and `diffuse`, f64.
+/// of [`encode_scale_space`] without its points and those of one fit of [`encode_taps`], as far as they are
+/// given, in f32 and, for lights and `diffuse`, f64.
 ///
 /// # Errors
 /// If a number is not finite.
 pub fn encode_compact_map(
     space: Option<&ScaleSpace>,
-    table: Option<&TapTable>,
+    table: Option<AnyTable<'_>>,
     recipe: Option<&str>,
 ) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("compact-map", recipe);
-    if let Some(table) = table {
-        add_taps(table, "", &mut file)?;
+    match table {
+        Some(AnyTable::Angle(table)) => add_taps(table, "", &mut file)?,
+        Some(AnyTable::View(table)) => add_facets(table, "", &mut file)?,
+        None => {}
     }
     if let Some(space) = space {
         add_scale_space(space, &mut file)?;
@@ -333,7 +415,24 @@ mod tests {
         let table = VariedTable::new([0.5, 1.0], vec![fit(1).table; 3], Weights::Colour).unwrap();
         let fitted = FittedVaried { table, rms: vec![0.1, 0.2, 0.3] };
         let varied = Some(VariedTaps { parameter: "roughness".into(), fitted });
-        MaterialTaps { fitted: fit(2), others: vec![fit(0), fit(1)], varied, material }
+        MaterialTaps { fitted: fit(2), others: vec![fit(0), fit(1)], varied, facets: facets(), material }
+    }
+
+    /// A quarter of the disc of views, and all of it.
+    fn facets() -> Vec<FittedFacets> {
+        let table = |side: usize, taps: usize| {
+            let node = |index: usize| FacetNode {
+                taps: vec![
+                    FacetTap { slope: [0.1, -0.2], std: 0.1 + index as f64, weight: [1.0, 2.0, 3.0] };
+                    taps
+                ],
+                normals: vec![NormalTap { y: 0.5, weight: [0.5; 3] }],
+            };
+            FacetTable::new((0..side * side).map(node).collect()).unwrap()
+        };
+        [(FacetTable::QUARTER, 2), (FacetTable::WHOLE, 1)]
+            .map(|(side, taps)| FittedFacets { table: table(side, taps), rms: 0.25 })
+            .into()
     }
 
     #[test]
@@ -373,6 +472,8 @@ mod tests {
             ("0.1 0.2 0.3", "0.1 0.2 nan", "`varied_rms`: expected finite numbers"),
             ("0.1 0.2 0.3", "0.1 0.21234", "`varied_taps`"),
             ("varied_normals", "varied_abnorms", "`varied_normals`"),
+            ("facets_1_taps", "facets_1_tips", "`facets_1_taps`"),
+            ("facets_0_rms\":\"0.25", "facets_0_rms\":\"0,25", "`facets_0_rms`: expected a number"),
         ] {
             let at = bytes.windows(found.len()).position(|window| window == found.as_bytes()).unwrap();
             let mut damaged = bytes.clone();
