@@ -118,3 +118,26 @@ pub fn fit(
     let error = samples.error(&map);
     Ok(FittedComponents { map, error, by_count })
 }
+
+/// The maps of [`fit`] with each of these numbers of components, or with all that the material has if these
+/// are fewer: lights beside the lighting's series are not in them, and all have the full resolution of `edge`
+/// texels. One fit serves all numbers. `stop` is asked before each row of texels.
+///
+/// # Errors
+/// Those of [`fit`].
+pub fn fit_counts(
+    reflection: &Reflection,
+    basis: &ComponentBasis,
+    edge: usize,
+    counts: &[usize],
+    stop: Stop<'_>,
+) -> Result<Vec<ComponentMap>, ComponentError> {
+    let material = reflection.material().ok_or(ComponentError::NoMaterial)?;
+    if material.centre() == Centre::Tangent {
+        return Err(ComponentError::Tangent);
+    }
+    let most = counts.iter().copied().max().unwrap_or(1).clamp(1, basis.components.len().max(1));
+    let basis = basis.first(most);
+    let options = ComponentOptions { edge, count: ComponentCount::Fixed(most), half: false, bake: false };
+    map::Fit::new(reflection, material, &basis, options)?.maps(counts, stop)
+}

@@ -170,6 +170,19 @@ impl Shrm {
         &self.values
     }
 
+    /// Returns the map cut at a lower degree P in the view, or the map itself if it has no more: the first
+    /// coefficients of each texel. It is the map that the cut field has, but not the nearest one of so few
+    /// coefficients if lamps were fitted into this one.
+    #[must_use]
+    pub fn cut(&self, p: Degree) -> Self {
+        let (grid, view, centre, terms) = (self.grid, self.view, self.centre, self.terms);
+        let mut cut = Self { grid, view, centre, p: self.p.min(p), terms, values: Vec::new() };
+        let rows = cut.rows();
+        let texels = self.values.chunks_exact(self.rows());
+        cut.values = texels.flat_map(|texel| &texel[..rows]).copied().collect();
+        cut
+    }
+
     /// The coefficients of a texel.
     ///
     /// # Panics
@@ -193,4 +206,39 @@ pub fn into_frame(central: Direction, view: Direction) -> Direction {
     let (x, y) = if sine > 0.0 { (c.x / sine, c.y / sine) } else { (1.0, 0.0) };
     let south = DVec3::new(c.z * x, c.z * y, -sine);
     Direction::normalised(DVec3::new(v.dot(south), v.y * x - v.x * y, v.dot(c)))
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, Lambert, Material, Microfacet, project};
+    use sh::{Expansion, Stop};
+
+    use super::*;
+    use crate::Reflection;
+
+    #[test]
+    fn a_map_that_is_cut_is_that_of_the_cut_field() {
+        let degree = Degree::new(6).unwrap();
+        let rows = (0..degree.rows()).map(|row| [1.0 / (row + 1) as f64, 0.3, 0.2]).collect();
+        let light = Expansion::from_coefficients(degree, rows).unwrap();
+        let grid = MapGrid::Cube(Cube { edge: 4 });
+        for material in [
+            Material::Microfacet(Microfacet::new(0.3, [1.0; 3]).unwrap()),
+            Material::Lambert(Lambert::new([0.5; 3]).unwrap()),
+        ] {
+            let brdf = project(&material, Choice::Degree { f: degree, p: degree }, Stop::NEVER).unwrap();
+            let field = Reflection::convolve(&light, &brdf.coefficients);
+            let map = field.synthesise(grid, View::Local, Stop::NEVER).unwrap();
+            for p in [0, 2, 6].map(|p| Degree::new(p).unwrap()) {
+                let cut = map.cut(p);
+                let right = field.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER).unwrap();
+                assert_eq!((cut.p(), cut.values().len()), (map.p().min(p), grid.len() * cut.rows()));
+                for texel in 0..grid.len() {
+                    for (found, right) in cut.texel(texel).iter().zip(right.texel(texel)) {
+                        assert!((0..3).all(|c| (found[c] - right[c]).abs() < 1e-5), "{found:?} {right:?}");
+                    }
+                }
+            }
+        }
+    }
 }

@@ -7,6 +7,7 @@ use envmap::Environment;
 use sh::{Degree, Lighting, Stop, Transform};
 use shrm::components::{
     ComponentBasis, ComponentCount, ComponentMap, ComponentOptions, PackedComponents, face_frame, fit,
+    fit_counts,
 };
 use shrm::reference::{Cull, Reference};
 use shrm::{Lamps, Reflection, frame, stops};
@@ -148,6 +149,16 @@ fn look_ups_are_near_brute_force_and_more_components_are_nearer() {
             let own = fitted.error;
             assert!((own[0] / error[0] - 1.0).abs() < 0.25, "{} {count}: {own:?} {error:?}", material.name());
         }
+    }
+}
+
+#[test]
+fn one_fit_serves_every_number_of_components() {
+    let (scene, material) = (Scene::procedural(), gauss(0.3));
+    let (field, basis) = (scene.field(&material), ComponentBasis::of(&material).unwrap());
+    let maps = fit_counts(&field, &basis, 6, &[3, 9, 99], Stop::NEVER).unwrap();
+    for (map, count) in maps.iter().zip([3, 9, basis.components().len()]) {
+        assert_eq!(map, &fit(&field, &basis, options(6, count), Stop::NEVER).unwrap().map);
     }
 }
 

@@ -229,6 +229,31 @@ impl<'a> Fit<'a> {
         Ok(ComponentMap { basis, planes })
     }
 
+    /// The maps with the first components, for each of these numbers of them, all of full resolution.
+    pub(super) fn maps(&self, counts: &[usize], stop: Stop<'_>) -> Result<Vec<ComponentMap>, ComponentError> {
+        let (edge, most) = (self.options.edge, self.basis.components().len());
+        let side = edge + 2;
+        let counts: Vec<usize> = counts.iter().map(|count| (*count).clamp(most.min(1), most)).collect();
+        let row = |row: usize| {
+            stop.check()?;
+            let texel = |column: usize| {
+                let texel = self.texel(edge, Face::ALL[row / side], row % side * side + column, None);
+                counts.iter().map(|count| texel.solution(*count)).collect::<Vec<_>>()
+            };
+            Ok((0..side).map(texel).collect::<Vec<_>>())
+        };
+        let rows: Result<Vec<_>, ComponentError> = (0..6 * side).into_par_iter().map(row).collect();
+        let texels: Vec<Vec<Vec<[f64; 3]>>> = rows?.into_iter().flatten().collect();
+        let map = |(place, count): (usize, &usize)| {
+            let plane = |k: usize| {
+                let value = |texel: &Vec<Vec<[f64; 3]>>| texel[place][k].map(|value| value as f32);
+                Plane { edge, values: texels.iter().map(value).collect() }
+            };
+            ComponentMap { basis: self.basis.first(*count), planes: (0..*count).map(plane).collect() }
+        };
+        Ok(counts.iter().enumerate().map(map).collect())
+    }
+
     /// The planes of some components, of a fit of the first `count`; `known` are those from a number on that
     /// are fitted already.
     fn planes(

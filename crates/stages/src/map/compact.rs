@@ -5,9 +5,7 @@ use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
 use rayon::prelude::*;
-use taps::{
-    FittedFacets, ScaleSpace, ScaleSpaceError, TapTable, Widths, fit, fit_each, fit_facets, least_fit,
-};
+use taps::{FittedFacets, ScaleSpace, ScaleSpaceError, Widths, fit, fit_each, fit_facets, least_fit};
 
 use crate::values::UntilStopped;
 
@@ -95,8 +93,8 @@ pub(crate) fn scale_space(
 }
 
 /// The taps of a material with the default parameters.
-pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<TapTable, Failure> {
-    Ok(fits(material, ERROR, reporter)?.fitted.table)
+pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
+    fits(material, ERROR, reporter)
 }
 
 /// Fits of a material with several numbers of taps; the first is the least whose residual is at most `error`,

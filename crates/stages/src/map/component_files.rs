@@ -25,7 +25,7 @@ choice! {
 pub(crate) type Beside<'a> = (&'a [Light], &'a [(String, String)]);
 
 /// The texels along the edge of a face, if the manifest does not say: half a lobe of roughness 0.3.
-const EDGE: usize = 32;
+pub(crate) const EDGE: usize = 32;
 
 /// What the manifest says of the components.
 #[derive(Clone, Copy, Debug)]

@@ -41,6 +41,26 @@
 //! A material with a matte base under a highlight also has a plain map of each part, the way engines look
 //! them up: see Parts in `project-brdf`.
 //!
+//! ## The trade
+//!
+//! For each pair, two charts show the error of 95 % of the samples against the bytes of the maps and against
+//! the look-ups of a pixel, as figure 7 of Ramamoorthi and Hanrahan (2002): plain map, split sum,
+//! Kautz-McCool, Cabral, an SHRM of P = 0, 1, 2, 3, 4, 6, 8 and 16, 4, 8 and 16 principal components
+//! (`form = "components"` of `export-shrm`), and 1, 2, 3, 4, 6 and 8 taps with 0, 4, 8 and all lights beside
+//! them. A table has the numbers. The split sum is what engines do: the light as the lobe that is seen head
+//! on blurs it, times the directional albedo toward the view.
+//!
+//! Bytes are those of the exports at `resolution`; taps and components have that of their kinds by default.
+//! Those of taps and of the split sum are once for an environment, the others once for each pair. A bilinear
+//! look-up counts once for each layer or level: 2 for each tap, (P + 1)^2 for an SHRM, or P + 1 if nothing
+//! changes around the central direction. Small tables that stay in the cache are not counted.
+//!
+//! A line of advice names the cheapest taps and lights, at 20 operations for a tap and 35 for a light, whose
+//! errors are at most 0.1 and 0.25 stops, or the best. In the JSON file each of `pairs` has `trade`: `series`
+//! with `technique`, `lights` and `points`, of which each has `degree`, the errors, `bytes`, `fetches` and
+//! `one_of`, and `advice`. SHRMs with lamps in them are measured at fewer pixels, as `one_of` says. `trade =
+//! false` leaves all of it out, and saves about a quarter of the time.
+//!
 //! ## BRDF tables
 //!
 //! `sections = ["tables"]` writes another part of the page, on tables of `tabulate-brdf` (`["maps",
@@ -100,6 +120,7 @@ mod advice;
 mod cuts;
 mod figures;
 mod lit;
+mod log_chart;
 mod markup;
 mod noise;
 mod page;
@@ -113,6 +134,9 @@ mod sphere;
 mod study;
 mod tables;
 mod tables_section;
+mod trade;
+mod trade_advice;
+mod trade_section;
 
 use std::borrow::Cow;
 use std::ops::Bound;
@@ -131,6 +155,7 @@ use figures::{Follows, Limits, MaterialFigures, NOTED, NoisePair, PairFigures, R
 use lit::Lit;
 use page::PagePictures;
 use study::{Studied, StudiedReflection};
+use trade::{TradePair, Traded};
 
 choice! {
     /// A part of the report.
@@ -173,6 +198,9 @@ parameters! {
         /// The relative RMS error of a sphere up to which the degree of a BRDF table is good.
         #[range(ACCEPT)]
         table_error: f64 = 0.02,
+        /// Whether the errors of all techniques against their bytes and look-ups are measured, too; see The
+        /// trade.
+        trade: bool = true,
     }
 }
 
@@ -197,7 +225,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -211,6 +239,7 @@ impl Kind for ReportKind {
         shrm::revisions::DEGREES,
         shrm::revisions::BAKING,
         shrm::revisions::REFERENCE,
+        shrm::revisions::COMPONENTS,
         envmap::revisions::RESAMPLING,
         envmap::revisions::LAMPS,
         sampling::revisions::RIG,
@@ -274,22 +303,36 @@ impl Kind for ReportKind {
         // One pair after another: each uses all threads.
         let count = materials.len() * lit.len();
         let sections = [Section::Maps, Section::Tables, Section::Sampling, Section::Rigs];
-        let steps =
-            Steps::new(reporter, count * sections.into_iter().filter(|section| has(*section)).count());
+        let trades = has(Section::Maps) && parameters.trade;
+        let parts = sections.into_iter().filter(|section| has(*section)).count() + usize::from(trades);
+        let steps = Steps::new(reporter, count * parts);
         let mut pictures = PagePictures::default();
         let (mut pairs, mut figures): (Vec<PairFigures>, Vec<_>) = Default::default();
         for (key, material) in materials.iter().filter(|_| has(Section::Maps)) {
             let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
             let first = pairs.len();
+            let traded = match parameters.trade {
+                true => Some(Traded::new(&studied, reporter)?),
+                false => None,
+            };
             for (environment_key, lit) in &lit {
                 reporter.check_cancelled()?;
                 let made = reflections.of(lit, environment_key, &studied, key, reporter)?;
                 let is_default = reflections.all.is_empty() && reflections.choice.is_none();
                 let made = StudiedReflection { reflection: &made, is_default };
-                let (pair, picture) = study::pair(lit, &studied, made, &settings, &steps)
-                    .map_err(|failure| failure.context(format!("{} under {}", studied.name, lit.name)))?;
+                let of_pair =
+                    |failure: Failure| failure.context(format!("{} under {}", studied.name, lit.name));
+                let found = study::pair(lit, &studied, made, &settings, &steps).map_err(of_pair)?;
+                let mut pair = found.figures;
+                if let Some(traded) = &traded {
+                    let (scene, soft, exports) = (&found.scene, &found.soft, &pair.exports[..]);
+                    let (material, reflection, settings) = (&studied, made.reflection, &settings);
+                    let of = TradePair { lit, material, traded, reflection, scene, soft, exports, settings };
+                    pair.trade = Some(of.measure().map_err(of_pair)?);
+                    steps.step()?;
+                }
                 pairs.push(pair);
-                pictures.maps.push(picture);
+                pictures.maps.push(found.pictures);
             }
             let own: Vec<_> = pairs[first..].iter().collect();
             figures.push(MaterialFigures {

@@ -280,6 +280,7 @@ mod tests {
             advice: of_pair(environment, &exports, &tried, None, &limits()),
             exports,
             tried,
+            trade: None,
         }
     }
 

@@ -118,6 +118,110 @@ pub(crate) struct PairFigures {
     /// The other exports that were measured, because no export is good or given degrees show.
     pub(crate) tried: Vec<Trial>,
     pub(crate) advice: Advice,
+    /// What techniques of every size cost, and how far they are off; none with `trade = false`.
+    pub(crate) trade: Option<Trade>,
+}
+
+/// The errors of techniques against what they cost.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Trade {
+    pub(crate) series: Vec<TradeSeries>,
+    pub(crate) advice: TapAdvice,
+}
+
+/// One technique at every degree that was measured.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TradeSeries {
+    pub(crate) technique: Technique,
+    /// The number of lights beside the maps, which the renderer adds.
+    pub(crate) lights: usize,
+    /// In the order of their degrees.
+    pub(crate) points: Vec<TradePoint>,
+}
+
+/// A technique at one degree.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct TradePoint {
+    /// P of an SHRM, the number of components, or that of taps; none of other techniques.
+    pub(crate) degree: Option<usize>,
+    #[serde(flatten)]
+    pub(crate) errors: Errors,
+    /// The bytes of textures and lights.
+    pub(crate) bytes: u64,
+    /// The bilinear look-ups of a pixel, one for each layer or level.
+    pub(crate) fetches: usize,
+    /// The number of the picture's pixels of which one was measured.
+    pub(crate) one_of: usize,
+}
+
+/// The taps and lights that a pair needs.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TapAdvice {
+    pub(crate) taps: usize,
+    pub(crate) lights: usize,
+    pub(crate) bytes: u64,
+    pub(crate) p95: f64,
+    pub(crate) p99: f64,
+    /// Whether these errors are within 0.1 and 0.25 stops.
+    pub(crate) good: bool,
+    /// The advice in plain language.
+    pub(crate) text: String,
+}
+
+/// A technique whose costs are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Technique {
+    /// [`Method::ReflectionMap`].
+    ReflectionMap,
+    /// [`Method::PartMaps`].
+    PartMaps,
+    /// The light, blurred by the lobe that is seen head on, times the albedo toward the view.
+    SplitSum,
+    /// [`Method::KautzMccool`].
+    KautzMccool,
+    /// [`Method::Cabral`].
+    Cabral,
+    /// [`Method::Shrm`], at each degree P.
+    Shrm,
+    /// [`Method::ShrmSeparate`], at each degree P.
+    ShrmSeparate,
+    /// Principal components, `form = "components"` of `export-shrm`.
+    Components,
+    /// [`Method::Taps`], with each number of taps.
+    Taps,
+}
+
+impl Technique {
+    /// The technique's name in headings.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::ReflectionMap => Method::ReflectionMap.title(),
+            Self::PartMaps => Method::PartMaps.title(),
+            Self::SplitSum => "Split sum",
+            Self::KautzMccool => Method::KautzMccool.title(),
+            Self::Cabral => Method::Cabral.title(),
+            Self::Shrm => Method::Shrm.title(),
+            Self::ShrmSeparate => Method::ShrmSeparate.title(),
+            Self::Components => "Components",
+            Self::Taps => "Taps",
+        }
+    }
+
+    /// The letter of the technique's degree, if it has one.
+    pub(crate) fn letter(self) -> Option<char> {
+        match self {
+            Self::Shrm | Self::ShrmSeparate => Some('P'),
+            Self::Components => Some('K'),
+            Self::Taps => Some('J'),
+            _ => None,
+        }
+    }
+
+    /// Whether one set of maps serves all materials under an environment.
+    pub(crate) fn is_shared(self) -> bool {
+        matches!(self, Self::Taps | Self::SplitSum)
+    }
 }
 
 /// A material as a BRDF table.

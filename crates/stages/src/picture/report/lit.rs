@@ -9,10 +9,10 @@ use sh::Lighting;
 use shrm::degrees::BLACK_SHARE;
 use shrm::reference::LightTree;
 use sphere::DMat3;
-use taps::ScaleSpace;
+use taps::{ScaleSpace, Widths};
 
 use crate::light::full;
-use crate::map::default_scale_space;
+use crate::map::{LIGHTS, LightCount, RESOLUTION, default_scale_space, scale_space};
 use crate::picture::report::sphere::Sphere;
 
 /// The number of pixels between two checks for cancellation.
@@ -32,7 +32,13 @@ pub(crate) struct Lit<'a> {
     pub(crate) dark: f64,
     full: OnceCell<Lighting>,
     space: OnceCell<ScaleSpace>,
+    /// Scale spaces with more and more lights beside them.
+    spaces: OnceCell<Vec<ScaleSpace>>,
 }
+
+/// The numbers of lights beside a scale space whose errors are compared, where there are so many; the last
+/// scale space has all.
+const KEPT: [usize; 3] = [0, 4, 8];
 
 impl<'a> Lit<'a> {
     pub(crate) fn new(name: String, environment: &'a Environment, exposure: f64) -> Self {
@@ -47,6 +53,7 @@ impl<'a> Lit<'a> {
             dark: BLACK_SHARE * mean,
             full: OnceCell::new(),
             space: OnceCell::new(),
+            spaces: OnceCell::new(),
         }
     }
 
@@ -57,6 +64,27 @@ impl<'a> Lit<'a> {
         }
         let made = default_scale_space(self.environment, reporter)?;
         Ok(self.space.get_or_init(|| made))
+    }
+
+    /// The scale spaces with 0, 4, 8 and all lights beside them, of which none has as many as another.
+    pub(crate) fn spaces(&self, reporter: &Reporter) -> Result<&[ScaleSpace], Failure> {
+        if let Some(spaces) = self.spaces.get() {
+            return Ok(spaces);
+        }
+        let widths = Widths::new(RESOLUTION).unwrap_or(Widths::FINEST);
+        let (whole, lights) = scale_space(self.environment, widths, LightCount::All, reporter)?;
+        let fewer = KEPT.into_iter().filter(|count| *count < lights);
+        let mut spaces = Vec::new();
+        for count in fewer {
+            reporter.check_cancelled()?;
+            spaces.push(if LIGHTS == LightCount::Most(count) {
+                self.space(reporter)?.clone()
+            } else {
+                whole.keeping(count)
+            });
+        }
+        spaces.push(whole);
+        Ok(self.spaces.get_or_init(|| spaces))
     }
 
     /// The lighting that `project-sh` makes by default.

@@ -5,13 +5,14 @@
 use containers::{escape_html as escape, recipe_element};
 use engine::Failure;
 
+use crate::map::{COMPONENT_EDGE, RESOLUTION};
 use crate::picture::report::advice::word;
 use crate::picture::report::cuts::TablePictures;
 use crate::picture::report::figures::{Advice, Export, Limits, Method, PairFigures, Report};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::{data_uri, difference};
 use crate::picture::report::rig_pictures::RigPictures;
-use crate::picture::report::{rigs_section, sampling_section, tables_section};
+use crate::picture::report::{rigs_section, sampling_section, tables_section, trade_section};
 use crate::values::percent;
 use crate::values::quantity::size;
 
@@ -66,7 +67,7 @@ pub(crate) fn page(
         rigs_section::section(&mut page, report, &pictures.rigs)?;
     }
     if !report.pairs.is_empty() {
-        terms(&mut page);
+        terms(&mut page, report);
     }
     page.line("</body></html>");
     Ok(page.0)
@@ -239,9 +240,13 @@ fn card(
         lamps => format!("{lamps} lamps beside the coefficients"),
     };
     page.put(format_args!(
-        "<p class=\"small soft\">F = {} and P = {}, {degrees}; {lamps}.</p>\n</section>\n",
+        "<p class=\"small soft\">F = {} and P = {}, {degrees}; {lamps}.</p>\n",
         pair.f, pair.p,
     ));
+    if let Some(trade) = &pair.trade {
+        trade_section::section(page, trade);
+    }
+    page.line("</section>");
     Ok(())
 }
 
@@ -285,7 +290,7 @@ fn sizes(page: &mut Markup, report: &Report) {
 }
 
 /// Explains the terms that a reader may not know.
-fn terms(page: &mut Markup) {
+fn terms(page: &mut Markup, report: &Report) {
     page.line(
         r#"<h2 id="terms">Terms</h2>
 <dl>
@@ -300,7 +305,23 @@ fn terms(page: &mut Markup) {
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>
 <dt>Negative</dt><dd>The share of samples below -e / 10, which a renderer shows as black. They come from rings around highlights where a series is cut.</dd>
 <dt>RMS</dt><dd>The root of the mean squared difference of radiance, divided by the root of the mean squared radiance of the truth. The brightest pixels decide it: rings and dark places hardly count.</dd>
-<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel, by the material's own BRDF, to about 0.01 stops. Where the reflection is smooth, blocks of texels are added as one.</dd>
-</dl>"#,
+<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel, by the material's own BRDF, to about 0.01 stops. Where the reflection is smooth, blocks of texels are added as one.</dd>"#,
     );
+    if report.pairs.iter().any(|pair| pair.trade.is_some()) {
+        page.put(format_args!(
+            r#"
+<dt>Error against size and work</dt><dd>The same error of techniques of every degree: P of an SHRM, K components, J taps. {lights} The dashed line is at {limit} stops. The advice is the cheapest number of taps and lights, at 20 operations for a tap and 35 for a light, that is within {limit} stops at 95 % and {limit_99} at 99 %, or the best. An SHRM with its lamps in it is measured at fewer pixels.</dd>
+<dt>Bytes</dt><dd>Half floats with cube faces of {n} × {n}; components {components} × {components}; for taps 4 bytes a texel with faces of {taps} × {taps}. Those of taps and of the split sum are once for an environment, and a material adds its table of taps, 1 to 9 kB, which they hold; all others are once for each pair.</dd>
+<dt>Fetches</dt><dd>Bilinear look-ups of a pixel, one for each layer or level: 1 for a plain map; 2 for two levels of the split sum, or two slices of Kautz-McCool, and 3 for three of Cabral's views; (P + 1)² for an SHRM, or P + 1 if nothing changes around the central direction; K and K / 4 for components and their functions of the view; 2 for each tap, also about the normal. Small tables that stay in the cache (of taps, and of the split sum's albedo) and the work of lights are not counted. An SHRM's frames spin, so that a shader filters it itself, by four fetches for each one here.</dd>
+<dt>Split sum</dt><dd>What engines do: the light, lamps included, as the lobe that is seen head on blurs it, times the directional albedo toward the view.</dd>
+<dt>Components</dt><dd>Principal components of the material as functions of the view (form = "components" of export-shrm), each with an image of the light.</dd>"#,
+            lights = "Lights beside a map are in the error and not in the fetches.",
+            limit = trade_section::LIMITS.p95,
+            limit_99 = trade_section::LIMITS.p99,
+            n = report.settings.resolution,
+            components = COMPONENT_EDGE,
+            taps = RESOLUTION,
+        ));
+    }
+    page.line("\n</dl>");
 }

@@ -5,19 +5,20 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use brdf::{BrdfCoefficients, Centre, Choice, Part, project};
+use containers::tensors::MaterialTaps;
 use engine::{Failure, Reporter, Steps};
 use envmap::{ToneMap, to_srgb8};
 use rayon::prelude::*;
-use sh::Degree;
+use sh::{Degree, Expansion, Light};
 use shrm::MOST_P;
 use shrm::{Lamps, MapGrid, MapViews, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
-use taps::TapTable;
+use taps::{ScaleSpace, TapTable};
 
 use crate::map::default_taps;
 use crate::picture::report::advice;
 use crate::picture::report::advice::best;
-use crate::picture::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
+use crate::picture::report::figures::{Change, Errors, Export, Method, PairFigures, Settings, Trial};
 use crate::picture::report::lit::{BAND, Lit, TRUTH};
 use crate::picture::report::page::Pictures;
 use crate::picture::report::readers::Reader;
@@ -28,7 +29,7 @@ use crate::values::UntilStopped;
 const SLICES: usize = 16;
 
 /// The bytes of a light: direction, radius and irradiance as seven 32-bit numbers.
-const LIGHT_BYTES: usize = 28;
+pub(crate) const LIGHT_BYTES: usize = 28;
 
 /// The error in stops of 95 of 100 samples above which a ring beside a highlight shows.
 const RING: f64 = 0.1;
@@ -50,8 +51,8 @@ pub(crate) struct Studied<'a> {
     mean: OnceCell<MeanLobe>,
     /// The material's lobes for a small light, in the mean over the views at each angle of a 3D texture.
     rings: OnceCell<Vec<MeanLobe>>,
-    /// The look-ups into a scale space.
-    taps: OnceCell<TapTable>,
+    /// The look-ups into a scale space, with more and more of them.
+    taps: OnceCell<MaterialTaps>,
 }
 
 impl<'a> Studied<'a> {
@@ -77,7 +78,7 @@ impl<'a> Studied<'a> {
     }
 
     /// The look-ups that `fit-taps` makes by default.
-    fn taps(&self, reporter: &Reporter) -> Result<&TapTable, Failure> {
+    pub(crate) fn taps(&self, reporter: &Reporter) -> Result<&MaterialTaps, Failure> {
         if let Some(taps) = self.taps.get() {
             return Ok(taps);
         }
@@ -86,7 +87,7 @@ impl<'a> Studied<'a> {
     }
 
     /// The coefficients that `project-brdf` makes by default.
-    fn full(&self, reporter: &Reporter) -> Result<&BrdfCoefficients, Failure> {
+    pub(crate) fn full(&self, reporter: &Reporter) -> Result<&BrdfCoefficients, Failure> {
         projected(&self.full, &self.material, Choice::Full, reporter)
     }
 }
@@ -134,14 +135,23 @@ pub(crate) struct StudiedReflection<'a> {
     pub(crate) is_default: bool,
 }
 
+/// What was found of a pair, and what further measurements begin with.
+pub(crate) struct StudiedPair<'a> {
+    pub(crate) figures: PairFigures,
+    pub(crate) pictures: Pictures,
+    pub(crate) scene: StudyScene<'a>,
+    /// The map of the reflection without lamps.
+    pub(crate) soft: Shrm,
+}
+
 /// Renders a material under an environment in every way.
-pub(crate) fn pair(
+pub(crate) fn pair<'a>(
     lit: &Lit<'_>,
     material: &Studied<'_>,
     studied: StudiedReflection<'_>,
     settings: &Settings,
-    steps: &Steps<'_>,
-) -> Result<(PairFigures, Pictures), Failure> {
+    steps: &Steps<'a>,
+) -> Result<StudiedPair<'a>, Failure> {
     let reflection = studied.reflection;
     let lattice = Lattice::first(Sphere::new(settings.sphere).indices().len());
     let mut sphere = Sphere::on(lattice, settings.sphere);
@@ -188,8 +198,9 @@ pub(crate) fn pair(
         advice: advice::of_pair(&lit.name, &exports, &tried, given, &settings.limits),
         exports,
         tried,
+        trade: None,
     };
-    Ok((figures, pictures))
+    Ok(StudiedPair { figures, pictures, scene, soft })
 }
 
 /// The lattice of pixels that count, and the radiance that readers see there.
@@ -202,12 +213,13 @@ fn soft(reflection: &Reflection, edge: usize, reporter: &Reporter) -> Result<Shr
 }
 
 /// A sphere under one light, with its ground truth.
-struct StudyScene<'a> {
-    sphere: Sphere,
-    central: Vec<Direction>,
+pub(crate) struct StudyScene<'a> {
+    pub(crate) sphere: Sphere,
+    /// The central direction at each pixel.
+    pub(crate) central: Vec<Direction>,
     truth: Vec<[f32; 3]>,
     dark: f64,
-    reporter: &'a Reporter,
+    pub(crate) reporter: &'a Reporter,
 }
 
 impl<'a> StudyScene<'a> {
@@ -275,34 +287,56 @@ impl<'a> StudyScene<'a> {
         self.sphere.picture(&to_srgb8(&filled, exposure, ToneMap::Filmic))
     }
 
+    /// The errors of values that readers see at the pixels of a lattice.
+    pub(crate) fn errors(&self, values: &[[f32; 3]], lattice: Lattice) -> Errors {
+        self.sphere.errors(values, &self.truth, self.dark, lattice)
+    }
+
     /// The readers of the maps of a reflection.
-    fn reader(&self, reflection: &Reflection) -> Reader<'_> {
+    pub(crate) fn reader(&self, reflection: &Reflection) -> Reader<'_> {
         Reader { central: &self.central, least: if reflection.is_for_light() { 0.0 } else { f32::MIN } }
+    }
+
+    /// The radiance of lamps alone at each pixel.
+    pub(crate) fn lamps(&self, lamps: &Lamps) -> Vec<[f64; 3]> {
+        let (lamps, view) = (lamps.for_views(), Sphere::view());
+        self.central.par_iter().map(|central| lamps.radiance(*central, view)).collect()
+    }
+
+    /// The light as it is beside the reflection; without lamps there, as the stages make it by default.
+    pub(crate) fn light<'b>(
+        &self,
+        lit: &'b Lit<'_>,
+        reflection: &'b Reflection,
+    ) -> Result<(&'b Expansion, &'b [Light]), Failure> {
+        if reflection.is_for_light() {
+            let lights = reflection.lamps().map(|lamps| &lamps.lights[..]).unwrap_or_default();
+            return Ok((reflection.lighting(), lights));
+        }
+        let full = lit.full(self.reporter)?;
+        Ok((&full.series, &full.lights[..]))
     }
 
     /// Measures a compact map, and the sum of its taps and lights that readers see.
     fn compact(&self, lit: &Lit<'_>, material: &Studied<'_>) -> Result<(Export, Seen), Failure> {
-        let (space, table) = (lit.space(self.reporter)?, material.taps(self.reporter)?);
+        let (space, table) = (lit.space(self.reporter)?, &material.taps(self.reporter)?.fitted.table);
         let lamps =
             Lamps { lights: space.lights().to_vec(), material: material.material.clone().into_owned() };
-        let (lamps, view) = (lamps.for_views(), Sphere::view());
+        let (lit, view) = (self.lamps(&lamps), Sphere::view());
         let normals = self.sphere.central(Centre::Normal);
-        let pixel = |(normal, central): (&Direction, &Direction)| {
-            let (soft, lit) = (table.radiance(space, *normal, view), lamps.radiance(*central, view));
+        let pixel = |(normal, lit): (&Direction, &[f64; 3])| {
+            let soft = table.radiance(space, *normal, view);
             std::array::from_fn(|channel| (soft[channel] + lit[channel]) as f32)
         };
-        let values: Vec<[f32; 3]> = normals.par_iter().zip(&self.central).map(pixel).collect();
+        let values: Vec<[f32; 3]> = normals.par_iter().zip(&lit).map(pixel).collect();
         let lattice = self.sphere.lattice();
-        // Texels of four bytes, and halves in the table.
-        let texels: usize = space.levels().iter().chain(space.normals()).map(|map| map.cube().len()).sum();
         let (taps, lights) = (table.taps(), space.lights().len());
-        let bytes = 4 * texels + 8 * taps::ROWS * (2 * taps + table.normals()) + LIGHT_BYTES * lights;
         let export = Export {
             method: Method::Taps,
-            errors: self.sphere.errors(&values, &self.truth, self.dark, lattice),
+            errors: self.errors(&values, lattice),
             f: 0,
             p: 0,
-            bytes: bytes as u64,
+            bytes: compact_bytes(space, table) as u64,
             texture: format!("{taps} taps, {lights} {}", if lights == 1 { "light" } else { "lights" }),
             one_of: lattice.one_of(),
         };
@@ -320,15 +354,7 @@ impl<'a> StudyScene<'a> {
         let edge = settings.resolution;
         let cube = Cube { edge };
         let mut values = vec![[0.0_f32; 3]; self.central.len()];
-        // The light as it is beside the reflection; without lamps there, as the stages make it by default.
-        let (full, own);
-        let (series, lights) = if reflection.is_for_light() {
-            own = reflection.lamps().map(|lamps| &lamps.lights[..]).unwrap_or_default();
-            (reflection.lighting(), own)
-        } else {
-            full = lit.full(self.reporter)?;
-            (&full.series, &full.lights[..])
-        };
+        let (series, lights) = self.light(lit, reflection)?;
         for part in parts {
             self.reporter.check_cancelled()?;
             let central = self.sphere.central(part.material.centre());
@@ -340,7 +366,7 @@ impl<'a> StudyScene<'a> {
             }
         }
         let lattice = self.sphere.lattice();
-        let errors = self.sphere.errors(&values, &self.truth, self.dark, lattice);
+        let errors = self.errors(&values, lattice);
         let (count, texture) = (parts.len(), format!("{} × 6 faces of {edge} × {edge}", parts.len()));
         let bytes = (8 * count * cube.len()) as u64;
         Ok((
@@ -406,7 +432,7 @@ impl<'a> StudyScene<'a> {
                 (reader.cabral(soft, lamps), (8 * 12 * grid.len(), format!("12 views × {faces}")))
             }
             Method::Shrm if lamps.is_some() => {
-                let (map, measured) = self.baked(reflection, soft)?;
+                let (map, measured) = self.baked(reflection, soft, MOST_P.max(soft.p().get()), FITTED)?;
                 (lattice, p) = (measured, map.p().get());
                 (reader.shrm(&map, None), of_map(&map))
             }
@@ -421,7 +447,7 @@ impl<'a> StudyScene<'a> {
         };
         let export = Export {
             method,
-            errors: self.sphere.errors(&values, &self.truth, self.dark, lattice),
+            errors: self.errors(&values, lattice),
             f: reflection.brdf().f().get(),
             p,
             bytes: bytes as u64,
@@ -431,10 +457,16 @@ impl<'a> StudyScene<'a> {
         Ok((export, (lattice, values)))
     }
 
-    /// The map with lamps in it, as far as a lattice of pixels sees it: a texel takes some tenths of a
-    /// millisecond.
-    fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Lattice), Failure> {
-        let p = soft.p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
+    /// The map of a degree P with lamps in it, as far as a lattice of pixels sees it of which at most so many
+    /// coefficients are fitted: a texel of P = 16 takes some tenths of a millisecond.
+    pub(crate) fn baked(
+        &self,
+        reflection: &Reflection,
+        soft: &Shrm,
+        p: usize,
+        fitted: usize,
+    ) -> Result<(Shrm, Lattice), Failure> {
+        let p = Degree::new(p)?;
         let rows = match (soft.p().get(), soft.terms()) {
             (0, _) => 0,
             (_, Terms::Zonal) => p.get() + 1,
@@ -442,10 +474,10 @@ impl<'a> StudyScene<'a> {
         };
         // Each pixel sees four texels.
         let own = self.sphere.lattice();
-        let lattice = if soft.grid().len() * rows <= FITTED {
+        let lattice = if soft.grid().len() * rows <= fitted {
             own
         } else {
-            own.at_most(FITTED / (4 * rows), own.one_of() * self.central.len())
+            own.at_most(fitted / (4 * rows), own.one_of() * self.central.len())
         };
         let mut seen: Vec<usize> = (self.central.iter().zip(self.sphere.within(lattice)))
             .filter(|(_, seen)| *seen)
@@ -520,6 +552,13 @@ impl<'a> StudyScene<'a> {
         }
         Ok(tried)
     }
+}
+
+/// The bytes of a compact map: texels of four bytes, halves in the table, and the lights.
+pub(crate) fn compact_bytes(space: &ScaleSpace, table: &TapTable) -> usize {
+    let texels: usize = space.levels().iter().chain(space.normals()).map(|map| map.cube().len()).sum();
+    let rows = 2 * table.taps() + table.normals();
+    4 * texels + 8 * taps::ROWS * rows + LIGHT_BYTES * space.lights().len()
 }
 
 /// The forms of a spherical harmonic reflection map that a reflection has, the most exact first.
