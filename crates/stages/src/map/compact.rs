@@ -5,7 +5,7 @@ use containers::tensors::MaterialTaps;
 use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
 use envmap::Environment;
 use rayon::prelude::*;
-use taps::{FittedFacets, ScaleSpace, ScaleSpaceError, Widths, fit, fit_each, fit_facets, least_fit};
+use taps::{Fitted, FittedFacets, ScaleSpace, ScaleSpaceError, Widths, fit, fit_each, fit_facets, least_fit};
 
 use crate::values::UntilStopped;
 
@@ -92,22 +92,29 @@ pub(crate) fn scale_space(
     Ok((space, lamps.len()))
 }
 
-/// The taps of a material with the default parameters.
+/// The taps of a material with the default parameters; those of its mean over all turns, if it depends on its
+/// tangent.
 pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
-    fits(material, ERROR, reporter)
+    let others = reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?;
+    Ok(chosen(material, others, ERROR))
 }
 
-/// Fits of a material with several numbers of taps; the first is the least whose residual is at most `error`,
-/// or past which more of them do not help.
+/// Fits, the one first that is the least whose residual is at most `error`, or past which more do not help.
+fn chosen(material: &Material, mut others: Vec<Fitted>, error: f64) -> MaterialTaps {
+    let fitted = others.remove(least_fit(&others, error));
+    MaterialTaps { material: material.clone(), fitted, others, varied: None, facets: Vec::new() }
+}
+
+/// Fits of a material with several numbers of taps, of which `fitted` is the least whose residual is at most
+/// `error`, or past which more of them do not help.
 pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
     let facets = facet_fits(material, &FACET_COUNTS, reporter)?;
-    let mut others = match facets.last() {
+    let others = match facets.last() {
         None => reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?,
         // The mean over all turns is off by more than any number of taps.
         Some(_) => vec![reporter.until_stopped(|stop| fit(material, MEAN_TAPS, Widths::FINEST, stop))?],
     };
-    let fitted = others.remove(least_fit(&others, error));
-    Ok(MaterialTaps { material: material.clone(), fitted, others, varied: None, facets })
+    Ok(MaterialTaps { facets, ..chosen(material, others, error) })
 }
 
 /// Fits that know the tangent, with these numbers of taps; none of a material that does not depend on it, or

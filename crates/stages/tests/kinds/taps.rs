@@ -1,6 +1,5 @@
 //! Compact maps: `scale-space`, `fit-taps` and `export-taps`.
 
-use brdf::Model as _;
 use containers::tensors::describe;
 use stages::artifacts::{Material, ScaleSpace, Taps};
 
@@ -83,15 +82,40 @@ fn the_number_of_taps_is_the_least_that_fits() {
 }
 
 #[test]
-fn a_material_that_depends_on_its_tangent_is_a_warning() {
+fn a_material_about_its_tangent_is_a_warning() {
     let hair = brdf::Material::KajiyaKay(brdf::KajiyaKay::new(16.0, [1.0; 3]).unwrap());
-    let values = brdf::Ward::examples().unwrap().into_iter().map(brdf::Material::Ward);
-    let ward = values.into_iter().find(|ward| !ward.is_isotropic()).unwrap();
-    for material in [hair, ward] {
-        let brushed = case("fit-taps", "taps = 1").input("material", Material(material));
-        let warnings = brushed.run().unwrap().warnings;
-        assert!(warnings.iter().any(|text| text.contains("mean over all turns")), "{warnings:?}");
-    }
+    let strand = case("fit-taps", "taps = 1").input("material", Material(hair));
+    let warnings = strand.run().unwrap().warnings;
+    assert!(warnings.iter().any(|text| text.contains("mean over all turns")), "{warnings:?}");
+}
+
+/// Brushed metal has taps that know its tangent; a preset, whose shader has none, takes those of its mean.
+#[test]
+fn brushed_metal_has_taps_that_know_its_tangent() {
+    let brushed = brdf::Material::Ward(brdf::Ward::new([0.2, 0.5], [0.6, 0.5, 0.3]).unwrap());
+    let fitted = case("fit-taps", "taps = 4").input("material", Material(brushed));
+    assert!(fitted.run().unwrap().warnings.is_empty());
+    let taps = fitted.artifact::<Taps>();
+    assert_eq!(taps.0.facets.len(), 1);
+    let space = scale_space("resolution = 32").artifact::<ScaleSpace>();
+    let pair = |parameters: &str| {
+        case("export-taps", parameters).input("scale-space", (*space).clone()).input("taps", (*taps).clone())
+    };
+    let ran = pair("accept = [0.2, 0.4]\nlights = \"all\"").run().unwrap();
+    assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
+    let description = describe(&pair("format = \"safetensors\"").files()[0]).unwrap();
+    let shape = |name: &str| {
+        description.tensors.iter().find(|(tensor, ..)| tensor == name).map(|found| found.2.clone())
+    };
+    assert_eq!(shape("taps"), Some(vec![25, 25, 4, 6]));
+    assert_eq!(shape("normals"), Some(vec![25, 25, 1, 4]));
+    let texture = containers::read_texture(&pair("").files()[2]).unwrap().texture;
+    assert_eq!([texture.width, texture.height], [25, 25 * (2 * 4 + 1)]);
+    let preset = pair("preset = \"three\"");
+    let warnings = preset.run().unwrap().warnings;
+    let told = "the shader of a preset takes no tangent";
+    assert!(warnings.iter().any(|text| text.contains(told)), "{warnings:?}");
+    assert_eq!(containers::read_texture(&preset.files()[2]).unwrap().texture.width, 65);
 }
 
 #[test]
