@@ -1,10 +1,10 @@
 //! The degrees of a reflection, chosen for its light ([RH02, sec. 5], with the eye's measure).
 //!
 //! What a cut at (F, P) loses is a share of the *product* of this light with this material, and the eye reads
-//! it in stops: |log2((cut + e) / (uncut + e))|, e being [`BLACK_SHARE`] of the mean radiance, so that black does
-//! not count. It is measured, not estimated: at central directions spread over the sphere and at views as a
-//! ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with what
-//! the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
+//! it in stops: |log2((cut + e) / (uncut + e))|, e being [`BLACK_SHARE`] of the mean radiance, so that black
+//! does not count. It is measured, not estimated: at central directions spread over the sphere and at views
+//! as a ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with
+//! what the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
 //! samples stay below `SHOWS`, or which a [`DegreeRule`] takes, and then the least F that adds no more than
 //! `SHOWS_BESIDE` to them.
 

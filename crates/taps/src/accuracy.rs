@@ -189,8 +189,8 @@ pub trait Taps: Sync {
     /// The number J of look-ups in the levels.
     fn count(&self) -> usize;
 
-    /// The radiance of a surface toward a view in the world, RGB; the lights beside the scale space are not in
-    /// it.
+    /// The radiance of a surface toward a view in the world, RGB; the lights beside the scale space are not
+    /// in it.
     fn reflected(&self, light: &ScaleSpace, frame: SurfaceFrame, view: Direction) -> [f64; 3];
 }
 
@@ -247,8 +247,8 @@ impl Truth {
         Self::summed(light, material, count, fit_turns(material), lobe_width(material), stop)
     }
 
-    /// The sums toward `count` views of surfaces that are turned about their normals in all ways, for taps that
-    /// know the tangent: [`FacetTable`].
+    /// The sums toward `count` views of surfaces that are turned about their normals in all ways, for taps
+    /// that know the tangent: [`FacetTable`].
     ///
     /// # Errors
     /// If the work was stopped.

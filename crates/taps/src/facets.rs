@@ -1,5 +1,5 @@
-//! The taps of a material that depends on the direction of its tangent, such as brushed metal: each is a facet
-//! that is tilted against the surface.
+//! The taps of a material that depends on the direction of its tangent, such as brushed metal: each is a
+//! facet that is tilted against the surface.
 //!
 //! In the frame of the surface, +X the tangent and +Z the normal, tap j has the half vector
 //! h_j = (p_j, q_j, 1) and looks along V mirrored about it,
@@ -41,9 +41,9 @@ pub struct FacetNode {
 }
 
 impl FacetNode {
-    /// The taps of a table by the angle from the normal, as facets, toward a view in the frame of the surface.
-    /// A tap that is turned from R toward the normal by delta is a facet that leans toward the viewer by half of
-    /// it.
+    /// The taps of a table by the angle from the normal, as facets, toward a view in the frame of the
+    /// surface. A tap that is turned from R toward the normal by delta is a facet that leans toward the
+    /// viewer by half of it.
     pub(crate) fn from_row(table: &TapTable, view: DVec3) -> Self {
         let row = table.at(view.z);
         let across = DVec3::new(view.x, view.y, 0.0).normalize_or_zero();

@@ -148,9 +148,9 @@ impl LookUp {
         text
     }
 
-    /// The constants and functions; `tap_reflected(N, V)`, or what [`TableShape`] says, is what a shader calls,
-    /// and `tap_lights(N, V)` if there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which stands
-    /// before this text.
+    /// The constants and functions; `tap_reflected(N, V)`, or what [`TableShape`] says, is what a shader
+    /// calls, and `tap_lights(N, V)` if there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which
+    /// stands before this text.
     pub fn functions(&self) -> String {
         let source = match self.source {
             Source::CubeArray => include_str!("shader/cube_array.wgsl"),

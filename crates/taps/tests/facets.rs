@@ -161,8 +161,8 @@ fn the_fit_is_the_same_on_any_number_of_threads_and_can_be_stopped() {
     assert_eq!(stopped, Err(sh::Stopped));
 }
 
-/// What bilinear look-ups lose: half way between nodes, taps are those of the polynomials, as a table of every
-/// other node shows.
+/// What bilinear look-ups lose: half way between nodes, taps are those of the polynomials, as a table of
+/// every other node shows.
 #[test]
 fn interpolation_loses_little() {
     let material = ward([0.15, 0.4]);

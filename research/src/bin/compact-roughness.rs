@@ -1,10 +1,10 @@
 //! Prints how close the table of compact maps over roughness is to the sum over pixels, beside the split sum
 //! of engines: a table of docs/taps.md.
 //!
-//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-roughness -- ENVIRONMENT...`, each a
-//! lat-long picture. p95/p99 in stops toward 400 views as a ball shows them, half-way between the table's
-//! rows: with eight lights, in brackets with none, for taps that are fitted to the roughness and F0 alone, and
-//! for the split sum with all light in its cube.
+//! `cargo run --release --manifest-path research/Cargo.toml --bin compact-roughness -- ENVIRONMENT...`, each
+//! a lat-long picture. p95/p99 in stops toward 400 views as a ball shows them, half-way between the table's
+//! rows: with eight lights, in brackets with none, for taps that are fitted to the roughness and F0 alone,
+//! and for the split sum with all light in its cube.
 
 use std::f64::consts::{PI, TAU};
 

@@ -69,11 +69,11 @@ pub(crate) fn default_scale_space(
     reporter: &Reporter,
 ) -> Result<ScaleSpace, Failure> {
     let widths = Widths::new(RESOLUTION).unwrap_or(Widths::FINEST);
-    Ok(scale_space(environment, widths, LIGHTS, reporter)?.0)
+    Ok(scale_space_of(environment, widths, LIGHTS, reporter)?.0)
 }
 
 /// The scale space with the strongest lights beside it, and the number of lights that were found.
-pub(crate) fn scale_space(
+pub(crate) fn scale_space_of(
     environment: &Environment,
     widths: Widths,
     lights: LightCount,

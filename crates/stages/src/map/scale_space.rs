@@ -47,7 +47,7 @@ use containers::tensors::EnvironmentScales;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use taps::{LightPoints, Widths};
 
-use super::compact::{LIGHTS, LightCount, RESOLUTION, scale_space};
+use super::compact::{LIGHTS, LightCount, RESOLUTION, scale_space_of};
 use crate::engines::nearest_power_of_two;
 use crate::values::artifacts;
 
@@ -104,7 +104,7 @@ impl Kind for ScaleSpaceOfLight {
         let widths = Widths::new(parameters.resolution).ok_or_else(|| {
             Failure::new(format!("resolution {} is not a power of two", parameters.resolution))
         })?;
-        let (space, found) = scale_space(environment, widths, parameters.lights, reporter)?;
+        let (space, found) = scale_space_of(environment, widths, parameters.lights, reporter)?;
         let kept = space.lights().len();
         let of = |count: usize| if count == 1 { "1 light".to_owned() } else { format!("{count} lights") };
         let (edge, levels) = (widths.edge(), widths.len());

@@ -20,7 +20,8 @@ use crate::widths::Widths;
 /// How strongly a member is pulled to its neighbours.
 const PULL: f64 = 0.5;
 
-/// The member that is fitted first, as a share of all: a lobe that is neither a mirror nor cut by the horizon.
+/// The member that is fitted first, as a share of all: a lobe that is neither a mirror nor cut by the
+/// horizon.
 const FIRST: f64 = 0.3;
 
 /// How often all members are fitted again.

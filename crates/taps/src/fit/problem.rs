@@ -41,8 +41,8 @@ struct Sampled<'a> {
     spots: Vec<Spots>,
     /// The views, in radians from the normal.
     thetas: Vec<f64>,
-    /// What the sum of all channels reflects of each spot toward each view, and, if the lobe has not one shape
-    /// in all of them, what each channel does.
+    /// What the sum of all channels reflects of each spot toward each view, and, if the lobe has not one
+    /// shape in all of them, what each channel does.
     truths: Vec<Vec<Vec<f64>>>,
 }
 

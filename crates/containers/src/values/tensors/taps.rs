@@ -135,13 +135,12 @@ pub fn decode_scale_space(bytes: &[u8]) -> Result<EnvironmentScales, Error> {
 
 /// The taps of a material: `taps` [65, J, 5] f64, delta, s, r, g, b of each look-up between levels, and
 /// `normals` [65, K, 4] f64, y, r, g, b of each about the normal; row i is for 1 - cos(theta_v) = i / 64. The
-/// metadata have the material and `rms`, the residual of the fit in stops. Fits of other numbers of taps
-/// have the same names with `others_0_`, `others_1_` ... before them. Taps over a parameter are
-/// Facet taps have `facets_0_`, `facets_1_` ... before the names; they are `taps` [n, n, J, 6], p, q, s, r, g,
-/// b of each, and `normals` [n, n, K, 4], by the place in the disc of views, n being 25 for a quarter of it
-/// and 49 for all of it ([`FacetTable`]). Taps over a parameter are
-/// `varied_taps` [rows, 65, J, 5] and `varied_normals` [rows, 65, K, 4], with the parameter's name, its first
-/// and last value and the residuals in the metadata.
+/// metadata have the material and `rms`, the residual of the fit in stops. Fits of other numbers of taps have
+/// the same names with `others_0_`, `others_1_` ... before them. Taps over a parameter are Facet taps have
+/// `facets_0_`, `facets_1_` ... before the names; they are `taps` [n, n, J, 6], p, q, s, r, g, b of each, and
+/// `normals` [n, n, K, 4], by the place in the disc of views, n being 25 for a quarter of it and 49 for all
+/// of it ([`FacetTable`]). Taps over a parameter are `varied_taps` [rows, 65, J, 5] and `varied_normals`
+/// [rows, 65, K, 4], with the parameter's name, its first and last value and the residuals in the metadata.
 ///
 /// # Errors
 /// If a number is not finite, or the material is an empty sum.

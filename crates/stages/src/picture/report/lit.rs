@@ -12,7 +12,7 @@ use sphere::DMat3;
 use taps::{ScaleSpace, Widths};
 
 use crate::light::full;
-use crate::map::{LIGHTS, LightCount, RESOLUTION, default_scale_space, scale_space};
+use crate::map::{LIGHTS, LightCount, RESOLUTION, default_scale_space, scale_space_of};
 use crate::picture::report::sphere::Sphere;
 
 /// The number of pixels between two checks for cancellation.
@@ -72,7 +72,7 @@ impl<'a> Lit<'a> {
             return Ok(spaces);
         }
         let widths = Widths::new(RESOLUTION).unwrap_or(Widths::FINEST);
-        let (whole, lights) = scale_space(self.environment, widths, LightCount::All, reporter)?;
+        let (whole, lights) = scale_space_of(self.environment, widths, LightCount::All, reporter)?;
         let fewer = KEPT.into_iter().filter(|count| *count < lights);
         let mut spaces = Vec::new();
         for count in fewer {

@@ -46,8 +46,8 @@ impl Ellipses {
 }
 
 /// What a material reflects toward a view in the frame of the surface: directions of light there, and rho_hat
-/// times their solid angle, RGB. Directions are dense within `scale` of the mirror image, in slopes of the half
-/// vector.
+/// times their solid angle, RGB. Directions are dense within `scale` of the mirror image, in slopes of the
+/// half vector.
 pub(super) fn shares(material: &Material, view: DVec3, scale: [f64; 2]) -> Vec<(DVec3, [f64; 3])> {
     let outgoing = Direction::normalised(view);
     let ellipses = Ellipses::new(scale.map(|scale| 0.5 * scale), STEEPEST);

@@ -90,8 +90,8 @@ fn centres(view: DVec3, scale: Option<[f64; 2]>) -> Vec<DVec3> {
 }
 
 impl<'a> View<'a> {
-    /// The fit of one channel of a lobe's shares, or of the sum of all if `channel` is `None`. Each entry of `scales` says
-    /// within which slopes the centres of spots of one size are dense; the widest have none.
+    /// The fit of one channel of a lobe's shares, or of the sum of all if `channel` is `None`. Each entry of
+    /// `scales` says within which slopes the centres of spots of one size are dense; the widest have none.
     pub(super) fn new(
         direction: DVec3,
         lobe: &[(DVec3, [f64; 3])],
