@@ -66,6 +66,11 @@ impl Limits {
             && (is_certain || known(errors.p99_uncertainty, errors.p99, self.p99))
     }
 
+    /// The limits for 95 and for 99 of 100 samples.
+    pub(crate) fn stops(&self) -> [f64; 2] {
+        [self.p95, self.p99]
+    }
+
     /// The factor by which an error is larger than its limit, the worse of both: at most 1 if it is good.
     pub(crate) fn excess(&self, errors: &Errors) -> f64 {
         (errors.p95 / self.p95).max(errors.p99 / self.p99)

@@ -13,7 +13,7 @@ use sh::{Degree, Expansion, Light};
 use shrm::MOST_P;
 use shrm::{Lamps, MapGrid, MapViews, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
-use taps::{ScaleSpace, TapTable};
+use taps::{Accuracy, ScaleSpace, TapTable, Trade};
 
 use crate::map::default_taps;
 use crate::picture::report::advice;
@@ -23,6 +23,7 @@ use crate::picture::report::lit::{BAND, Lit, TRUTH};
 use crate::picture::report::page::Pictures;
 use crate::picture::report::readers::Reader;
 use crate::picture::report::sphere::{Lattice, Sphere};
+use crate::picture::report::trade_advice;
 use crate::values::UntilStopped;
 
 /// The number of angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
@@ -317,23 +318,39 @@ impl<'a> StudyScene<'a> {
         Ok((&full.series, &full.lights[..]))
     }
 
-    /// Measures a compact map, and the sum of its taps and lights that readers see.
+    /// Measures a compact map with the least taps that are good enough, and the sum of its taps and lights that
+    /// readers see.
     fn compact(&self, lit: &Lit<'_>, material: &Studied<'_>) -> Result<(Export, Seen), Failure> {
-        let (space, table) = (lit.space(self.reporter)?, &material.taps(self.reporter)?.fitted.table);
+        let (space, fits) = (lit.space(self.reporter)?, material.taps(self.reporter)?);
         let lamps =
             Lamps { lights: space.lights().to_vec(), material: material.material.clone().into_owned() };
         let (lit, view) = (self.lamps(&lamps), Sphere::view());
         let normals = self.sphere.central(Centre::Normal);
-        let pixel = |(normal, lit): (&Direction, &[f64; 3])| {
-            let soft = table.radiance(space, *normal, view);
-            std::array::from_fn(|channel| (soft[channel] + lit[channel]) as f32)
-        };
-        let values: Vec<[f32; 3]> = normals.par_iter().zip(&lit).map(pixel).collect();
         let lattice = self.sphere.lattice();
-        let (taps, lights) = (table.taps(), space.lights().len());
+        let lights = space.lights().len();
+        let seen = |table: &TapTable| {
+            let pixel = |(normal, lit): (&Direction, &[f64; 3])| {
+                let soft = table.radiance(space, *normal, view);
+                std::array::from_fn(|channel| (soft[channel] + lit[channel]) as f32)
+            };
+            let values: Vec<[f32; 3]> = normals.par_iter().zip(&lit).map(pixel).collect();
+            (self.errors(&values, lattice), values)
+        };
+        let tables: Vec<&TapTable> = fits.others.iter().chain([&fits.fitted]).map(|fit| &fit.table).collect();
+        let mut all: Vec<_> = tables.iter().map(|table| seen(table)).collect();
+        let trades = all.iter().zip(&tables).enumerate().map(|(index, ((errors, _), table))| Trade {
+            table: index,
+            taps: table.taps(),
+            lights,
+            accuracy: Accuracy { p95: errors.p95, p99: errors.p99 },
+        });
+        let chosen = Trade::cheapest(&trades.collect::<Vec<_>>(), trade_advice::LIMITS.stops());
+        let index = chosen.map_or(0, |chosen| chosen.table);
+        let (table, (errors, values)) = (tables[index], all.swap_remove(index));
+        let taps = table.taps();
         let export = Export {
             method: Method::Taps,
-            errors: self.errors(&values, lattice),
+            errors,
             f: 0,
             p: 0,
             bytes: compact_bytes(space, table) as u64,

@@ -1,32 +1,33 @@
 //! The taps and lights that a pair needs, in a line.
 
+use taps::{Accuracy, Trade};
+
 use crate::picture::report::figures::{Limits, TapAdvice, Technique, TradePoint, TradeSeries};
 use crate::values::quantity::size;
 
 /// The errors in stops of 95 and 99 of 100 samples that are good enough: those of `export-taps`.
 pub(crate) const LIMITS: Limits = Limits { p95: 0.1, p99: 0.25 };
 
-/// What a tap and a light cost a pixel, in operations.
-const TAP: usize = 20;
-const LIGHT: usize = 35;
-
 /// Advises the cheapest taps and lights whose errors are good enough, otherwise the best.
 pub(crate) fn of_series(series: &[TradeSeries]) -> TapAdvice {
     let taps = series.iter().filter(|series| series.technique == Technique::Taps);
     let all: Vec<(usize, &TradePoint)> =
         taps.flat_map(|series| series.points.iter().map(|point| (series.lights, point))).collect();
-    let excess = |point: &TradePoint| LIMITS.excess(&point.errors);
-    let cost = |lights: usize, point: &TradePoint| TAP * point.degree.unwrap_or(0) + LIGHT * lights;
-    let enough = all.iter().filter(|(_, point)| excess(point) <= 1.0);
-    let cheapest = enough.min_by_key(|(lights, point)| cost(*lights, point));
-    let best = || all.iter().min_by(|(_, a), (_, b)| excess(a).total_cmp(&excess(b)));
-    let Some((lights, point)) = cheapest.or_else(best) else {
+    let trade = |(table, (lights, point)): (usize, &(usize, &TradePoint))| Trade {
+        table,
+        taps: point.degree.unwrap_or(0),
+        lights: *lights,
+        accuracy: Accuracy { p95: point.errors.p95, p99: point.errors.p99 },
+    };
+    let trades: Vec<Trade> = all.iter().enumerate().map(trade).collect();
+    let Some((lights, point)) = Trade::cheapest(&trades, LIMITS.stops()).map(|chosen| all[chosen.table])
+    else {
         let text = String::new();
         return TapAdvice { taps: 0, lights: 0, bytes: 0, p95: 0.0, p99: 0.0, good: false, text };
     };
-    let (taps, lights) = (point.degree.unwrap_or(0), *lights);
+    let taps = point.degree.unwrap_or(0);
     let (p95, p99) = (point.errors.p95, point.errors.p99);
-    let good = excess(point) <= 1.0;
+    let good = LIMITS.excess(&point.errors) <= 1.0;
     let what = format!("{} and {}", count(taps, "tap"), count(lights, "light"));
     let bytes = size(point.bytes);
     let text = if good {
