@@ -32,7 +32,7 @@ pub enum Source {
 ///
 /// # Example: a world whose cubes are looked up with (z, y, x)
 /// ```
-/// use taps::{Language, LookUp, Source, Widths};
+/// use taps::{Language, LookUp, Source, TableShape, Widths};
 /// let look_up = LookUp {
 ///     language: Language::Glsl,
 ///     source: Source::Atlas,

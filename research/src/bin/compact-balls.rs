@@ -15,19 +15,20 @@ use envmap::{CubeMap, Environment, Layout, Texels as _, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use research::compact_tables::material;
 use research::sampling_figures::picture::Picture;
-use sh::{Light, Stop};
+use sh::Stop;
 use shrm::reference::LightTree;
-use shrm::{Distribution, Lamps, MethodChoice, prefilter};
-use sphere::{DVec3, Direction};
-use taps::{ScaleSpace, TapTable, Widths, fit_each, least_fit};
+use shrm::{Distribution, MethodChoice, prefilter};
+use sphere::{DMat3, DVec3, Direction};
+use taps::{AnyTable, ScaleSpace, SurfaceFrame, Taps as _, Widths, fit, fit_facets};
 
 type Failure = Box<dyn std::error::Error>;
 
 /// The materials: the name in `compact_tables`, the reflectance seen head on, the matte albedo and the
 /// roughness.
-const BALLS: [(&str, [f64; 3], [f64; 3], f64); 3] = [
+const BALLS: [(&str, [f64; 3], [f64; 3], f64); 4] = [
     ("metal 0.3", [0.95, 0.64, 0.54], [0.0; 3], 0.3),
     ("metal 0.5", [0.95, 0.64, 0.54], [0.0; 3], 0.5),
+    ("brushed copper", [0.92, 0.72, 0.61], [0.0; 3], 0.37),
     ("lacquer 0.3", [0.04; 3], [0.45, 0.03, 0.02], 0.3),
 ];
 
@@ -112,22 +113,23 @@ fn run() -> Result<(), Failure> {
         let space = ScaleSpace::new(&environment, kept, widths, Stop::NEVER)?;
         for (name, f_0, matte, roughness) in BALLS {
             let material: Material = material(name)?;
-            let table = {
-                let mut fits = fit_each(&material, Widths::FINEST, Stop::NEVER)?;
-                fits.swap_remove(least_fit(&fits, 0.02)).table
+            let fitted = fit(&material, 6, Widths::FINEST, Stop::NEVER)?.table;
+            let facets = match material.is_isotropic() {
+                true => None,
+                false => Some(fit_facets(&material, 12, Widths::FINEST, Stop::NEVER)?.table),
             };
+            let table = facets.as_ref().map_or(AnyTable::Angle(&fitted), AnyTable::View);
             let split = SplitSum::new(&environment, roughness)?;
             let pixel = |radiance: &(dyn Fn(Direction) -> [f64; 3] + Sync)| -> Vec<[f32; 3]> {
                 let of = |normal: &Option<Direction>| normal.map_or([0.0; 3], radiance);
                 normals.par_iter().map(of).map(|rgb| rgb.map(|value| value as f32)).collect()
             };
             let truth = pixel(&|normal| {
-                let cosine = normal.dot(view);
-                let r = Direction::normalised(2.0 * cosine * normal.vector() - VIEW);
-                let central = if material.centre() == brdf::Centre::Normal { normal } else { r };
-                tree.radiance(&material, central, view, 0.002, 0.01 * mean)
+                let (z, x) = (normal.vector(), tangent(normal).vector());
+                let frame = DMat3::from_cols(x, z.cross(x), z);
+                tree.surface_radiance(&material, frame, view, 0.002, 0.01 * mean)
             });
-            let compact = pixel(&|normal| lit(&table, &space, &material, kept, normal, view));
+            let compact = pixel(&|normal| lit(table, &space, &material, normal, view));
             let engine = pixel(&|normal| split.radiance(normal, f_0, matte, roughness));
             let errors = |found: &[[f32; 3]]| {
                 let pairs = found.as_flattened().iter().zip(truth.as_flattened());
@@ -165,20 +167,27 @@ fn run() -> Result<(), Failure> {
     Ok(())
 }
 
+/// The tangent of the ball at a normal: scratches run around it.
+fn tangent(normal: Direction) -> Direction {
+    Direction::normalised(DVec3::Z.cross(normal.vector()).try_normalize().unwrap_or(DVec3::X))
+}
+
 /// A compact map and the lights beside it.
 fn lit(
-    table: &TapTable,
+    table: AnyTable<'_>,
     space: &ScaleSpace,
     material: &Material,
-    kept: &[Light],
     normal: Direction,
     view: Direction,
 ) -> [f64; 3] {
-    let soft = table.radiance(space, normal, view);
-    let cosine = normal.dot(view);
-    let r = Direction::normalised(2.0 * cosine * normal.vector() - view.vector());
-    let central = if material.centre() == brdf::Centre::Normal { normal } else { r };
-    let lamps = Lamps { lights: kept.to_vec(), material: material.clone() };
-    let lights = lamps.for_views().radiance(central, view);
-    std::array::from_fn(|c| soft[c] + lights[c])
+    let frame = SurfaceFrame::new(normal, tangent(normal));
+    let mut sum = table.reflected(space, frame, view);
+    for light in space.lights() {
+        let flux = light.flux();
+        for (point, share) in light.points(material.highlight_width()) {
+            let rho_hat = material.rho_hat(frame.to_local(point), frame.to_local(view));
+            (0..3).for_each(|c| sum[c] += rho_hat[c] * flux[c] * share);
+        }
+    }
+    sum
 }
