@@ -287,14 +287,33 @@ for ( const name of names ) {
 
 const { browser, address, close } = await openBrowser( folder, chromium );
 
-/** Opens a page and compares what it draws; `frame` is what of Specula's frame the axes of the engine are. */
-async function compare( html, draw, frame ) {
+/** A page that has drawn its first picture; one that does not come to it, as happens to a busy browser, is opened again. */
+async function opened( html, isAgain = false ) {
 
 	const page = await browser.newPage();
 	page.on( 'pageerror', ( error ) => console.error( html, error ) );
 	await page.setViewport( { width: 600, height: 400 } );
+	await page.bringToFront();
 	await page.goto( `${address}/${html}?size=64&names=${names}` );
-	await page.waitForFunction( 'window.page', { timeout: 180000 } );
+	try {
+
+		await page.waitForFunction( 'window.page', { timeout: 120000 } );
+		return page;
+
+	} catch ( error ) {
+
+		if ( isAgain ) throw error;
+		await page.close();
+		return opened( html, true );
+
+	}
+
+}
+
+/** Opens a page and compares what it draws; `frame` is what of Specula's frame the axes of the engine are. */
+async function compare( html, draw, frame ) {
+
+	const page = await opened( html );
 	await page.screenshot( { path: `${folder}/${html}.png`, fullPage: true } );
 	const reader = await page.evaluate( 'window.page.reader' );
 	const brightest = await page.evaluate( 'window.page.brightest ?? Infinity' );
