@@ -347,6 +347,18 @@ fn a_matte_surface_is_looked_up_by_its_normal() {
 }
 
 #[test]
+fn a_black_surface_has_a_component() {
+    let black = Material::Lambert(Lambert::new([0.0; 3]).unwrap());
+    let field = Scene::procedural().field(&black);
+    for count in [ComponentCount::Fixed(8), ComponentCount::Accept([0.15, 0.4])] {
+        let options = ComponentOptions { edge: 4, count, half: false, bake: false };
+        let fitted = fit(&field, &ComponentBasis::of(&black).unwrap(), options, Stop::NEVER).unwrap();
+        assert!(!fitted.map.basis().components().is_empty());
+        assert_eq!(fitted.map.radiance(Direction::X, Direction::X), [0.0; 3]);
+    }
+}
+
+#[test]
 fn a_fibre_has_no_components() {
     let material = Material::KajiyaKay(brdf::KajiyaKay::new(8.0, [0.5; 3]).unwrap());
     let field = Scene::procedural().field(&material);

@@ -101,8 +101,9 @@ impl ComponentBasis {
         }
         found.sort_by(|a, b| b.share.total_cmp(&a.share));
         let mut components = Vec::with_capacity(MAX_COMPONENTS + 1);
-        // A component of less than this is rounding.
-        for component in found.into_iter().filter(|component| component.share > 1e-9) {
+        // A component of less than this is rounding; but a black material has one, too.
+        let counts = |(index, component): &(usize, Component)| *index == 0 || component.share > 1e-9;
+        for (_, component) in found.into_iter().enumerate().filter(counts) {
             let pair = component.order > 0;
             if components.len() + 1 + usize::from(pair) > MAX_COMPONENTS {
                 break;
