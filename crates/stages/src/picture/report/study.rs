@@ -318,8 +318,8 @@ impl<'a> StudyScene<'a> {
         Ok((&full.series, &full.lights[..]))
     }
 
-    /// Measures a compact map with the least taps that are good enough, and the sum of its taps and lights that
-    /// readers see.
+    /// Measures a compact map with the least taps that are good enough, and the sum of its taps and lights
+    /// that readers see.
     fn compact(&self, lit: &Lit<'_>, material: &Studied<'_>) -> Result<(Export, Seen), Failure> {
         let (space, fits) = (lit.space(self.reporter)?, material.taps(self.reporter)?);
         let lamps =
