@@ -11,6 +11,7 @@ mod family;
 mod least_squares;
 mod lobe;
 mod problem;
+mod residuals;
 mod smooth;
 mod spots;
 mod view;

@@ -1,10 +1,9 @@
 //! The fit at one view: what spots of light look like, and what some taps make of them.
 
-use std::f64::consts::{LN_2, PI};
-
 use sphere::DVec3;
 
 use super::least_squares::{Normal, minimise};
+use super::residuals::{AMBIENT, Residuals};
 use super::spots::{Between, Spots};
 
 /// The number of taps of each sort, and the order of their parameters: delta, x and the logarithm of the
@@ -42,14 +41,14 @@ impl Shape {
     }
 
     /// What each parameter means.
-    pub(super) fn meanings(self) -> impl Iterator<Item = Meaning> {
+    pub(super) fn meanings(self) -> impl Iterator<Item = Meaning> + Clone {
         let taps = std::iter::repeat_n([Meaning::Delta, Meaning::Level, Meaning::Weight], self.taps);
         let normals = std::iter::repeat_n([Meaning::Kernel, Meaning::Weight], self.normals);
         taps.flatten().chain(normals.flatten())
     }
 
     /// The indices of the logarithms of weights: those of the taps, then those of the taps about the normal.
-    pub(super) fn weights(self) -> impl Iterator<Item = usize> {
+    pub(super) fn weights(self) -> impl Iterator<Item = usize> + Clone {
         self.meanings().enumerate().filter(|(_, meaning)| *meaning == Meaning::Weight).map(|(index, _)| index)
     }
 
@@ -65,12 +64,6 @@ impl Shape {
         }
     }
 }
-
-/// The ambient light of every test, in shares of the spot's flux.
-pub(super) const AMBIENT: f64 = 0.03 / (4.0 * PI);
-
-/// How much more the uniform light weighs than one spot.
-pub(super) const UNIFORM: f64 = 4.0;
 
 /// The pull of each parameter to its start.
 const PULL: f64 = 0.05;
@@ -107,7 +100,7 @@ impl<'a> ViewFit<'a> {
     }
 
     /// The sum of squared residuals in stops; adds to the normal equations, if they are given.
-    pub(super) fn evaluate(&self, parameters: &[f64], mut normal: Option<&mut Normal>) -> f64 {
+    pub(super) fn evaluate(&self, parameters: &[f64], normal: Option<&mut Normal>) -> f64 {
         let (taps, normals) = parameters.split_at(3 * self.shape.taps);
         let taps: Vec<Placed> = (taps.as_chunks::<3>().0.iter())
             .map(|[delta, x, weight]| {
@@ -126,7 +119,7 @@ impl<'a> ViewFit<'a> {
         let (s, c) = math::sin_cos(self.theta);
         let about_normal = DVec3::new(s, 0.0, c);
         let mut row = vec![0.0; self.shape.len()];
-        let mut cost = 0.0;
+        let mut residuals = Residuals::new(normal);
         let mut truth = self.truth.iter();
         for spots in self.spots {
             for (centre, truth) in spots.centres.iter().zip(&mut truth) {
@@ -146,28 +139,12 @@ impl<'a> ViewFit<'a> {
                     sum += weight * seen.value;
                     *row = [weight * seen.by_place, weight * seen.value];
                 }
-                let residual = math::log2(sum / (truth + AMBIENT));
-                cost += residual * residual;
-                if let Some(normal) = normal.as_deref_mut() {
-                    let scale = 1.0 / (LN_2 * sum);
-                    row.iter_mut().for_each(|value| *value *= scale);
-                    normal.add(&row, residual);
-                }
+                residuals.add_spot(sum, *truth, &mut row);
             }
         }
-        // The uniform light: the sum of the weights is 1.
-        let weights = || taps.iter().map(|tap| tap.weight).chain(normals.iter().map(|normal| normal.1));
-        let whole: f64 = weights().sum();
-        let residual = UNIFORM * math::log2(whole);
-        cost += residual * residual;
-        if let Some(normal) = normal {
-            row.fill(0.0);
-            for (index, weight) in self.shape.weights().zip(weights()) {
-                row[index] = UNIFORM * weight / (LN_2 * whole);
-            }
-            normal.add(&row, residual);
-        }
-        cost
+        let weights = taps.iter().map(|tap| tap.weight).chain(normals.iter().map(|normal| normal.1));
+        residuals.add_uniform(self.shape.weights().zip(weights), &mut row);
+        residuals.cost
     }
 
     /// The parameters that fit best, from a start, to which each is weakly pulled.

@@ -1,14 +1,14 @@
 //! The fit of facet taps at one view: what spots of light look like, and what some taps make of them.
 
-use std::f64::consts::{LN_2, TAU};
+use std::f64::consts::TAU;
 
 use sphere::DVec3;
 
 use super::lobe::Ellipses;
 use crate::facets::mirrored;
 use crate::fit::least_squares::Normal;
+use crate::fit::residuals::{AMBIENT, Residuals};
 use crate::fit::spots::{Between, Spots};
-use crate::fit::view::{AMBIENT, UNIFORM};
 
 /// The slopes and the azimuths of the centres of narrow spots.
 const SLOPES: usize = 10;
@@ -124,7 +124,7 @@ impl<'a> View<'a> {
     }
 
     /// The sum of squared residuals in stops; adds to the normal equations, if they are given.
-    pub(super) fn evaluate(&self, parameters: &[f64], mut normal: Option<&mut Normal>) -> f64 {
+    pub(super) fn evaluate(&self, parameters: &[f64], normal: Option<&mut Normal>) -> f64 {
         let (taps, normals) = parameters.split_at(OF_TAP * self.taps);
         let taps: Vec<Placed> =
             taps.as_chunks().0.iter().map(|parameters| Placed::new(self.direction, *parameters)).collect();
@@ -132,7 +132,7 @@ impl<'a> View<'a> {
             .map(|[x, weight]| (Between::normals(*x), math::exp(*weight)))
             .collect();
         let mut row = vec![0.0; parameters.len()];
-        let mut cost = 0.0;
+        let mut residuals = Residuals::new(normal);
         for (spots, tests) in self.spots.iter().zip(&self.tests) {
             for (centre, truth) in tests {
                 let mut sum = AMBIENT;
@@ -149,29 +149,13 @@ impl<'a> View<'a> {
                     sum += weight * seen.value;
                     *row = [weight * seen.by_place, weight * seen.value];
                 }
-                let residual = math::log2(sum / (truth + AMBIENT));
-                cost += residual * residual;
-                if let Some(normal) = normal.as_deref_mut() {
-                    let scale = 1.0 / (LN_2 * sum);
-                    row.iter_mut().for_each(|value| *value *= scale);
-                    normal.add(&row, residual);
-                }
+                residuals.add_spot(sum, *truth, &mut row);
             }
         }
-        // The uniform light: the sum of the weights is 1.
-        let weights = || taps.iter().map(|tap| tap.weight).chain(normals.iter().map(|normal| normal.1));
-        let whole: f64 = weights().sum();
-        let residual = UNIFORM * math::log2(whole);
-        cost += residual * residual;
-        if let Some(normal) = normal {
-            row.fill(0.0);
-            let of_taps = (0..taps.len()).map(|tap| OF_TAP * tap + OF_TAP - 1);
-            let of_normals = (0..normals.len()).map(|tap| OF_TAP * taps.len() + OF_NORMAL * tap + 1);
-            for (index, weight) in of_taps.chain(of_normals).zip(weights()) {
-                row[index] = UNIFORM * weight / (LN_2 * whole);
-            }
-            normal.add(&row, residual);
-        }
-        cost
+        let weights = taps.iter().map(|tap| tap.weight).chain(normals.iter().map(|normal| normal.1));
+        let of_taps = (0..taps.len()).map(|tap| OF_TAP * tap + OF_TAP - 1);
+        let of_normals = (0..normals.len()).map(|tap| OF_TAP * taps.len() + OF_NORMAL * tap + 1);
+        residuals.add_uniform(of_taps.chain(of_normals).zip(weights), &mut row);
+        residuals.cost
     }
 }
