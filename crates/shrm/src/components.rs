@@ -124,7 +124,8 @@ pub fn fit(
 /// texels. One fit serves all numbers. `stop` is asked before each row of texels.
 ///
 /// # Errors
-/// Those of [`fit`].
+/// If the material is not known or is about the tangent, has a value that is not finite, or the fit was
+/// stopped.
 pub fn fit_counts(
     reflection: &Reflection,
     basis: &ComponentBasis,

@@ -169,7 +169,7 @@ impl LobeFit {
         (self.squares / self.residuals.max(1) as f64).sqrt()
     }
 
-    /// The same taps as facets.
+    /// The fit with each tap as a facet that leans toward the viewer by half of its delta.
     fn tilted(self, is_quarter: bool) -> FacetFit {
         let table = TapTable::from_rows(self.rows);
         let node = |index| FacetNode::from_row(&table, view_at(FacetTable::place(is_quarter, index)));
@@ -194,8 +194,8 @@ pub fn fit_each(material: &Material, widths: Widths, stop: Stop<'_>) -> Result<V
     fit_counts(material, counts, widths, stop)
 }
 
-/// Of the fits of [`fit_each`], the index of the least whose residual is at most `error`, in stops, or which
-/// the next number of taps does not lower by a quarter.
+/// The index of the fit with the fewest taps, among fits with more and more of them ([`fit_each`]), whose
+/// residual is at most `error`, in stops, or which the next number of taps does not lower by a quarter.
 pub fn least_fit(fits: &[Fitted], error: f64) -> usize {
     let is_enough = |pair: &[Fitted]| pair[0].rms <= error || pair[1].rms > WORTH * pair[0].rms;
     fits.windows(2).position(is_enough).unwrap_or(fits.len().saturating_sub(1))

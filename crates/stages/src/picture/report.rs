@@ -51,7 +51,7 @@
 //! on blurs it, times the directional albedo toward the view.
 //!
 //! Bytes are those of the exports at `resolution`; taps and components have that of their kinds by default.
-//! Those of taps and of the split sum are once for an environment, the others once for each pair. A bilinear
+//! Taps and the split sum need their bytes once for an environment, the others once for each pair. A bilinear
 //! look-up counts once for each layer or level: 2 for each tap, (P + 1)^2 for an SHRM, or P + 1 if nothing
 //! changes around the central direction. Small tables that stay in the cache are not counted.
 //!

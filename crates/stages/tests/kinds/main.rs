@@ -38,6 +38,7 @@ mod reference;
 mod reflect;
 mod relighting;
 mod report;
+mod report_trade;
 mod revisions;
 mod rotate;
 mod same_bytes;

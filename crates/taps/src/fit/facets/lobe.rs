@@ -16,7 +16,7 @@ const AZIMUTHS: usize = 48;
 const STEEPEST: f64 = 40.0;
 
 /// The least half width that is looked for, in slopes.
-const LEAST: f64 = 0.004;
+const LEAST_HALF_WIDTH: f64 = 0.004;
 
 /// The places of slopes: a grid of ellipses that are as long as a lobe near the centre, and circles far from
 /// it.
@@ -85,9 +85,9 @@ pub(super) fn widths(material: &Material) -> [f64; 2] {
         let is_bright = |slope: &f64| {
             *slope < 0.7 && at([slope * x, slope * y]).max(at([-slope * x, -slope * y])) > 0.5 * peak
         };
-        let slopes = std::iter::successors(Some(LEAST), |slope| Some(1.06 * slope));
+        let slopes = std::iter::successors(Some(LEAST_HALF_WIDTH), |slope| Some(1.06 * slope));
         // A Gaussian has fallen to half at 1.18 standard deviations.
-        slopes.take_while(is_bright).last().unwrap_or(LEAST) / 1.18
+        slopes.take_while(is_bright).last().unwrap_or(LEAST_HALF_WIDTH) / 1.18
     });
     let whole: f64 = albedo(&shares(material, DVec3::Z, half)).iter().sum();
     // A slope turns the reflection by twice its own angle.

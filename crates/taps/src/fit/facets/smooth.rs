@@ -233,7 +233,7 @@ impl Smooth {
         Self { form, coefficients, is_quarter, orbits }
     }
 
-    /// The same taps as polynomials of a higher degree.
+    /// The taps of these polynomials as polynomials of a higher degree.
     pub(super) fn raised(&self, degree: usize) -> Self {
         let form = Form::new(&self.orbits, self.is_quarter, degree, self.form.levels);
         let mut coefficients = vec![0.0; form.len];
