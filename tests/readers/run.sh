@@ -24,6 +24,10 @@ fi
 for version in three150 three170 three183; do
     sed -i "s/from 'three'/from '$version'/" node_modules/$version/examples/jsm/loaders/{RGBE,HDR,EXR}Loader.js 2>/dev/null || true
 done
+# The browser would ask for the files of Babylon.js one by one, which are 3,000.
+if [ -x node_modules/.bin/esbuild ] && [ ! -e node_modules/babylon.js ]; then
+    node_modules/.bin/esbuild @babylonjs/core --bundle --minify --format=esm --log-level=error --outfile=node_modules/babylon.js
+fi
 
 [ -x py/bin/python ] || python3 -m venv py || skip "OpenImageIO, OpenCV, OpenEXR, FreeImage" "python3 has no venv"
 # OpenCV 5 is built without OpenEXR.

@@ -287,26 +287,18 @@ for ( const name of names ) {
 
 const { browser, address, close } = await openBrowser( folder, chromium );
 
-/** A page that has drawn its first picture; one that does not come to it, as happens to a busy browser, is opened again. */
-async function opened( html, isAgain = false ) {
+/** A page that has drawn its pictures. */
+async function opened( html ) {
 
 	const page = await browser.newPage();
 	page.on( 'pageerror', ( error ) => console.error( html, error ) );
+	page.on( 'requestfailed', ( request ) => console.error( html, request.url(), request.failure().errorText ) );
 	await page.setViewport( { width: 600, height: 400 } );
 	await page.bringToFront();
 	await page.goto( `${address}/${html}?size=64&names=${names}` );
-	try {
-
-		await page.waitForFunction( 'window.page', { timeout: 120000 } );
-		return page;
-
-	} catch ( error ) {
-
-		if ( isAgain ) throw error;
-		await page.close();
-		return opened( html, true );
-
-	}
+	// A look every half second: a page in software does not always come to its next frame, at which it is looked by default.
+	await page.waitForFunction( 'window.page', { timeout: 180000, polling: 500 } );
+	return page;
 
 }
 
