@@ -4,7 +4,7 @@ use brdf::Centre;
 use sh::{energy_per_degree, image_energy, unstopped};
 use shrm::accuracy::Accuracy;
 
-use preview::{Object, Scene};
+use preview::{CompactTaps, Object, Scene};
 
 /// Statistics of a scene; if it has several looks, of the first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -113,9 +113,15 @@ fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
         let name =
             format!("scale space, cube {}, {} levels", map.scales.widths().edge(), map.scales.levels().len());
         maps.push((name, cubes().map(|cube| size_of_val(cube.pixels()) as u64).sum()));
-        let (rows, taps, normals) = (map.taps.rows().len(), map.taps.taps(), map.taps.normals());
-        let numbers = rows * (5 * taps + 4 * normals);
-        maps.push((format!("{taps} taps, {normals} about the normal"), (numbers * size_of::<f32>()) as u64));
+        let (taps, normals) = (map.taps.table().taps(), map.taps.table().normals());
+        let (kind, numbers) = match &*map.taps {
+            CompactTaps::Angle(table) => ("taps", table.rows().len() * (5 * taps + 4 * normals)),
+            CompactTaps::View(table) => ("facet taps", table.nodes().len() * (6 * taps + 4 * normals)),
+        };
+        maps.push((
+            format!("{taps} {kind}, {normals} about the normal"),
+            (numbers * size_of::<f32>()) as u64,
+        ));
     }
     if let Some(transfer) = &object.transfer {
         let first = &transfer[0];

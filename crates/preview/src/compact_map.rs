@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use brdf::Material;
 use shrm::Lamps;
-use taps::{ScaleSpace, TapTable};
+use taps::{AnyTable, FacetTable, ScaleSpace, TapTable};
 
 /// What [`crate::Mode::Taps`] shades a look with.
 ///
@@ -15,7 +15,7 @@ pub struct CompactMap {
     /// The light, blurred by Gaussians of many widths.
     pub scales: Arc<ScaleSpace>,
     /// The look-ups by which the material reads it.
-    pub taps: Arc<TapTable>,
+    pub taps: Arc<CompactTaps>,
     /// The material, which reflects the lights beside the scale space.
     pub material: Material,
 }
@@ -24,5 +24,34 @@ impl CompactMap {
     /// The lights beside the scale space, and the material that reflects them.
     pub fn lamps(&self) -> Lamps {
         Lamps { lights: self.scales.lights().to_vec(), material: self.material.clone() }
+    }
+}
+
+/// The taps of a compact map, of either sort.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CompactTaps {
+    /// Those of a material that does not depend on its tangent, or of its mean over all turns about the
+    /// normal.
+    Angle(TapTable),
+    /// Those of a material that depends on its tangent.
+    View(FacetTable),
+}
+
+impl CompactTaps {
+    /// The table.
+    pub fn table(&self) -> AnyTable<'_> {
+        match self {
+            Self::Angle(table) => AnyTable::Angle(table),
+            Self::View(table) => AnyTable::View(table),
+        }
+    }
+}
+
+impl From<AnyTable<'_>> for CompactTaps {
+    fn from(table: AnyTable<'_>) -> Self {
+        match table {
+            AnyTable::Angle(table) => Self::Angle(table.clone()),
+            AnyTable::View(table) => Self::View(table.clone()),
+        }
     }
 }

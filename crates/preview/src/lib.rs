@@ -42,7 +42,7 @@ mod view_settings;
 mod view_transform;
 
 pub use camera::{Camera, Framing};
-pub use compact_map::CompactMap;
+pub use compact_map::{CompactMap, CompactTaps};
 pub use cpu::{Cpu, cpu_steps};
 pub use error::RenderError;
 #[cfg(feature = "gpu")]

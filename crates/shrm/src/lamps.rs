@@ -175,6 +175,22 @@ impl LampPoints<'_> {
         sum
     }
 
+    /// The radiance of the lights alone toward `view` from a surface that may be brushed: `frame` has its
+    /// tangent, N x tangent and its normal N as columns, in the world. The points of a light are the finest
+    /// everywhere, because a streak is narrow far from the highlight's peak too.
+    pub fn surface_radiance(&self, frame: DMat3, view: Direction) -> [f64; 3] {
+        let to_surface = frame.transpose();
+        let local = |direction: Direction| Direction::normalised(to_surface * direction.vector());
+        let (view, mut sum) = (local(view), [0.0; 3]);
+        for lamp in &self.lamps {
+            for (direction, share) in lamp.levels.first().into_iter().flatten() {
+                let rho = self.material.rho_hat(local(*direction), view);
+                (0..3).for_each(|channel| sum[channel] += lamp.flux[channel] * share * rho[channel]);
+            }
+        }
+        sum
+    }
+
     /// The look-up of a soft field with the lamps added; what a cut left below zero is black.
     pub fn added(&self, soft: [f32; 3], central: Direction, view: Direction) -> [f32; 3] {
         let lamps = self.radiance(central, view);

@@ -20,7 +20,8 @@ use envmap::{Environment, Layout, ToneMap};
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
 use preview::{
-    Background, Camera, CompactMap, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene, Shot, Show,
+    Background, Camera, CompactMap, CompactTaps, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene,
+    Shot, Show,
 };
 use sh::{Degree, Stop, Tolerance, Transform};
 use shrm::Reflection;
@@ -216,7 +217,7 @@ fn look(
     let degree = Degree::new(4).map_err(|error| error.to_string())?;
     let (table, _) = tabulate(&material, degree, 64, Stop::NEVER).map_err(|error| error.to_string())?;
     let fitted = fit(&material, 6, scales.widths(), Stop::NEVER).map_err(|error| error.to_string())?;
-    let taps = Arc::new(fitted.table);
+    let taps = Arc::new(CompactTaps::Angle(fitted.table));
     let map = CompactMap { scales: Arc::clone(scales), taps, material: material.clone() };
     let look = Look::new(Arc::clone(light), reflection, Some(material), MapSizes::default());
     Ok(Arc::new(look.with_table(Some(Arc::new(table))).with_compact_map(Some(Arc::new(map)))))

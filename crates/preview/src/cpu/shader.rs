@@ -154,7 +154,7 @@ impl<'a> Shader<'a> {
             Mode::Prefiltered => Self::Prefiltered(cube(look.prefiltered()?)),
             Mode::Taps => {
                 let map = look.compact_map()?;
-                let packed = || (PackedTaps::new(&map.taps), PackedLamps::of(Some(&map.lamps()), false));
+                let packed = || (PackedTaps::new(map.taps.table()), PackedLamps::beside(map));
                 let (taps, lamps) = cache.taps.get_or_init(packed);
                 Self::Taps { levels: Levels::new(&map.scales), taps, lamps }
             }

@@ -211,12 +211,12 @@ impl LookMaps {
         levels: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
         if self.taps.is_none() {
-            let packed = PackedLamps::of(Some(&map.lamps()), false);
+            let packed = PackedLamps::beside(map);
             let usage = BufferUsages::STORAGE;
             let material = PackedMaterial::new(packed.material())?;
             let material = device.filled("the material", usage, material.words())?;
             let lamps = device.filled("the lamps", usage, packed.elements())?;
-            let taps = device.filled("the taps", usage, PackedTaps::new(&map.taps).elements())?;
+            let taps = device.filled("the taps", usage, PackedTaps::new(map.taps.table()).elements())?;
             let buffers = [(1, &material), (3, &lamps), (6, levels), (7, &taps)];
             let entries = buffers.map(|(binding, buffer)| wgpu::BindGroupEntry {
                 binding,

@@ -7,7 +7,9 @@
 //! This is `shrm::Lamps::radiance`: a lamp that is large beside the material's highlight has some hundred or
 //! thousand points where it is reflected, and few or one where its reflection is far away. Each point costs a
 //! look at the material. An anisotropic material is taken in the mean over some turns of the surface about
-//! its normal, because the map that the lamps are added to has no tangent; it costs that many times more.
+//! its normal if the map that the lamps are added to has no tangent; it costs that many times more. Beside
+//! taps that know the tangent the surface is not turned, and each lamp has the finest of its points
+//! everywhere, because a streak is narrow far from the highlight's peak too: `LampPoints::surface_radiance`.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
@@ -28,6 +30,7 @@ use sphere::Direction;
 
 use super::material;
 use super::surface::Surface;
+use crate::{CompactMap, CompactTaps};
 
 /// The number of elements before the lamps, and that of each lamp.
 const HEAD: usize = 2;
@@ -43,14 +46,21 @@ pub struct PackedLamps {
 impl PackedLamps {
     /// Packs the lamps of a reflection; an imported map has none.
     pub fn new(reflection: Option<&Reflection>) -> Self {
-        Self::of(reflection.and_then(Reflection::lamps), reflection.is_some_and(Reflection::is_for_light))
+        let is_cut = reflection.is_some_and(Reflection::is_for_light);
+        Self::of(reflection.and_then(Reflection::lamps), is_cut, false)
     }
 
-    /// Packs lamps. `is_cut` says whether soft light below zero is cut even if there are none.
-    pub fn of(lamps: Option<&Lamps>, is_cut: bool) -> Self {
+    /// Packs the lights beside a compact map.
+    pub fn beside(map: &CompactMap) -> Self {
+        Self::of(Some(&map.lamps()), false, matches!(*map.taps, CompactTaps::View(_)))
+    }
+
+    /// Packs lamps. `is_cut` says whether soft light below zero is cut even if there are none, `has_tangent`
+    /// whether the material reflects them with the surface's tangent.
+    fn of(lamps: Option<&Lamps>, is_cut: bool, has_tangent: bool) -> Self {
         let lamps = lamps.filter(|lamps| !lamps.lights.is_empty());
         let is_cut = lamps.is_some() || is_cut;
-        let turns = lamps.map_or(1, |lamps| lamps.material.turns());
+        let turns = lamps.map_or(1, |lamps| if has_tangent { 1 } else { lamps.material.turns() });
         let points = lamps.map(Lamps::for_views);
         let lights = points.as_ref().map(LampPoints::lamps).unwrap_or_default();
         let mut elements = vec![
@@ -63,6 +73,7 @@ impl PackedLamps {
         for (index, LampLevels { light, flux, levels, .. }) in lights.iter().enumerate() {
             let [red, green, blue] = flux.map(|flux| flux as f32);
             let centre = [(light.direction, 1.0)];
+            let levels = if has_tangent { &levels[..levels.len().min(1)] } else { &levels[..] };
             let levels: Vec<&[(Direction, f64)]> =
                 std::iter::once(centre.as_slice()).chain(levels.iter().map(Vec::as_slice)).collect();
             let mut place = elements.len();
@@ -153,10 +164,11 @@ fn chosen_level(
 mod tests {
     use super::*;
     use crate::shading::material::tests::{allowed, materials};
-    use crate::shading::testkit::{apart, lights, reflection, surfaces};
+    use crate::shading::testkit::{apart, facet_table, lights, reflection, scale_space, surfaces};
     #[cfg(feature = "gpu")]
     use crate::shading::{material::PackedMaterial, on_device};
-    use sphere::{DVec3, Direction};
+    use sphere::{DMat3, DVec3, Direction};
+    use std::sync::Arc;
 
     /// Materials of every model, with their sharpness, and their lamps: anisotropic ones have fewer, which
     /// cost more.
@@ -232,6 +244,33 @@ mod tests {
         }
         assert!(others * OTHER_POINTS < count, "{others} of {count}");
         assert!(count > 10_000, "{count}");
+    }
+
+    /// Beside taps that know the tangent, an anisotropic material is not turned.
+    #[test]
+    fn lamps_beside_facets_are_reflected_with_the_tangent() {
+        let (mut count, mut others) = (0, 0);
+        for (beside, s) in cases().into_iter().filter(|(beside, _)| beside.material.turns() > 1) {
+            let packed = PackedLamps::beside(&CompactMap {
+                scales: Arc::new(scale_space(8, beside.lights.clone())),
+                taps: Arc::new(CompactTaps::View(facet_table(true, 1, 0))),
+                material: beside.material.clone(),
+            });
+            let all = beside.for_views();
+            for (surface, [normal, tangent, view]) in surfaces().into_iter().step_by(3) {
+                let [z, x] = [normal, tangent].map(Direction::vector);
+                let expected = all.surface_radiance(DMat3::from_cols(x, z.cross(x), z), view);
+                let points = all.lamps().iter().flat_map(|lamp| &lamp.levels[0]);
+                let points: Vec<Direction> = points.map(|(direction, _)| *direction).collect();
+                if !is_clear(&points, &surface) {
+                    continue;
+                }
+                let found = lamps(&packed, Vec3::splat(-3.0), &surface);
+                others += usize::from(apart(found, expected) >= error(&points, s, &surface, expected));
+                count += usize::from(expected[0] > 0.01);
+            }
+        }
+        assert!(others == 0 && count > 500, "{others} of {count}");
     }
 
     /// Soft light is cut at 0 before lamps are added, or if its degrees were chosen for this light.

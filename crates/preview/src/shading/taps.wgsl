@@ -41,7 +41,8 @@ fn taps_blurred(direction: vec3f, width: f32) -> vec3f {
     return a + (taps_cube(first + 1u, direction) - a) * share;
 }
 
-fn taps_radiance(surface: Surface) -> vec3f {
+// Radiance by a table over the angles of views.
+fn taps_by_angle(surface: Surface) -> vec3f {
     let n = surface.normal;
     let cosine = max(dot(n, surface.view), 0.0);
     let r = normalize(n * (2.0 * cosine) - surface.view);
@@ -72,4 +73,59 @@ fn taps_radiance(surface: Surface) -> vec3f {
         sum += tap.rgb * taps_about_normal(n, tap.w);
     }
     return sum;
+}
+
+// Part k of a node, mixed with that of the three others around a view.
+fn taps_node(first: u32, width: u32, rows: u32, share: vec2f, k: u32) -> vec4f {
+    let low = 1u + first * width + k;
+    let high = low + rows * width;
+    let a = mix(taps_table[low], taps_table[low + width], share.x);
+    let b = mix(taps_table[high], taps_table[high + width], share.x);
+    return mix(a, b, share.y);
+}
+
+// Radiance by a table over the disc of views, or over a quarter of it, in which mirrors change nothing.
+fn taps_by_view(surface: Surface, is_quarter: bool) -> vec3f {
+    let n = surface.normal;
+    let frame = mat3x3f(surface.tangent, cross(n, surface.tangent), n);
+    let local = transpose(frame) * surface.view;
+    let v = normalize(vec3f(local.xy, max(local.z, 0.0)));
+    let disc = v.xy / sqrt((1.0 + v.z) * (1.0 + sqrt(v.z)));
+    var mirror = vec2f(1.0);
+    var first = -1.0;
+    if is_quarter {
+        mirror = select(vec2f(1.0), vec2f(-1.0), disc < vec2f(0.0));
+        first = 0.0;
+    }
+    let count = u32(taps_table[0].x);
+    let normals = u32(taps_table[0].y);
+    let rows = u32(taps_table[0].z);
+    let last = f32(rows) - 1.0;
+    let position = clamp((mirror * disc - first) / (1.0 - first), vec2f(0.0), vec2f(1.0)) * last;
+    let node = min(floor(position), vec2f(last - 1.0));
+    let share = position - node;
+    let width = 2u * count + normals;
+    let at = u32(node.y) * rows + u32(node.x);
+    var sum = vec3f(0.0);
+    for (var k = 0u; k < count; k++) {
+        let place = taps_node(at, width, rows, share, 2u * k);
+        let weight = taps_node(at, width, rows, share, 2u * k + 1u);
+        let h = vec3f(mirror * place.xy, 1.0);
+        let toward = h * (2.0 * dot(v, h) / dot(h, h)) - v;
+        sum += weight.rgb * taps_blurred(frame * toward, place.z);
+    }
+    for (var k = 0u; k < normals; k++) {
+        let tap = taps_node(at, width, rows, share, 2u * count + k);
+        sum += tap.rgb * taps_about_normal(n, tap.w);
+    }
+    return sum;
+}
+
+// Radiance toward the viewer, without the lights beside the scale space.
+fn taps_radiance(surface: Surface) -> vec3f {
+    let views = taps_table[0].w;
+    if views == 0.0 {
+        return taps_by_angle(surface);
+    }
+    return taps_by_view(surface, views == 1.0);
 }

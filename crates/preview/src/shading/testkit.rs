@@ -131,3 +131,26 @@ pub(crate) fn tap_table(count: usize, normals: usize) -> taps::TapTable {
     };
     taps::TapTable::new((0..taps::ROWS).map(row).collect()).unwrap()
 }
+
+/// A table of so many facets over a quarter of the disc of views or all of it, and so many taps about the
+/// normal, which tilt, widen and brighten toward the rim.
+pub(crate) fn facet_table(is_quarter: bool, count: usize, normals: usize) -> taps::FacetTable {
+    use taps::FacetTable;
+    let (side, first) = if is_quarter { (FacetTable::QUARTER, 0.0) } else { (FacetTable::WHOLE, -1.0) };
+    let node = |index: usize| {
+        let place = |step: usize| first + (1.0 - first) * step as f64 / (side - 1) as f64;
+        let (x, y) = (place(index % side), place(index / side));
+        let u = (x * x + y * y).min(1.0);
+        // A mirror along an axis changes the sign of the slope along it.
+        let tilt = if is_quarter { [0.5 * x, 0.3 * y] } else { [0.2 + 0.3 * x, 0.4 * x * y - 0.1] };
+        let weight = |k: usize| [0.2 + 0.5 * u, 0.3, 0.1 * (k + 1) as f64];
+        let tap = |k: usize| taps::FacetTap {
+            slope: tilt.map(|slope| slope * (1.0 - 0.4 * k as f64)),
+            std: 0.02 * 5_f64.powi(k as i32) * (1.0 + u),
+            weight: weight(k),
+        };
+        let normal = |k: usize| taps::NormalTap { y: (0.8 * u + 0.5 * k as f64).min(1.0), weight: weight(k) };
+        taps::FacetNode { taps: (0..count).map(tap).collect(), normals: (0..normals).map(normal).collect() }
+    };
+    FacetTable::new((0..side * side).map(node).collect()).unwrap()
+}

@@ -8,11 +8,11 @@ use brdf::{
 };
 use envmap::Environment;
 use mesh::Mesh;
-use preview::{CompactMap, Light, Look, MapSizes};
+use preview::{CompactMap, CompactTaps, Light, Look, MapSizes};
 use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
-use taps::{ScaleSpace, Widths, fit};
+use taps::{ScaleSpace, Widths, fit, fit_facets};
 use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
 /// A look, and the names of its light and material.
@@ -93,8 +93,12 @@ pub(crate) fn compact() -> &'static [Named] {
             materials().into_iter().filter(|(name, _)| !["hair", "phong", "satin"].contains(name));
         let materials: Vec<_> = materials
             .map(|(name, material)| {
-                let taps = Arc::new(fit(&material, 3, widths, Stop::NEVER).unwrap().table);
-                (name, material, taps)
+                let taps = if material.is_isotropic() {
+                    CompactTaps::Angle(fit(&material, 3, widths, Stop::NEVER).unwrap().table)
+                } else {
+                    CompactTaps::View(fit_facets(&material, 3, widths, Stop::NEVER).unwrap().table)
+                };
+                (name, material, Arc::new(taps))
             })
             .collect();
         let mut looks = Vec::new();

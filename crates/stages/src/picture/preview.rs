@@ -45,8 +45,9 @@
 //!
 //! `taps` is what a renderer shows that reads `export-taps`, in 32-bit numbers: the scale space that is
 //! connected ought to be that of `environment`, the taps those of the material. The lights that the scale
-//! space keeps beside it are reflected by the material itself at every sample, and an anisotropic one by its
-//! mean over all turns. It needs neither `reflection` nor `resolution`.
+//! space keeps beside it are reflected by the material itself at every sample. Brushed metal has taps that
+//! know its tangent, and shows its streak, as in `brute-force`; `export-taps` may find fewer of them enough.
+//! It needs neither `reflection` nor `resolution`.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the error in stops that 95 and 99 of 100 samples stay
@@ -299,7 +300,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,

@@ -327,6 +327,33 @@ fn taps_are_drawn_with_their_inputs() {
     assert_eq!(ran.run().unwrap().warnings, [warning]);
 }
 
+/// Taps that know the tangent show the streak of brushed metal, those of its mean over all turns do not.
+#[test]
+fn brushed_metal_shows_its_streak_by_taps() {
+    let brushed = || Material(brdf::Material::Ward(brdf::Ward::new([0.2, 0.5], [0.6, 0.5, 0.3]).unwrap()));
+    let window = |w: DVec3| [if w.y.abs() < 0.2 && w.x > 0.8 { 30.0 } else { 0.2 + 0.1 * w.z }; 3];
+    let light = || environment(64, window);
+    let scales =
+        case("scale-space", "resolution = 32").input("environment", light()).artifact::<ScaleSpace>();
+    let fitted = case("fit-taps", "taps = 4").input("material", brushed()).artifact::<Taps>();
+    let mut mean = fitted.0.clone();
+    mean.facets.clear();
+    let error = |taps: Taps| {
+        let parameters =
+            "size = 32\nsamples = 1\nlight-samples = 512\nmodes = [\"taps\"]\ncompare = \"brute-force\"";
+        let drawn = case("preview", parameters)
+            .input("environment", light())
+            .input("material", brushed())
+            .input("scale-space", (*scales).clone())
+            .input("taps", taps);
+        let notes = drawn.run().unwrap().notes;
+        let note = notes.iter().find_map(|note| note.strip_prefix("taps: 95 % within ")).unwrap();
+        note.split_once(" stops").unwrap().0.parse::<f64>().unwrap()
+    };
+    let (with, without) = (error((*fitted).clone()), error(Taps(mean)));
+    assert!(with < 0.4 && without > 2.0 * with, "{with} {without}");
+}
+
 /// The picture of a table of two materials is that of one of them where the blend says so.
 #[test]
 fn a_blend_says_which_material_of_a_table_is_drawn() {

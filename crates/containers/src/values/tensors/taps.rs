@@ -51,6 +51,14 @@ pub struct MaterialTaps {
     pub facets: Vec<FittedFacets>,
 }
 
+impl MaterialTaps {
+    /// The taps for a renderer that has the tangents of surfaces and no choice among several: those that know
+    /// the tangent, as many as were fitted, if the material depends on it.
+    pub fn table(&self) -> AnyTable<'_> {
+        self.facets.last().map_or(AnyTable::Angle(&self.fitted.table), |fit| AnyTable::View(&fit.table))
+    }
+}
+
 /// The taps of a material over one of its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VariedTaps {

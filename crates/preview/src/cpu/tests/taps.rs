@@ -1,15 +1,20 @@
 //! Pictures by a compact map.
 
-use ::taps::{ScaleSpace, Widths, fit};
+use ::taps::{ScaleSpace, SurfaceFrame, Taps, Widths, fit, fit_facets};
 use brdf::{Fresnel, Ggx};
-use sphere::Direction;
+use sphere::{DMat3, Direction};
 
 use super::*;
-use crate::CompactMap;
+use crate::{CompactMap, CompactTaps};
+
+const GOLD: Fresnel = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
 
 fn gold() -> Material {
-    let gold = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
-    Material::Ggx(Ggx::new(0.5, gold, [1.0; 3]).unwrap())
+    Material::Ggx(Ggx::new(0.5, GOLD, [1.0; 3]).unwrap())
+}
+
+fn brushed() -> Material {
+    Material::Ggx(Ggx::stretched([0.4, 0.7], GOLD, [1.0; 3]).unwrap())
 }
 
 /// A look that has nothing but its light, its material and a compact map of both; lamps stay beside the
@@ -18,9 +23,14 @@ fn compact(light: &Arc<Light>, material: Material) -> Look {
     let environment = light.environment();
     let lamps = environment.separate_lamps(Stop::NEVER).unwrap().lights;
     let widths = Widths::new(32).unwrap();
+    let taps = if material.is_isotropic() {
+        CompactTaps::Angle(fit(&material, 3, widths, Stop::NEVER).unwrap().table)
+    } else {
+        CompactTaps::View(fit_facets(&material, 4, widths, Stop::NEVER).unwrap().table)
+    };
     let map = CompactMap {
         scales: Arc::new(ScaleSpace::new(environment, &lamps, widths, Stop::NEVER).unwrap()),
-        taps: Arc::new(fit(&material, 3, widths, Stop::NEVER).unwrap().table),
+        taps: Arc::new(taps),
         material: material.clone(),
     };
     let sizes = MapSizes { edge: 8, slices: 4 };
@@ -32,43 +42,54 @@ fn lit() -> Arc<Light> {
     light(64, |w| uneven(w).map(|value| value + if w.dot(lamp) > 0.06_f64.cos() { 1500.0 } else { 0.0 }))
 }
 
-/// The oracle is `TapTable::radiance` plus `Lamps::radiance`, both in f64, under a turned light.
+/// The oracle is `Taps::reflected` plus `LampPoints::radiance` or, of a brushed metal, `surface_radiance`, all
+/// in f64, under a turned light.
 #[test]
 fn a_pixel_shows_the_taps_and_the_lights_beside_them() {
-    let look = Arc::new(compact(&lit(), gold()));
-    let map = look.compact_map().unwrap();
-    let lamps = map.lamps();
-    assert!(!lamps.lights.is_empty());
-    let scene = Scene::of(sphere(), Arc::clone(&look));
-    let turn = Rotation::from_yaw_pitch_roll(-0.4, 0.2, 0.1);
-    let shot = Shot { turn, ..shot([48, 48], Show::One(Mode::Taps)) };
-    let picture = render(&scene, &shot);
-    let (mut count, mut brightest) = (0, 0.0_f64);
-    for (place, seen) in seen(&scene, &shot).into_iter().enumerate() {
-        let Some(Hit { surface, .. }) = seen else { continue };
-        let exact = |v: glam::Vec3| Direction::normalised(v.as_dvec3());
-        let (normal, view) = (exact(surface.normal), exact(surface.view));
-        let soft = map.taps.radiance(&map.scales, normal, view);
-        let lit = lamps.radiance(exact(surface.central(look.centre())), view);
-        for channel in 0..3 {
-            let (found, expected) =
-                (f64::from(picture.radiance[place][channel]), soft[channel] + lit[channel]);
-            // Roundings of f32, times the sharpness of the highlight.
-            assert!((found - expected).abs() < 2e-3 * (1.0 + expected), "{found} {soft:?} {lit:?}");
-            brightest = brightest.max(lit[channel]);
+    for material in [gold(), brushed()] {
+        let look = Arc::new(compact(&lit(), material));
+        let map = look.compact_map().unwrap();
+        let beside = map.lamps();
+        let lamps = beside.for_views();
+        assert!(!beside.lights.is_empty());
+        let scene = Scene::of(sphere(), Arc::clone(&look));
+        let turn = Rotation::from_yaw_pitch_roll(-0.4, 0.2, 0.1);
+        let shot = Shot { turn, ..shot([48, 48], Show::One(Mode::Taps)) };
+        let picture = render(&scene, &shot);
+        let (mut count, mut brightest) = (0, 0.0_f64);
+        for (place, seen) in seen(&scene, &shot).into_iter().enumerate() {
+            let Some(Hit { surface, .. }) = seen else { continue };
+            let exact = |v: glam::Vec3| Direction::normalised(v.as_dvec3());
+            let [normal, tangent, view] = [surface.normal, surface.tangent, surface.view].map(exact);
+            let soft = map.taps.table().reflected(&map.scales, SurfaceFrame::new(normal, tangent), view);
+            let [z, x] = [normal, tangent].map(Direction::vector);
+            let lit = if beside.material.is_isotropic() {
+                lamps.radiance(exact(surface.central(look.centre())), view)
+            } else {
+                lamps.surface_radiance(DMat3::from_cols(x, z.cross(x), z), view)
+            };
+            for channel in 0..3 {
+                let (found, expected) =
+                    (f64::from(picture.radiance[place][channel]), soft[channel] + lit[channel]);
+                // Roundings of f32, times the sharpness of the highlight.
+                assert!((found - expected).abs() < 2e-3 * (1.0 + expected), "{found} {soft:?} {lit:?}");
+                brightest = brightest.max(lit[channel]);
+            }
+            count += 1;
         }
-        count += 1;
+        assert!(count > 800 && brightest > 3.0, "{count} {brightest}");
     }
-    assert!(count > 800 && brightest > 3.0, "{count} {brightest}");
 }
 
 #[test]
 fn the_picture_is_near_brute_force() {
-    let scene = Scene::of(sphere(), Arc::new(compact(&light(32, uneven), gold())));
-    let shot = Shot { light_samples: 1024, ..shot([24, 24], Show::One(Mode::Taps)) };
-    let difference = Show::Difference { of: Mode::Taps, from: Mode::BruteForce, amplify: 1.0 };
-    let error = render(&scene, &Shot { show: difference, ..shot }).relative_rms.unwrap();
-    assert!(error < 0.05, "{error}");
+    for material in [gold(), brushed()] {
+        let scene = Scene::of(sphere(), Arc::new(compact(&light(32, uneven), material)));
+        let difference = Show::Difference { of: Mode::Taps, from: Mode::BruteForce, amplify: 1.0 };
+        let shot = Shot { light_samples: 1024, ..shot([24, 24], difference) };
+        let error = render(&scene, &shot).relative_rms.unwrap();
+        assert!(error < 0.05, "{error}");
+    }
 }
 
 #[test]

@@ -226,7 +226,7 @@ impl SceneCache {
         let scales = self.scale_spaces.get(LIGHTS, digests[0], read).ok()?;
         let read = || {
             let taps = taps.get::<artifacts::Taps>()?;
-            let (table, material) = (taps.0.fitted.table.clone(), taps.0.material.clone());
+            let (table, material) = (taps.0.table().into(), taps.0.material.clone());
             Ok(CompactMap { scales, taps: Arc::new(table), material })
         };
         Some((digests, self.compact_maps.get(LOOKS, digests, read).ok()?))

@@ -92,7 +92,7 @@ fn compact_map(context: &Context<'_>, environment: &Environment) -> Result<Optio
     }
     Ok(Some(Arc::new(CompactMap {
         scales: Arc::new(scales.clone()),
-        taps: Arc::new(taps.fitted.table.clone()),
+        taps: Arc::new(taps.table().into()),
         material: taps.material.clone(),
     })))
 }
