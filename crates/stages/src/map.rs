@@ -29,11 +29,14 @@ mod varied_taps;
 
 use engine::Kinds;
 
-pub(crate) use compact::{LIGHTS, LightCount, RESOLUTION, default_scale_space, default_taps, scale_space_of};
+pub(crate) use compact::{
+    LIGHTS, LightCount, RESOLUTION, default_scale_space, default_taps, has_facets, scale_space_of,
+};
 pub(crate) use component_files::EDGE as COMPONENT_EDGE;
 #[cfg(test)]
 pub(crate) use map_pictures::texels;
 pub(crate) use map_pictures::{Layout, MapPictures, endings};
+pub(crate) use pair_choice::tables as tap_tables;
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {

@@ -92,11 +92,15 @@ pub(crate) fn scale_space_of(
     Ok((space, lamps.len()))
 }
 
-/// The taps of a material with the default parameters; those of its mean over all turns, if it depends on its
-/// tangent.
+/// The taps of a material with the default parameters.
 pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
-    let others = reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?;
-    Ok(chosen(material, others, ERROR))
+    fits(material, ERROR, reporter)
+}
+
+/// Whether there are taps of a material that know its tangent: it depends on it, and does not reflect in a
+/// cone about it.
+pub(crate) fn has_facets(material: &Material) -> bool {
+    !material.is_isotropic() && material.centre() != Centre::Tangent
 }
 
 /// Fits, the one first that is the least whose residual is at most `error`, or past which more do not help.
@@ -117,14 +121,13 @@ pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Resu
     Ok(MaterialTaps { facets, ..chosen(material, others, error) })
 }
 
-/// Fits that know the tangent, with these numbers of taps; none of a material that does not depend on it, or
-/// that reflects in a cone about it.
+/// Fits that know the tangent, with these numbers of taps; none of a material that has none.
 pub(crate) fn facet_fits(
     material: &Material,
     counts: &[usize],
     reporter: &Reporter,
 ) -> Result<Vec<FittedFacets>, Failure> {
-    if material.is_isotropic() || material.centre() == Centre::Tangent {
+    if !has_facets(material) {
         return Ok(Vec::new());
     }
     let fits = reporter.until_stopped(|stop| {

@@ -158,3 +158,31 @@ fn the_trade_of_light_without_lamps_has_no_lights() {
     let (json, page) = report(&with_material(off, "chalk", lambert(0.8)));
     assert!(json["pairs"][0]["trade"].is_null() && !page.contains("fetches"));
 }
+
+/// A sphere of brushed metal is brushed, and taps alone know the direction: there are those of `fit-taps`.
+#[test]
+fn taps_of_brushed_metal_know_its_tangent() {
+    let brushed = brdf::Material::Ward(brdf::Ward::new([0.2, 0.5], [0.6, 0.5, 0.3]).unwrap());
+    let case = case("report", TRADE).keyed_input("environment", &[("environment", "lamps")], lamps());
+    let (json, page) = report(&with_material(case, "brushed", brushed));
+    check_page(&page);
+    let pair = &json["pairs"][0];
+    let [compact, _] = stops(export(pair, "taps"));
+    for method in ["reflection-map", "kautz-mccool", "cabral", "shrm", "shrm-separate"] {
+        let [other, _] = stops(export(pair, method));
+        assert!(other > 3.0 * compact, "{method}: {other} {compact}");
+    }
+    let taps: Vec<_> = series(pair).iter().filter(|series| series["technique"] == "taps").collect();
+    assert_eq!(taps.iter().map(|series| number(series, "lights")).collect::<Vec<_>>(), [0, 4, 8, 10]);
+    for series in &taps {
+        for (point, taps) in points(series).iter().zip([4, 8]) {
+            assert_eq!(number(point, "degree"), taps);
+            assert_eq!(number(point, "fetches"), 2 * (taps + 1));
+            // 25 x 25 nodes of two texels of four halves for each tap, and one for that about the normal.
+            let (table, lights) = (8 * 625 * (2 * taps + 1), 28 * number(series, "lights"));
+            assert!((table + lights..600_000 + table).contains(&number(point, "bytes")), "{point}");
+        }
+    }
+    let error = |lights: usize| stops(&points(taps[lights])[1])[0];
+    assert!(error(3) < 0.25 && error(3) < 0.5 * error(0), "{} {}", error(0), error(3));
+}

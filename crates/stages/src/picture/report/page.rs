@@ -305,7 +305,7 @@ fn terms(page: &mut Markup, report: &Report) {
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>
 <dt>Negative</dt><dd>The share of samples below -e / 10, which a renderer shows as black. They come from rings around highlights where a series is cut.</dd>
 <dt>RMS</dt><dd>The root of the mean squared difference of radiance, divided by the root of the mean squared radiance of the truth. The brightest pixels decide it: rings and dark places hardly count.</dd>
-<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel, by the material's own BRDF, to about 0.01 stops. Where the reflection is smooth, blocks of texels are added as one.</dd>"#,
+<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel, by the material's own BRDF, to about 0.01 stops. Where the reflection is smooth, blocks of texels are added as one. A sphere of brushed metal is brushed upward; of the exports only the compact map knows that direction.</dd>"#,
     );
     if report.pairs.iter().any(|pair| pair.trade.is_some()) {
         page.put(format_args!(

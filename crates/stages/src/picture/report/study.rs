@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use brdf::{BrdfCoefficients, Centre, Choice, Part, project};
+use brdf::{BrdfCoefficients, Choice, Part, project};
 use containers::tensors::MaterialTaps;
 use engine::{Failure, Reporter, Steps};
 use envmap::{ToneMap, to_srgb8};
@@ -13,9 +13,9 @@ use sh::{Degree, Expansion, Light};
 use shrm::MOST_P;
 use shrm::{Lamps, MapGrid, MapViews, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
-use taps::{Accuracy, ScaleSpace, TapTable, Trade};
+use taps::{Accuracy, AnyTable, Trade};
 
-use crate::map::default_taps;
+use crate::map::{default_taps, has_facets, tap_tables};
 use crate::picture::report::advice;
 use crate::picture::report::advice::best;
 use crate::picture::report::figures::{Change, Errors, Export, Method, PairFigures, Settings, Trial};
@@ -23,14 +23,12 @@ use crate::picture::report::lit::{BAND, Lit, TRUTH};
 use crate::picture::report::page::Pictures;
 use crate::picture::report::readers::Reader;
 use crate::picture::report::sphere::{Lattice, Sphere};
+use crate::picture::report::taps_on_sphere::{LIGHT_BYTES, beside_taps, compact_bytes, shown_by_taps};
 use crate::picture::report::trade_advice;
 use crate::values::UntilStopped;
 
 /// The number of angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
 const SLICES: usize = 16;
-
-/// The bytes of a light: direction, radius and irradiance as seven 32-bit numbers.
-pub(crate) const LIGHT_BYTES: usize = 28;
 
 /// The error in stops of 95 of 100 samples above which a ring beside a highlight shows.
 const RING: f64 = 0.1;
@@ -78,13 +76,13 @@ impl<'a> Studied<'a> {
         self.parts.get_or_init(parts).as_deref()
     }
 
-    /// The look-ups that `fit-taps` makes by default.
-    pub(crate) fn taps(&self, reporter: &Reporter) -> Result<&MaterialTaps, Failure> {
+    /// The tables of look-ups that `fit-taps` makes by default.
+    pub(crate) fn tables(&self, reporter: &Reporter) -> Result<Vec<AnyTable<'_>>, Failure> {
         if let Some(taps) = self.taps.get() {
-            return Ok(taps);
+            return Ok(tap_tables(taps, true));
         }
         let made = default_taps(&self.material, reporter)?;
-        Ok(self.taps.get_or_init(|| made))
+        Ok(tap_tables(self.taps.get_or_init(|| made), true))
     }
 
     /// The coefficients that `project-brdf` makes by default.
@@ -213,7 +211,7 @@ fn soft(reflection: &Reflection, edge: usize, reporter: &Reporter) -> Result<Shr
     reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))
 }
 
-/// A sphere under one light, with its ground truth.
+/// A sphere under one light, with its ground truth; brushed along +Z if the material depends on its tangent.
 pub(crate) struct StudyScene<'a> {
     pub(crate) sphere: Sphere,
     /// The central direction at each pixel.
@@ -238,13 +236,18 @@ impl<'a> StudyScene<'a> {
         }
         let pixels: Vec<usize> = sphere.indices().collect();
         let central = sphere.central(reflection.brdf().centre());
-        let (tree, material, view) = (&lit.tree, &material.material, Sphere::view());
+        let (tree, material, view) = (&lit.tree, &*material.material, Sphere::view());
         let (dark, mut truth) = (lit.dark, vec![[0.0_f32; 3]; central.len()]);
+        let brushed = has_facets(material).then(|| sphere.brushed());
+        let sum = |place: usize| match &brushed {
+            Some(frames) => tree.surface_radiance(material, frames[place], view, TRUTH, dark),
+            None => tree.radiance(material, central[place], view, TRUTH, dark),
+        };
         for (band, values) in truth.chunks_mut(BAND).enumerate() {
             steps.step()?;
             let radiance = |place: usize| match known.get(&pixels[place]) {
                 Some(radiance) => *radiance,
-                None => tree.radiance(material, central[place], view, TRUTH, dark).map(|value| value as f32),
+                None => sum(place).map(|value| value as f32),
             };
             values
                 .par_iter_mut()
@@ -321,23 +324,15 @@ impl<'a> StudyScene<'a> {
     /// Measures a compact map with the least taps that are good enough, and the sum of its taps and lights
     /// that readers see.
     fn compact(&self, lit: &Lit<'_>, material: &Studied<'_>) -> Result<(Export, Seen), Failure> {
-        let (space, fits) = (lit.space(self.reporter)?, material.taps(self.reporter)?);
-        let lamps =
-            Lamps { lights: space.lights().to_vec(), material: material.material.clone().into_owned() };
-        let (lit, view) = (self.lamps(&lamps), Sphere::view());
-        let normals = self.sphere.central(Centre::Normal);
+        let (space, tables) = (lit.space(self.reporter)?, material.tables(self.reporter)?);
+        let beside = beside_taps(&self.sphere, space.lights(), &material.material);
         let lattice = self.sphere.lattice();
         let lights = space.lights().len();
-        let seen = |table: &TapTable| {
-            let pixel = |(normal, lit): (&Direction, &[f64; 3])| {
-                let soft = table.radiance(space, *normal, view);
-                std::array::from_fn(|channel| (soft[channel] + lit[channel]) as f32)
-            };
-            let values: Vec<[f32; 3]> = normals.par_iter().zip(&lit).map(pixel).collect();
+        let seen = |table: &AnyTable<'_>| {
+            let values = shown_by_taps(&self.sphere, *table, space, &beside);
             (self.errors(&values, lattice), values)
         };
-        let tables: Vec<&TapTable> = fits.others.iter().chain([&fits.fitted]).map(|fit| &fit.table).collect();
-        let mut all: Vec<_> = tables.iter().map(|table| seen(table)).collect();
+        let mut all: Vec<_> = tables.iter().map(seen).collect();
         let trades = all.iter().zip(&tables).enumerate().map(|(index, ((errors, _), table))| Trade {
             table: index,
             taps: table.taps(),
@@ -569,13 +564,6 @@ impl<'a> StudyScene<'a> {
         }
         Ok(tried)
     }
-}
-
-/// The bytes of a compact map: texels of four bytes, halves in the table, and the lights.
-pub(crate) fn compact_bytes(space: &ScaleSpace, table: &TapTable) -> usize {
-    let texels: usize = space.levels().iter().chain(space.normals()).map(|map| map.cube().len()).sum();
-    let rows = 2 * table.taps() + table.normals();
-    4 * texels + 8 * taps::ROWS * rows + LIGHT_BYTES * space.lights().len()
 }
 
 /// The forms of a spherical harmonic reflection map that a reflection has, the most exact first.

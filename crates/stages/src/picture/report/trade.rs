@@ -10,14 +10,15 @@ use sh::Degree;
 use shrm::components::{ComponentBasis, ComponentError, fit_counts};
 use shrm::{Lamps, MOST_P, MapGrid, MeanLobe, Plain, Reflection, Shrm, View};
 use sphere::{Cube, Direction};
-use taps::{ScaleSpace, TapTable};
+use taps::AnyTable;
 
 use crate::map::COMPONENT_EDGE;
 use crate::picture::report::figures::{Export, Method, Settings, Technique, Trade, TradePoint, TradeSeries};
 use crate::picture::report::lit::Lit;
 use crate::picture::report::readers::Reader;
 use crate::picture::report::sphere::{Lattice, Sphere};
-use crate::picture::report::study::{LIGHT_BYTES, Studied, StudyScene, compact_bytes};
+use crate::picture::report::study::{Studied, StudyScene};
+use crate::picture::report::taps_on_sphere::{LIGHT_BYTES, beside_taps, compact_bytes, shown_by_taps};
 use crate::picture::report::trade_advice;
 use crate::values::UntilStopped;
 
@@ -41,8 +42,6 @@ const HALVES: usize = 8;
 
 /// What is made of a material once, for all environments.
 pub(crate) struct Traded {
-    /// The taps, with more and more of them.
-    taps: Vec<TapTable>,
     /// The components; none of a material about the tangent.
     basis: Option<ComponentBasis>,
     /// The split sum of each part; none of a material about the tangent.
@@ -52,12 +51,8 @@ pub(crate) struct Traded {
 impl Traded {
     pub(crate) fn new(material: &Studied<'_>, reporter: &Reporter) -> Result<Self, Failure> {
         let of = &*material.material;
-        let fits = material.taps(reporter)?;
-        let mut taps: Vec<TapTable> =
-            fits.others.iter().chain([&fits.fitted]).map(|fitted| fitted.table.clone()).collect();
-        taps.sort_by_key(TapTable::taps);
         if of.centre() == Centre::Tangent {
-            return Ok(Self { taps, basis: None, split: Vec::new() });
+            return Ok(Self { basis: None, split: Vec::new() });
         }
         reporter.check_cancelled()?;
         let basis = Some(ComponentBasis::of(of).map_err(ComponentError::from)?);
@@ -66,7 +61,7 @@ impl Traded {
             [Some(diffuse), Some(specular)] => vec![SplitPart::new(&diffuse), SplitPart::new(&specular)],
             _ => vec![SplitPart::new(of)],
         };
-        Ok(Self { taps, basis, split })
+        Ok(Self { basis, split })
     }
 }
 
@@ -302,43 +297,29 @@ impl TradePair<'_> {
 
     /// Taps, with more and more lights beside the scale space.
     fn taps(&self) -> Result<Vec<TradeSeries>, Failure> {
-        let scene = self.scene;
-        let normals = scene.sphere.central(Centre::Normal);
-        let mut lit = vec![[0.0; 3]; normals.len()];
+        let (scene, material) = (self.scene, &*self.material.material);
+        let mut tables = self.material.tables(scene.reporter)?;
+        tables.sort_by_key(AnyTable::taps);
+        let mut beside = vec![[0.0; 3]; scene.central.len()];
         let mut kept = 0;
         let mut series = Vec::new();
         for space in self.lit.spaces(scene.reporter)? {
             scene.reporter.check_cancelled()?;
             let lights = space.lights();
-            let material = self.material.material.clone().into_owned();
-            let more = scene.lamps(&Lamps { lights: lights[kept..].to_vec(), material });
-            lit.par_iter_mut().zip(more).for_each(|(lit, more)| {
-                (0..3).for_each(|channel| lit[channel] += more[channel]);
+            let more = beside_taps(&scene.sphere, &lights[kept..], material);
+            beside.par_iter_mut().zip(more).for_each(|(beside, more)| {
+                (0..3).for_each(|channel| beside[channel] += more[channel]);
             });
             kept = lights.len();
-            let point = |table: &TapTable| self.tap_point(space, table, &normals, &lit);
-            let points = self.traded.taps.iter().map(point).collect();
+            let point = |table: &AnyTable<'_>| {
+                let values = shown_by_taps(&scene.sphere, *table, space, &beside);
+                let fetches = 2 * (table.taps() + table.normals());
+                self.point(&values, table.taps(), compact_bytes(space, *table), fetches)
+            };
+            let points = tables.iter().map(point).collect();
             series.push(TradeSeries { technique: Technique::Taps, lights: kept, points });
         }
         Ok(series)
-    }
-
-    /// Some taps into a scale space, and the light of the lights beside it.
-    fn tap_point(
-        &self,
-        space: &ScaleSpace,
-        table: &TapTable,
-        normals: &[Direction],
-        lit: &[[f64; 3]],
-    ) -> TradePoint {
-        let view = Sphere::view();
-        let pixel = |(normal, lit): (&Direction, &[f64; 3])| {
-            let soft = table.radiance(space, *normal, view);
-            std::array::from_fn(|channel| (soft[channel] + lit[channel]) as f32)
-        };
-        let values: Vec<[f32; 3]> = normals.par_iter().zip(lit).map(pixel).collect();
-        let fetches = 2 * (table.taps() + table.normals());
-        self.point(&values, table.taps(), compact_bytes(space, table), fetches)
     }
 }
 
