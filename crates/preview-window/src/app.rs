@@ -194,7 +194,7 @@ impl App {
     /// The picture to show, in this size.
     fn request(&self, size: [u32; 2]) -> Option<RenderRequest> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
-        let shot = settings.shot(&shown.scene.light, shown.framing, size).of(&shown.scene);
+        let shot = settings.shot(&shown.scene, shown.framing, size).of(&shown.scene);
         Some(RenderRequest { scene_id: shown.scene_id, scene: Arc::clone(&shown.scene), shot })
     }
 
@@ -207,7 +207,7 @@ impl App {
     fn measure(&mut self, request: &RenderRequest) {
         let settings = &self.state.settings;
         let ready = self.render_error.is_some() || self.is_current();
-        let mut modes = vec![settings.mode];
+        let mut modes = vec![settings.first_mode(&request.scene)];
         if settings.arrangement != Arrangement::One {
             modes.push(settings.second);
         }

@@ -113,8 +113,8 @@ fn unknown(statistics: &SceneStatistics) -> &'static str {
 
 fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMeter) {
     let settings = &state.settings;
-    let mut modes = vec![settings.mode];
-    if settings.arrangement != Arrangement::One && settings.second != settings.mode {
+    let mut modes = vec![settings.first_mode(&shown.scene)];
+    if settings.arrangement != Arrangement::One && settings.second != modes[0] {
         modes.push(settings.second);
     }
     let mut samples = 0;

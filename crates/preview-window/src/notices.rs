@@ -49,7 +49,7 @@ fn progress(state: &State, drawing: bool) -> String {
     }
     let note = state.why_brute_force();
     if let Some(shown) = state.shown.as_ref().filter(|_| drawing && note.is_none()) {
-        let modes = shown.scene.available(state.settings.show()).modes();
+        let modes = shown.scene.available(state.settings.show(&shown.scene)).modes();
         let modes: Vec<&str> = modes.map(Mode::label).collect();
         return format!("drawing {environment}, {material}, {mesh}: {}", modes.join(", "));
     }

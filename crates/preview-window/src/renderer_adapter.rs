@@ -188,8 +188,7 @@ mod tests {
         let settings = ViewSettings::default();
         for show in [Show::One(from), Show::Difference { of, from, amplify: 8.0 }] {
             for background in [Background::Environment, Background::Flat([0.18; 3])] {
-                let shot =
-                    Shot { show, background, ..settings.shot(&scene.light, scene.framing(), [24, 16]) };
+                let shot = Shot { show, background, ..settings.shot(&scene, scene.framing(), [24, 16]) };
                 let request = RenderRequest { scene_id: 1, scene: Arc::clone(&scene), shot: shot.clone() };
                 let mut renderer = CpuAdapter::new(Box::new(Cpu::new()));
                 let counts =
@@ -220,7 +219,7 @@ mod tests {
     fn a_stopped_picture_leaves_the_last_one() {
         let scene = Arc::new(testkit::scene());
         let show = Show::One(Mode::BruteForce);
-        let shot = Shot { show, ..ViewSettings::default().shot(&scene.light, scene.framing(), [24, 16]) };
+        let shot = Shot { show, ..ViewSettings::default().shot(&scene, scene.framing(), [24, 16]) };
         let request = RenderRequest { scene_id: 1, scene, shot: shot.clone() };
         let mut renderer = CpuAdapter::new(Box::new(Cpu::new()));
         renderer.draw(&request, &shot, Stop::NEVER).unwrap();

@@ -207,6 +207,7 @@ impl State {
                 _ => None,
             };
         }
+        let first = self.first_mode();
         let settings = &mut self.settings;
         match action {
             Action::Choose(list, name) => return self.choose(list, name),
@@ -215,14 +216,14 @@ impl State {
                 let name = stepped(names, &chosen.to_owned(), by)?.clone();
                 return self.choose(list, name);
             }
-            Action::Mode(mode) => settings.mode = mode,
+            Action::Mode(mode) => settings.mode = Some(mode),
             Action::Second(mode) => {
                 settings.second = mode;
                 if settings.arrangement == Arrangement::One {
                     settings.arrangement = Arrangement::Split;
                 }
             }
-            Action::Swap => std::mem::swap(&mut settings.mode, &mut settings.second),
+            Action::Swap => (settings.mode, settings.second) = (Some(settings.second), first),
             Action::Arrange(arrangement) => settings.arrangement = arrangement,
             Action::Toggle(arrangement) => {
                 let already = settings.arrangement == arrangement;
@@ -402,11 +403,17 @@ impl State {
         missing.map(|at| wanted[at]).collect()
     }
 
+    /// The first mode.
+    pub(crate) fn first_mode(&self) -> Mode {
+        let of_scene = || self.shown.as_ref().map_or(Mode::LocalShrm, |shown| shown.scene.first_mode());
+        self.settings.mode.unwrap_or_else(of_scene)
+    }
+
     /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist, or not the
     /// difference that they ask for.
     pub(crate) fn why_brute_force(&self) -> Option<&'static str> {
         let scene = &self.shown.as_ref()?.scene;
-        let show = self.settings.show();
+        let show = self.settings.show(scene);
         let is_edited = self.is_edited(&self.settings.subject.material);
         let is_missing = |mode| show.modes().any(|shown| shown == mode) && !scene.offers(mode);
         let reason = match is_edited {

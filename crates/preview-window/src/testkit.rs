@@ -8,7 +8,8 @@ use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::{Direction, LatLong};
 
-use preview::{FormField, FormSection, Light, Look, MapSizes, MaterialForm, Scene};
+use preview::{CompactMap, CompactTaps, FormField, FormSection, Light, Look, MapSizes, MaterialForm, Scene};
+use taps::{ScaleSpace, Widths, fit};
 
 /// A white diffuse sphere under a sky that is brighter above.
 pub(crate) fn scene() -> Scene {
@@ -34,6 +35,19 @@ pub(crate) fn without_maps() -> Scene {
     let material = object.look.material().unwrap().clone();
     let look = Look::without_maps(Arc::clone(&scene.light), material, object.look.sizes());
     Scene::of(Arc::clone(&object.mesh), Arc::new(look))
+}
+
+/// The scene of [`scene`] with the taps of its material and the scale space of its light.
+pub(crate) fn with_taps() -> Scene {
+    let scene = scene();
+    let object = &scene.objects[0];
+    let material = object.look.material().unwrap().clone();
+    let widths = Widths::new(8).unwrap();
+    let scales = ScaleSpace::new(scene.light.environment(), &[], widths, Stop::NEVER).unwrap();
+    let taps = CompactTaps::Angle(fit(&material, 1, widths, Stop::NEVER).unwrap().table);
+    let map = CompactMap { scales: Arc::new(scales), taps: Arc::new(taps), material: material.clone() };
+    let look = Look::without_maps(Arc::clone(&scene.light), material, object.look.sizes());
+    Scene::of(Arc::clone(&object.mesh), Arc::new(look.with_compact_map(Some(Arc::new(map)))))
 }
 
 /// A sphere with a BRDF table under two circular lights: one in front of the camera, one behind it.

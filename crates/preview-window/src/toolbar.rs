@@ -10,7 +10,7 @@ pub(crate) fn toolbar(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
     ui.horizontal_wrapped(|ui| {
         let settings = &state.settings;
-        modes(ui, settings, actions);
+        modes(ui, state, actions);
         picture(ui, settings, actions);
         let size = vec2(ui.available_size_before_wrap().x, ui.spacing().interact_size.y);
         if size.x >= BUTTONS {
@@ -41,8 +41,9 @@ fn slide(ui: &mut Ui, slider: Slider<'_>) -> Response {
     ui.add(slider)
 }
 
-fn modes(ui: &mut Ui, settings: &ViewSettings, actions: &mut Vec<Action>) {
-    actions.extend(choose(ui, "mode", &Mode::ALL, settings.mode, Mode::label).map(Action::Mode));
+fn modes(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+    let settings = &state.settings;
+    actions.extend(choose(ui, "mode", &Mode::ALL, state.first_mode(), Mode::label).map(Action::Mode));
     for (arrangement, name, explained) in [
         (Arrangement::One, "one", "One mode"),
         (Arrangement::Split, "split", "Two modes side by side (S)"),

@@ -110,7 +110,7 @@ impl<'a> Background<'a> {
     fn new(state: &'a State, rect: Rect) -> Option<Self> {
         let shown = state.shown.as_ref()?;
         let size = [rect.width(), rect.height()].map(|side| side.max(1.0) as u32);
-        let shot = state.settings.shot(&shown.scene.light, shown.framing, size);
+        let shot = state.settings.shot(&shown.scene, shown.framing, size);
         Some(Self { scene: &shown.scene, shot, rect })
     }
 

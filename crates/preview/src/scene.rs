@@ -92,6 +92,11 @@ impl Scene {
         self.objects.iter().all(|object| object.offers(mode))
     }
 
+    /// The mode to show as long as nobody has chosen one: taps if there are some, otherwise the local SHRM.
+    pub fn first_mode(&self) -> Mode {
+        if self.offers(Mode::Taps) { Mode::Taps } else { Mode::LocalShrm }
+    }
+
     /// The modes in which it can be drawn in place of these. If an object lacks what a mode needs, brute
     /// force replaces the mode on all objects ([`Mode::reference`]); if both sides of a comparison are the
     /// same then, there is only one.

@@ -4,9 +4,7 @@ use envmap::ToneMap;
 use serde::{Deserialize, Serialize};
 use sphere::Rotation;
 
-use crate::{
-    Background, Camera, Catalog, Framing, Light, List, Mode, Scene, Shot, Show, Subject, SubjectRequest,
-};
+use crate::{Background, Camera, Catalog, Framing, List, Mode, Scene, Shot, Show, Subject, SubjectRequest};
 
 /// The arrangement of the two modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,8 +33,9 @@ pub struct Aim {
 pub struct ViewSettings {
     /// The selected subject; names that are not chosen yet are empty.
     pub subject: Subject,
-    /// The first mode.
-    pub mode: Mode,
+    /// The first mode; `None` until one is chosen: that of the scene ([`Scene::first_mode`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<Mode>,
     /// The mode that it is compared with.
     pub second: Mode,
     /// The arrangement of the two.
@@ -73,7 +72,7 @@ impl Default for ViewSettings {
     fn default() -> Self {
         Self {
             subject: Subject::default(),
-            mode: Mode::LocalShrm,
+            mode: None,
             second: Mode::BruteForce,
             arrangement: Arrangement::One,
             divider: 0.5,
@@ -161,14 +160,18 @@ impl ViewSettings {
         self
     }
 
-    /// The modes of a picture.
-    pub fn show(&self) -> Show {
+    /// The first mode of a picture of a scene.
+    pub fn first_mode(&self, scene: &Scene) -> Mode {
+        self.mode.unwrap_or_else(|| scene.first_mode())
+    }
+
+    /// The modes of a picture of a scene.
+    pub fn show(&self, scene: &Scene) -> Show {
+        let (first, second) = (self.first_mode(scene), self.second);
         match self.arrangement {
-            Arrangement::One => Show::One(self.mode),
-            Arrangement::Split => Show::Split { left: self.mode, right: self.second, at: self.divider },
-            Arrangement::Difference => {
-                Show::Difference { of: self.mode, from: self.second, amplify: self.amplify }
-            }
+            Arrangement::One => Show::One(first),
+            Arrangement::Split => Show::Split { left: first, right: second, at: self.divider },
+            Arrangement::Difference => Show::Difference { of: first, from: second, amplify: self.amplify },
         }
     }
 
@@ -183,16 +186,16 @@ impl ViewSettings {
         Camera { yaw, pitch, zoom: self.zoom, ..Camera::new(framing) }
     }
 
-    /// The shot of a scene with this light and framing, with one sample per pixel.
-    pub fn shot(&self, light: &Light, framing: Framing, size: [u32; 2]) -> Shot {
+    /// The shot of a scene with this framing, with one sample per pixel.
+    pub fn shot(&self, scene: &Scene, framing: Framing, size: [u32; 2]) -> Shot {
         Shot {
             size,
             samples: 1,
             camera: self.camera(framing),
             turn: self.turn(),
-            show: self.show(),
+            show: self.show(scene),
             background: self.background,
-            exposure: light.exposure().stops + self.exposure,
+            exposure: scene.light.exposure().stops + self.exposure,
             tone: self.tone,
             light_samples: LIGHT_SAMPLES,
         }
@@ -219,7 +222,7 @@ impl InitialView {
             }
         }
         if let Some(mode) = *mode {
-            (settings.mode, settings.arrangement) = (mode, Arrangement::One);
+            (settings.mode, settings.arrangement) = (Some(mode), Arrangement::One);
         }
         (settings, note)
     }
@@ -232,7 +235,7 @@ impl InitialView {
 
     /// The shot of a scene for a still, from these settings.
     pub fn shot(&self, scene: &Scene, size: [u32; 2]) -> Shot {
-        self.settings().0.shot(&scene.light, scene.framing(), size).for_screenshot()
+        self.settings().0.shot(scene, scene.framing(), size).for_screenshot()
     }
 }
 
@@ -258,7 +261,7 @@ mod tests {
                 material: "gold \"24\"".into(),
                 mesh: "torus-knot".into(),
             },
-            mode: Mode::Cabral,
+            mode: Some(Mode::Cabral),
             arrangement: Arrangement::Split,
             divider: 0.25,
             exposure: -1.0 / 3.0,
@@ -287,7 +290,7 @@ mod tests {
     #[test]
     fn unreadable_settings_are_ignored_and_reported() {
         let future = ViewSettings::default().to_json().replace("\"version\":1", "\"version\":99");
-        let wrong = ViewSettings::default().to_json().replace("\"local-shrm\"", "\"x-ray\"");
+        let wrong = ViewSettings::default().to_json().replace("\"brute-force\"", "\"x-ray\"");
         for (saved, word) in [
             ("", "EOF"),
             ("{", "EOF"),

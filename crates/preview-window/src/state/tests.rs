@@ -246,21 +246,23 @@ fn escape_closes_the_help_then_screenshots_then_toasts_then_the_failure() {
 
 #[test]
 fn a_second_mode_splits_the_picture_and_keys_toggle_it() {
-    let mut state = state();
+    let (mut state, scene) = (state(), testkit::scene());
+    let show = |state: &State| state.settings.show(&scene);
+    assert_eq!(show(&state), Show::One(Mode::LocalShrm));
     state.update(Action::Mode(Mode::Cabral));
-    assert_eq!(state.settings.show(), Show::One(Mode::Cabral));
+    assert_eq!(show(&state), Show::One(Mode::Cabral));
     state.update(Action::Second(Mode::Mirror));
-    assert_eq!(state.settings.show(), Show::Split { left: Mode::Cabral, right: Mode::Mirror, at: 0.5 });
+    assert_eq!(show(&state), Show::Split { left: Mode::Cabral, right: Mode::Mirror, at: 0.5 });
     state.update(Action::Toggle(Arrangement::Difference));
     state.update(Action::Second(Mode::BruteForce));
     let amplify = state.settings.amplify;
-    assert_eq!(state.settings.show(), Show::Difference { of: Mode::Cabral, from: Mode::BruteForce, amplify });
+    assert_eq!(show(&state), Show::Difference { of: Mode::Cabral, from: Mode::BruteForce, amplify });
     state.update(Action::AmplifyBy(1));
     assert_eq!(state.settings.amplify, 2.0 * amplify);
     state.update(Action::Swap);
-    assert_eq!((state.settings.mode, state.settings.second), (Mode::BruteForce, Mode::Cabral));
+    assert_eq!((state.settings.mode, state.settings.second), (Some(Mode::BruteForce), Mode::Cabral));
     state.update(Action::Toggle(Arrangement::Difference));
-    assert_eq!(state.settings.show(), Show::One(Mode::BruteForce));
+    assert_eq!(show(&state), Show::One(Mode::BruteForce));
 }
 
 #[test]
@@ -324,8 +326,8 @@ fn unreadable_settings_are_reported() {
 
 #[test]
 fn a_requested_mode_is_shown_alone() {
-    let split =
-        ViewSettings { arrangement: Arrangement::Split, mode: Mode::Cabral, ..ViewSettings::default() };
+    let mode = Some(Mode::Cabral);
+    let split = ViewSettings { arrangement: Arrangement::Split, mode, ..ViewSettings::default() };
     let saved = Some(split.to_json());
     let settings = |mode| InitialView {
         state: saved.clone(),
@@ -335,6 +337,25 @@ fn a_requested_mode_is_shown_alone() {
     let show = |mode| settings(mode).shot(&scene, [8, 8]).show;
     assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
     assert!(matches!(show(None), Show::Split { left: Mode::Cabral, .. }));
+}
+
+/// Until a mode is chosen, it is that of the scene, and it is not saved.
+#[test]
+fn a_scene_with_taps_is_first_shown_by_them() {
+    let mut state = state();
+    let first = state.settings.subject.clone();
+    let shows = |state: &State| state.settings.show(&state.shown.as_ref().unwrap().scene);
+    assert_eq!((state.first_mode(), shows(&state)), (Mode::LocalShrm, Show::One(Mode::LocalShrm)));
+    let (scene, details) = (testkit::with_taps(), SubjectDetails::default());
+    state.apply(PreviewUpdate::Scene { subject: first.clone(), scene, details });
+    assert_eq!((state.first_mode(), shows(&state)), (Mode::Taps, Show::One(Mode::Taps)));
+    let saved = InitialView { state: Some(state.to_json()), ..InitialView::default() };
+    assert_eq!(saved.settings().0.mode, None);
+    state.update(Action::Swap);
+    assert_eq!((state.settings.mode, state.settings.second), (Some(Mode::BruteForce), Mode::Taps));
+    let saved = InitialView { state: Some(state.to_json()), ..InitialView::default() };
+    assert_eq!(saved.settings().0.mode, Some(Mode::BruteForce));
+    assert_eq!(InitialView::default().shot(&testkit::with_taps(), [8, 8]).show, Show::One(Mode::Taps));
 }
 
 fn material(exponent: f64) -> PreviewUpdate {

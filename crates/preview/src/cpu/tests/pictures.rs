@@ -245,10 +245,10 @@ fn by_default_a_constant_environment_is_shown_as_middle_grey_whatever_its_units(
     for level in [1e-3, 7.0] {
         let scene = Scene::of(sphere(), look(&light(16, |_| [level; 3]), &lambert(0.5), [4, 0]));
         let settings = crate::ViewSettings { zoom: 0.25, ..crate::ViewSettings::default() };
-        let shot = settings.shot(&scene.light, scene.framing(), [8, 8]);
+        let shot = settings.shot(&scene, scene.framing(), [8, 8]);
         assert_eq!(render(&scene, &shot).codes[0], [118; 3], "{level}");
         let brighter = crate::ViewSettings { exposure: 1.0, ..settings };
-        let brighter = brighter.shot(&scene.light, scene.framing(), [8, 8]);
+        let brighter = brighter.shot(&scene, scene.framing(), [8, 8]);
         assert!((brighter.exposure - shot.exposure - 1.0).abs() < 1e-12);
     }
 }
