@@ -22,6 +22,7 @@ mod drawn_errors;
 mod escape;
 mod exit;
 mod explain;
+mod globs;
 mod graph;
 mod init;
 mod inspect;

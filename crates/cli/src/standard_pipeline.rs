@@ -178,10 +178,22 @@ pub(crate) struct Conversion {
     pub(crate) import: Vec<String>,
     /// Lines of `rotate`; none if the light is not turned.
     pub(crate) rotate: Vec<String>,
-    /// Lines of `scale-space`, if the light of compact maps is made and not an environment.
-    pub(crate) light: Option<Vec<String>>,
-    /// Lines of `export-environment`, or of `export-taps`, without its path.
+    /// What the environment becomes.
+    pub(crate) target: Target,
+    /// Lines of the stage that writes it, without its path.
     pub(crate) export: Vec<String>,
+}
+
+/// What an environment is converted to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) enum Target {
+    /// An image or a texture.
+    #[default]
+    Environment,
+    /// The light of compact maps, with lines of `scale-space`.
+    Taps(Vec<String>),
+    /// Light that an engine loads.
+    Engine,
 }
 
 impl Conversion {
@@ -198,9 +210,10 @@ impl Conversion {
             stage(&mut text, "turned", &with("rotate", line("input", input), &self.rotate));
             input = "turned";
         }
-        let mut export = match &self.light {
-            None => with("export-environment", line("input", input), &self.export),
-            Some(light) => {
+        let mut export = match &self.target {
+            Target::Environment => with("export-environment", line("input", input), &self.export),
+            Target::Engine => with("export-engine", line("input", input), &self.export),
+            Target::Taps(light) => {
                 stage(&mut text, "light", &with("scale-space", line("input", input), light));
                 with("export-taps", "inputs = { scale-space = \"light\" }".into(), &self.export)
             }
