@@ -1,5 +1,5 @@
-//! `specula convert`: environments in another layout, size or format, as the light that an engine loads, or as
-//! the light of compact maps, without a manifest.
+//! `specula convert`: environments in another layout, size or format, as the light that an engine loads, or
+//! as the light of compact maps, without a manifest.
 //!
 //! It writes a manifest into a temporary folder, builds it, and moves what it made to its place: the same
 //! kinds do the work as in a pipeline, and `--manifest` prints the manifest to keep.
