@@ -521,6 +521,33 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
     }
 }
 
+/// The light of an engine is the first that a new manifest makes, and what shaders look up is for it, too.
+#[test]
+fn init_writes_a_manifest_for_an_engine() {
+    for (name, light, taps) in [
+        ("three", "studio/three/environment-skybox.ktx2", Some("studio/white/taps/taps-three.js")),
+        ("blender", "studio/blender/environment.exr", None),
+    ] {
+        let project = Project::new("");
+        fs::remove_file(project.path("pipeline.toml")).unwrap();
+        for folder in ["meshes", "finishes", "materials", "lights", "brushed", "graphics"] {
+            let _ = fs::remove_dir_all(project.path("assets").join(folder));
+        }
+        fs::remove_file(project.path("assets/environments/sky.exr")).unwrap();
+        project.ok(&["init", "--engine", name]);
+        let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+        let place = |text: &str| manifest.find(text).unwrap_or_else(|| panic!("no {text} in {manifest}"));
+        assert!(place("kind = \"export-engine\"") < place("kind = \"import-material\""));
+        project.ok(&["build"]);
+        let files = project.outputs();
+        for file in [light].into_iter().chain(taps) {
+            assert!(files.contains_key(file), "no {file} among {:?}", files.keys());
+        }
+    }
+    Project::new("").specula(&["init", "--engine", "thre"]).ends(2, ["did you mean \"three\"?"]);
+    Project::new("").specula(&["init", "--engine", "three", "--sample"]).ends(2, ["cannot be used with"]);
+}
+
 /// Messages of a conversion name its options, and a folder of six faces is a cube.
 #[test]
 fn convert_names_its_own_options() {

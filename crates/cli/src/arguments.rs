@@ -105,8 +105,10 @@ pub(crate) enum Command {
         /// The folder to write it into
         #[arg(default_value = ".", value_hint = ValueHint::DirPath)]
         folder: PathBuf,
+        #[arg(long, value_name = "NAME", value_parser = values::engine, help = values::engine_of_a_project())]
+        engine: Option<String>,
         /// Write the sample project, with its assets
-        #[arg(long)]
+        #[arg(long, conflicts_with = "engine")]
         sample: bool,
     },
     /// Print the script that completes this command's arguments in a shell

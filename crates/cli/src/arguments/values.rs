@@ -86,6 +86,11 @@ pub(super) fn engines_to_convert_for() -> String {
     format!("Write what an engine loads as its light, its sky, and the code for it. {}", engines())
 }
 
+/// The help of `--engine` of `init`.
+pub(super) fn engine_of_a_project() -> String {
+    format!("{}, that loads the light [default: asked for on a terminal, or else gltf]", engines())
+}
+
 /// The help of `--preset` of `test-pattern`, which lists the engines.
 pub(super) fn engines() -> String {
     let names: Vec<_> = ENGINES.iter().map(|engine| engine.name).collect();

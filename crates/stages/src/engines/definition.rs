@@ -133,6 +133,11 @@ impl Engine {
         self.cube().is_some()
     }
 
+    /// Whether there are shaders with which the engine looks up the taps of a compact map.
+    pub fn looks_up_taps(&self) -> bool {
+        self.taps.is_some()
+    }
+
     /// The width of a face of the cube's last level, in texels; `None` if the engine loads no cube.
     pub fn last_level(&self) -> Option<usize> {
         self.cube().map(|cube| cube.last)
