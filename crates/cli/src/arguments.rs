@@ -243,7 +243,7 @@ impl CacheCommand {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ManifestArgument {
-    /// The manifest; if it is not named, the nearest of this folder and those around it
+    /// The manifest, looked for here and in the folders above
     #[arg(long, value_name = "FILE", default_value = MANIFEST)]
     pub(crate) manifest: PathBuf,
 }
@@ -443,7 +443,7 @@ pub(crate) struct ConvertArguments {
     /// Turn the light about the vertical by these degrees, to the left
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) yaw: f64,
-    /// Lower what is in front by these degrees
+    /// Tilt the horizon in front down by these degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) pitch: f64,
     /// Turn the light about the forward direction by these degrees
