@@ -3,8 +3,8 @@
 //! > sum over taps of a M(d, s) + sum over taps about the normal of b H(N, y)
 //!
 //! In a table by the angle of the view, d lies in the plane of the view's mirror image R and the normal N,
-//! turned from R toward N. A material that depends on its tangent has a table over the disc of views, and d is
-//! the view mirrored about a facet. M is linear in the variance between two levels, H between two kernels.
+//! turned from R toward N. A material that depends on its tangent has a table over the disc of views, and d
+//! is the view mirrored about a facet. M is linear in the variance between two levels, H between two kernels.
 //! Look-ups in a cube are bilinear, by [`super::cube`] in both twins: the filters of a device have weights of
 //! eight bits, and their own rules at a cube's corners.
 //!
@@ -262,7 +262,8 @@ mod tests {
 
     /// The error of radiance: texels are at most 1 and the weights of a row or node sum up to less than
     /// `size`. A direction is off by some 40 edge roundings in texels, and the place between rows and levels
-    /// by some hundred; toward the horizon, where the disc takes the root of a small cosine, by less than 500.
+    /// by some hundred; toward the horizon, where the disc takes the root of a small cosine, by less than
+    /// 500.
     fn allowed(edge: usize, packed: &PackedTaps) -> f64 {
         let weights = |row: &[[f32; 4]]| -> f32 {
             let taps = (0..packed.taps).map(|k| row[2 * k + 1]);

@@ -32,9 +32,9 @@
 //!
 //! A material that depends on the direction of its tangent has taps that know it: each looks along the view
 //! mirrored about a facet, which is tilted against the surface along the tangent and across it. J is 4 and 8
-//! with `taps = "auto"`, and `export-taps` takes one of the two. For shaders without tangents there are taps of
-//! its mean over all turns about the normal as well. Materials that reflect in a cone about the tangent, as
-//! kajiya-kay does, have these alone, with a warning.
+//! with `taps = "auto"`, and `export-taps` takes one of the two. For shaders without tangents there are taps
+//! of its mean over all turns about the normal as well. Materials that reflect in a cone about the tangent,
+//! as kajiya-kay does, have these alone, with a warning.
 //!
 //! ## Example
 //!

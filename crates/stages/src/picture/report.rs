@@ -25,9 +25,9 @@
 //! the reflection is smooth, blocks of texels are added as one; no sun is blurred or moved.
 //!
 //! A sphere of a material that depends on its tangent, such as brushed metal, is brushed along +Z, projected
-//! into the surface. Taps know that direction. The other exports do not, and their errors say what that costs.
-//! What reflects in a cone about the tangent, as kajiya-kay does, is looked up by it; its taps are those of
-//! the mean over all turns.
+//! into the surface. Taps know that direction. The other exports do not, and their errors say what that
+//! costs. What reflects in a cone about the tangent, as kajiya-kay does, is looked up by it; its taps are
+//! those of the mean over all turns.
 //!
 //! ## Advice
 //!
@@ -51,9 +51,9 @@
 //! For each pair, two charts show the error of 95 % of the samples against the bytes of the maps and against
 //! the look-ups of a pixel, as figure 7 of Ramamoorthi and Hanrahan (2002): plain map, split sum,
 //! Kautz-McCool, Cabral, an SHRM of P = 0, 1, 2, 3, 4, 6, 8 and 16, 4, 8 and 16 principal components
-//! (`form = "components"` of `export-shrm`), and 1, 2, 3, 4, 6 and 8 taps (of brushed metal 4 and 8) with 0, 4,
-//! 8 and all lights beside them. A table has the numbers. The split sum is what engines do: the light as the lobe that is seen head
-//! on blurs it, times the directional albedo toward the view.
+//! (`form = "components"` of `export-shrm`), and 1, 2, 3, 4, 6 and 8 taps (of brushed metal 4 and 8) with 0,
+//! 4, 8 and all lights beside them. A table has the numbers. The split sum is what engines do: the light as
+//! the lobe that is seen head on blurs it, times the directional albedo toward the view.
 //!
 //! Bytes are those of the exports at `resolution`; taps and components have that of their kinds by default.
 //! Taps and the split sum need their bytes once for an environment, the others once for each pair. A bilinear

@@ -42,8 +42,8 @@ fn lit() -> Arc<Light> {
     light(64, |w| uneven(w).map(|value| value + if w.dot(lamp) > 0.06_f64.cos() { 1500.0 } else { 0.0 }))
 }
 
-/// The oracle is `Taps::reflected` plus `LampPoints::radiance` or, of a brushed metal, `surface_radiance`, all
-/// in f64, under a turned light.
+/// The oracle is `Taps::reflected` plus `LampPoints::radiance` or, of a brushed metal, `surface_radiance`,
+/// all in f64, under a turned light.
 #[test]
 fn a_pixel_shows_the_taps_and_the_lights_beside_them() {
     for material in [gold(), brushed()] {
