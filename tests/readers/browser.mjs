@@ -26,7 +26,9 @@ export async function openBrowser( folder, executablePath ) {
 	} ).listen( 0, '127.0.0.1' );
 	await new Promise( ( done ) => server.once( 'listening', done ) );
 	const puppeteer = createRequire( path.resolve( 'package.json' ) )( 'puppeteer-core' );
-	const browser = await puppeteer.launch( { executablePath, args: [
+	// Chromium's own software, and not the Vulkan driver that tests of Specula are given: with that, pages stand still.
+	const { VK_DRIVER_FILES, VK_ICD_FILENAMES, ...env } = process.env;
+	const browser = await puppeteer.launch( { executablePath, env, args: [
 		'--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
 		'--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader',
 	] } );
