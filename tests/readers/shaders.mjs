@@ -88,7 +88,7 @@ const ENGINES = {
 	},
 	Bevy: {
 		folder: 'bevy', cubes: true, rounding: rgb9e5, language: 'wgsl',
-		text: () => ( '@group' + between( read( 'bevy', 'taps.wgsl' ).replace( '@group', 'FIRST' ), 'FIRST', '// Candelas' ) )
+		text: () => ( '@group' + between( read( 'bevy', 'taps.wgsl' ).replace( '@group', 'BEGIN' ), 'BEGIN', '// Candelas' ) )
 			.replaceAll( '#{MATERIAL_BIND_GROUP}', '0' )
 			.replace( /binding\(10(.)\)/g, ( _, binding ) => `binding(${[ 0, 5, 1, 2 ][ binding ]})` ) + MAIN.wgsl(),
 	},

@@ -73,8 +73,8 @@ pub struct LookUp {
 pub enum TableShape {
     /// By the angle between normal and view, [`table_texels`]: `tap_reflected(N, V)`.
     Angle,
-    /// By the view in the frame of the surface, [`facet_texels`]: `tap_reflected(N, T, V)`, T being the
-    /// tangent.
+    /// By the view in the frame of the surface, [`facet_texels`]: `tap_reflected(N, T, V)`. T is the tangent,
+    /// of which the look-up takes what is at a right angle to N.
     Facets {
         /// Whether the table is over a quarter of the disc of views.
         is_quarter: bool,

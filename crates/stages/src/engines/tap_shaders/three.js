@@ -34,7 +34,7 @@ export function useTaps( material, { levels, normals, table } ) {
 		shader.uniforms.tap_levels = { value: levels };
 		shader.uniforms.tap_normals = { value: normals };
 		shader.uniforms.tap_table = { value: table };
-__TANGENT__		// The tangent is moved as normals are. A geometry without tangents gives zero.
+__TANGENT__		// The tangent is moved as the normal is. Without the attribute it is zero.
 		shader.vertexShader = `
 #ifndef USE_TANGENT
 	#define USE_TANGENT
