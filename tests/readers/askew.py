@@ -1,5 +1,5 @@
-"""Prints measurements of a metal whose scratches are turned by 30 degrees against the tangent, so that nothing about it is its
-own mirror image: the highlight of GGX, stretched."""
+"""Prints measurements of a metal whose scratches are turned by 30 degrees against the tangent and whose facets lean across them,
+so that neither a mirror nor half a turn leaves it as it is: the highlight of GGX, stretched and moved."""
 
 import math
 
@@ -13,6 +13,7 @@ def direction(theta, phi):
 
 def brdf(light, view):
     x, y, z = (a + b for a, b in zip(light, view))
+    x += 0.15 * z
     across = ((x / ALPHAS[0]) ** 2 + (y / ALPHAS[1]) ** 2 + z**2) / (x * x + y * y + z * z)
     masked = lambda v: math.hypot(ALPHAS[0] * v[0], ALPHAS[1] * v[1], v[2])
     d = 1 / (math.pi * ALPHAS[0] * ALPHAS[1] * across**2)

@@ -75,7 +75,7 @@ for name in soft dim sun; do
 done
 "$specula" build >build.log 2>&1 || { cat build.log; exit 1; }
 
-# Compact maps of a metal, of a brushed one, and of one that is brushed askew, whose table has no mirror image. Brute force in
+# Compact maps of a metal, of a brushed one, and of one that is brushed askew, whose table has no symmetry. Brute force in
 # the browser adds up images that are small.
 mkdir -p taps/environments taps/small taps/materials
 cp "$here/taps.toml" taps/pipeline.toml
@@ -84,6 +84,7 @@ printf 'model = "ggx"\nn = [0.21, 0.91, 1.1]\nk = [3.9, 2.4, 2.1]\nroughness_x =
 ../py/bin/python "$here/askew.py" > taps/materials/askew.csv
 cp "$assets/studio.exr" taps/environments/
 if [ -d "${SPECULA_CORPUS:-}" ]; then
+    cat "$here/photographs.toml" >> taps/pipeline.toml
     for name in studio sunrise; do
         convert "$SPECULA_CORPUS/env/cc0/$name.hdr" -o taps/environments/corpus-$name.exr --resolution 256 --precision float
     done

@@ -15,7 +15,7 @@ import { compared, facets, formula, halves, namesOf, readTensors, rgb9e5 } from 
 const [ folder, chromium ] = process.argv.slice( 2 );
 const load = ( file ) => import( pathToFileURL( path.resolve( file ) ) );
 const said = ( reader, file, text ) => console.log( `${reader}\t${file}\t${text}` );
-const names = namesOf( folder ).filter( ( name ) => name.startsWith( 'studio/' ) );
+const names = namesOf( folder ).filter( ( name ) => name.startsWith( 'studio/' ) ); // photographs are for taps.mjs
 let name; // of the pair that is compared
 const file = ( engine, file ) => `${folder}/out/${engine}/${name}/${file}`;
 const read = ( ...names ) => fs.readFileSync( file( ...names ), 'utf8' );

@@ -316,7 +316,7 @@ for ( const name of names ) {
 	const [ environment, material ] = name.split( '/' ), isCopper = material === 'copper';
 	const points = pointsOf( picture( `${folder}/environments/${environment}.exr` ) );
 	const black = 0.01 * points.reduce( ( sum, x, k ) => k % 6 < 3 ? sum : sum + x, 0 ) / ( 12 * Math.PI );
-	const [ , ...noted ] = log.match( new RegExp( `numbers \\[${environment}, ${material}.*95 % of views are within (.*) stops, 99 % within ([0-9.]*[0-9])` ) );
+	const [ , ...noted ] = log.match( new RegExp( `numbers \\[${material}, ${environment}.*95 % of views are within (.*) stops, 99 % within ([0-9.]*[0-9])` ) );
 	const lights = Float64Array.from( tensors.lights.data.filter( ( _, k ) => k % 7 !== 3 ) ); // without their radii
 	const formulas = { copper: reflected, brushed: reflectedByBrushed };
 	const under = ( points ) => formulas[ material ] && facets.map( ( facet ) => formulas[ material ]( facet, points ) );
