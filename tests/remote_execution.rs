@@ -212,7 +212,7 @@ fn large_sources_are_read_here() {
     let [ran, elsewhere] = counts(&summary);
     assert!(0 < elsewhere && elsewhere < ran, "{summary}");
     let explained = project.ok(&["explain", "environment [studio]"]).stdout;
-    assert!(explained.contains("on no other machine, because it reads 1 MiB of files"), "{explained}");
+    assert!(explained.contains("runs on this machine only: it reads 1 MiB of files"), "{explained}");
 }
 
 #[test]

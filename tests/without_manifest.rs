@@ -123,6 +123,76 @@ fn an_environment_is_converted_to_the_light_of_compact_maps() {
     }
 }
 
+/// `--engine` writes what `export-engine` makes of each environment, or the one file that is named.
+#[test]
+fn environments_are_converted_to_the_light_of_an_engine() {
+    let project = assets_alone();
+    let names = |folder: &str| files_below(&project.path(folder)).into_keys().collect::<Vec<_>>();
+    let small = ["-r", "16"];
+    project.ok(&[&["convert", STUDIO, "--engine", "three", "-o", "one/"], &small[..]].concat());
+    let all = ["README.txt", "bounds.json", "environment-irradiance.json", "environment-skybox.ktx2"];
+    assert_eq!(names("one"), [&all[..], &["environment.ktx2"]].concat());
+    assert!(fs::read_to_string(project.path("one/README.txt")).unwrap().contains("scene.background = "));
+    for inputs in [
+        &["assets/environments"][..],
+        &["assets/environments/*.exr"],
+        &["assets/environments/studio.exr", "assets/environments/sky.exr"],
+    ] {
+        project.ok(&[&["convert"], inputs, &["--engine", "bevy", "-o", "all", "-r", "32"]].concat());
+        let names = names("all");
+        assert!(names.len() == 10 && names.contains(&"sky/environment-specular.ktx2".into()), "{names:?}");
+        fs::remove_dir_all(project.path("all")).unwrap();
+    }
+    // One file, by its extension, with what belongs to it.
+    for (output, options, files) in [
+        ("a/sky.env", &[][..], &["sky.env"][..]),
+        ("b/sky.ktx", &["-r", "32"], &["sky-sh.txt", "sky.ktx"]),
+        ("c/sky.gltf", &["-r", "32"], &["sky.gltf"]),
+        ("d/sky.ktx2", &["--engine", "bevy", "-r", "32"], &["sky-diffuse.ktx2", "sky.ktx2"]),
+        ("e/sky.dds", &["--engine", "three"], &["sky-irradiance.json", "sky.dds"]),
+        ("f/sky.hdr", &["--engine", "godot"], &["sky.hdr"]),
+    ] {
+        let size = if options.is_empty() || output.starts_with("e/") { &small[..] } else { &[] };
+        project.ok(&[&["convert", STUDIO, "-o", output], options, size].concat());
+        assert_eq!(names(&output[..1]), files, "{output}");
+    }
+    assert!(project.ok(&["inspect", "e/sky.dds"]).stdout.contains("BC6H"));
+
+    let text = project.ok(&["convert", STUDIO, "--engine", "unity", "-o", "lit/", "--manifest"]).stdout;
+    assert!(text.contains("kind = \"export-engine\"") && text.contains("path = \"lit\""), "{text}");
+    project.write("pipeline.toml", &text);
+    project.ok(&["build"]);
+    project.ok(&["convert", STUDIO, "--engine", "unity", "-o", "same/"]);
+    let unity = "environment.exr";
+    let [built, converted] =
+        ["out/lit", "same"].map(|folder| fs::read(project.path(folder).join(unity)).unwrap());
+    let image = |bytes: &[u8]| {
+        let image = containers::read_image(bytes, &containers::ReadOptions::default()).unwrap().image;
+        image.pixels().to_vec()
+    };
+    assert!(image(&built) == image(&converted));
+
+    for (options, words) in [
+        (&["--engine", "thre", "-o", "x/"][..], "did you mean \"three\"?"),
+        (&["--engine", "three", "--to", "taps", "-o", "x/"], "cannot be used with"),
+        (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, and not x.env"),
+        (&["--engine", "three", "-o", "x/", "--layout", "cube"], "--layout is an option of images"),
+        (&["--engine", "three", "-o", "x/", "-r", "100"], "the nearest size that fits is 128"),
+        (&["--engine", "three", "-o", "x/", "--format", "rgbd"], "three loads \"rgba16f\" or \"bc6h\""),
+        (&["-o", "x"], "--engine three -o x` writes what an engine loads"),
+        (&["-o", "x.safetensors"], "--to taps -o x.safetensors` writes the light of compact maps"),
+        (&["-o", "x.json"], "`specula convert-sh` converts spherical harmonics"),
+        (&["-o", "x.usda"], "export-light-rig writes suns and lamps"),
+        (&["-o", "x.tif"], "the extension of x.tif is no image's"),
+    ] {
+        project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
+    }
+    let run = project.specula(&["convert", "assets/environments", "--engine", "three", "-o", "x.ktx2"]);
+    run.ends(2, ["x.ktx2 is one file; name a folder for several environments"]);
+    let run = project.specula(&["convert", "assets/none*", "--engine", "three", "-o", "x"]);
+    run.ends(2, ["assets/none* matches no image of an environment"]);
+}
+
 #[test]
 fn a_conversion_prints_the_manifest_that_does_the_same() {
     let project = assets_alone();
@@ -144,7 +214,7 @@ fn a_conversion_that_is_impossible_says_why_and_leaves_what_was_there() {
     for (arguments, code, words) in [
         (&["none.exr", "-o", "kept.exr"][..], 2, "cannot read none.exr"),
         (&["notes.hdr", "-o", "kept.exr"], 1, "notes.hdr"),
-        (&[STUDIO, "-o", "kept"], 2, "the ending of kept says no format"),
+        (&[STUDIO, "-o", "kept"], 2, "the extension of kept is no image's"),
         (&[STUDIO, "-o", "kept.exr", "--format", "rgbe"], 2, "is not the name of a file in the format rgbe"),
         (&[STUDIO, "-o", "kept.exr", "--layout", "cubes"], 2, "did you mean \"cube\"?"),
         (&[STUDIO, "-o", "kept.ktx2", "--layout", "cube-cross"], 2, "a texture is \"lat-long\" or \"cube\""),
@@ -449,6 +519,33 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
     ] {
         assert!(files.contains_key(file), "no {file} among {:?}", files.keys());
     }
+}
+
+/// The light of an engine is the first that a new manifest makes, and what shaders look up is for it, too.
+#[test]
+fn init_writes_a_manifest_for_an_engine() {
+    for (name, light, taps) in [
+        ("three", "studio/three/environment-skybox.ktx2", Some("studio/white/taps/taps-three.js")),
+        ("blender", "studio/blender/environment.exr", None),
+    ] {
+        let project = Project::new("");
+        fs::remove_file(project.path("pipeline.toml")).unwrap();
+        for folder in ["meshes", "finishes", "materials", "lights", "brushed", "graphics"] {
+            let _ = fs::remove_dir_all(project.path("assets").join(folder));
+        }
+        fs::remove_file(project.path("assets/environments/sky.exr")).unwrap();
+        project.ok(&["init", "--engine", name]);
+        let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+        let place = |text: &str| manifest.find(text).unwrap_or_else(|| panic!("no {text} in {manifest}"));
+        assert!(place("kind = \"export-engine\"") < place("kind = \"import-material\""));
+        project.ok(&["build"]);
+        let files = project.outputs();
+        for file in [light].into_iter().chain(taps) {
+            assert!(files.contains_key(file), "no {file} among {:?}", files.keys());
+        }
+    }
+    Project::new("").specula(&["init", "--engine", "thre"]).ends(2, ["did you mean \"three\"?"]);
+    Project::new("").specula(&["init", "--engine", "three", "--sample"]).ends(2, ["cannot be used with"]);
 }
 
 /// Messages of a conversion name its options, and a folder of six faces is a cube.

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Reads what Specula writes with the readers of other programs, by values: a table of readers and files with the largest
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
-# Compact maps are drawn with in a browser, three.html and babylon.html, of which screenshots lie in target/readers/files/taps.
+# Skies are shown in a browser, sky.html, and compact maps are drawn with there, three.html and babylon.html, of which
+# screenshots lie in target/readers/files/taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian, into target/readers; remove that folder to try again what was missing.
 set -euo pipefail
@@ -95,6 +96,11 @@ for file in taps/environments/*.exr; do
     convert "$file" -o "${file%.exr}.hdr"
     convert "$file" -o "taps/small/$(basename "$file")" --resolution 64 --precision float
 done
+# Skies of engines, as the command without a manifest writes them.
+"$specula" test-pattern --preset blender pattern >/dev/null 2>&1
+for engine in three babylon filament; do
+    convert pattern/pattern-orient.exr --engine $engine -o sky/$engine/
+done
 "$specula" -C taps build --verbose >taps/build.log 2>&1 || { cat taps/build.log; exit 1; }
 cd ..
 
@@ -103,10 +109,11 @@ py/bin/python "$here/readers.py" files >> results || echo "readers.py	ended earl
 if [ -d node_modules/three ]; then
     node "$here/readers.mjs" files >> results || echo "readers.mjs	ended early	WRONG" >> results
     if [ -z "$chromium" ]; then
-        skip "compact maps in three.js, Babylon.js and WebGPU" "no Chromium"
+        skip "skies and compact maps in browsers" "no Chromium"
     elif [ ! -d node_modules/puppeteer-core ]; then
-        skip "compact maps in three.js, Babylon.js and WebGPU" "npm cannot install what drives Chromium"
+        skip "skies and compact maps in browsers" "npm cannot install what drives Chromium"
     else
+        node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
         if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
             node "$here/shaders.mjs" files/taps "$chromium" >> results || echo "shaders.mjs	ended early	WRONG" >> results
@@ -115,8 +122,8 @@ if [ -d node_modules/three ]; then
         fi
     fi
 fi
-# A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of compact maps, what
-# taps.mjs says.
+# A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of skies and compact
+# maps, what sky.mjs and taps.mjs say.
 printf '%-14s %-34s %s\n' reader file "largest error"
 awk -F'\t' '{ printf "%-14s %-34s %s\n", $1, $2, $3 }' results
 ! grep -q WRONG results

@@ -105,8 +105,10 @@ pub(crate) enum Command {
         /// The folder to write it into
         #[arg(default_value = ".", value_hint = ValueHint::DirPath)]
         folder: PathBuf,
+        #[arg(long, value_name = "NAME", value_parser = values::engine, help = values::engine_of_a_project())]
+        engine: Option<String>,
         /// Write the sample project, with its assets
-        #[arg(long)]
+        #[arg(long, conflicts_with = "engine")]
         sample: bool,
     },
     /// Print the script that completes this command's arguments in a shell
@@ -241,7 +243,7 @@ impl CacheCommand {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ManifestArgument {
-    /// The manifest; if it is not named, the nearest of this folder and those around it
+    /// The manifest, looked for here and in the folders above
     #[arg(long, value_name = "FILE", default_value = MANIFEST)]
     pub(crate) manifest: PathBuf,
 }
@@ -399,12 +401,15 @@ pub(crate) enum ConvertTarget {
 
 #[derive(Args, Debug)]
 pub(crate) struct ConvertArguments {
-    /// An image or texture of an environment, a folder of six faces, or a folder of images
-    pub(crate) input: PathBuf,
-    /// The file to write, whose ending says the format; for a folder of images, a cube of pictures, or the
-    /// light of compact maps, a folder
+    /// Images or textures of environments, folders of six faces or of images, and globs
+    #[arg(required = true, value_name = "INPUT")]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The file to write, its extension sets the format; for several images, a cube of pictures, or the
+    /// light of an engine or of compact maps, a folder
     #[arg(long, short, value_name = "OUT")]
     pub(crate) output: PathBuf,
+    #[arg(long, value_name = "NAME", conflicts_with = "to", value_parser = values::engine, help = values::engines_to_convert_for())]
+    pub(crate) engine: Option<String>,
     /// What to make of the environment
     #[arg(long, value_enum, default_value_t = ConvertTarget::Environment)]
     pub(crate) to: ConvertTarget,
@@ -423,12 +428,13 @@ pub(crate) struct ConvertArguments {
     /// cube-array or atlas [default: cube-array]
     #[arg(long, value_name = "LAYOUT")]
     pub(crate) layout: Option<String>,
-    /// Rows of a lat-long image, or texels along the edge of a cube's face [default: as fine as the input];
-    /// with --to taps those of the finest level [default: 64]
+    /// Rows of a lat-long image, or texels along the edge of a cube's face [default: as fine as the input;
+    /// of an engine's cube 256]; with --to taps those of the finest level [default: 64]
     #[arg(long, short, value_name = "N")]
     pub(crate) resolution: Option<u32>,
-    /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the ending of OUT]; with --to taps ktx2,
-    /// dds, exr or safetensors [default: ktx2, or safetensors by the ending of OUT]
+    /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the extension of OUT]; with --to taps
+    /// ktx2, dds, exr or safetensors [default: ktx2, or safetensors by the extension of OUT]; with --engine
+    /// how texels are stored, such as rgba16f or bc6h [default: what the engine prefers]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<String>,
     /// The numbers to write: half or float [default: half, or float if a value exceeds the largest half]
@@ -437,7 +443,7 @@ pub(crate) struct ConvertArguments {
     /// Turn the light about the vertical by these degrees, to the left
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) yaw: f64,
-    /// Lower what is in front by these degrees
+    /// Tilt the horizon in front down by these degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) pitch: f64,
     /// Turn the light about the forward direction by these degrees

@@ -145,6 +145,12 @@ impl Assets {
         }
     }
 
+    /// Whether a file that somebody named is an image or a texture of an environment.
+    pub(crate) fn is_environment(file: &Path) -> bool {
+        let mut assets = Self::default();
+        assets.add(file, true) && !assets.environments.is_empty()
+    }
+
     /// Adds a file to its list; false if it belongs to none.
     fn add(&mut self, file: &Path, is_named: bool) -> bool {
         let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();

@@ -1,5 +1,5 @@
-//! `specula convert`: environments in another layout, size or format, or as the light of compact maps,
-//! without a manifest.
+//! `specula convert`: environments in another layout, size or format, as the light that an engine loads, or
+//! as the light of compact maps, without a manifest.
 //!
 //! It writes a manifest into a temporary folder, builds it, and moves what it made to its place: the same
 //! kinds do the work as in a pipeline, and `--manifest` prints the manifest to keep.
@@ -8,21 +8,22 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use engine::Kinds;
+use stages::{ENGINES, Engine};
 
 use crate::arguments::{ConvertArguments, ConvertTarget};
 use crate::assets::{self, Assets};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::one_build::{self, StageOption};
-use crate::standard_pipeline::Conversion;
-use crate::{print, recognise};
+use crate::standard_pipeline::{Conversion, Target};
+use crate::{globs, print, recognise};
 
 /// The endings of what is written, with the formats of `export-environment`.
 const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 14] = [
+const OPTIONS: [StageOption; 15] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
     StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
@@ -32,6 +33,7 @@ const OPTIONS: [StageOption; 14] = [
     StageOption { stage: "environment", parameter: "exposure", option: "--exposure" },
     StageOption { stage: "light", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "light", parameter: "lights", option: "--lights" },
+    StageOption { stage: "converted", parameter: "preset", option: "--engine" },
     StageOption { stage: "converted", parameter: "layout", option: "--layout" },
     StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "converted", parameter: "format", option: "--format" },
@@ -42,130 +44,294 @@ const OPTIONS: [StageOption; 14] = [
 struct Request {
     /// The source of the import, absolute or relative to the current folder.
     files: Vec<PathBuf>,
-    /// Whether the output is a folder with a file for each input.
-    is_folder: bool,
+    place: Place,
     conversion: Conversion,
 }
 
+/// Where what was made belongs.
+enum Place {
+    /// A folder with a file or a folder for each input.
+    Each,
+    /// The output: a file, or a folder with all that is made of the one input.
+    One,
+    /// The output is the file of an engine's light, which ends like this. The rest lies beside it, without
+    /// its texts.
+    Light(String),
+}
+
 pub(crate) fn run(arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
-    let request = Request::of(arguments).map_err(|error| CommandError::usage([error]))?;
+    let request = Request::of(arguments)?;
     if arguments.manifest {
         let source = assets::source_of(&request.files, Path::new(""));
-        let path =
-            if request.is_folder { "{environment}".into() } else { arguments.output.with_extension("") };
+        let path = match request.place {
+            Place::Each => "{environment}".into(),
+            Place::One | Place::Light(_) => arguments.output.with_extension(""),
+        };
         let path = path.to_string_lossy().replace('\\', "/");
-        return Ok(print::data(&request.conversion.manifest(&source, &path)));
+        return Ok(print::data(&request.conversion.manifest(&source, path.trim_end_matches('/'))));
     }
     convert(&request, arguments, kinds)
 }
 
 impl Request {
-    fn of(arguments: &ConvertArguments) -> Result<Self, String> {
-        let (input, output) = (&arguments.input, &arguments.output);
-        let kind =
-            fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
-        // A folder is six faces if its layout or its names say so, and otherwise holds files. Six faces may
-        // be written into a folder, too.
-        let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let by_name =
-            ENDINGS.iter().find(|(known, _)| ending.as_deref() == Some(known)).map(|(_, format)| *format);
-        let says_cube = arguments.from.as_deref() == Some("cube");
-        let files = if kind.is_dir() && !says_cube { Assets::in_folder(input)? } else { vec![input.clone()] };
-        if files.is_empty() {
-            return Err(format!("{} holds no image of an environment", input.display()));
-        }
-        let is_cube = kind.is_dir() && (says_cube || files == [input.clone()]);
-        let is_light = arguments.to == ConvertTarget::Taps;
-        let names_file = by_name.is_some() || is_light || arguments.layout.as_deref() == Some("cube");
-        let is_folder = kind.is_dir() && !(is_cube && (says_cube || names_file));
-        let format = if is_light {
-            light_format(arguments, is_folder)?
-        } else {
-            match (arguments.format.as_deref(), by_name) {
-                (Some(format), Some(by_name)) if format != by_name && !is_folder => {
-                    return Err(format!(
-                        "{} is not the name of a file in the format {format}",
-                        output.display()
-                    ));
-                }
-                (Some(format), _) => format.to_owned(),
-                (None, Some(format)) if !is_folder => format.to_owned(),
-                (None, _) if is_folder || arguments.layout.as_deref() == Some("cube") => "exr".into(),
-                (None, _) => {
-                    return Err(format!(
-                        "the ending of {} says no format; expected .exr, .hdr, .png, .ktx2 or .dds, or --format",
-                        output.display()
-                    ));
-                }
-            }
-        };
-        if arguments.lights.is_some() && !is_light {
-            return Err("--lights is an option of --to taps".into());
-        }
+    fn of(arguments: &ConvertArguments) -> Result<Self, CommandError> {
+        let usage = |error: String| CommandError::usage([error]);
+        let Inputs { files, is_cube, is_many } = Inputs::of(arguments)?;
         let shown = match arguments.from {
             Some(_) => None,
             None => recognise::one_layout(&files).and_then(|environments| environments.layout),
         };
         if let Some(layout) = shown {
+            let input = arguments.inputs[0].display();
             print::message(&format!(
-                "{} is taken for {layout} by its shape; --from names another layout",
-                input.display()
+                "{input} is taken for {layout} by its shape; --from names another layout"
             ));
         }
         let from = arguments.from.clone().or(shown.map(Into::into));
-        let text = |key: &str, value: &Option<String>| {
-            value.as_ref().map(|value| format!("{key} = {}", toml::Value::from(value.as_str())))
+        let export = match (engine_of(arguments), arguments.to) {
+            (Some(engine), _) => Export::for_engine(engine, arguments, is_many),
+            (None, ConvertTarget::Taps) => Export::for_taps(arguments, is_many),
+            (None, ConvertTarget::Environment) => Export::image(arguments, is_many, is_cube),
         };
-        let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
+        let Export { place, target, lines: export } = export.map_err(usage)?;
+        if arguments.lights.is_some() && !matches!(target, Target::Taps(_)) {
+            return Err(usage("--lights is an option of --to taps".into()));
+        }
+        // An image is exposed where it is written, and other light where it is read.
+        let exposure = number("exposure", arguments.exposure).filter(|_| target != Target::Environment);
         let import = [
-            text("layout", &from),
+            text("layout", from.as_deref()),
             arguments.fill.as_deref().map(fill),
-            text("layer", &arguments.layer),
-            text("bad-pixels", &arguments.bad_pixels),
-            text("colour-space", &arguments.colour_space),
-            text("preset", &arguments.preset),
-            number("exposure", arguments.exposure).filter(|_| is_light),
+            text("layer", arguments.layer.as_deref()),
+            text("bad-pixels", arguments.bad_pixels.as_deref()),
+            text("colour-space", arguments.colour_space.as_deref()),
+            text("preset", arguments.preset.as_deref()),
+            exposure,
         ];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
-        let resolution = arguments.resolution.map(|resolution| format!("resolution = {resolution}"));
-        let layout = text("layout", &arguments.layout);
-        let lines = |lines: &[Option<String>]| lines.iter().flatten().cloned().collect();
-        let (light, export) = if is_light {
-            let lights = arguments.lights.as_deref().map(|lights| match lights {
-                "all" => "lights = \"all\"".into(),
-                count => format!("lights = {count}"),
-            });
-            (Some(lines(&[resolution, lights])), lines(&[layout, text("format", &Some(format))]))
-        } else {
-            let export = [
-                layout,
-                resolution,
-                text("format", &Some(format)),
-                text("precision", &arguments.precision),
-                number("exposure", arguments.exposure),
-            ];
-            (None, lines(&export))
-        };
-        let conversion = Conversion { import: lines(&import), rotate: lines(&rotate), light, export };
-        Ok(Self { files, is_folder, conversion })
+        let conversion = Conversion { import: lines(import), rotate: lines(rotate), target, export };
+        Ok(Self { files, place, conversion })
     }
 }
 
+/// The environments that are converted.
+struct Inputs {
+    files: Vec<PathBuf>,
+    /// Whether they are the six faces of one cube, in a folder that says so.
+    is_cube: bool,
+    /// Whether each of them has a place of its own in a folder.
+    is_many: bool,
+}
+
+impl Inputs {
+    /// A folder is six faces if its layout or its names say so, and otherwise holds files.
+    fn of(arguments: &ConvertArguments) -> Result<Self, CommandError> {
+        let usage = |error: String| CommandError::usage([error]);
+        let says_cube = arguments.from.as_deref() == Some("cube");
+        let mut files = Vec::new();
+        for input in &arguments.inputs {
+            if globs::is_glob(input) && !input.exists() {
+                let found = globs::matching(input)?.into_iter().filter(|file| Assets::is_environment(file));
+                let before = files.len();
+                files.extend(found);
+                if files.len() == before {
+                    return Err(usage(format!("{} matches no image of an environment", input.display())));
+                }
+                continue;
+            }
+            let kind = fs::metadata(input)
+                .map_err(|error| usage(format!("cannot read {}: {error}", input.display())))?;
+            if kind.is_dir() && !says_cube {
+                let found = Assets::in_folder(input).map_err(usage)?;
+                if found.is_empty() {
+                    return Err(usage(format!("{} holds no image of an environment", input.display())));
+                }
+                files.extend(found);
+            } else {
+                files.push(input.clone());
+            }
+        }
+        files.sort();
+        files.dedup();
+        let [input] = &arguments.inputs[..] else { return Ok(Self { files, is_cube: false, is_many: true }) };
+        let is_cube = input.is_dir() && files == [input.clone()];
+        let is_many = !is_cube && files != [input.clone()];
+        Ok(Self { files, is_cube, is_many })
+    }
+}
+
+/// What is written, and where.
+struct Export {
+    place: Place,
+    target: Target,
+    /// Lines of the stage that writes it.
+    lines: Vec<String>,
+}
+
+impl Export {
+    fn image(arguments: &ConvertArguments, is_many: bool, is_cube: bool) -> Result<Self, String> {
+        let output = &arguments.output;
+        let by_name = extension(output)
+            .and_then(|extension| ENDINGS.iter().find(|(known, _)| *known == extension))
+            .map(|(_, format)| *format);
+        let is_faces = arguments.layout.as_deref() == Some("cube");
+        // Six faces whose files are not named as such may be written into a folder, too.
+        let is_many =
+            is_many || is_cube && arguments.from.as_deref() != Some("cube") && by_name.is_none() && !is_faces;
+        let format = match (arguments.format.as_deref(), by_name) {
+            (Some(format), Some(by_name)) if format != by_name && !is_many => {
+                return Err(format!("{} is not the name of a file in the format {format}", output.display()));
+            }
+            (Some(format), _) => format,
+            (None, Some(format)) if !is_many => format,
+            (None, _) if is_many || is_faces => "exr",
+            (None, _) => return Err(no_format(arguments)),
+        };
+        let lines = [
+            text("layout", arguments.layout.as_deref()),
+            resolution(arguments),
+            text("format", Some(format)),
+            text("precision", arguments.precision.as_deref()),
+            number("exposure", arguments.exposure),
+        ];
+        let place = if is_many { Place::Each } else { Place::One };
+        Ok(Self { place, target: Target::Environment, lines: self::lines(lines) })
+    }
+
+    fn for_taps(arguments: &ConvertArguments, is_many: bool) -> Result<Self, String> {
+        let format = light_format(arguments, is_many)?;
+        let lights = arguments.lights.as_deref().map(|lights| match lights {
+            "all" => "lights = \"all\"".into(),
+            count => format!("lights = {count}"),
+        });
+        let lines = [text("layout", arguments.layout.as_deref()), text("format", Some(&format))];
+        let place = if is_many { Place::Each } else { Place::One };
+        let target = Target::Taps(self::lines([resolution(arguments), lights]));
+        Ok(Self { place, target, lines: self::lines(lines) })
+    }
+
+    fn for_engine(engine: &Engine, arguments: &ConvertArguments, is_many: bool) -> Result<Self, String> {
+        let output = &arguments.output;
+        for (option, value) in [("--layout", &arguments.layout), ("--precision", &arguments.precision)] {
+            if value.is_some() {
+                return Err(format!("{option} is an option of images; {} has its own", engine.name));
+            }
+        }
+        let extension = extension(output).filter(|_| !names_folder(output));
+        let (place, by_name) = match extension {
+            None => (if is_many { Place::Each } else { Place::One }, None),
+            Some(extension) => {
+                let known = engine.extensions();
+                let Some((format, ending)) = engine.format_of_extension(&extension) else {
+                    let known: Vec<_> = known.iter().map(|extension| format!(".{extension}")).collect();
+                    return Err(format!(
+                        "{} loads {}, and not {}; name such a file, or a folder with all that it loads",
+                        engine.name,
+                        known.join(" or "),
+                        output.display()
+                    ));
+                };
+                if is_many {
+                    let file = output.display();
+                    return Err(format!("{file} is one file; name a folder for several environments"));
+                }
+                // The preferred format needs no word.
+                let is_first = known.first() == Some(&extension);
+                (Place::Light(ending), Some(format).filter(|_| !is_first))
+            }
+        };
+        let format = arguments.format.as_deref().or(by_name);
+        let sky = matches!(place, Place::Light(_)) && engine.loads_cube();
+        let lines = [
+            text("preset", Some(engine.name)),
+            resolution(arguments),
+            text("format", format),
+            sky.then(|| "skybox = false".into()),
+        ];
+        Ok(Self { place, target: Target::Engine, lines: self::lines(lines) })
+    }
+}
+
+/// The engine for which light is written: the one that is named, or the only one whose files end like the
+/// output.
+fn engine_of(arguments: &ConvertArguments) -> Option<&'static Engine> {
+    const OF_EXTENSION: [(&str, &str); 3] = [("env", "babylon"), ("ktx", "filament"), ("gltf", "gltf")];
+    let by_extension = || {
+        let is_image = arguments.to == ConvertTarget::Environment && !names_folder(&arguments.output);
+        let extension = extension(&arguments.output).filter(|_| is_image)?;
+        OF_EXTENSION.iter().find(|(known, _)| *known == extension).map(|(_, engine)| *engine)
+    };
+    let name = arguments.engine.as_deref().or_else(by_extension)?;
+    ENGINES.iter().find(|engine| engine.name == name).copied()
+}
+
+/// The error of an output whose extension is no image's: the command that writes such files, if there is one.
+fn no_format(arguments: &ConvertArguments) -> String {
+    let output = arguments.output.display();
+    let inputs =
+        arguments.inputs.iter().map(|input| input.display().to_string()).collect::<Vec<_>>().join(" ");
+    let other = match extension(&arguments.output).as_deref() {
+        None => format!("`specula convert {inputs} --engine three -o {output}` writes what an engine loads"),
+        Some("safetensors") => {
+            format!("`specula convert {inputs} --to taps -o {output}` writes the light of compact maps")
+        }
+        Some("json" | "txt") => format!(
+            "`specula convert {inputs} --engine unity -o FOLDER` writes an image and its irradiance as JSON, and \
+             `specula convert-sh` converts spherical harmonics"
+        ),
+        Some("glb") => format!("`specula convert {inputs} --engine gltf -o FOLDER` writes it as .gltf"),
+        Some("usda" | "usdc" | "usd" | "tscn") => {
+            "a stage of kind export-light-rig writes suns and lamps (`specula stages export-light-rig`)"
+                .into()
+        }
+        Some("toml") => "`specula init` writes a manifest".into(),
+        Some(_) => "or --format".into(),
+    };
+    format!("the extension of {output} is no image's; expected .exr, .hdr, .png, .ktx2 or .dds; {other}")
+}
+
+/// The extension of a path, in small letters.
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|extension| extension.to_string_lossy().to_lowercase())
+}
+
+/// Whether a path says that it is a folder, or is one.
+fn names_folder(path: &Path) -> bool {
+    path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
+}
+
+fn text(key: &str, value: Option<&str>) -> Option<String> {
+    value.map(|value| format!("{key} = {}", toml::Value::from(value)))
+}
+
+/// A line of a number that is not 0.
+fn number(key: &str, value: f64) -> Option<String> {
+    (value != 0.0).then(|| format!("{key} = {value:?}"))
+}
+
+fn resolution(arguments: &ConvertArguments) -> Option<String> {
+    arguments.resolution.map(|resolution| format!("resolution = {resolution}"))
+}
+
+fn lines<const N: usize>(lines: [Option<String>; N]) -> Vec<String> {
+    lines.into_iter().flatten().collect()
+}
+
 /// The format of the light of compact maps: textures in a folder, or one file of tensors.
-fn light_format(arguments: &ConvertArguments, is_folder: bool) -> Result<String, String> {
+fn light_format(arguments: &ConvertArguments, is_many: bool) -> Result<String, String> {
     const TENSORS: &str = "safetensors";
     let output = &arguments.output;
     if arguments.precision.is_some() {
         return Err("--precision is an option of --to environment".into());
     }
-    let is_file = !is_folder && output.extension().is_some_and(|ending| ending == TENSORS);
+    let is_file = !is_many && output.extension().is_some_and(|ending| ending == TENSORS);
     let format = match arguments.format.as_deref() {
         Some(format) => format,
         None if is_file => TENSORS,
         None => "ktx2",
     };
-    if !is_folder && is_file != (format == TENSORS) {
+    if !is_many && is_file != (format == TENSORS) {
         return Err(format!("{} is not the name of what the format {format} has", output.display()));
     }
     Ok(format.to_owned())
@@ -185,20 +351,28 @@ fn fill(text: &str) -> String {
 fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
     let files: Result<Vec<_>, _> = request.files.iter().map(std::path::absolute).collect();
     let files = files.map_err(|error| CommandError::system("cannot find the current folder", &error))?;
-    let path = if request.is_folder { "{environment}" } else { "converted" };
+    let path = if matches!(request.place, Place::Each) { "{environment}" } else { "converted" };
     let text = |folder: &Path| request.conversion.manifest(&assets::source_of(&files, folder), path);
-    let place = |file: &str| place(file, &arguments.output, request.is_folder);
+    let place = |file: &str| request.place.of(file, &arguments.output);
     one_build::build(text, kinds, &arguments.output, place, &OPTIONS)
 }
 
-/// The place to which a file that was made belongs.
-fn place(file: &str, output: &Path, is_folder: bool) -> PathBuf {
-    if is_folder {
-        return output.join(file);
-    }
-    match file.split_once('/') {
-        // The faces of a cube.
-        Some((_, face)) => output.join(face),
-        None => output.to_path_buf(),
+impl Place {
+    /// The place to which a file that was made belongs.
+    fn of(&self, file: &str, output: &Path) -> Option<PathBuf> {
+        let inner = file.split_once('/').map(|(_, inner)| inner);
+        match (self, inner) {
+            (Self::Each, _) => Some(output.join(file)),
+            (Self::One, Some(inner)) => Some(output.join(inner)),
+            (Self::One, None) => Some(output.to_path_buf()),
+            (Self::Light(ending), inner) => {
+                let rest = inner?.strip_prefix(stages::ENGINE_FILE_STEM)?;
+                if rest == ending {
+                    return Some(output.to_path_buf());
+                }
+                let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+                Some(output.with_file_name(format!("{stem}{rest}")))
+            }
+        }
     }
 }

@@ -146,7 +146,7 @@ fn describe_run(run: &LastRun, explanation: &Explanation, manifest: &str) -> Str
     let time = quantity::duration(run.milliseconds);
     let _ = writeln!(text, " {} for {time} as {}, by version {}", run.started, run.kind, run.version);
     if let (Some(Place::Here { because }), None) = (&run.place, &run.from_cache) {
-        let _ = writeln!(text, "    on no other machine, because {because}");
+        let _ = writeln!(text, "    runs on this machine only: {because}");
     }
     if explanation.would_run {
         for first in &run.causes {

@@ -1,17 +1,19 @@
 //! `specula init`: a manifest for what is in a folder, a starter manifest, or the sample project.
 
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use engine::Kinds;
+use stages::{ENGINES, Engine};
 
 use crate::arguments::{MANIFEST, SchemaSubject};
 use crate::assets::{Assets, Recognised};
 use crate::exit::Exit;
 use crate::print::say;
 use crate::quantity::count;
-use crate::{recognise, sample, schema, standard_pipeline};
+use crate::standard_pipeline::STARTER_ENGINE;
+use crate::{recognise, sample, schema, standard_pipeline, terminal};
 
 /// The materials of a new project that has none; a test builds them.
 const MATERIALS: [(&str, &[u8]); 2] = [
@@ -23,7 +25,7 @@ const MATERIALS: [(&str, &[u8]); 2] = [
 const SCHEMAS: [(&str, SchemaSubject); 2] =
     [("pipeline.schema.json", SchemaSubject::Pipeline), ("material.schema.json", SchemaSubject::Material)];
 
-pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
+pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, kinds: &Kinds) -> Exit {
     let manifest = folder.join(MANIFEST);
     if manifest.exists() {
         say!("error: {} already exists; nothing was written", manifest.display());
@@ -39,7 +41,12 @@ pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
         add(MANIFEST, sample::MANIFEST.as_bytes());
         sample::ASSETS.iter().for_each(|(path, bytes)| add(path, bytes));
     } else {
-        add(MANIFEST, standard_pipeline::starter(&found, folder).as_bytes());
+        let name = engine.map_or_else(asked, str::to_owned);
+        let Some(engine) = named(&name) else {
+            say!("error: there is no engine {name}");
+            return Exit::Usage;
+        };
+        add(MANIFEST, standard_pipeline::starter(&found, folder, engine).as_bytes());
         if found.materials.is_empty() {
             MATERIALS.iter().for_each(|(path, bytes)| add(path, bytes));
         }
@@ -83,6 +90,28 @@ pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
     }
     say!("Next: copy a lat-long .exr or .hdr image to {}, then run `specula build`.", environments.display());
     Exit::Success
+}
+
+fn named(name: &str) -> Option<&'static Engine> {
+    ENGINES.iter().copied().find(|engine| engine.name == name)
+}
+
+/// The engine that somebody at a terminal names; without a terminal, the one that the starter names.
+fn asked() -> String {
+    if terminal::is_terminal() && std::io::stdin().is_terminal() {
+        let names = ENGINES.iter().map(|engine| engine.name).collect::<Vec<_>>().join(", ");
+        say!("Which engine loads the light? One of {names}; nothing for {STARTER_ENGINE}:");
+        let mut line = String::new();
+        while std::io::stdin().read_line(&mut line).is_ok_and(|read| read > 0) {
+            match line.trim() {
+                "" => break,
+                name if named(name).is_some() => return name.to_owned(),
+                name => say!("There is no engine {name}. One of {names}; nothing for {STARTER_ENGINE}:"),
+            }
+            line.clear();
+        }
+    }
+    STARTER_ENGINE.to_owned()
 }
 
 /// Writes a file unless it exists; returns whether it was written.

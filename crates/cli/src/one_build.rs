@@ -14,13 +14,13 @@ use crate::print::say;
 use crate::quantity::count;
 
 /// Builds a manifest in a temporary folder, and moves what it made to its places, where each file appears as
-/// a whole. `text` is the manifest, given that folder; `place` says where a file of its output belongs, and
-/// `options` which options of the command are parameters of its stages: messages name those.
+/// a whole. `text` is the manifest, given that folder; `place` says where a file of its output belongs, if
+/// anywhere, and `options` which options of the command are parameters of its stages: messages name those.
 pub(crate) fn build(
     text: impl FnOnce(&Path) -> String,
     kinds: &Kinds,
     output: &Path,
-    place: impl Fn(&str) -> PathBuf,
+    place: impl Fn(&str) -> Option<PathBuf>,
     options: &[StageOption],
 ) -> Result<Exit, CommandError> {
     let failed = |what: String, error: std::io::Error| CommandError::system(what, &error);
@@ -55,7 +55,7 @@ pub(crate) fn build(
             continue;
         }
         for file in made {
-            let place = place(file);
+            let Some(place) = place(file) else { continue };
             put(&plan.out.join(file), &place)
                 .map_err(|error| failed(format!("cannot write {}", place.display()), error))?;
             written += 1;

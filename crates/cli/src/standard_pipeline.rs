@@ -4,6 +4,8 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use stages::Engine;
+
 use crate::assets::{Assets, Environments, Recognised, glob_of, source_of};
 
 pub(crate) const STARTER: &str = include_str!("starter/pipeline.toml");
@@ -87,14 +89,23 @@ pub(crate) fn imports(recognised: &Recognised, place: impl Fn(&Path) -> PathBuf)
 }
 
 /// The stages of the starter manifest that belong to one stage of environments.
-const OF_ENVIRONMENTS: [&str; 8] =
-    ["environment", "light", "compact", "lighting", "reflection", "map", "sh", "sheet"];
+const OF_ENVIRONMENTS: [&str; 9] =
+    ["environment", "engine", "light", "compact", "lighting", "reflection", "map", "sh", "sheet"];
 
-/// The starter manifest for files of a folder, which it names relative to it. Environments of a further
+/// The engine that the starter manifest names, whose preset and folder are replaced by those of another.
+pub(crate) const STARTER_ENGINE: &str = "gltf";
+
+/// The starter manifest for an engine, and files of a folder, which it names relative to it. Environments of a further
 /// layout have stages of their own, whose names and folders hold the layout. What was left out is at the end.
-pub(crate) fn starter(recognised: &Recognised, folder: &Path) -> String {
+pub(crate) fn starter(recognised: &Recognised, folder: &Path, engine: &Engine) -> String {
     let Recognised { environments, materials, meshes, left_out } = recognised;
-    let mut text = STARTER.to_owned();
+    let mut text = STARTER
+        .replace(&line("preset", STARTER_ENGINE), &line("preset", engine.name))
+        .replace(&format!("/{STARTER_ENGINE}\""), &format!("/{}\"", engine.name));
+    if engine.looks_up_taps() {
+        let inputs = "taps = \"taps\" }\n";
+        text = text.replace(inputs, &format!("{inputs}{}\n", line("preset", engine.name)));
+    }
     if !materials.is_empty() {
         text = text.replace(&quoted(STARTER_MATERIAL), &quoted(&glob_of(materials, folder)));
     }
@@ -178,10 +189,22 @@ pub(crate) struct Conversion {
     pub(crate) import: Vec<String>,
     /// Lines of `rotate`; none if the light is not turned.
     pub(crate) rotate: Vec<String>,
-    /// Lines of `scale-space`, if the light of compact maps is made and not an environment.
-    pub(crate) light: Option<Vec<String>>,
-    /// Lines of `export-environment`, or of `export-taps`, without its path.
+    /// What the environment becomes.
+    pub(crate) target: Target,
+    /// Lines of the stage that writes it, without its path.
     pub(crate) export: Vec<String>,
+}
+
+/// What an environment is converted to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) enum Target {
+    /// An image or a texture.
+    #[default]
+    Environment,
+    /// The light of compact maps, with lines of `scale-space`.
+    Taps(Vec<String>),
+    /// Light that an engine loads.
+    Engine,
 }
 
 impl Conversion {
@@ -198,9 +221,10 @@ impl Conversion {
             stage(&mut text, "turned", &with("rotate", line("input", input), &self.rotate));
             input = "turned";
         }
-        let mut export = match &self.light {
-            None => with("export-environment", line("input", input), &self.export),
-            Some(light) => {
+        let mut export = match &self.target {
+            Target::Environment => with("export-environment", line("input", input), &self.export),
+            Target::Engine => with("export-engine", line("input", input), &self.export),
+            Target::Taps(light) => {
                 stage(&mut text, "light", &with("scale-space", line("input", input), light));
                 with("export-taps", "inputs = { scale-space = \"light\" }".into(), &self.export)
             }
@@ -217,7 +241,12 @@ mod tests {
 
     #[test]
     fn the_starter_names_the_files_that_are_there() {
-        assert_eq!(starter(&Recognised::default(), Path::new("")), STARTER);
+        let engine = |name: &str| *stages::ENGINES.iter().find(|engine| engine.name == name).unwrap();
+        assert_eq!(starter(&Recognised::default(), Path::new(""), engine(STARTER_ENGINE)), STARTER);
+        for (name, count) in [("three", 2), ("blender", 1)] {
+            let bare = starter(&Recognised::default(), Path::new(""), engine(name));
+            assert_eq!(bare.matches(&format!("\npreset = \"{name}\"\n")).count(), count, "{bare}");
+        }
         let recognised = Recognised {
             environments: vec![
                 Environments {
@@ -230,10 +259,11 @@ mod tests {
             meshes: vec!["/none/models/knot.glb".into()],
             left_out: vec![("/none/broken.exr".into(), "OpenEXR: two\nlines".into())],
         };
-        let text = starter(&recognised, Path::new("/none"));
+        let text = starter(&recognised, Path::new("/none"), engine("unity"));
         for line in [
             "source = \"hdri/*.{exr,hdr}\"\n",
             "source = \"*.toml\"",
+            "preset = \"unity\"\npath = \"cube/{environment-cube}/unity\"",
             "source = \"models/*.glb\"",
             "[stage.environment-cube]\nkind = \"import-environment\"\nsource = \"faces\"\nlayout = \"cube\"\n",
             "inputs = { lighting = \"lighting-cube\", brdf = \"coefficients\" }",

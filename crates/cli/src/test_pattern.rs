@@ -22,6 +22,6 @@ pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exi
     manifest += &text("preset", preset);
     manifest += &format.as_ref().map_or_else(String::new, |format| text("format", format));
     manifest += &resolution.map_or_else(String::new, |resolution| format!("resolution = {resolution}\n"));
-    let place = |file: &str| output.join(file.trim_start_matches("pattern/"));
+    let place = |file: &str| Some(output.join(file.trim_start_matches("pattern/")));
     one_build::build(|_| manifest, kinds, output, place, &OPTIONS)
 }

@@ -85,10 +85,10 @@ fn describe(found: &Verification) -> String {
     };
     let now = short(Some(&found.digest));
     let _ = match &found.content {
-        ContentState::Current => writeln!(text, "  bytes     {now}, the last result"),
-        ContentState::Earlier => writeln!(text, "  bytes     {now}, the result of an earlier run"),
+        ContentState::Current => writeln!(text, "  contents  match the last build ({now})"),
+        ContentState::Earlier => writeln!(text, "  contents  match an earlier build ({now})"),
         ContentState::Altered { made } => {
-            writeln!(text, "  bytes     {now}, but {} was published", short(made.as_ref()))
+            writeln!(text, "  contents  {now}, but {} was published", short(made.as_ref()))
         }
     };
     let _ = match &found.recipe {

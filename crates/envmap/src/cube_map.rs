@@ -33,6 +33,32 @@ impl CubeMap {
         &self.pixels
     }
 
+    /// The cube with half as many texels along an edge: the means of 2 x 2 texels. `None` if the edge is odd.
+    ///
+    /// # Example
+    /// ```
+    /// use envmap::CubeMap;
+    /// let pixels = (0..24).map(|texel| [texel as f32; 3]).collect();
+    /// let halved = CubeMap::new(sphere::Cube { edge: 2 }, pixels).unwrap().halved().unwrap();
+    /// assert_eq!(halved.pixels()[..2], [[1.5; 3], [5.5; 3]]);
+    /// assert!(halved.halved().is_none());
+    /// ```
+    pub fn halved(&self) -> Option<Self> {
+        let edge = self.cube.edge;
+        if edge % 2 != 0 {
+            return None;
+        }
+        let half = Cube { edge: edge / 2 };
+        let texel = |index: usize| {
+            // The rows of all six faces are one picture.
+            let (row, column) = (index / half.edge, index % half.edge);
+            let [above, below] =
+                [2 * row, 2 * row + 1].map(|row| &self.pixels[row * edge + 2 * column..][..2]);
+            std::array::from_fn(|c| 0.25 * (above[0][c] + above[1][c] + below[0][c] + below[1][c]))
+        };
+        Some(Self { cube: half, pixels: (0..half.len()).map(texel).collect() })
+    }
+
     /// The faces with a border of one texel around each: six pictures of (edge + 2)^2 texels, rows from the
     /// top.
     ///

@@ -11,6 +11,8 @@ mod test_pattern;
 mod engine_files;
 mod irradiance;
 
+pub use export_engine::ENGINE_FILE_STEM;
+
 use engine::Kinds;
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.

@@ -22,6 +22,7 @@ pub mod plugin;
 mod testkit;
 mod values;
 
+pub use engine_light::ENGINE_FILE_STEM;
 pub use engines::{ENGINES, Engine};
 pub use files::{CatalogEntry, CompactMapItems, LightEdit, PreviewCatalog, SceneCache, Unknown};
 pub use light::{face_sets, is_face, six_faces};

@@ -8,8 +8,8 @@ use clap::{Args, ValueEnum};
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Other machines")]
 pub(crate) struct RemoteArguments {
-    /// Use the results of other machines, and give them ours: grpc://HOST:PORT, grpcs://HOST:PORT or
-    /// unix:PATH [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
+    /// Share results with other machines by a cache at grpc://HOST:PORT, grpcs://HOST:PORT or unix:PATH
+    /// [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) remote_cache: Option<String>,
     /// Run items on the workers of this server, which also has the cache unless --remote-cache names another

@@ -76,6 +76,21 @@ pub(super) fn engines_of_cubes() -> String {
     format!("The engine for which a cube in a texture was made: {names} [default: as the file says]")
 }
 
+pub(super) fn engine(text: &str) -> Result<String, String> {
+    let names: Vec<_> = ENGINES.iter().map(|engine| engine.name).collect();
+    if names.contains(&text) { Ok(text.to_owned()) } else { Err(unknown("such engine", text, &names)) }
+}
+
+/// The help of `--engine` of `convert`.
+pub(super) fn engines_to_convert_for() -> String {
+    format!("Write what an engine loads as its light, its sky, and the code for it. {}", engines())
+}
+
+/// The help of `--engine` of `init`.
+pub(super) fn engine_of_a_project() -> String {
+    format!("{}, that loads the light [default: asked for on a terminal, or else gltf]", engines())
+}
+
 /// The help of `--preset` of `test-pattern`, which lists the engines.
 pub(super) fn engines() -> String {
     let names: Vec<_> = ENGINES.iter().map(|engine| engine.name).collect();

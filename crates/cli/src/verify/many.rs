@@ -2,15 +2,16 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use engine::{ContentState, FilesToVerify, MissingFile, OutVerification, Plan, RecipeState, Verification};
-use globset::{GlobBuilder, GlobMatcher};
+use globset::GlobMatcher;
 use serde_json::json;
 
 use super::{changed, in_place, unreadable, verdict};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
+use crate::globs::{self, files_below, matcher, slashed};
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print;
 use crate::quantity::count;
@@ -112,7 +113,7 @@ impl Wanted {
 
     /// Adds the files of a glob: those of `out`, also by their names relative to it, or else others.
     fn add_glob(&mut self, plan: &Plan, argument: &Path) -> Result<(), CommandError> {
-        let (folder, rest) = parts(argument);
+        let (folder, rest) = globs::parts(argument);
         let in_out = engine::names_in_out(plan, &folder);
         let names = if in_out.is_empty() { vec![slashed(&folder)] } else { in_out };
         let files = files_below(&plan.out);
@@ -126,9 +127,7 @@ impl Wanted {
                 return Ok(());
             }
         }
-        let glob = matcher(&rest)?;
-        let is_match = |file: &PathBuf| file.strip_prefix(&folder).is_ok_and(|file| glob.is_match(file));
-        let others = files_below(&folder).into_iter().filter(is_match).collect::<Vec<_>>();
+        let others = globs::matching(argument)?;
         if others.is_empty() {
             return Err(CommandError::usage([format!("no file matches {}", argument.display())]));
         }
@@ -159,42 +158,7 @@ pub(super) fn is_many(plan: &Plan, path: &Path) -> bool {
 
 /// Whether a path is a glob: it has one of its characters, and nothing has it as name.
 fn is_glob(plan: &Plan, path: &Path) -> bool {
-    path.to_string_lossy().contains(['*', '?', '[', '{']) && !in_place(plan, path).exists()
-}
-
-/// The folder before the first part of a glob with one of its characters, and the rest.
-fn parts(glob: &Path) -> (PathBuf, String) {
-    let is_plain = |part: &Component<'_>| !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{']);
-    let folder = glob.components().take_while(is_plain).collect::<PathBuf>();
-    let rest = slashed(glob.strip_prefix(&folder).unwrap_or(glob));
-    (if folder.as_os_str().is_empty() { ".".into() } else { folder }, rest)
-}
-
-fn slashed(path: &Path) -> String {
-    let parts = path.components().filter(|part| *part != Component::CurDir);
-    parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
-}
-
-fn matcher(glob: &str) -> Result<GlobMatcher, CommandError> {
-    let glob = GlobBuilder::new(glob).literal_separator(true).build();
-    glob.map(|glob| glob.compile_matcher()).map_err(|error| CommandError::usage([error.to_string()]))
-}
-
-/// The files below a folder, without those in hidden folders, sorted.
-fn files_below(folder: &Path) -> Vec<PathBuf> {
-    let (mut found, mut open) = (Vec::new(), vec![folder.to_path_buf()]);
-    while let Some(folder) = open.pop() {
-        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-            let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
-            match entry.file_type() {
-                Ok(kind) if kind.is_dir() && is_hidden => {}
-                Ok(kind) if kind.is_dir() => open.push(entry.path()),
-                _ => found.push(entry.path()),
-            }
-        }
-    }
-    found.sort_unstable();
-    found
+    globs::is_glob(path) && !in_place(plan, path).exists()
 }
 
 /// A line for each file that is not current, and a summary.
@@ -251,21 +215,5 @@ fn brief(file: &Verification) -> String {
     match verdict(file) {
         verdict if sources.is_empty() => verdict.into(),
         verdict => format!("{verdict} ({})", list(&sources, ", ", NAMED)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_glob_begins_at_its_first_special_part() {
-        let check = |glob: &str, folder: &str, rest: &str| {
-            assert_eq!(parts(Path::new(glob)), (folder.into(), rest.into()), "{glob}");
-        };
-        check("out/maps/*.exr", "out/maps", "*.exr");
-        check("./out/**/a.exr", "./out", "**/a.exr");
-        check("*.exr", ".", "*.exr");
-        check("/srv/{a,b}/x.exr", "/srv", "{a,b}/x.exr");
     }
 }

@@ -413,7 +413,7 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
             let message =
                 format!("{folder} was written by a newer version (format {format}, ours is {FORMAT})");
             Err(Error::new(ErrorKind::NewerState, message)
-                .with_help(format!("use that version, or delete {folder} to build everything anew")))
+                .with_help(format!("use that version, or delete {folder} to rebuild everything")))
         }
         _ => Ok(()),
     }

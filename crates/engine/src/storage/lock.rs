@@ -122,8 +122,9 @@ impl Lock {
             }
             if request.timeout.0.is_some_and(|limit| waited >= limit) {
                 let message = format!("{} is at work in {}", holder(folder), folder.display());
-                return Err(Error::new(ErrorKind::Locked, message)
-                    .with_help("wait for it, or stop that process: its lock goes with it"));
+                return Err(
+                    Error::new(ErrorKind::Locked, message).with_help("wait for it, or stop that process")
+                );
             }
             if waited >= UNREPORTED && !std::mem::replace(&mut reported, true) {
                 (request.waiting)(holder(folder));

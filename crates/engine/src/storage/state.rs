@@ -102,7 +102,7 @@ fn write_ignore(folder: &Path) -> Result<(), Error> {
 fn check(folder: &Path) -> Result<(), Error> {
     let refuse = |path: &Path, why: io::Error| {
         let message = format!("{} cannot be used: {why}", path.display());
-        let help = format!("delete {} to build everything anew", folder.display());
+        let help = format!("delete {} to rebuild everything", folder.display());
         Err(Error::new(ErrorKind::BadState, message).with_help(help))
     };
     let folders = ["", "blobs", "tmp", "kept"].map(|name| (name, true));

@@ -7,7 +7,7 @@ use sh::Expansion;
 use shrm::MapGrid;
 use sphere::Cube;
 
-use crate::engines::{CubeLight, EngineFormat, EnginePreset, texture};
+use crate::engines::{CubeLight, EngineFormat, EnginePreset, Skybox, texture};
 use crate::values::{Content, Excess, LARGEST_HALF, Overflow, note_floats, rounded, rounded_text};
 
 /// An engine, and the format in which it gets its light.
@@ -84,6 +84,32 @@ pub(crate) fn of_levels(
         rounded: rounded.collect(),
         files: std::iter::once(encoded.bytes).chain(beside).collect(),
     })
+}
+
+/// The sharp cube that an engine shows behind a scene.
+pub(crate) struct SkyFile {
+    pub(crate) file: Vec<u8>,
+    /// The number of texels along the edge of a face.
+    pub(crate) size: usize,
+    /// The part of the light that lies past the format's largest number.
+    pub(crate) excess: Excess,
+}
+
+/// The file of a sky in our frame, with all its smaller levels.
+pub(crate) fn of_sky(
+    EngineTarget { preset, format }: EngineTarget,
+    skybox: &Skybox,
+    sky: CubeMap,
+    recipe: Option<&str>,
+) -> Result<SkyFile, Failure> {
+    let cube = preset.cube().ok_or_else(|| Failure::new(format!("{} loads no cube", preset.name)))?;
+    let content = Content::Light(MapGrid::Cube(sky.cube()));
+    let (size, excess) = (sky.cube().edge, Excess::of(sky.pixels(), content, format.largest()));
+    let levels: Vec<_> = std::iter::successors(Some(sky), CubeMap::halved).collect();
+    let texture = texture(&levels, cube.direction_at);
+    let texels = format.texels().unwrap_or(TexelFormat::Rgba16F);
+    let file = (skybox.write)(&texture, texels, recipe)?.bytes;
+    Ok(SkyFile { file, size, excess })
 }
 
 /// The files of an engine that loads a lat-long image and filters it itself.

@@ -11,6 +11,14 @@
 //! The first format is the default. r is the roughness of GGX; level 0 is a mirror, the last level
 //! irradiance over pi. KTX2 files are compressed with Zstandard.
 //!
+//! ## The sky
+//!
+//! An engine that loads a cube gets another one, `-skybox` with the ending of the first, to show behind the
+//! scene: the light as sharp as it is, with ever smaller levels, each the means of 2 x 2 texels, down to one
+//! texel. By default a face has as many texels along its edge as a quarter of the image's width, rounded to a
+//! power of two, at most 2048; `skybox-resolution` gives another number, and `skybox = false` leaves it out.
+//! It lies as the light does. An engine that loads a lat-long image shows that. Its code is in `README.txt`.
+//!
 //! ## Where the light comes from
 //!
 //! A cube lies in each engine as the same lat-long image does. With d the direction in the frame of files (+Y
@@ -38,6 +46,8 @@
 //! between two numbers take the farther one if that is needed. A block of `bc6h` holds a line of colours, and
 //! passes on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as
 //! it does if a few texels hold all light, a warning says by how much.
+//!
+//! No warning says what the sky loses, which lights nothing; `bounds.json` does, as `skybox`.
 //!
 //! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
 //! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),
@@ -69,16 +79,16 @@ use envmap::Environment;
 use serde_json::{Value, json};
 use sh::{Degree, Expansion, Transform};
 use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
-use sphere::LatLong;
+use sphere::{Cube, LatLong};
 
 use super::engine_files;
-use super::engine_files::{EngineFiles, EngineTarget, report};
+use super::engine_files::{EngineFiles, EngineTarget, SkyFile, report};
 use super::irradiance::windowed;
-use crate::engines::{self, EngineFormat, EnginePreset};
+use crate::engines::{self, EngineFormat, EnginePreset, Skybox};
 use crate::values::{MAX_RESOLUTION, Overflow, UntilStopped, artifacts};
 
-/// The stem of file names, before their endings.
-const STEM: &str = "environment";
+/// The stem of the names of `export-engine`'s files, before their endings.
+pub const ENGINE_FILE_STEM: &str = "environment";
 
 /// The port of the light.
 const LIGHT: &str = "light";
@@ -97,6 +107,11 @@ parameters! {
         /// image, by default those of the environment.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
+        /// Whether an engine that loads a cube gets a sharp one as well, to show behind the scene.
+        skybox: bool = true,
+        /// Texels along the edge of a face of that cube. Default: as fine as the environment, at most 2048.
+        #[range(1..=MAX_RESOLUTION)]
+        skybox_resolution: Option<usize> = None,
         /// What happens to values past the largest that the format holds: they become it, with a warning that
         /// says how much light is lost, or the item fails.
         overflow: Overflow = Overflow::Clamp,
@@ -107,6 +122,11 @@ impl Parameters {
     fn format(&self) -> EngineFormat {
         self.format.unwrap_or_else(|| self.preset.formats()[0])
     }
+
+    /// The file of the sky, if there is one.
+    fn skybox(&self) -> Option<&'static Skybox> {
+        self.preset.skybox(self.format()).filter(|_| self.skybox)
+    }
 }
 
 /// The kind `export-engine`.
@@ -116,7 +136,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
@@ -134,7 +154,8 @@ impl Kind for ExportEngine {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let mut files = parameters.preset.names(parameters.format(), STEM);
+        let mut files = parameters.preset.names(parameters.format(), ENGINE_FILE_STEM);
+        files.extend(parameters.skybox().map(|skybox| format!("/{ENGINE_FILE_STEM}{}", skybox.ending)));
         files.extend(["/README.txt".into(), "/bounds.json".into()]);
         Product::Files(files)
     }
@@ -143,7 +164,16 @@ impl Kind for ExportEngine {
         let preset = parameters.preset;
         let size = parameters.resolution.filter(|_| preset.loads_cube());
         let size = size.and_then(|size| preset.roughness(size).err()).map(|error| ("resolution", error));
-        preset.check_format(parameters.format).into_iter().chain(size).collect()
+        let unused = parameters.skybox_resolution.is_some() && !(parameters.skybox && preset.loads_cube());
+        let unused = unused.then(|| {
+            let why = if parameters.skybox {
+                "the engine shows the lat-long image itself"
+            } else {
+                "skybox = false leaves it out"
+            };
+            ("skybox-resolution", format!("there is no cube of the sky: {why}"))
+        });
+        preset.check_format(parameters.format).into_iter().chain(size).chain(unused).collect()
     }
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
@@ -154,8 +184,12 @@ impl Kind for ExportEngine {
             errors
                 .push(("preset", format!("{name} filters a lat-long image itself; connect an environment")));
         }
-        if is_cube && parameters.resolution.is_some() {
-            errors.push(("resolution", "a prefiltered cube has its size already".into()));
+        let sizes =
+            [("resolution", parameters.resolution), ("skybox-resolution", parameters.skybox_resolution)];
+        for (name, size) in sizes {
+            if is_cube && size.is_some() {
+                errors.push((name, "a prefiltered cube has its size already".into()));
+            }
         }
         errors
     }
@@ -165,15 +199,22 @@ impl Kind for ExportEngine {
         let (preset, format) = (parameters.preset, parameters.format());
         let target = EngineTarget { preset, format };
         let recipe = Some(context.recipe());
+        let mut sky = None;
         let (made, levels) = if context.inputs.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
             let cube = context.inputs.get::<artifacts::Prefiltered>(LIGHT)?;
             check_levels(preset, &cube.0)?;
+            // The mirror, which is as sharp as the cube is.
+            sky = cube.0.levels.first().map(|level| level.map.clone());
             cube_files(target, &cube.0, context)?
         } else {
             let environment = &context.inputs.get::<artifacts::Environment>(LIGHT)?.0;
             if preset.loads_cube() {
                 let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
                 let cube = prefiltered(preset, environment, edge, reporter)?;
+                if parameters.skybox().is_some() {
+                    let edge = parameters.skybox_resolution.unwrap_or_else(|| skybox_edge(environment));
+                    sky = Some(environment.cube_map(Cube { edge })?);
+                }
                 cube_files(target, &cube, context)?
             } else {
                 // The irradiance is that of the whole picture, whatever the size of the written one is.
@@ -191,10 +232,25 @@ impl Kind for ExportEngine {
         };
         context.reporter.check_cancelled()?;
         report(&made, target, parameters.overflow, reporter)?;
-        let bounds = bounds(target, &made, levels, context.recipe())?;
-        let text = preset.readme(format, STEM);
-        Ok(Output::files(made.files.into_iter().chain([text.into_bytes(), bounds]).collect()))
+        let mut text = preset.readme(format, ENGINE_FILE_STEM);
+        let sky = match parameters.skybox().zip(sky) {
+            Some((skybox, map)) => {
+                text =
+                    format!("{text}\n{}", (skybox.readme)(&format!("{ENGINE_FILE_STEM}{}", skybox.ending)));
+                Some(engine_files::of_sky(target, skybox, map, recipe)?)
+            }
+            None => None,
+        };
+        let bounds = bounds(target, &made, levels, sky.as_ref(), context.recipe())?;
+        let sky = sky.map(|sky| sky.file);
+        Ok(Output::files(made.files.into_iter().chain(sky).chain([text.into_bytes(), bounds]).collect()))
     }
+}
+
+/// The edge of a sky that is as fine as an environment in the middle of a face: a power of two.
+fn skybox_edge(environment: &Environment) -> usize {
+    const LARGEST: usize = 2048;
+    engines::nearest_power_of_two(environment.grid().width / 4).clamp(1, LARGEST)
 }
 
 /// An environment prefiltered with an engine's levels.
@@ -280,6 +336,7 @@ fn bounds(
     EngineTarget { preset, format }: EngineTarget,
     made: &EngineFiles,
     mut levels: Vec<Value>,
+    sky: Option<&SkyFile>,
     recipe: &str,
 ) -> Result<Vec<u8>, Failure> {
     for (level, (stored, rounded)) in levels.iter_mut().zip(made.errors.iter().zip(&made.rounded)) {
@@ -300,6 +357,10 @@ fn bounds(
         "lost_light": if made.precision.is_some() { [0.0; 3] } else { made.excess.lost },
         "negative": made.negative,
         "levels": levels,
+        "skybox": sky.map(|sky| json!({
+            "size": sky.size, "largest": sky.excess.largest, "clamped": sky.excess.count,
+            "lost_light": sky.excess.lost,
+        })),
         "specula": recipe,
     });
     Ok((serde_json::to_string_pretty(&bounds)? + "\n").into_bytes())

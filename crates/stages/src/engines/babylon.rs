@@ -1,13 +1,13 @@
 //! Babylon.js. Its shader looks up the level log2(size alpha), scaled.
 
 use containers::lighting_json::Preset;
-use containers::{BabylonEnv, Encoded, Polynomial, read_babylon_env, write_babylon_env};
+use containers::{BabylonEnv, Encoded, Polynomial, Texture, read_babylon_env, write_babylon_env};
 use engine::Failure;
 use sphere::DVec3;
 use taps::{Language, Source};
 
 use super::cube_light::CubeLight;
-use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, read_cube};
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, Skybox, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::Levels;
 use super::tap_shaders::TapPreset;
@@ -38,6 +38,7 @@ pub(crate) const ENGINE: Engine = Engine {
                 write: write_env,
                 read: |bytes| Ok(read_babylon_env(bytes)?.cube),
                 readme: |cube, _| readme(cube, "The file holds the irradiance, too."),
+                skybox: &SKYBOX,
             },
             CubeFiles {
                 formats: &[EngineFormat::Rgba16F, EngineFormat::Rgba32F],
@@ -45,6 +46,7 @@ pub(crate) const ENGINE: Engine = Engine {
                 write: |light| Ok((light.dds()?, vec![light.irradiance_json(Preset::Babylon)?])),
                 read: read_cube,
                 readme: dds_readme,
+                skybox: &Skybox::dds(skybox_readme),
             },
         ],
         endings: "`.env`, with the irradiance; or `.dds` and `-irradiance.json`",
@@ -52,16 +54,30 @@ pub(crate) const ENGINE: Engine = Engine {
     taps: Some(&TAPS),
 };
 
+/// The sharp cube as `.env`.
+pub(crate) const SKYBOX: Skybox =
+    Skybox { ending: "-skybox.env", write: |cube, _, recipe| env(cube, None, recipe), readme: skybox_readme };
+
+fn skybox_readme(cube: &str) -> String {
+    format!(
+        "The sky, in a box that is larger than the scene:
+
+scene.createDefaultSkybox( BABYLON.CubeTexture.CreateFromPrefilteredData( '{cube}', scene ), true, 1000 );
+"
+    )
+}
+
+fn env(cube: &Texture, irradiance: Option<Polynomial>, recipe: Option<&str>) -> Result<Encoded, Failure> {
+    let env = BabylonEnv { cube: cube.clone(), irradiance, lod_generation_scale: LOD_GENERATION_SCALE };
+    Ok(write_babylon_env(&env, recipe)?)
+}
+
 fn write_env(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
     let rows = light.irradiance_rows(Preset::BabylonEnv);
     let [x, y, z, xx, yy, zz, yz, zx, xy] = <[[f64; 3]; 9]>::try_from(rows)
         .map_err(|rows| Failure::new(format!("{} rows of a polynomial", rows.len())))?;
-    let env = BabylonEnv {
-        cube: light.texture.clone(),
-        irradiance: Some(Polynomial { x, y, z, xx, yy, zz, yz, zx, xy }),
-        lod_generation_scale: LOD_GENERATION_SCALE,
-    };
-    Ok((write_babylon_env(&env, light.recipe)?, Vec::new()))
+    let irradiance = Polynomial { x, y, z, xx, yy, zz, yz, zx, xy };
+    Ok((env(&light.texture, Some(irradiance), light.recipe)?, Vec::new()))
 }
 
 fn dds_readme(cube: &str, irradiance: &str) -> String {

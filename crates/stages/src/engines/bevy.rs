@@ -8,7 +8,7 @@ use sphere::{Cube, DVec3};
 use taps::{Language, Source};
 
 use super::cube_light::{CubeLight, texture};
-use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, read_cube};
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, Skybox, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::Levels;
 use super::tap_shaders::TapPreset;
@@ -38,6 +38,7 @@ pub(crate) const ENGINE: Engine = Engine {
             write,
             read: read_cube,
             readme,
+            skybox: &Skybox::ktx2(skybox_readme),
         }],
         endings: "`-specular.ktx2`, `-diffuse.ktx2`",
     }),
@@ -71,6 +72,15 @@ commands.spawn((Camera3d::default(), EnvironmentMapLight {{
     intensity: 1000.0,
     ..default()
 }}));
+"
+    )
+}
+
+fn skybox_readme(cube: &str) -> String {
+    format!(
+        "The sky, a further component of the camera, as bright as the light:
+
+Skybox {{ image: assets.load(\"{cube}\"), brightness: 1000.0, ..default() }}
 "
     )
 }

@@ -12,7 +12,7 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
 
 fn readme(image: &str, _: &str) -> String {
     format!(
-        "Blender filters nothing: it samples the image. In Python:
+        "Blender filters nothing: it samples the image, and shows it behind the scene. In Python:
 
 import bpy
 nodes = bpy.context.scene.world.node_tree.nodes

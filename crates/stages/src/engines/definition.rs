@@ -1,7 +1,7 @@
 //! What the file of an engine says of it: which light it loads, how, and what manuals print.
 
 use containers::lighting_json::Preset;
-use containers::{Encoded, Texture, read_texture};
+use containers::{Encoded, TexelFormat, Texture, read_texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
 use envmap::Image;
 use sphere::{Cube, DVec3};
@@ -69,6 +69,33 @@ pub(crate) struct CubeFiles {
     pub(crate) read: fn(&[u8]) -> Result<Texture, Failure>,
     /// The text with the code that loads the files, from the name of the first and of the second.
     pub(crate) readme: fn(&str, &str) -> String,
+    /// The sharp cube that the engine shows behind a scene.
+    pub(crate) skybox: &'static Skybox,
+}
+
+/// The file of the sharp cube, with levels for minification, that an engine shows behind a scene. Its texels
+/// lie and are stored as those of the light.
+pub(crate) struct Skybox {
+    /// What follows the stem in the file's name.
+    pub(crate) ending: &'static str,
+    /// Makes the file.
+    pub(crate) write: fn(&Texture, TexelFormat, Option<&str>) -> Result<Encoded, Failure>,
+    /// The code that shows it, from the name of the file.
+    pub(crate) readme: fn(&str) -> String,
+}
+
+impl Skybox {
+    /// A file in KTX2.
+    pub(crate) const fn ktx2(readme: fn(&str) -> String) -> Self {
+        let write: fn(&Texture, TexelFormat, Option<&str>) -> Result<Encoded, Failure> =
+            |cube, texels, recipe| Ok(write_ktx2_zstd(cube, texels, recipe, &[])?);
+        Self { ending: "-skybox.ktx2", write, readme }
+    }
+
+    /// A file in DDS.
+    pub(crate) const fn dds(readme: fn(&str) -> String) -> Self {
+        Self { ending: "-skybox.dds", write: |cube, texels, _| Ok(write_dds(cube, texels)?), readme }
+    }
 }
 
 /// The lat-long image that an engine loads.
@@ -77,7 +104,8 @@ pub(crate) struct EngineImage {
     pub(crate) formats: &'static [EngineFormat],
     /// The convention of the irradiance that is a file beside the image.
     pub(crate) irradiance: Option<Preset>,
-    /// The text with the code that loads the files, from the name of the first and of the second.
+    /// The text with the code that loads the files and shows the image behind a scene, from the name of the
+    /// first and of the second.
     pub(crate) readme: fn(&str, &str) -> String,
 }
 
@@ -105,6 +133,11 @@ impl Engine {
         self.cube().is_some()
     }
 
+    /// Whether there are shaders with which the engine looks up the taps of a compact map.
+    pub fn looks_up_taps(&self) -> bool {
+        self.taps.is_some()
+    }
+
     /// The width of a face of the cube's last level, in texels; `None` if the engine loads no cube.
     pub fn last_level(&self) -> Option<usize> {
         self.cube().map(|cube| cube.last)
@@ -121,6 +154,28 @@ impl Engine {
     /// The words of the formats that the engine loads, the one to prefer first.
     pub fn format_names(&self) -> Vec<&'static str> {
         self.formats().into_iter().map(EngineFormat::name).collect()
+    }
+
+    /// The word of the first format whose light is a file with an extension such as `ktx2`, and what follows
+    /// the stem in that file's name.
+    pub fn format_of_extension(&self, extension: &str) -> Option<(&'static str, String)> {
+        let light = |format: EngineFormat| self.names(format, "").into_iter().next();
+        let ending = |name: String| name.trim_start_matches('/').to_owned();
+        let mut all =
+            self.formats().into_iter().filter_map(|format| Some((format.name(), ending(light(format)?))));
+        all.find(|(_, name)| name.rsplit('.').next() == Some(extension))
+    }
+
+    /// The extensions of the file of the light, that of the format to prefer first.
+    pub fn extensions(&self) -> Vec<String> {
+        let light = self.formats().into_iter().filter_map(|format| self.names(format, "").into_iter().next());
+        let mut found: Vec<String> = Vec::new();
+        for extension in light.filter_map(|name| Some(name.rsplit('.').next()?.to_owned())) {
+            if !found.contains(&extension) {
+                found.push(extension);
+            }
+        }
+        found
     }
 
     /// The formats that the engine loads, the one to prefer first.
@@ -158,6 +213,11 @@ impl Engine {
             }
         };
         endings.into_iter().map(|ending| format!("/{stem}{ending}")).collect()
+    }
+
+    /// The sharp cube that the engine shows behind a scene; `None` if it shows the lat-long image itself.
+    pub(crate) fn skybox(&self, format: EngineFormat) -> Option<&'static Skybox> {
+        Some(self.cube()?.files(format)?.skybox)
     }
 
     /// The text beside the files: the code that loads them.

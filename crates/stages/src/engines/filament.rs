@@ -6,7 +6,7 @@ use engine::Failure;
 use taps::{Language, Source};
 
 use super::cube_light::CubeLight;
-use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, read_cube};
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, Skybox, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::QUADRATIC;
 use super::tap_shaders::TapPreset;
@@ -28,6 +28,7 @@ pub(crate) const ENGINE: Engine = Engine {
             write,
             read: read_cube,
             readme,
+            skybox: &SKYBOX,
         }],
         endings: "`.ktx`, with the irradiance under the key `sh`; `-sh.txt`",
     }),
@@ -54,6 +55,24 @@ scene->setIndirectLight(light);
 
 In JavaScript: engine.createIblFromKtx1( '{cube}' ), which takes the irradiance from the last level.
 {coefficients} has the nine coefficients that are in the file, too.
+"
+    )
+}
+
+const SKYBOX: Skybox = Skybox {
+    ending: "-skybox.ktx",
+    write: |cube, texels, recipe| Ok(write_ktx1(cube, texels, recipe, &[])?),
+    readme: skybox_readme,
+};
+
+fn skybox_readme(cube: &str) -> String {
+    format!(
+        "The sky, of which `bytes` and `size` are the content of {cube}:
+
+auto* sky = ktxreader::Ktx1Reader::createTexture(engine, new image::Ktx1Bundle(bytes, size), false);
+scene->setSkybox(filament::Skybox::Builder().environment(sky).build(*engine));
+
+In JavaScript: scene.setSkybox( engine.createSkyFromKtx1( '{cube}' ) ).
 "
     )
 }

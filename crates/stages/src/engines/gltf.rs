@@ -5,6 +5,7 @@ use containers::{Encoded, ImageBasedLight, read_gltf_image_based_light, write_gl
 use engine::Failure;
 use sphere::DVec3;
 
+use super::babylon;
 use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight};
 use super::engine_format::EngineFormat;
@@ -32,6 +33,7 @@ pub(crate) const ENGINE: Engine = Engine {
             write,
             read: |bytes| Ok(read_gltf_image_based_light(bytes)?.cube),
             readme,
+            skybox: &babylon::SKYBOX,
         }],
         endings: "`.gltf` with EXT_lights_image_based",
     }),

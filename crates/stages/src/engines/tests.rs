@@ -81,6 +81,13 @@ fn every_file_of_an_engine_is_named() {
                 !names.is_empty() && names.iter().collect::<HashSet<_>>().len() == names.len(),
                 "{names:?}"
             );
+            if let Some(skybox) = engine.skybox(format) {
+                let name = format!("environment{}", skybox.ending);
+                assert!(
+                    (skybox.readme)(&name).contains(&name) && !names.contains(&format!("/{name}")),
+                    "{name}"
+                );
+            }
             for name in names {
                 let named = text.contains(name.trim_start_matches('/'));
                 assert!(named, "{} {}: {name}", engine.name, format.name());

@@ -4,7 +4,7 @@ use containers::lighting_json::Preset;
 use sphere::DVec3;
 use taps::{Language, Source};
 
-use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, read_cube};
+use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, Skybox, read_cube};
 use super::engine_format::EngineFormat;
 use super::levels::QUADRATIC;
 use super::tap_shaders::TapPreset;
@@ -27,6 +27,7 @@ pub(crate) const ENGINE: Engine = Engine {
                 write: |light| Ok((light.ktx2()?, vec![light.irradiance_json(Preset::Three)?])),
                 read: read_cube,
                 readme: ktx2_readme,
+                skybox: &Skybox::ktx2(skybox_readme),
             },
             CubeFiles {
                 formats: &[EngineFormat::Bc6h],
@@ -34,6 +35,7 @@ pub(crate) const ENGINE: Engine = Engine {
                 write: |light| Ok((light.dds()?, vec![light.irradiance_json(Preset::Three)?])),
                 read: read_cube,
                 readme: dds_readme,
+                skybox: &Skybox::dds(skybox_readme),
             },
         ],
         endings: "`.ktx2`, or `.dds` for BC6H; `-irradiance.json`",
@@ -43,17 +45,28 @@ pub(crate) const ENGINE: Engine = Engine {
 
 fn ktx2_readme(cube: &str, irradiance: &str) -> String {
     format!(
-        "three.js, r187 or later. KTX2Loader makes one flat texture of the six faces; lines 3 to 5 undo that.
+        "three.js, r187 or later. KTX2Loader makes one flat texture of the six faces; `loadCube` undoes that.
 
 import {{ KTX2Loader }} from 'three/addons/loaders/KTX2Loader.js';
-const flat = await new KTX2Loader().detectSupport( renderer ).loadAsync( '{cube}' );
-const face = ( f ) => flat.mipmaps.map( ( m ) => ( {{ ...m, data: m.data.subarray( f * m.data.length / 6, ( f + 1 ) * m.data.length / 6 ) }} ) );
-const cube = new THREE.CompressedCubeTexture( [ 0, 1, 2, 3, 4, 5 ].map( ( f ) => ( {{ ...face( f )[ 0 ], mipmaps: face( f ) }} ) ), flat.format, flat.type );
-Object.assign( cube, {{ colorSpace: flat.colorSpace, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, isPMREMTexture: true, needsUpdate: true }} );
-scene.environment = cube;
+async function loadCube( name ) {{
+	const flat = await new KTX2Loader().detectSupport( renderer ).loadAsync( name );
+	const face = ( f ) => flat.mipmaps.map( ( m ) => ( {{ ...m, data: m.data.subarray( f * m.data.length / 6, ( f + 1 ) * m.data.length / 6 ) }} ) );
+	const cube = new THREE.CompressedCubeTexture( [ 0, 1, 2, 3, 4, 5 ].map( ( f ) => ( {{ ...face( f )[ 0 ], mipmaps: face( f ) }} ) ), flat.format, flat.type );
+	return Object.assign( cube, {{ colorSpace: flat.colorSpace, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, needsUpdate: true }} );
+}}
+scene.environment = Object.assign( await loadCube( '{cube}' ), {{ isPMREMTexture: true }} );
 
 isPMREMTexture tells three.js that the levels are prefiltered. The last level is irradiance over pi.
 {irradiance} has the same irradiance as nine coefficients for THREE.LightProbe.
+"
+    )
+}
+
+fn skybox_readme(cube: &str) -> String {
+    format!(
+        "The sky:
+
+scene.background = await loadCube( '{cube}' );
 "
     )
 }
@@ -63,10 +76,12 @@ fn dds_readme(cube: &str, irradiance: &str) -> String {
         "three.js, r187 or later, with EXT_texture_compression_bptc.
 
 import {{ DDSLoader }} from 'three/addons/loaders/DDSLoader.js';
-const cube = await new DDSLoader().loadAsync( '{cube}' );
-Object.assign( cube, {{ mapping: THREE.CubeReflectionMapping, isCubeTexture: true, isCompressedCubeTexture: true }} );
-Object.assign( cube, {{ colorSpace: THREE.LinearSRGBColorSpace, isPMREMTexture: true, needsUpdate: true }} );
-scene.environment = cube;
+async function loadCube( name ) {{
+	const cube = await new DDSLoader().loadAsync( name );
+	Object.assign( cube, {{ mapping: THREE.CubeReflectionMapping, isCubeTexture: true, isCompressedCubeTexture: true }} );
+	return Object.assign( cube, {{ colorSpace: THREE.LinearSRGBColorSpace, needsUpdate: true }} );
+}}
+scene.environment = Object.assign( await loadCube( '{cube}' ), {{ isPMREMTexture: true }} );
 
 isPMREMTexture tells three.js that the levels are prefiltered. The last level is irradiance over pi.
 {irradiance} has the same irradiance as nine coefficients for THREE.LightProbe.

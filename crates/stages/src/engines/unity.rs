@@ -22,6 +22,8 @@ fn readme(image: &str, irradiance: &str) -> String {
 1. Import {image} with Texture Shape: Cube, Mapping: Latitude-Longitude Layout, Convolution Type:
    Specular (Glossy Reflection).
 2. Lighting window, Environment Reflections: Source: Custom, Cubemap: the texture.
+3. The sky: a material with the shader Skybox/Cubemap and the texture, in Lighting window, Environment:
+   Skybox Material.
 
 {irradiance} has the irradiance for SphericalHarmonicsL2 (unity_SHAr and so on).
 "

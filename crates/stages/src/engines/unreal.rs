@@ -21,6 +21,8 @@ fn readme(image: &str, light: &str) -> String {
 
 1. Import {image}: a Radiance image becomes a TextureCube.
 2. Sky Light, Source Type: SLS Specified Cubemap, Cubemap: the texture.
+3. The sky: an HDRI Backdrop (a plugin of the engine) with the texture as its Cubemap, which brings a Sky
+   Light of its own; remove that of 2.
 
 {light} has the light as nine coefficients in Unreal's frame.
 "

@@ -43,7 +43,7 @@ pub(crate) fn percent(part: f64) -> String {
     format!("{percent:.decimals$} %")
 }
 
-/// `2 lamps hold 75.1 % of the light, beside the series`; `rest` is the integral of what is not theirs, over
+/// `2 lamps hold 75.1 % of the light, kept as lights`; `rest` is the integral of what is not theirs, over
 /// the sphere and all channels.
 pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
     let flux: f64 = lights.iter().flat_map(Light::flux).sum();
@@ -52,7 +52,7 @@ pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
         1 => "1 lamp holds".to_owned(),
         count => format!("{count} lamps hold"),
     };
-    Some(format!("{count} {} of the light, beside the series", share(flux / (flux + rest))))
+    Some(format!("{count} {} of the light, kept as lights", share(flux / (flux + rest))))
 }
 
 #[cfg(test)]

@@ -364,6 +364,58 @@ fn bounds_name_the_largest_value_and_the_error_of_each_level() {
     );
 }
 
+/// A quarter of the picture's width, and all levels down to one texel, each looking where the light does.
+#[test]
+fn the_sky_is_as_sharp_as_the_picture_and_lies_as_the_light_does() {
+    let ramp = || environment(64, |w| to_file(w).to_array().map(|x| 2.0 + 1.5 * x));
+    for (engine, format) in cubes() {
+        let preset = engine.name;
+        let of = |more: &str| {
+            let size = smallest(engine);
+            let text = format!("preset = \"{preset}\"\nformat = \"{format}\"\nresolution = {size}\n{more}");
+            export(&text, ramp())
+        };
+        let Product::Files(names) = of("").product() else { panic!("no files") };
+        let name = names.iter().find(|name| name.contains("-skybox.")).unwrap();
+        let cube = cube_of(&file(&of(""), name));
+        assert_eq!((cube.width, cube.levels().len()), (32, 6), "{preset} {format}");
+        let direction_at = direction_at(preset);
+        for (level, texels) in cube.levels().enumerate() {
+            let [edge, ..] = cube.level_size(level);
+            let most = if format == "bc6h" { 3.0 / edge as f64 } else { largest_error(format) + 0.01 };
+            // The mean over a texel is less than the value in its middle.
+            let shrunk = 1.0 / (edge * edge) as f64;
+            for (index, found) in texels.iter().enumerate() {
+                let d = direction_at(coordinate(edge, index)).to_array();
+                for channel in 0..3 {
+                    let error = (f64::from(found[channel]) - 2.0 - 1.5 * d[channel]).abs();
+                    assert!(error < 2.0 * most + shrunk, "{preset} {format} {level}: {found:?}, d {d:?}");
+                }
+            }
+        }
+        let text = |case: &Case| String::from_utf8(file(case, "/README.txt")).unwrap();
+        let name = name.trim_start_matches('/');
+        assert!(text(&of("")).contains(name) && !text(&of("skybox = false")).contains("-skybox"));
+        let Product::Files(without) = of("skybox = false").product() else { panic!("no files") };
+        assert_eq!(without.len() + 1, names.len());
+        assert_eq!(cube_of(&file(&of("skybox-resolution = 8"), &format!("/{name}"))).width, 8);
+    }
+    // Its own bounds, and no warning: it lights nothing.
+    let bright = environment(32, |w| if w.z > 0.98 { [9e5; 3] } else { [0.5; 3] });
+    let case = export("preset = \"three\"\nresolution = 32\nskybox-resolution = 64", bright);
+    assert_eq!(case.run().unwrap().warnings.len(), 1);
+    let bounds: Value = serde_json::from_slice(&file(&case, "/bounds.json")).unwrap();
+    assert_eq!(bounds["skybox"]["size"], 64);
+    assert!(bounds["skybox"]["clamped"].as_u64().unwrap() > 0, "{bounds}");
+    for (parameters, why) in [
+        ("preset = \"unity\"\nskybox-resolution = 64", "the engine shows the lat-long image itself"),
+        ("preset = \"three\"\nskybox = false\nskybox-resolution = 64", "skybox = false leaves it out"),
+    ] {
+        let errors = export(parameters, environment(16, sky)).errors();
+        assert!(errors.len() == 1 && errors[0].contains(why), "{errors:?}");
+    }
+}
+
 #[test]
 fn a_cube_must_have_the_levels_that_the_engine_looks_for() {
     let cube = |parameters: &str| {
@@ -387,6 +439,9 @@ fn a_cube_must_have_the_levels_that_the_engine_looks_for() {
     assert!(failure.contains("not prefiltered with GGX"), "{failure}");
     let errors = export("unity", three).input_errors();
     assert_eq!(errors, ["preset: unity filters a lat-long image itself; connect an environment"]);
+    // Its mirror is the sky.
+    let cube = cube("preset = \"three\"\nresolution = 64");
+    assert_eq!(cube_of(&file(&export("three", cube), "/environment-skybox.ktx2")).width, 64);
 }
 
 #[test]

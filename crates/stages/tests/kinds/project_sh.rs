@@ -45,8 +45,7 @@ fn without_degree_and_tolerance_the_series_has_all_degrees_of_the_image_and_lamp
     let lighting = &ran.artifact::<Lighting>().0;
     assert_eq!(lighting.lights.len(), 1);
     assert!(
-        ran.notes[0].starts_with("1 lamp holds ")
-            && ran.notes[0].ends_with(" of the light, beside the series")
+        ran.notes[0].starts_with("1 lamp holds ") && ran.notes[0].ends_with(" of the light, kept as lights")
     );
     // Together they are what one series holds.
     let whole = run("degree = 31").artifact::<Lighting>();
