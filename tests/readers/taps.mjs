@@ -356,17 +356,18 @@ async function compare( html, draw, frame ) {
 	const reader = await page.evaluate( 'window.page.reader' );
 	const brightest = await page.evaluate( 'window.page.brightest ?? Infinity' );
 	const turned = ( v ) => frame.map( ( axis ) => dot( axis, v ) );
-	// In the plane of the view the tangent of a facet, less a part along its normal, and what lies across that.
-	const directions = ( view, normal, tangent ) => {
+	// In the plane of the view the tangent of facet k, less a part along its normal, and what lies across that, on one side
+	// or, as if a picture were mirrored, on the other.
+	const directions = ( view, normal, tangent, k ) => {
 
 		const along = add( tangent, times( - dot( tangent, view ) / dot( normal, view ), normal ) );
-		return [ along, cross( view, along ) ];
+		return [ along, times( k % 2 ? 1 : - 1, cross( view, along ) ) ];
 
 	};
 
 	const asked = views.map( ( { view, normals, tangents } ) => ( {
 		view: turned( view ), normals: normals.map( turned ), tangents: tangents.map( turned ),
-		directions: normals.map( ( normal, k ) => directions( view, normal, tangents[ k ] ).map( turned ) ),
+		directions: normals.map( ( normal, k ) => directions( view, normal, tangents[ k ], k ).map( turned ) ),
 	} ) );
 	for ( const name of names ) {
 
