@@ -113,7 +113,7 @@ fn an_environment_is_converted_to_the_light_of_compact_maps() {
         assert!(text.contains(line), "{text}");
     }
     for (options, words) in [
-        (&["-o", "a.exr", "--lights", "2"][..], "--lights is an option of --to taps"),
+        (&["-o", "a.exr", "--lights", "2"][..], "--lights is an option of --to taps and of --sun light"),
         (&["-o", "a", "--to", "taps", "--lights", "few"], "a whole number of lights, or \"all\""),
         (&["-o", "a", "--to", "taps", "--precision", "half"], "--precision is an option of --to environment"),
         (&["-o", "a", "--to", "taps", "-r", "48"], "the nearest is 64"),
@@ -157,6 +157,29 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         assert_eq!(names(&output[..1]), files, "{output}");
     }
     assert!(project.ok(&["inspect", "e/sky.dds"]).stdout.contains("BC6H"));
+
+    // A sun that is a light of its own.
+    let run = project.specula(&[
+        "convert",
+        STUDIO,
+        "--engine",
+        "babylon",
+        "-o",
+        "s/",
+        "--exposure",
+        "9",
+        "-r",
+        "16",
+    ]);
+    run.ends(0, ["--sun light makes it a light beside the image"]);
+    let sun = ["convert", STUDIO, "--engine", "godot", "--sun", "light", "--lights", "2", "-o", "s/"];
+    project.ok(&sun);
+    let lights: serde_json::Value =
+        serde_json::from_slice(&fs::read(project.path("s/environment-lights.json")).unwrap()).unwrap();
+    assert_eq!(lights["lights"].as_array().map(Vec::len), Some(2));
+    project
+        .specula(&["convert", STUDIO, "--sun", "light", "-o", "x.exr"])
+        .ends(2, ["--sun is an option of --engine"]);
 
     let text = project.ok(&["convert", STUDIO, "--engine", "unity", "-o", "lit/", "--manifest"]).stdout;
     assert!(text.contains("kind = \"export-engine\"") && text.contains("path = \"lit\""), "{text}");

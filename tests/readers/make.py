@@ -1,10 +1,12 @@
 """Writes Radiance pictures of known values, and those values as 32-bit floats (.f32), into a folder.
 
 A picture is flat RGBE, so that each value is a mantissa times a power of two, exactly. `soft` stays below the largest half,
-`sun` has a disc far past it, and `dim` stays below 1, for readers that clamp there.
+`sun` has a pixel far past it, of which sun.json has the direction and the irradiance, and `dim` stays below 1, for readers that clamp there.
 """
 
 import array
+import json
+import math
 import random
 import sys
 
@@ -31,4 +33,14 @@ mantissas = [[[numbers.randrange(128, 256), numbers.randrange(256), 0 if numbers
               for _ in range(WIDTH)] for _ in range(HEIGHT)]
 write("soft", lambda row, column: [*mantissas[row][column], 126 + (row + column) % 6])
 write("dim", lambda row, column: [*mantissas[row][column], 127 + (row + column) % 2])
-write("sun", lambda row, column: [*mantissas[row][column], 146 if (row, column) == (9, 20) else 126 + (row + column) % 6])
+ROW, COLUMN = SUN = 9, 20
+write("sun", lambda row, column: [*mantissas[row][column], 146 if (row, column) == SUN else 126 + (row + column) % 6])
+# +Y is up, and the centre of the picture along +Z.
+above, theta, below = (math.pi * (ROW + part) / HEIGHT for part in (0, 0.5, 1))
+phi = 2 * math.pi * (0.5 - (COLUMN + 0.5) / WIDTH)
+solid_angle = 2 * math.pi / WIDTH * (math.cos(above) - math.cos(below))
+with open(f"{folder}/sun.json", "w") as file:
+    json.dump({
+        "direction": [math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi)],
+        "irradiance": [mantissa * 2.0 ** (146 - 136) * solid_angle for mantissa in mantissas[ROW][COLUMN]],
+    }, file)

@@ -413,8 +413,11 @@ pub(crate) struct ConvertArguments {
     /// What to make of the environment
     #[arg(long, value_enum, default_value_t = ConvertTarget::Environment)]
     pub(crate) to: ConvertTarget,
-    /// With --to taps: how many of the strongest suns and lamps stay lights beside the levels, or all
-    /// [default: 8]
+    /// With --engine: whether suns and lamps stay in the image, or become lights beside it
+    #[arg(long, value_name = "image|light")]
+    pub(crate) sun: Option<String>,
+    /// With --to taps or --sun light: how many of the strongest suns and lamps are lights of their own, or
+    /// all [default: 8]
     #[arg(long, value_name = "N|all", value_parser = values::lights)]
     pub(crate) lights: Option<String>,
     /// The layout of the input: auto, lat-long, probe, mirror-ball, cube, cube-cross, cube-strip, ...

@@ -23,7 +23,7 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 15] = [
+const OPTIONS: [StageOption; 17] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
     StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
@@ -34,6 +34,8 @@ const OPTIONS: [StageOption; 15] = [
     StageOption { stage: "light", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "light", parameter: "lights", option: "--lights" },
     StageOption { stage: "converted", parameter: "preset", option: "--engine" },
+    StageOption { stage: "converted", parameter: "sun", option: "--sun" },
+    StageOption { stage: "converted", parameter: "lights", option: "--lights" },
     StageOption { stage: "converted", parameter: "layout", option: "--layout" },
     StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "converted", parameter: "format", option: "--format" },
@@ -94,8 +96,11 @@ impl Request {
             (None, ConvertTarget::Environment) => Export::image(arguments, is_many, is_cube),
         };
         let Export { place, target, lines: export } = export.map_err(usage)?;
-        if arguments.lights.is_some() && !matches!(target, Target::Taps(_)) {
-            return Err(usage("--lights is an option of --to taps".into()));
+        if arguments.lights.is_some() && target == Target::Environment {
+            return Err(usage("--lights is an option of --to taps and of --sun light".into()));
+        }
+        if arguments.sun.is_some() && target != Target::Engine {
+            return Err(usage("--sun is an option of --engine".into()));
         }
         // An image is exposed where it is written, and other light where it is read.
         let exposure = number("exposure", arguments.exposure).filter(|_| target != Target::Environment);
@@ -201,13 +206,9 @@ impl Export {
 
     fn for_taps(arguments: &ConvertArguments, is_many: bool) -> Result<Self, String> {
         let format = light_format(arguments, is_many)?;
-        let lights = arguments.lights.as_deref().map(|lights| match lights {
-            "all" => "lights = \"all\"".into(),
-            count => format!("lights = {count}"),
-        });
         let lines = [text("layout", arguments.layout.as_deref()), text("format", Some(&format))];
         let place = if is_many { Place::Each } else { Place::One };
-        let target = Target::Taps(self::lines([resolution(arguments), lights]));
+        let target = Target::Taps(self::lines([resolution(arguments), lights(arguments)]));
         Ok(Self { place, target, lines: self::lines(lines) })
     }
 
@@ -248,6 +249,8 @@ impl Export {
             resolution(arguments),
             text("format", format),
             sky.then(|| "skybox = false".into()),
+            text("sun", arguments.sun.as_deref()),
+            lights(arguments),
         ];
         Ok(Self { place, target: Target::Engine, lines: self::lines(lines) })
     }
@@ -312,6 +315,13 @@ fn number(key: &str, value: f64) -> Option<String> {
 
 fn resolution(arguments: &ConvertArguments) -> Option<String> {
     arguments.resolution.map(|resolution| format!("resolution = {resolution}"))
+}
+
+fn lights(arguments: &ConvertArguments) -> Option<String> {
+    arguments.lights.as_deref().map(|lights| match lights {
+        "all" => "lights = \"all\"".into(),
+        count => format!("lights = {count}"),
+    })
 }
 
 fn lines<const N: usize>(lines: [Option<String>; N]) -> Vec<String> {

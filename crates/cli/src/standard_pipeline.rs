@@ -95,8 +95,9 @@ const OF_ENVIRONMENTS: [&str; 9] =
 /// The engine that the starter manifest names, whose preset and folder are replaced by those of another.
 pub(crate) const STARTER_ENGINE: &str = "gltf";
 
-/// The starter manifest for an engine, and files of a folder, which it names relative to it. Environments of a further
-/// layout have stages of their own, whose names and folders hold the layout. What was left out is at the end.
+/// The starter manifest for an engine, and files of a folder, which it names relative to it. Environments of
+/// a further layout have stages of their own, whose names and folders hold the layout. What was left out is
+/// at the end.
 pub(crate) fn starter(recognised: &Recognised, folder: &Path, engine: &Engine) -> String {
     let Recognised { environments, materials, meshes, left_out } = recognised;
     let mut text = STARTER

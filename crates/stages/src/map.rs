@@ -29,7 +29,7 @@ mod varied_taps;
 
 use engine::Kinds;
 
-pub(crate) use compact::{LIGHTS, LightCount, RESOLUTION, default_scale_space, default_taps, scale_space_of};
+pub(crate) use compact::{RESOLUTION, default_scale_space, default_taps, scale_space_of};
 pub(crate) use component_files::EDGE as COMPONENT_EDGE;
 #[cfg(test)]
 pub(crate) use map_pictures::texels;

@@ -226,8 +226,7 @@ fn finer(preset: EnginePreset, format: EngineFormat) -> String {
 
 /// Advises how to keep a light of this radiance in an engine.
 fn remedy(preset: EnginePreset, largest: f32) -> String {
-    let beside =
-        "a light beside the map keeps it (`subtract-lights` takes it out, `export-light-rig` writes it)";
+    let beside = "sun = \"light\" makes it a light beside the image";
     match preset.formats().into_iter().find(|format| format.largest() >= largest) {
         Some(format) => format!("format = {:?} keeps it, or {beside}", format.name()),
         None => beside.into(),

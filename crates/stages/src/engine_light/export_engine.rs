@@ -19,6 +19,14 @@
 //! power of two, at most 2048; `skybox-resolution` gives another number, and `skybox = false` leaves it out.
 //! It lies as the light does. An engine that loads a lat-long image shows that. Its code is in `README.txt`.
 //!
+//! ## A sun that is a light
+//!
+//! An engine shades a sun better as a light of its own: it casts shadows, its highlight is sharp, and no
+//! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as
+//! `subtract-lights` takes them out, before anything is made of it: light, sky and irradiance. They are in
+//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. What
+//! remains and the lights are the whole light. Parts of one bright disk, of up to 12 degrees, are one light.
+//!
 //! ## Where the light comes from
 //!
 //! A cube lies in each engine as the same lat-long image does. With d the direction in the frame of files (+Y
@@ -38,8 +46,7 @@
 //! value exceeds 65504, which a note of the build says. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408,
 //! `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped, and a warning says which share of the
 //! red, green and blue light is lost; with `overflow = "error"` the item fails instead. Another format of the
-//! engine may hold it. In every engine the sun can be a light beside the map: `project-sh` finds it,
-//! `subtract-lights` takes it out of the environment that is exported here, and `export-light-rig` writes it.
+//! engine may hold it, and so does a light beside the image (`sun`).
 //!
 //! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel
 //! would change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie
@@ -74,18 +81,18 @@
 //! ```
 
 use containers::Precision;
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};
 use envmap::Environment;
 use serde_json::{Value, json};
-use sh::{Degree, Expansion, Transform};
+use sh::{Degree, Expansion, Light, Transform};
 use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
-use sphere::{Cube, LatLong};
+use sphere::{Cube, Direction, LatLong};
 
 use super::engine_files;
 use super::engine_files::{EngineFiles, EngineTarget, SkyFile, report};
 use super::irradiance::windowed;
 use crate::engines::{self, EngineFormat, EnginePreset, Skybox};
-use crate::values::{MAX_RESOLUTION, Overflow, UntilStopped, artifacts};
+use crate::values::{LIGHTS, LightCount, MAX_RESOLUTION, Overflow, UntilStopped, artifacts, share};
 
 /// The stem of the names of `export-engine`'s files, before their endings.
 pub const ENGINE_FILE_STEM: &str = "environment";
@@ -95,6 +102,16 @@ const LIGHT: &str = "light";
 
 /// The number of texels along the edge of a face, if nothing says how many.
 const DEFAULT_EDGE: usize = 256;
+
+choice! {
+    /// What becomes of suns and lamps.
+    pub(crate) enum Sun {
+        /// They stay in the image.
+        Image = "image",
+        /// They are lights beside it.
+        Light = "light",
+    }
+}
 
 parameters! {
     /// Parameters of `export-engine`.
@@ -112,6 +129,10 @@ parameters! {
         /// Texels along the edge of a face of that cube. Default: as fine as the environment, at most 2048.
         #[range(1..=MAX_RESOLUTION)]
         skybox_resolution: Option<usize> = None,
+        /// Whether suns and lamps stay in the image, or become lights beside it.
+        sun: Sun = Sun::Image,
+        /// With sun = "light": how many of the strongest suns and lamps become lights, or "all". Default: 8.
+        lights: Option<LightCount> = None,
         /// What happens to values past the largest that the format holds: they become it, with a warning that
         /// says how much light is lost, or the item fails.
         overflow: Overflow = Overflow::Clamp,
@@ -142,6 +163,8 @@ impl Kind for ExportEngine {
         sh::revisions::TRANSFORM,
         sh::revisions::WINDOW,
         envmap::revisions::CUBE_MAP,
+        envmap::revisions::LAMPS,
+        envmap::revisions::WITHOUT_LIGHTS,
     ];
     const TEXT: &'static str = include_str!("export_engine.rs");
 
@@ -156,6 +179,9 @@ impl Kind for ExportEngine {
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let mut files = parameters.preset.names(parameters.format(), ENGINE_FILE_STEM);
         files.extend(parameters.skybox().map(|skybox| format!("/{ENGINE_FILE_STEM}{}", skybox.ending)));
+        files.extend(
+            (parameters.sun == Sun::Light).then(|| format!("/{ENGINE_FILE_STEM}{}", engines::LIGHTS)),
+        );
         files.extend(["/README.txt".into(), "/bounds.json".into()]);
         Product::Files(files)
     }
@@ -173,12 +199,17 @@ impl Kind for ExportEngine {
             };
             ("skybox-resolution", format!("there is no cube of the sky: {why}"))
         });
-        preset.check_format(parameters.format).into_iter().chain(size).chain(unused).collect()
+        let no_sun = parameters.lights.is_some() && parameters.sun == Sun::Image;
+        let no_sun = no_sun.then(|| ("lights", "only sun = \"light\" uses it".into()));
+        preset.check_format(parameters.format).into_iter().chain(size).chain(unused).chain(no_sun).collect()
     }
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let is_cube = types.contains(&(LIGHT, artifacts::Prefiltered::TYPE));
         let mut errors = Vec::new();
+        if is_cube && parameters.sun == Sun::Light {
+            errors.push(("sun", "a prefiltered cube is blurred already; connect an environment".into()));
+        }
         if is_cube && !parameters.preset.loads_cube() {
             let name = parameters.preset.name;
             errors
@@ -199,7 +230,7 @@ impl Kind for ExportEngine {
         let (preset, format) = (parameters.preset, parameters.format());
         let target = EngineTarget { preset, format };
         let recipe = Some(context.recipe());
-        let mut sky = None;
+        let (mut sky, mut suns) = (None, Vec::new());
         let (made, levels) = if context.inputs.type_at(LIGHT) == Some(artifacts::Prefiltered::TYPE) {
             let cube = context.inputs.get::<artifacts::Prefiltered>(LIGHT)?;
             check_levels(preset, &cube.0)?;
@@ -208,6 +239,15 @@ impl Kind for ExportEngine {
             cube_files(target, &cube.0, context)?
         } else {
             let environment = &context.inputs.get::<artifacts::Environment>(LIGHT)?.0;
+            let rest;
+            let environment = match parameters.sun {
+                Sun::Image => environment,
+                Sun::Light => {
+                    let count = parameters.lights.unwrap_or(LIGHTS);
+                    (rest, suns) = without_suns(environment, count, reporter)?;
+                    &rest
+                }
+            };
             if preset.loads_cube() {
                 let edge = parameters.resolution.unwrap_or(DEFAULT_EDGE);
                 let cube = prefiltered(preset, environment, edge, reporter)?;
@@ -241,9 +281,19 @@ impl Kind for ExportEngine {
             }
             None => None,
         };
+        let lights = match parameters.sun {
+            Sun::Image => None,
+            Sun::Light => {
+                let name = format!("{ENGINE_FILE_STEM}{}", engines::LIGHTS);
+                text = format!("{text}\n{}", (preset.lights_readme)(&name));
+                Some(engines::lights_json(&preset, &suns, context.recipe())?)
+            }
+        };
         let bounds = bounds(target, &made, levels, sky.as_ref(), context.recipe())?;
         let sky = sky.map(|sky| sky.file);
-        Ok(Output::files(made.files.into_iter().chain(sky).chain([text.into_bytes(), bounds]).collect()))
+        Ok(Output::files(
+            made.files.into_iter().chain(sky).chain(lights).chain([text.into_bytes(), bounds]).collect(),
+        ))
     }
 }
 
@@ -251,6 +301,73 @@ impl Kind for ExportEngine {
 fn skybox_edge(environment: &Environment) -> usize {
     const LARGEST: usize = 2048;
     engines::nearest_power_of_two(environment.grid().width / 4).clamp(1, LARGEST)
+}
+
+/// The radius of the largest light that several touching ones become, in radians: that of a sun behind haze.
+const LARGEST_SUN: f64 = 0.1;
+
+/// Lights, the strongest first, of which those that touch are one, up to [`LARGEST_SUN`]: the parts of a
+/// disk that is larger than `separate_lamps` keeps together.
+fn joined(lights: Vec<Light>) -> Vec<Light> {
+    let mut open = lights;
+    let mut done: Vec<Light> = Vec::new();
+    while !open.is_empty() {
+        let mut sun = open.remove(0);
+        let touching = |sun: &Light, other: &Light| {
+            let (a, b) = (sun.direction.vector(), other.direction.vector());
+            a.angle_between(b) <= sun.radius + other.radius
+        };
+        while let Some((index, larger)) = open.iter().enumerate().find_map(|(index, other)| {
+            let larger = touching(&sun, other).then(|| both(&sun, other))?;
+            (larger.radius <= LARGEST_SUN).then_some((index, larger))
+        }) {
+            open.remove(index);
+            sun = larger;
+        }
+        done.push(sun);
+    }
+    let power = |light: &Light| light.flux().iter().sum::<f64>();
+    done.sort_by(|a, b| power(b).total_cmp(&power(a)));
+    done
+}
+
+/// One disk with the light, the centre and the mean square of the width of two.
+fn both(a: &Light, b: &Light) -> Light {
+    let weights = [a, b].map(|light| light.flux().iter().sum::<f64>());
+    let whole = weights[0] + weights[1];
+    let directions = [a, b].map(|light| light.direction.vector());
+    let direction = Direction::normalised(directions[0] * weights[0] + directions[1] * weights[1]);
+    let square = |light: &Light| {
+        // Of a disk, half of the square of its radius.
+        math::powi(light.radius, 2) / 2.0
+            + math::powi(light.direction.vector().angle_between(direction.vector()), 2)
+    };
+    let radius = (2.0 * (weights[0] * square(a) + weights[1] * square(b)) / whole).sqrt();
+    let flux = [a.flux(), b.flux()];
+    Light::from_flux(direction, radius, std::array::from_fn(|c| flux[0][c] + flux[1][c]))
+}
+
+/// An environment without its strongest suns and lamps, and these.
+fn without_suns(
+    environment: &Environment,
+    count: LightCount,
+    reporter: &Reporter,
+) -> Result<(Environment, Vec<Light>), Failure> {
+    let found = joined(reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights);
+    let suns = count.of(&found).to_vec();
+    let subtracted = environment.without_lights(&suns);
+    match (suns.len(), found.len()) {
+        (_, 0) => reporter.note("there is no sun and no lamp to be a light"),
+        (kept, all) => {
+            let taken: f64 = subtracted.taken.iter().sum();
+            let taken = share(taken / environment.integral().iter().sum::<f64>());
+            let lights = if kept == 1 { "1 light holds".into() } else { format!("{kept} lights hold") };
+            let rest =
+                if all > kept { format!("; {} more stay in the image", all - kept) } else { String::new() };
+            reporter.note(format!("{lights} {taken} of the light{rest}"));
+        }
+    }
+    Ok((subtracted.rest, suns))
 }
 
 /// An environment prefiltered with an engine's levels.

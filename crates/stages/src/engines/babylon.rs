@@ -51,6 +51,8 @@ pub(crate) const ENGINE: Engine = Engine {
         ],
         endings: "`.env`, with the irradiance; or `.dds` and `-irradiance.json`",
     }),
+    axes: [DVec3::Z, DVec3::NEG_X, DVec3::Y],
+    lights_readme,
     taps: Some(&TAPS),
 };
 
@@ -98,6 +100,22 @@ scene.environmentTexture = texture;
 {irradiance}
 Babylon.js mixes rough reflections with the irradiance. Leave mixIblRadianceWithIrradiance as it is: the
 levels alone are further from brute force, because they do not bend toward the normal.
+"
+    )
+}
+
+pub(crate) fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image, in lux of an image in candelas per square metre:
+
+const {{ lights }} = await ( await fetch( '{lights}' ) ).json();
+for ( const {{ name, direction, colour, intensity }} of lights ) {{
+	const light = new BABYLON.DirectionalLight( name, BABYLON.Vector3.FromArray( direction ).negate(), scene );
+	light.diffuse = light.specular = BABYLON.Color3.FromArray( colour );
+	light.intensity = intensity;
+}}
+
+A material shades four lights if its maxSimultaneousLights does not say more.
 "
     )
 }

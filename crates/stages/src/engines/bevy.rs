@@ -42,6 +42,8 @@ pub(crate) const ENGINE: Engine = Engine {
         }],
         endings: "`-specular.ktx2`, `-diffuse.ktx2`",
     }),
+    axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
+    lights_readme,
     taps: Some(&TAPS),
 };
 
@@ -81,6 +83,20 @@ fn skybox_readme(cube: &str) -> String {
         "The sky, a further component of the camera, as bright as the light:
 
 Skybox {{ image: assets.load(\"{cube}\"), brightness: 1000.0, ..default() }}
+"
+    )
+}
+
+fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image are in {lights}. Each is, by its `direction`, `colour` and `intensity`,
+
+commands.spawn((
+    DirectionalLight {{ illuminance: 1000.0 * intensity, color: Color::linear_rgb(colour[0], colour[1], colour[2]), ..default() }},
+    Transform::from_translation(direction).looking_at(Vec3::ZERO, Vec3::Y),
+));
+
+with the 1000 of the light above.
 "
     )
 }

@@ -4,7 +4,9 @@ use containers::lighting_json::Preset;
 use containers::{Encoded, TexelFormat, Texture, read_texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
 use envmap::Image;
-use sphere::{Cube, DVec3};
+use serde_json::{Value, json};
+use sh::Light;
+use sphere::{Cube, DVec3, to_file};
 
 use super::cube_light::{CubeLight, DirectionAt, texels};
 use super::engine_format::EngineFormat;
@@ -21,8 +23,37 @@ pub struct Engine {
     pub(crate) versions: &'static str,
     /// The light that the engine loads.
     pub(crate) light: EngineLight,
+    /// Where the centre of a lat-long image, the middle of its left half and its top are in the engine's
+    /// world.
+    pub(crate) axes: [DVec3; 3],
+    /// The text with the code that makes lights of the engine from the file with this name, which
+    /// [`lights_json`] makes.
+    pub(crate) lights_readme: fn(&str) -> String,
     /// How the engine looks taps up; `None` if it has no shaders of ours.
     pub(crate) taps: Option<&'static TapPreset>,
+}
+
+/// What follows the stem in the name of the file of lights beside an image.
+pub(crate) const LIGHTS: &str = "-lights.json";
+
+/// Lights in an engine's world, as JSON: `lights`, the strongest first, each with its `name`, the `direction`
+/// toward it, its `colour`, linear with a largest channel of 1, its `intensity`, the irradiance of a surface
+/// that faces it in the unit of the image times steradians, and its `angular_diameter` in degrees.
+pub(crate) fn lights_json(engine: &Engine, lights: &[Light], recipe: &str) -> Result<Vec<u8>, Failure> {
+    let light = |(index, light): (usize, &Light)| {
+        let intensity = light.irradiance.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        json!({
+            "name": format!("light {}", index + 1),
+            "direction": engine.world(to_file(light.direction.vector())).to_array(),
+            "colour": light.irradiance.map(|value| value / intensity),
+            "intensity": intensity,
+            "angular_diameter": 2.0 * light.radius.to_degrees(),
+        })
+    };
+    let recipe: Value = serde_json::from_str(recipe)?;
+    let lights: Vec<Value> = lights.iter().enumerate().map(light).collect();
+    let document = json!({ "engine": engine.name, "lights": lights, "specula": recipe });
+    Ok((serde_json::to_string_pretty(&document)? + "\n").into_bytes())
 }
 
 /// The light that an engine loads.
@@ -119,13 +150,27 @@ pub(crate) fn read_cube(bytes: &[u8]) -> Result<Texture, Failure> {
 
 impl Engine {
     /// An engine of which every version loads a lat-long image, which it filters itself.
-    pub(crate) const fn of_image(name: &'static str, meaning: &'static str, image: EngineImage) -> Self {
-        Self { name, meaning, versions: "", light: EngineLight::LatLong(image), taps: None }
+    pub(crate) const fn of_image(
+        name: &'static str,
+        meaning: &'static str,
+        image: EngineImage,
+        axes: [DVec3; 3],
+        lights_readme: fn(&str) -> String,
+    ) -> Self {
+        let light = EngineLight::LatLong(image);
+        Self { name, meaning, versions: "", light, axes, lights_readme, taps: None }
     }
 
     /// Adds to an engine how it looks up the taps of a compact map.
     pub(crate) const fn with_taps(self, taps: &'static TapPreset) -> Self {
         Self { taps: Some(taps), ..self }
+    }
+
+    /// A direction in the frame of files (+Y up, the centre of a lat-long image along +Z) in the engine's
+    /// world.
+    pub(crate) fn world(&self, d: DVec3) -> DVec3 {
+        let [centre, left, top] = self.axes;
+        d.z * centre + d.x * left + d.y * top
     }
 
     /// Whether the engine loads a cube with prefiltered levels, rather than a lat-long image.

@@ -3,6 +3,7 @@
 use containers::lighting_json::Preset;
 use containers::{Encoded, write_ktx1};
 use engine::Failure;
+use sphere::DVec3;
 use taps::{Language, Source};
 
 use super::cube_light::CubeLight;
@@ -32,6 +33,8 @@ pub(crate) const ENGINE: Engine = Engine {
         }],
         endings: "`.ktx`, with the irradiance under the key `sh`; `-sh.txt`",
     }),
+    axes: [DVec3::Z, DVec3::X, DVec3::Y],
+    lights_readme,
     taps: Some(&TAPS),
 };
 
@@ -73,6 +76,20 @@ auto* sky = ktxreader::Ktx1Reader::createTexture(engine, new image::Ktx1Bundle(b
 scene->setSkybox(filament::Skybox::Builder().environment(sky).build(*engine));
 
 In JavaScript: scene.setSkybox( engine.createSkyFromKtx1( '{cube}' ) ).
+"
+    )
+}
+
+fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image are in {lights}. Each is, by its `direction`, `colour`, `intensity` and
+`angular_diameter`, with the intensity of the IndirectLight (30000 if it was not set),
+
+filament::LightManager::Builder(filament::LightManager::Type::SUN)
+    .direction(-direction).color(filament::LinearColor{{ colour }}).intensity(light->getIntensity() * intensity)
+    .sunAngularRadius(angular_diameter / 2).build(*engine, utils::EntityManager::get().create());
+
+The first alone is a SUN; others are DIRECTIONAL. Add the entities to the scene.
 "
     )
 }

@@ -37,6 +37,8 @@ pub(crate) const ENGINE: Engine = Engine {
         }],
         endings: "`.gltf` with EXT_lights_image_based",
     }),
+    axes: [DVec3::Z, DVec3::NEG_X, DVec3::Y],
+    lights_readme: babylon::lights_readme,
     taps: None,
 };
 

@@ -3,6 +3,7 @@
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
 use super::tap_shaders::TapPreset;
+use sphere::DVec3;
 use taps::{Language, Source};
 
 /// All that is known of Godot.
@@ -10,6 +11,8 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "godot",
     "Godot.",
     EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: None, readme },
+    [DVec3::NEG_Z, DVec3::NEG_X, DVec3::Y],
+    lights_readme,
 )
 .with_taps(&TAPS);
 
@@ -22,6 +25,23 @@ sky.panorama = load(\"res://{image}\")
 environment.sky = Sky.new()
 environment.sky.sky_material = sky
 environment.background_mode = Environment.BG_SKY
+"
+    )
+}
+
+fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image, children of the node of this script:
+
+for entry in JSON.parse_string(FileAccess.get_file_as_string(\"res://{lights}\")).lights:
+	var light := DirectionalLight3D.new()
+	var direction := Vector3(entry.direction[0], entry.direction[1], entry.direction[2])
+	add_child(light)
+	light.name = entry.name
+	light.look_at_from_position(direction, Vector3.ZERO, Vector3.UP if abs(direction.y) < 0.99 else Vector3.RIGHT)
+	light.light_color = Color(entry.colour[0], entry.colour[1], entry.colour[2]).linear_to_srgb()
+	light.light_energy = entry.intensity / PI
+	light.light_angular_distance = entry.angular_diameter
 "
     )
 }

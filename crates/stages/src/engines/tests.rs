@@ -136,6 +136,7 @@ fn taps_look_where_the_light_of_the_engine_is() {
     assert_eq!(with_taps.count(), frames.len());
     for (name, [centre, left, top]) in frames {
         let engine = ENGINES.iter().find(|engine| engine.name == name).unwrap();
+        assert_eq!(engine.axes, [centre, left, top], "{name}");
         let preset = engine.taps.unwrap();
         let found = [centre, left, top].map(|d| cube_coordinates(preset, d));
         assert_eq!(found, [DVec3::Z, -DVec3::X, DVec3::Y], "{name}");

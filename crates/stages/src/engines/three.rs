@@ -40,6 +40,8 @@ pub(crate) const ENGINE: Engine = Engine {
         ],
         endings: "`.ktx2`, or `.dds` for BC6H; `-irradiance.json`",
     }),
+    axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
+    lights_readme,
     taps: Some(&TAPS),
 };
 
@@ -85,6 +87,21 @@ scene.environment = Object.assign( await loadCube( '{cube}' ), {{ isPMREMTexture
 
 isPMREMTexture tells three.js that the levels are prefiltered. The last level is irradiance over pi.
 {irradiance} has the same irradiance as nine coefficients for THREE.LightProbe.
+"
+    )
+}
+
+fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image, in lux of an image in candelas per square metre:
+
+const {{ lights }} = await ( await fetch( '{lights}' ) ).json();
+for ( const {{ name, direction, colour, intensity }} of lights ) {{
+	const light = new THREE.DirectionalLight( new THREE.Color( ...colour ), intensity );
+	light.name = name;
+	light.position.set( ...direction );
+	scene.add( light );
+}}
 "
     )
 }

@@ -1,6 +1,7 @@
 //! Unity.
 
 use containers::lighting_json::Preset;
+use sphere::DVec3;
 use taps::{Language, Source};
 
 use super::definition::{Engine, EngineImage};
@@ -12,6 +13,8 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "unity",
     "Unity.",
     EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: Some(Preset::Unity), readme },
+    [DVec3::X, DVec3::Z, DVec3::Y],
+    lights_readme,
 )
 .with_taps(&TAPS);
 
@@ -26,6 +29,19 @@ fn readme(image: &str, irradiance: &str) -> String {
    Skybox Material.
 
 {irradiance} has the irradiance for SphericalHarmonicsL2 (unity_SHAr and so on).
+"
+    )
+}
+
+fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image are in {lights}. Each is a Directional Light:
+
+light.transform.rotation = Quaternion.LookRotation(-direction);
+light.color = new Color(colour[0], colour[1], colour[2]).gamma;
+light.intensity = intensity / Mathf.PI;
+
+HDRP takes the intensity itself, in Lux, and the angular diameter.
 "
     )
 }

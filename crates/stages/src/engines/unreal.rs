@@ -1,6 +1,7 @@
 //! Unreal Engine.
 
 use containers::lighting_json::Preset;
+use sphere::DVec3;
 use taps::{Language, Source};
 
 use super::definition::{Engine, EngineImage};
@@ -12,6 +13,8 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "unreal",
     "Unreal Engine.",
     EngineImage { formats: &[EngineFormat::Hdr], irradiance: Some(Preset::Unreal), readme },
+    [DVec3::NEG_Y, DVec3::NEG_X, DVec3::Z],
+    lights_readme,
 )
 .with_taps(&TAPS);
 
@@ -25,6 +28,14 @@ fn readme(image: &str, light: &str) -> String {
    Light of its own; remove that of 2.
 
 {light} has the light as nine coefficients in Unreal's frame.
+"
+    )
+}
+
+fn lights_readme(lights: &str) -> String {
+    format!(
+        "The lights that are not in the image are in {lights}. Each is a Directional Light: its rotation that of the vector
+-direction (Make Rot from X), Intensity intensity in lux, Light Color colour (linear), Source Angle angular_diameter.
 "
     )
 }

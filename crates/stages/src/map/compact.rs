@@ -2,66 +2,18 @@
 
 use brdf::{Centre, Material};
 use containers::tensors::MaterialTaps;
-use engine::{Diagnostic, Failure, Parameter, Reporter, Value, ValueKind, unexpected};
+use engine::{Failure, Reporter};
 use envmap::Environment;
 use rayon::prelude::*;
 use taps::{Fitted, FittedFacets, ScaleSpace, ScaleSpaceError, Widths, fit, fit_each, fit_facets, least_fit};
 
-use crate::values::UntilStopped;
+use crate::values::{LIGHTS, LightCount, UntilStopped};
 
 /// The default resolution.
 pub(crate) const RESOLUTION: usize = 64;
 
-/// The lights that are kept by default.
-pub(crate) const LIGHTS: LightCount = LightCount::Most(8);
-
 /// The residual of taps that is accepted by default.
 pub(crate) const ERROR: f64 = 0.02;
-
-/// How many of the strongest lights are kept beside a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LightCount {
-    /// As many as there are.
-    All,
-    /// At most so many.
-    Most(usize),
-}
-
-impl LightCount {
-    /// The lights that are kept, of these in the order of their strength.
-    pub(crate) fn of<T>(self, lights: &[T]) -> &[T] {
-        match self {
-            Self::All => lights,
-            Self::Most(count) => &lights[..count.min(lights.len())],
-        }
-    }
-}
-
-impl Parameter for LightCount {
-    fn expected() -> String {
-        "a whole number of lights, 0 or more, or \"all\"".into()
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let count = match &value.kind {
-            ValueKind::String(word) if word == "all" => Some(Self::All),
-            ValueKind::Integer(count) => usize::try_from(*count).ok().map(Self::Most),
-            _ => None,
-        };
-        count.ok_or_else(|| unexpected(value, &Self::expected()))
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        match self {
-            Self::All => "all".into(),
-            Self::Most(count) => (*count).into(),
-        }
-    }
-
-    fn schema() -> serde_json::Value {
-        serde_json::json!({ "type": ["integer", "string"], "minimum": 0, "pattern": "^all$" })
-    }
-}
 
 /// The scale space of an environment with the default parameters.
 pub(crate) fn default_scale_space(

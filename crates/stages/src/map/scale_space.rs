@@ -47,9 +47,9 @@ use containers::tensors::EnvironmentScales;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use taps::{LightPoints, Widths};
 
-use super::compact::{LIGHTS, LightCount, RESOLUTION, scale_space_of};
+use super::compact::{RESOLUTION, scale_space_of};
 use crate::engines::nearest_power_of_two;
-use crate::values::artifacts;
+use crate::values::{LIGHTS, LightCount, artifacts};
 
 /// The range of the edge of the finest level.
 const EDGES: std::ops::RangeInclusive<usize> = Widths::EDGES[0]..=Widths::EDGES[1];

@@ -340,7 +340,7 @@ fn bounds_name_the_largest_value_and_the_error_of_each_level() {
         let said = ran.warnings[0].starts_with("the brightest light is clamped: ")
             && ran.warnings[0].contains(" % of the red light is lost")
             && ran.warnings[0].contains(&format!(" ends at {largest}; "))
-            && ran.warnings[0].contains("`subtract-lights`");
+            && ran.warnings[0].ends_with("sun = \"light\" makes it a light beside the image");
         assert!(said, "{:?}", ran.warnings);
         assert_eq!(preset == "babylon", ran.warnings[0].contains("format = \"rgba32f\" keeps it"));
         let bounds = file(&of(preset, "clamp"), "/bounds.json");
@@ -414,6 +414,64 @@ fn the_sky_is_as_sharp_as_the_picture_and_lies_as_the_light_does() {
         let errors = export(parameters, environment(16, sky)).errors();
         assert!(errors.len() == 1 && errors[0].contains(why), "{errors:?}");
     }
+}
+
+/// The image and the light have all light together, and the light is where the engine sees that part of the
+/// image.
+#[test]
+fn a_sun_can_be_a_light_beside_the_image() {
+    let toward = to_file(DVec3::new(0.6, -0.48, 0.64));
+    let sunny = || {
+        environment(64, |w| {
+            let angle = w.dot(DVec3::new(0.6, -0.48, 0.64)).min(1.0).acos();
+            if angle < 0.05 { [9e5, 6e5, 1e5] } else { sky(w) }
+        })
+    };
+    let world: [(&str, LooksAt); 4] = [
+        // Each engine's axes in those of files: the centre of a lat-long image is +Z, and its left +X.
+        ("three", |d| DVec3::new(d.z, d.y, -d.x)),
+        ("babylon", |d| DVec3::new(-d.x, d.y, d.z)),
+        ("unity", |d| DVec3::new(d.z, d.y, d.x)),
+        ("blender", |d| DVec3::new(d.z, d.x, d.y)),
+    ];
+    let whole = sunny().0.integral();
+    for engine in ENGINES {
+        let size = if engine.loads_cube() { smallest(engine) } else { 64 };
+        let text = format!("preset = \"{}\"\nsun = \"light\"\nresolution = {size}", engine.name);
+        let case = export(&text, sunny());
+        let ran = case.run().unwrap();
+        assert!(ran.notes[0].starts_with("1 light holds 9"), "{:?}", ran.notes);
+        let light: Value = serde_json::from_slice(&file(&case, "/environment-lights.json")).unwrap();
+        let light = &light["lights"].as_array().filter(|lights| lights.len() == 1).unwrap()[0];
+        let numbers = |key: &str| serde_json::from_value::<[f64; 3]>(light[key].clone()).unwrap();
+        if let Some((_, world)) = world.iter().find(|(name, _)| *name == engine.name) {
+            let away = DVec3::from(numbers("direction")).angle_between(world(toward));
+            assert!(away < 0.01, "{}: {away}", engine.name);
+        }
+        let diameter = light["angular_diameter"].as_f64().unwrap();
+        assert!((4.0..8.0).contains(&diameter), "{diameter}");
+        let text = String::from_utf8(file(&case, "/README.txt")).unwrap();
+        assert!(text.contains("environment-lights.json"), "{text}");
+        if engine.name == "blender" {
+            let image = read_image(&case.files()[0], &containers::ReadOptions::default()).unwrap().image;
+            let rest = envmap::Environment::new(LatLong::with_rows(64), image.pixels().to_vec()).unwrap();
+            let intensity = light["intensity"].as_f64().unwrap();
+            for (c, colour) in numbers("colour").into_iter().enumerate() {
+                // Irradiance is less than flux by the disk's width: by less than 0.1 %.
+                let sum = rest.integral()[c] + intensity * colour;
+                assert!((sum / whole[c] - 1.0).abs() < 1e-3, "{sum} of {}", whole[c]);
+            }
+        }
+    }
+    let count = |lights: &str| {
+        let text = format!("preset = \"unreal\"\nsun = \"light\"\nlights = {lights}");
+        let json: Value =
+            serde_json::from_slice(&file(&export(&text, sunny()), "/environment-lights.json")).unwrap();
+        json["lights"].as_array().unwrap().len()
+    };
+    assert_eq!([count("0"), count("\"all\"")], [0, 1]);
+    let errors = export("preset = \"three\"\nlights = 2", sunny()).errors();
+    assert_eq!(errors, ["lights: only sun = \"light\" uses it"]);
 }
 
 #[test]

@@ -12,8 +12,9 @@ use sphere::DMat3;
 use taps::{ScaleSpace, Widths};
 
 use crate::light::full;
-use crate::map::{LIGHTS, LightCount, RESOLUTION, default_scale_space, scale_space_of};
+use crate::map::{RESOLUTION, default_scale_space, scale_space_of};
 use crate::picture::report::sphere::Sphere;
+use crate::values::{LIGHTS, LightCount};
 
 /// The number of pixels between two checks for cancellation.
 pub(crate) const BAND: usize = 512;
