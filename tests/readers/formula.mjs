@@ -7,11 +7,11 @@ export const CHANNELS = [ 0, 1, 2 ];
 export const add = ( ...vectors ) => CHANNELS.map( ( c ) => vectors.reduce( ( sum, v ) => sum + v[ c ], 0 ) );
 export const times = ( factor, v ) => v.map( ( x ) => factor * x );
 export const dot = ( a, b ) => a[ 0 ] * b[ 0 ] + a[ 1 ] * b[ 1 ] + a[ 2 ] * b[ 2 ];
-const unit = ( v ) => times( 1 / Math.hypot( ...v ), v );
-const cross = ( a, b ) => CHANNELS.map( ( c ) => a[ ( c + 1 ) % 3 ] * b[ ( c + 2 ) % 3 ] - a[ ( c + 2 ) % 3 ] * b[ ( c + 1 ) % 3 ] );
+export const unit = ( v ) => times( 1 / Math.hypot( ...v ), v );
+export const cross = ( a, b ) => CHANNELS.map( ( c ) => a[ ( c + 1 ) % 3 ] * b[ ( c + 2 ) % 3 ] - a[ ( c + 2 ) % 3 ] * b[ ( c + 1 ) % 3 ] );
 const mix = ( a, b, share ) => a.map( ( x, c ) => x + share * ( b[ c ] - x ) );
 
-// --- Facets: views from all sides, and the normals of a ball that each of them sees ------------------------
+// --- Facets: views from all sides, and the normals of a ball that each of them sees, with a tangent each ---
 
 const VIEWS = 16, NORMALS = 64;
 const GOLDEN = Math.PI * ( 3 - Math.sqrt( 5 ) );
@@ -26,12 +26,22 @@ export const views = Array.from( { length: VIEWS }, ( _, k ) => {
 		return add( times( sine * Math.cos( turn ), right ), times( sine * Math.sin( turn ), up ), times( Math.sqrt( 1 - sine * sine ), view ) );
 
 	} );
-	return { view, normals };
+	const tangents = normals.map( ( normal, j ) => {
+
+		const x = unit( cross( normal, up ) ), y = cross( normal, x ), turn = GOLDEN * ( 5 * j + k );
+		return add( times( Math.cos( turn ), x ), times( Math.sin( turn ), y ) );
+
+	} );
+	return { view, normals, tangents };
 
 } );
-export const facets = views.flatMap( ( { view, normals } ) => normals.map( ( normal ) => ( { view, normal } ) ) );
+export const facets = views.flatMap( ( { view, normals, tangents } ) => normals.map( ( normal, j ) => ( { view, normal, tangent: tangents[ j ] } ) ) );
 
 // --- The formula of docs/taps.md, and how far a renderer may be from it ------------------------------------
+
+/** The pairs of `taps.toml`, ENVIRONMENT/MATERIAL. */
+export const namesOf = ( folder ) => fs.readdirSync( `${folder}/out/numbers`, { recursive: true } )
+	.filter( ( file ) => file.endsWith( '.safetensors' ) ).map( ( file ) => file.slice( 0, - '.safetensors'.length ) ).sort();
 
 export function readTensors( file ) {
 
@@ -121,15 +131,32 @@ export function formula( tensors, rounding = halves ) {
 
 	const levels = Object.keys( tensors ).filter( ( name ) => name.startsWith( 'level_' ) ).sort().map( ( name ) => tensors[ name ] );
 	const kernels = [ 0, 1, 2, 3 ].map( ( k ) => tensors[ `normal_${k}` ] );
-	const [ , count, ] = tensors.taps.shape, [ , about ] = tensors.normals.shape;
-	const numbers = ( { data, shape: [ , taps, size ] }, i, j ) => [ ...data.subarray( ( i * taps + j ) * size ).subarray( 0, size ) ];
+	const [ count, size ] = tensors.taps.shape.slice( - 2 ), [ about ] = tensors.normals.shape.slice( - 2 );
+	const isFacets = size === 6, [ side ] = tensors.taps.shape, isQuarter = side === 25;
+	const numbers = ( { data, shape }, i, j ) => {
 
-	// The column of a tap: its number, and what rounding and filtering may do to each of them.
-	const row = ( tensor, u, j, map ) => {
+		const [ taps, size ] = shape.slice( - 2 );
+		return [ ...data.subarray( ( i * taps + j ) * size ).subarray( 0, size ) ];
 
-		const i = Math.min( Math.floor( 64 * u ), 63 ), [ a, b ] = [ i, i + 1 ].map( ( i ) => map( numbers( tensor, i, j ) ) );
-		const error = a.map( ( x, k ) => Math.max( ofHalf( x ), ofHalf( b[ k ] ) ) + FILTER * Math.abs( b[ k ] - x ) );
-		return { value: mix( a, b, 64 * u - i ), error };
+	};
+
+	// The numbers of a tap at a place between two rows of the table, or between four nodes in two directions, and
+	// what rounding and filtering may do to each of them.
+	const row = ( tensor, place, j, map ) => {
+
+		const steps = place.map( ( x ) => Math.min( Math.floor( x ), side - 2 ) ), shares = place.map( ( x, axis ) => x - steps[ axis ] );
+		const at = ( index ) => map( numbers( tensor, index, j ) );
+		const rows = isFacets ? [ steps[ 1 ], steps[ 1 ] + 1 ].map( ( y ) => [ at( y * side + steps[ 0 ] ), at( y * side + steps[ 0 ] + 1 ) ] ) :
+			[ [ at( steps[ 0 ] ), at( steps[ 0 ] + 1 ) ] ];
+		const across = rows.map( ( [ a, b ] ) => mix( a, b, shares[ 0 ] ) ), all = rows.flat();
+		const value = isFacets ? mix( ...across, shares[ 1 ] ) : across[ 0 ];
+		const error = value.map( ( _, k ) => {
+
+			const values = all.map( ( numbers ) => numbers[ k ] );
+			return Math.max( ...values.map( ofHalf ) ) + rows.length * FILTER * ( Math.max( ...values ) - Math.min( ...values ) );
+
+		} );
+		return { value, error };
 
 	};
 
@@ -148,10 +175,35 @@ export function formula( tensors, rounding = halves ) {
 	const blurred = ( d, log ) => between( levels, d, 4 * ( log - first ), ( f ) => ( 2 ** ( f / 2 ) - 1 ) * ( 1 + Math.SQRT2 ) );
 	const differs = ( a, b ) => CHANNELS.map( ( c ) => Math.abs( a[ c ] - b[ c ] ) );
 
-	return ( { normal, view } ) => {
+	// Where a view looks into the table, and where a tap of these numbers looks into the levels.
+	const byAngle = ( { normal, view } ) => {
 
 		const cosine = dot( normal, view );
 		const R = add( times( 2 * cosine, normal ), times( - 1, view ) ), T = unit( add( normal, times( - cosine, R ) ) );
+		return { place: [ 64 * ( 1 - cosine ) ], toward: ( [ delta ] ) => add( times( Math.cos( delta ), R ), times( Math.sin( delta ), T ) ) };
+
+	};
+
+	const byFacet = ( { normal, tangent, view } ) => {
+
+		const X = unit( add( tangent, times( - dot( normal, tangent ), normal ) ) ), Y = cross( normal, X );
+		const v = [ X, Y, normal ].map( ( axis ) => dot( view, axis ) ), rim = Math.sqrt( ( 1 + v[ 2 ] ) * ( 1 + Math.sqrt( v[ 2 ] ) ) );
+		const disc = [ v[ 0 ] / rim, v[ 1 ] / rim ], signs = disc.map( ( x ) => isQuarter && x < 0 ? - 1 : 1 );
+		const place = disc.map( ( x, axis ) => ( side - 1 ) * ( isQuarter ? signs[ axis ] * x : ( x + 1 ) / 2 ) );
+		const toward = ( [ p, q ] ) => {
+
+			const h = [ signs[ 0 ] * p, signs[ 1 ] * q, 1 ], l = add( times( 2 * dot( v, h ) / dot( h, h ), h ), times( - 1, v ) );
+			return add( times( l[ 0 ], X ), times( l[ 1 ], Y ), times( l[ 2 ], normal ) );
+
+		};
+
+		return { place, toward };
+
+	};
+
+	return ( facet ) => {
+
+		const { normal } = facet, { place, toward } = isFacets ? byFacet( facet ) : byAngle( facet );
 		const sum = [ 0, 0, 0 ], most = [ 0, 0, 0 ];
 		let crosses = false;
 		const tap = ( weight, weightError, light, lightError ) => {
@@ -168,20 +220,23 @@ export function formula( tensors, rounding = halves ) {
 
 		for ( let j = 0; j < count; j ++ ) {
 
-			const { value: [ delta, log, ...weight ], error: [ turned, widened, ...weightError ] } =
-				row( tensors.taps, 1 - cosine, j, ( [ delta, std, ...weight ] ) => [ delta, Math.log2( std ), ...weight ] );
-			const at = ( delta, log ) => blurred( add( times( Math.cos( delta ), R ), times( Math.sin( delta ), T ) ), log );
-			const light = at( delta, log );
-			const moves = [ [ turned, 0 ], [ - turned, 0 ], [ 0, widened ], [ 0, - widened ] ];
-			const moved = moves.map( ( [ a, b ] ) => differs( at( delta + a, log + b ).value, light.value ) );
-			const farthest = ( a, b ) => CHANNELS.map( ( c ) => Math.max( moved[ a ][ c ], moved[ b ][ c ] ) );
-			tap( weight, weightError, light, add( light.error, farthest( 0, 1 ), farthest( 2, 3 ) ) );
+			// An angle or two slopes, then the width and the weight.
+			const { value, error } = row( tensors.taps, place, j, ( numbers ) => numbers.map( ( x, k ) => k === size - 4 ? Math.log2( x ) : x ) );
+			const shape = value.slice( 0, - 3 ), at = ( shape ) => blurred( toward( shape ), shape.at( - 1 ) ), light = at( shape );
+			const farthest = shape.map( ( _, k ) => {
+
+				const moved = [ - 1, 1 ].map( ( sign ) => at( shape.map( ( x, i ) => i === k ? x + sign * error[ k ] : x ) ) );
+				const [ one, other ] = moved.map( ( { value } ) => differs( value, light.value ) );
+				return CHANNELS.map( ( c ) => Math.max( one[ c ], other[ c ] ) );
+
+			} );
+			tap( value.slice( - 3 ), error.slice( - 3 ), light, add( light.error, ...farthest ) );
 
 		}
 
 		for ( let j = 0; j < about; j ++ ) {
 
-			const { value: [ y, ...weight ], error: [ yError, ...weightError ] } = row( tensors.normals, 1 - cosine, j, ( row ) => row );
+			const { value: [ y, ...weight ], error: [ yError, ...weightError ] } = row( tensors.normals, place, j, ( row ) => row );
 			const at = ( y ) => between( kernels, normal, 3 * y, ( f ) => f );
 			const light = at( y );
 			tap( weight, weightError, light, add( light.error, differs( at( y + yError ).value, at( y - yError ).value ) ) );

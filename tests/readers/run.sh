@@ -76,12 +76,16 @@ for name in soft dim sun; do
 done
 "$specula" build >build.log 2>&1 || { cat build.log; exit 1; }
 
-# Compact maps of a metal. Brute force in the browser adds up images that are small.
-mkdir -p taps/environments taps/small
+# Compact maps of a metal, of a brushed one, and of one that is brushed askew, whose table has no symmetry. Brute force in
+# the browser adds up images that are small.
+mkdir -p taps/environments taps/small taps/materials
 cp "$here/taps.toml" taps/pipeline.toml
-printf 'model = "standard"\nbase_color = [0.95, 0.64, 0.54]\nmetallic = 1\nroughness = 0.3\n' > taps/copper.toml
+printf 'model = "standard"\nbase_color = [0.95, 0.64, 0.54]\nmetallic = 1\nroughness = 0.3\n' > taps/materials/copper.toml
+printf 'model = "ggx"\nn = [0.21, 0.91, 1.1]\nk = [3.9, 2.4, 2.1]\nroughness_x = 0.3\nroughness_y = 0.5\n' > taps/materials/brushed.toml
+../py/bin/python "$here/askew.py" > taps/materials/askew.csv
 cp "$assets/studio.exr" taps/environments/
 if [ -d "${SPECULA_CORPUS:-}" ]; then
+    cat "$here/photographs.toml" >> taps/pipeline.toml
     for name in studio sunrise; do
         convert "$SPECULA_CORPUS/env/cc0/$name.hdr" -o taps/environments/corpus-$name.exr --resolution 256 --precision float
     done
@@ -113,7 +117,7 @@ if [ -d node_modules/three ]; then
         node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
         if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
-            node "$here/shaders.mjs" files/taps "$chromium" studio >> results || echo "shaders.mjs	ended early	WRONG" >> results
+            node "$here/shaders.mjs" files/taps "$chromium" >> results || echo "shaders.mjs	ended early	WRONG" >> results
         else
             skip "shaders of compact maps for other engines" "no glslangValidator or no naga"
         fi

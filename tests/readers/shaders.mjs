@@ -1,4 +1,4 @@
-// Runs the look-ups of engines that are not here: node shaders.mjs FOLDER CHROMIUM NAME. Each text that
+// Runs the look-ups of engines that are not here: node shaders.mjs FOLDER CHROMIUM. Each text that
 // `export-taps` writes is compiled (Filament's by matc as a whole, too; HLSL and GLSL by glslangValidator,
 // then by naga into WGSL), and its function `tap_reflected` runs in WebGPU, on the textures of that engine,
 // for the facets of formula.mjs. Directions are turned into the engine's world as its README.txt says of
@@ -10,37 +10,42 @@ import path from 'path';
 import { createRequire } from 'module';
 import { pathToFileURL } from 'url';
 import { openBrowser } from './browser.mjs';
-import { compared, facets, formula, halves, readTensors, rgb9e5 } from './formula.mjs';
+import { compared, facets, formula, halves, namesOf, readTensors, rgb9e5 } from './formula.mjs';
 
-const [ folder, chromium, name ] = process.argv.slice( 2 );
+const [ folder, chromium ] = process.argv.slice( 2 );
 const load = ( file ) => import( pathToFileURL( path.resolve( file ) ) );
 const said = ( reader, file, text ) => console.log( `${reader}\t${file}\t${text}` );
+const names = namesOf( folder ).filter( ( name ) => name.startsWith( 'studio/' ) ); // photographs are for taps.mjs
+let name; // of the pair that is compared
 const file = ( engine, file ) => `${folder}/out/${engine}/${name}/${file}`;
 const read = ( ...names ) => fs.readFileSync( file( ...names ), 'utf8' );
+// What a look-up takes: the tangent, too, if the material depends on it.
+const isTurned = () => ! name.endsWith( 'copper' );
+const taken = ( N, T, V ) => ( isTurned() ? [ N, T, V ] : [ N, V ] ).join( ', ' );
 const between = ( text, begin, end ) => { const [ , rest ] = text.split( begin ); return rest.split( end )[ 0 ]; };
 
 // --- From each text to WGSL with the names tap_levels, tap_normals, tap_table, tap_sampler, facets and found 
 
 const MAIN = {
-	wgsl: `
+	wgsl: () => `
 @group(0) @binding(3) var<storage, read> facets: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> found: array<vec4f>;
 @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3u) {
-    found[id.x] = vec4f(tap_reflected(facets[2u * id.x].xyz, facets[2u * id.x + 1u].xyz), 1.0);
+    found[id.x] = vec4f(tap_reflected(${taken( 'facets[3u * id.x].xyz', 'facets[3u * id.x + 1u].xyz', 'facets[3u * id.x + 2u].xyz' )}), 1.0);
 }`,
-	glsl: `
+	glsl: () => `
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 3) readonly buffer Facets { vec4 facets[]; };
 layout(set = 0, binding = 4) buffer Found { vec4 found[]; };
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    found[i] = vec4(tap_reflected(facets[2u * i].xyz, facets[2u * i + 1u].xyz), 1.0);
+    found[i] = vec4(tap_reflected(${taken( 'facets[3u * i].xyz', 'facets[3u * i + 1u].xyz', 'facets[3u * i + 2u].xyz' )}), 1.0);
 }`,
-	hlsl: `
+	hlsl: () => `
 [[vk::binding(3)]] StructuredBuffer<float4> facets;
 [[vk::binding(4)]] RWStructuredBuffer<float4> found;
 [numthreads(64, 1, 1)] void main(uint3 id : SV_DispatchThreadID) {
-    found[id.x] = float4(reflected(facets[2 * id.x].xyz, facets[2 * id.x + 1].xyz), 1.0);
+    found[id.x] = float4(reflected(facets[3 * id.x].xyz, facets[3 * id.x + 1].xyz, facets[3 * id.x + 2].xyz), 1.0);
 }`,
 };
 
@@ -51,12 +56,12 @@ layout(set = 0, binding = 1) uniform texture2D tap_normals;
 layout(set = 0, binding = 2) uniform texture2D tap_table;
 layout(set = 0, binding = 5) uniform sampler tap_sampler;
 #define textureLod(picture, place, mip) textureLod(sampler2D(picture, tap_sampler), place, mip)
-${functions}${MAIN.glsl}`;
+${functions}${MAIN.glsl()}`;
 
 const hlsl = ( names, text, call ) => {
 
 	const declared = names.map( ( name, binding ) => `[[vk::binding(${binding})]] Texture2D ${name};\n` ).join( '' );
-	return `${declared}${text}\nfloat3 reflected(float3 N, float3 V) {\n${call}\n}\n${MAIN.hlsl}`;
+	return `${declared}${text}\nfloat3 reflected(float3 N, float3 T, float3 V) {\n${call}\n}\n${MAIN.hlsl()}`;
 
 };
 
@@ -73,7 +78,7 @@ const ENGINES = {
 		folder: 'unity', rounding: halves, language: 'hlsl', fromBottom: true,
 		text: () => hlsl( [ 'tap_levels', 'tap_normals', 'tap_table' ],
 			read( 'unity', 'taps.hlsl' ).replace( /^Texture2D .*;$/gm, '' ).replace( 'SamplerState', '[[vk::binding(5)]] SamplerState' ),
-			'float3 radiance; TapReflected_float(N, V, radiance); return radiance;' ),
+			`float3 radiance; TapReflected_float(${taken( 'N', 'T', 'V' )}, radiance); return radiance;` ),
 	},
 	Unreal: {
 		folder: 'unreal', rounding: halves, language: 'hlsl',
@@ -83,9 +88,9 @@ const ENGINES = {
 	},
 	Bevy: {
 		folder: 'bevy', cubes: true, rounding: rgb9e5, language: 'wgsl',
-		text: () => ( '@group' + between( read( 'bevy', 'taps.wgsl' ).replace( '@group', 'FIRST' ), 'FIRST', '// Candelas' ) )
+		text: () => ( '@group' + between( read( 'bevy', 'taps.wgsl' ).replace( '@group', 'BEGIN' ), 'BEGIN', '// Candelas' ) )
 			.replaceAll( '#{MATERIAL_BIND_GROUP}', '0' )
-			.replace( /binding\(10(.)\)/g, ( _, binding ) => `binding(${[ 0, 5, 1, 2 ][ binding ]})` ) + MAIN.wgsl,
+			.replace( /binding\(10(.)\)/g, ( _, binding ) => `binding(${[ 0, 5, 1, 2 ][ binding ]})` ) + MAIN.wgsl(),
 	},
 };
 
@@ -165,11 +170,11 @@ async function compute( { code, textures, facets } ) {
 
 	} );
 	const sampler = device.createSampler( { magFilter: 'linear', minFilter: 'linear', mipmapFilter: 'linear' } );
-	const given = Float32Array.from( facets.flatMap( ( { normal, view } ) => [ ...normal, 0, ...view, 0 ] ) );
+	const given = Float32Array.from( facets.flatMap( ( { normal, tangent, view } ) => [ normal, tangent, view ].flatMap( ( v ) => [ ...v, 0 ] ) ) );
 	const size = 16 * facets.length;
 	const buffer = ( size, usage ) => device.createBuffer( { size, usage } );
 	const [ input, output, back ] = [
-		buffer( 2 * size, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST ),
+		buffer( 3 * size, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST ),
 		buffer( size, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC ),
 		buffer( size, GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST ),
 	];
@@ -192,42 +197,51 @@ async function compute( { code, textures, facets } ) {
 
 // --- The comparisons ---------------------------------------------------------------------------------------
 
-try {
+function compile() {
 
-	run( 'matc', '--api', 'all', '--output', file( 'filament', 'taps.filamat' ), file( 'filament', 'taps.mat' ) );
-	said( 'matc', 'taps.mat', 'compiles' );
+	try {
 
-} catch ( error ) {
+		run( 'matc', '--api', 'all', '--output', file( 'filament', 'taps.filamat' ), file( 'filament', 'taps.mat' ) );
+		said( 'matc', `${name}: taps.mat`, 'compiles' );
 
-	said( 'matc', 'taps.mat', error.code === 'ENOENT' ? 'SKIPPED not installed' : `WRONG: ${error.stderr}`.replace( /\s+/g, ' ' ) );
+	} catch ( error ) {
+
+		said( 'matc', `${name}: taps.mat`, error.code === 'ENOENT' ? 'SKIPPED not installed' : `WRONG: ${error.stderr}`.replace( /\s+/g, ' ' ) );
+
+	}
 
 }
 
-const tensors = readTensors( `${folder}/out/numbers/${name}.safetensors` );
 const { browser, address, close } = await openBrowser( folder, chromium );
 try {
 
 	const page = await browser.newPage();
 	await page.goto( `${address}/blank.html` );
-	for ( const [ engine, facts ] of Object.entries( ENGINES ) ) {
+	for ( name of names ) {
 
-		try {
+		compile();
+		const tensors = readTensors( `${folder}/out/numbers/${name}.safetensors` );
+		for ( const [ engine, facts ] of Object.entries( ENGINES ) ) {
 
-			const textures = [ 'levels', 'normals', 'table' ].map( ( stem ) => texture( facts.folder, stem, facts.fromBottom ) );
-			// (y, z, x): the axes of the engine.
-			const [ , axes ] = read( facts.folder, 'README.txt' ).replace( /\s+/g, ' ' ).match( /direction \(x, y, z\) is \(([^)]*)\)/ );
-			const turned = ( v ) => axes.split( ', ' ).map( ( axis ) => ( axis[ 0 ] === '-' ? - 1 : 1 ) * v[ 'xyz'.indexOf( axis.at( - 1 ) ) ] );
-			const asked = facets.map( ( { normal, view } ) => ( { normal: turned( normal ), view: turned( view ) } ) );
-			const found = await page.evaluate( compute, { code: wgsl( facts ), textures, facets: asked } );
-			const lookUps = facets.map( formula( tensors, facts.rounding ) );
-			// SwiftShader has no neighbours beyond the edges of an array of cubes.
-			const kept = lookUps.map( ( { crosses } ) => ! ( facts.cubes && crosses ) );
-			const text = compared( ...[ found, lookUps ].map( ( list ) => list.filter( ( _, k ) => kept[ k ] ) ) );
-			said( engine, `${name}: taps`, facts.cubes ? `${text}, without the edges of cubes` : text );
+			try {
 
-		} catch ( error ) {
+				const textures = [ 'levels', 'normals', 'table' ].map( ( stem ) => texture( facts.folder, stem, facts.fromBottom ) );
+				// (y, z, x): the axes of the engine.
+				const [ , axes ] = read( facts.folder, 'README.txt' ).replace( /\s+/g, ' ' ).match( /direction \(x, y, z\) is \(([^)]*)\)/ );
+				const turned = ( v ) => axes.split( ', ' ).map( ( axis ) => ( axis[ 0 ] === '-' ? - 1 : 1 ) * v[ 'xyz'.indexOf( axis.at( - 1 ) ) ] );
+				const asked = facets.map( ( { normal, tangent, view } ) => ( { normal: turned( normal ), tangent: turned( tangent ), view: turned( view ) } ) );
+				const found = await page.evaluate( compute, { code: wgsl( facts ), textures, facets: asked } );
+				const lookUps = facets.map( formula( tensors, facts.rounding ) );
+				// SwiftShader has no neighbours beyond the edges of an array of cubes.
+				const kept = lookUps.map( ( { crosses } ) => ! ( facts.cubes && crosses ) );
+				const text = compared( ...[ found, lookUps ].map( ( list ) => list.filter( ( _, k ) => kept[ k ] ) ) );
+				said( engine, `${name}: taps`, facts.cubes ? `${text}, without the edges of cubes` : text );
 
-			said( engine, `${name}: taps`, `WRONG: ${error.stderr || ''}${error.stdout || error}`.replace( /\s+/g, ' ' ) );
+			} catch ( error ) {
+
+				said( engine, `${name}: taps`, `WRONG: ${error.stderr || ''}${error.stdout || error}`.replace( /\s+/g, ' ' ) );
+
+			}
 
 		}
 

@@ -4,10 +4,10 @@
 //
 // - the look-ups, with the formula of docs/taps.md in 64-bit numbers, from the `safetensors` of the same
 //   pair: the largest error in shares of a pixel's largest colour, and in shares of what 16-bit floats and
-//   filters in 256 steps may do,
+//   filters in 256 steps may do; of brushed metal with the tangents of the mesh, then of its coordinates,
 // - the whole, with the sum over the pixels of the environment: the errors of 95 and of 99 of 100 colours in
 //   stops, beside those of what the engine makes of the environment without taps. Lights are reflected by the
-//   formula of `standard` first, then, as in the picture, by the engine's own, in both the look and the sum.
+//   formula of the material first, then, as in the picture, by the engine's own, in both the look and the sum.
 //
 // Directions are in Specula's frame if nothing else is said. Screenshots of the pages go into FOLDER.
 
@@ -15,7 +15,7 @@ import fs from 'fs';
 import path from 'path';
 import { pathToFileURL } from 'url';
 import { openBrowser } from './browser.mjs';
-import { CHANNELS, add, compared, dot, facets, formula, readTensors, times, views } from './formula.mjs';
+import { CHANNELS, add, compared, cross, dot, facets, formula, namesOf, readTensors, times, unit, views } from './formula.mjs';
 
 const [ folder, chromium ] = process.argv.slice( 2 );
 const load = ( name ) => import( pathToFileURL( path.resolve( 'node_modules', name ) ) );
@@ -98,6 +98,37 @@ function reflected( { normal: [ nx, ny, nz ], view: [ vx, vy, vz ] }, points ) {
 
 }
 
+const ALPHAS = [ 0.3 ** 2, 0.5 ** 2 ], N = [ 0.21, 0.91, 1.1 ], K = [ 3.9, 2.4, 2.1 ];
+
+// What a conductor reflects at a cosine.
+const conductor = ( cosine, c ) => {
+
+	const sine2 = 1 - cosine * cosine, m = N[ c ] ** 2 - K[ c ] ** 2 - sine2, a2b2 = Math.hypot( m, 2 * N[ c ] * K[ c ] );
+	const across = a2b2 + cosine * cosine, along = 2 * cosine * Math.sqrt( ( a2b2 + m ) / 2 ), s = ( across - along ) / ( across + along );
+	const far = cosine * cosine * a2b2 + sine2 * sine2, near = along * sine2;
+	return s * ( 1 + ( far - near ) / ( far + near ) ) / 2;
+
+};
+
+/** The radiance of the brushed metal, `ggx` with two roughnesses, under such points of light. */
+function reflectedByBrushed( { normal, tangent, view }, points ) {
+
+	const across = cross( normal, tangent ), local = ( v ) => [ tangent, across, normal ].map( ( axis ) => dot( v, axis ) );
+	const masked = ( [ x, y, z ] ) => Math.hypot( ALPHAS[ 0 ] * x, ALPHAS[ 1 ] * y, z ), v = local( view ), sum = [ 0, 0, 0 ];
+	for ( let k = 0; k < points.length; k += 6 ) {
+
+		const l = local( points.subarray( k, k + 3 ) );
+		if ( l[ 2 ] <= 0 ) continue;
+		const h = unit( add( l, v ) ), slopes = ( h[ 0 ] / ALPHAS[ 0 ] ) ** 2 + ( h[ 1 ] / ALPHAS[ 1 ] ) ** 2 + h[ 2 ] ** 2;
+		const d = 1 / ( Math.PI * ALPHAS[ 0 ] * ALPHAS[ 1 ] * slopes ** 2 ), g = 0.5 / ( l[ 2 ] * masked( v ) + v[ 2 ] * masked( l ) );
+		for ( let c = 0; c < 3; c ++ ) sum[ c ] += points[ k + 3 + c ] * l[ 2 ] * d * g * conductor( dot( l, h ), c );
+
+	}
+
+	return { standard: sum };
+
+}
+
 /**
  * The pixels of a lat-long picture as points of light. Its centre is +X, its left is +Y. Pixels that are not
  * brighter than `bright` times the mean are joined in fours, which are far smaller than the metal's
@@ -140,7 +171,8 @@ function pointsOf( { data, width, height }, bright = 6 ) {
 
 // Both draw facets in a look of a page, 'look-ups' being 'compact' without its lights: each view is a picture
 // of cells of 2 x 2 pixels, so that no normal changes within a cell, and one pixel of each is read. They run
-// in the page.
+// in the page. The mesh has tangents, but for 'look-ups by uv', where it has coordinates that grow along
+// `directions`.
 
 async function drawThree( { name, look, views } ) {
 
@@ -148,20 +180,23 @@ async function drawThree( { name, look, views } ) {
 	const drawn = looks[ name ][ look ] ?? looks[ name ].compact;
 	const cells = Math.ceil( Math.sqrt( views[ 0 ].normals.length ) ), size = 2 * cells;
 	const target = floats( size, size ), pixels = new Float32Array( 4 * size * size ), found = [];
-	if ( look === 'look-ups' ) for ( const light of drawn.scene.children ) light.visible = false;
-	for ( const { view, normals } of views ) {
+	if ( look.startsWith( 'look-ups' ) ) for ( const light of drawn.scene.children ) light.visible = false;
+	for ( const { view, normals, tangents, directions } of views ) {
 
 		camera.position.set( ...view ).multiplyScalar( 5 );
 		camera.lookAt( 0, 0, 0 );
 		camera.updateMatrixWorld();
-		const positions = [], vectors = [];
+		const positions = [], vectors = [], along = [], coordinates = [];
 		normals.forEach( ( normal, k ) => {
 
 			for ( const [ x, y ] of [ [ 0, 0 ], [ 1, 0 ], [ 1, 1 ], [ 0, 0 ], [ 1, 1 ], [ 0, 1 ] ] ) {
 
 				const place = [ k % cells + x, Math.floor( k / cells ) + y ].map( ( at ) => camera.right * ( 2 * at / cells - 1 ) );
-				positions.push( ...camera.localToWorld( new THREE.Vector3( ...place, - 5 ) ) );
+				const position = camera.localToWorld( new THREE.Vector3( ...place, - 5 ) );
+				positions.push( ...position );
 				vectors.push( ...normal );
+				along.push( ...tangents[ k ], 1 );
+				coordinates.push( ...directions[ k ].map( ( direction ) => position.dot( new THREE.Vector3( ...direction ) ) ) );
 
 			}
 
@@ -169,6 +204,8 @@ async function drawThree( { name, look, views } ) {
 		const geometry = new THREE.BufferGeometry();
 		geometry.setAttribute( 'position', new THREE.Float32BufferAttribute( positions, 3 ) );
 		geometry.setAttribute( 'normal', new THREE.Float32BufferAttribute( vectors, 3 ) );
+		if ( look === 'look-ups by uv' ) geometry.setAttribute( 'uv', new THREE.Float32BufferAttribute( coordinates, 2 ) );
+		else geometry.setAttribute( 'tangent', new THREE.Float32BufferAttribute( along, 4 ) );
 		draw( drawn, geometry, new THREE.Vector3( ...view ), target );
 		renderer.readRenderTargetPixels( target, 0, 0, size, size, pixels );
 		normals.forEach( ( _, k ) => {
@@ -196,11 +233,11 @@ async function drawBabylon( { name, look, views } ) {
 	// does not matter.
 	camera.orthoLeft = camera.orthoBottom = - 1e-4;
 	camera.orthoRight = camera.orthoTop = 1e-4;
-	for ( const light of scene.lights ) light.setEnabled( look !== 'look-ups' );
+	for ( const light of scene.lights ) light.setEnabled( ! look.startsWith( 'look-ups' ) );
 	const format = { type: BABYLON.Constants.TEXTURETYPE_FLOAT, generateMipMaps: false };
 	const target = new BABYLON.RenderTargetTexture( 'target', size, scene, format );
 	target.activeCamera = camera;
-	for ( const { view, normals } of views ) {
+	for ( const { view, normals, tangents, directions } of views ) {
 
 		camera.position = BABYLON.Vector3.FromArray( view ).scale( 5 );
 		camera.setTarget( BABYLON.Vector3.Zero() );
@@ -209,18 +246,23 @@ async function drawBabylon( { name, look, views } ) {
 		const data = new BABYLON.VertexData();
 		data.positions = [];
 		data.normals = [];
+		const along = [], coordinates = [];
 		data.indices = normals.flatMap( ( _, k ) => [ 0, 1, 2, 0, 2, 3 ].map( ( corner ) => 4 * k + corner ) );
 		normals.forEach( ( normal, k ) => {
 
 			for ( const [ x, y ] of [ [ 0, 0 ], [ 1, 0 ], [ 1, 1 ], [ 0, 1 ] ] ) {
 
 				const place = [ k % cells + x, Math.floor( k / cells ) + y ].map( ( at ) => camera.orthoRight * ( 2 * at / cells - 1 ) );
-				data.positions.push( ...right.scale( place[ 0 ] ).add( up.scale( place[ 1 ] ) ).asArray() );
+				const position = right.scale( place[ 0 ] ).add( up.scale( place[ 1 ] ) );
+				data.positions.push( ...position.asArray() );
 				data.normals.push( ...normal );
+				along.push( ...tangents[ k ], 1 );
+				coordinates.push( ...directions[ k ].map( ( direction ) => BABYLON.Vector3.Dot( position, BABYLON.Vector3.FromArray( direction ) ) ) );
 
 			}
 
 		} );
+		Object.assign( data, look === 'look-ups by uv' ? { uvs: coordinates } : { tangents: along } );
 		const mesh = new BABYLON.Mesh( 'facets', scene );
 		data.applyToMesh( mesh );
 		mesh.material = material;
@@ -261,7 +303,7 @@ function stops( found, wanted, black ) {
 
 }
 
-const names = fs.readdirSync( `${folder}/out/numbers` ).map( ( file ) => path.basename( file, '.safetensors' ) );
+const names = namesOf( folder );
 const text = ( pair ) => pair.map( ( x ) => x.toFixed( 3 ) ).join( '/' );
 const judged = ( text, isRight, rule ) => isRight ? text : `${text} WRONG: ${rule}`;
 // `export-taps` takes other views: of some thousand colours, those beyond the last percent are few.
@@ -271,16 +313,20 @@ const pairs = {};
 for ( const name of names ) {
 
 	const tensors = readTensors( `${folder}/out/numbers/${name}.safetensors` );
-	const points = pointsOf( picture( `${folder}/environments/${name}.exr` ) );
+	const [ environment, material ] = name.split( '/' ), isCopper = material === 'copper';
+	const points = pointsOf( picture( `${folder}/environments/${environment}.exr` ) );
 	const black = 0.01 * points.reduce( ( sum, x, k ) => k % 6 < 3 ? sum : sum + x, 0 ) / ( 12 * Math.PI );
-	const [ , ...noted ] = log.match( new RegExp( `numbers \\[${name}, .*95 % of views are within (.*) stops, 99 % within ([0-9.]*[0-9])` ) );
+	const [ , ...noted ] = log.match( new RegExp( `numbers \\[${material}, ${environment}.*95 % of views are within (.*) stops, 99 % within ([0-9.]*[0-9])` ) );
 	const lights = Float64Array.from( tensors.lights.data.filter( ( _, k ) => k % 7 !== 3 ) ); // without their radii
+	const formulas = { copper: reflected, brushed: reflectedByBrushed };
+	const under = ( points ) => formulas[ material ] && facets.map( ( facet ) => formulas[ material ]( facet, points ) );
 	pairs[ name ] = {
 		black,
 		noted: noted.map( Number ),
-		truth: facets.map( ( facet ) => reflected( facet, points ) ),
-		lights: facets.map( ( facet ) => reflected( facet, lights ) ),
+		truth: under( points ),
+		lights: under( lights ),
 		lookUps: facets.map( formula( tensors ) ),
+		isCopper,
 	};
 
 }
@@ -310,18 +356,40 @@ async function compare( html, draw, frame ) {
 	const reader = await page.evaluate( 'window.page.reader' );
 	const brightest = await page.evaluate( 'window.page.brightest ?? Infinity' );
 	const turned = ( v ) => frame.map( ( axis ) => dot( axis, v ) );
-	const asked = views.map( ( { view, normals } ) => ( { view: turned( view ), normals: normals.map( turned ) } ) );
+	// In the plane of the view the tangent of facet k, less a part along its normal, and what lies across that, on one side
+	// or, as if a picture were mirrored, on the other.
+	const directions = ( view, normal, tangent, k ) => {
+
+		const along = add( tangent, times( - dot( tangent, view ) / dot( normal, view ), normal ) );
+		return [ along, times( k % 2 ? 1 : - 1, cross( view, along ) ) ];
+
+	};
+
+	const asked = views.map( ( { view, normals, tangents } ) => ( {
+		view: turned( view ), normals: normals.map( turned ), tangents: tangents.map( turned ),
+		directions: normals.map( ( normal, k ) => directions( view, normal, tangents[ k ], k ).map( turned ) ),
+	} ) );
 	for ( const name of names ) {
 
 		const seen = ( look, views = asked ) => page.evaluate( draw, { name, look, views } );
-		const { black, noted, truth, lights, lookUps } = pairs[ name ];
-		const [ found, compact, own ] = [ await seen( 'look-ups' ), await seen( 'compact' ), await seen( 'own' ) ];
+		const { black, noted, truth, lights, lookUps, isCopper } = pairs[ name ];
+		const found = await seen( 'look-ups' );
 		said( reader, `${name}: taps`, compared( found, lookUps, brightest ) );
+		if ( ! isCopper ) said( reader, `${name}: taps by uv`, compared( await seen( 'look-ups by uv' ), lookUps, brightest ) );
+		if ( ! truth ) continue;
 
 		const errors = ( colours, model ) => stops( colours, truth.map( ( sums ) => sums[ model ] ), black );
 		const whole = errors( found.map( ( rgb, k ) => add( rgb, lights[ k ].standard ) ), 'standard' );
-		const itself = errors( own, 'standard' );
-		said( reader, `${name}: standard`, judged( `${text( whole )} stops (noted ${noted.join( '/' )}), without taps ${text( itself )}`,
+		const asNoted = `${text( whole )} stops (noted ${noted.join( '/' )})`;
+		if ( ! isCopper ) {
+
+			said( reader, `${name}: ggx`, judged( asNoted, near( whole, noted ), 'not near the note' ) );
+			continue;
+
+		}
+
+		const [ compact, own ] = [ await seen( 'compact' ), await seen( 'own' ) ], itself = errors( own, 'standard' );
+		said( reader, `${name}: standard`, judged( `${asNoted}, without taps ${text( itself )}`,
 			near( whole, noted ) && whole[ 0 ] < itself[ 0 ] / 2, 'not near the note, or not half' ) );
 
 		const beside = stops( compact.map( ( rgb, k ) => add( rgb, times( - 1, found[ k ] ) ) ), lights.map( ( { engine } ) => engine ), black );
@@ -332,13 +400,14 @@ async function compare( html, draw, frame ) {
 	}
 
 	// The page's own brute force, toward some of the views.
-	if ( await page.evaluate( ( name ) => 'bruteForce' in window.page.looks[ name ], names[ 0 ] ) ) {
+	const name = names.find( ( name ) => pairs[ name ].isCopper );
+	if ( await page.evaluate( ( name ) => 'bruteForce' in window.page.looks[ name ], name ) ) {
 
-		const { black } = pairs[ names[ 0 ] ], some = views.length / 4;
-		const points = pointsOf( picture( `${folder}/small/${names[ 0 ]}.exr` ), 0 );
-		const found = await page.evaluate( draw, { name: names[ 0 ], look: 'bruteForce', views: asked.slice( 0, some ) } );
+		const { black } = pairs[ name ], some = views.length / 4;
+		const points = pointsOf( picture( `${folder}/small/${name.split( '/' )[ 0 ]}.exr` ), 0 );
+		const found = await page.evaluate( draw, { name, look: 'bruteForce', views: asked.slice( 0, some ) } );
 		const errors = stops( found, facets.slice( 0, found.length ).map( ( facet ) => reflected( facet, points ).engine ), black );
-		said( reader, `${names[ 0 ]}: brute force`, judged( `${text( errors )} stops from the sum in numbers`, errors[ 1 ] < 0.02, 'more than 0.02' ) );
+		said( reader, `${name}: brute force`, judged( `${text( errors )} stops from the sum in numbers`, errors[ 1 ] < 0.02, 'more than 0.02' ) );
 
 	}
 

@@ -1,7 +1,8 @@
 //! `prefilter`: a prefiltered cube of 256^2 and six levels from a 1k HDR on two threads, whole and in its
 //! steps; then with `method = "fast"`, for which level 1 is summed from a chain, and the others are as
-//! before. The blocks measure its error. The folder of environments is named by `SPECULA_CORPUS`; without it
-//! nothing runs.
+//! before. The blocks measure its error. `sharp-series` and `sharp-quadrature` are one level that needs
+//! degree 539, of an image whose own is 511. The folder of environments is named by `SPECULA_CORPUS`; without
+//! it nothing runs.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use envmap::{Environment, Layout};
@@ -52,6 +53,18 @@ fn benches_of(criterion: &mut Criterion) {
         let cube = Cube { edge: 256 >> level };
         group.bench_function(format!("level{level}"), |bencher| {
             bencher.iter(|| prefilter_series(&series, &kernel(level), cube).expect("texels"));
+        });
+    }
+    // The second level of Babylon.js, sharper than the image's own degree.
+    let sharp = (1.25_f64.exp2() / 256.0).sqrt();
+    for (name, choice) in
+        [("sharp-series", MethodChoice::Series), ("sharp-quadrature", MethodChoice::Quadrature)]
+    {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                prefilter(&environment, None, Distribution::Ggx, &[sharp], 128, choice, Stop::NEVER)
+                    .expect("a level")
+            });
         });
     }
     group.bench_function("fast-whole", |bencher| {

@@ -36,7 +36,7 @@ use sh::Expansion;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// The lobe of a prefilter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -5,6 +5,7 @@ use sphere::Direction;
 use crate::accuracy::Taps;
 use crate::facets::{FacetTable, SurfaceFrame};
 use crate::scale_space::ScaleSpace;
+use crate::shader::TableShape;
 use crate::table::TapTable;
 
 /// A table of taps.
@@ -17,6 +18,14 @@ pub enum AnyTable<'a> {
 }
 
 impl AnyTable<'_> {
+    /// What a shader looks up.
+    pub fn shape(&self) -> TableShape {
+        match self {
+            Self::Angle(_) => TableShape::Angle,
+            Self::View(table) => TableShape::Facets { is_quarter: table.is_quarter() },
+        }
+    }
+
     /// The number J of look-ups in the levels.
     pub fn taps(&self) -> usize {
         match self {

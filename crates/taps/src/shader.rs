@@ -73,8 +73,8 @@ pub struct LookUp {
 pub enum TableShape {
     /// By the angle between normal and view, [`table_texels`]: `tap_reflected(N, V)`.
     Angle,
-    /// By the view in the frame of the surface, [`facet_texels`]: `tap_reflected(N, T, V)`, T being the
-    /// tangent.
+    /// By the view in the frame of the surface, [`facet_texels`]: `tap_reflected(N, T, V)`. T is the tangent,
+    /// of which the look-up takes what is at a right angle to N.
     Facets {
         /// Whether the table is over a quarter of the disc of views.
         is_quarter: bool,
@@ -175,7 +175,8 @@ impl LookUp {
             }
             _ => "vec2f(1.0, 1.0)",
         };
-        let reflected = reflected.replace("MIRROR", mirror);
+        let across = if self.is_left_handed() { "cross(X, N)" } else { "cross(N, X)" };
+        let reflected = reflected.replace("MIRROR", mirror).replace("ACROSS", across);
         let look_up = include_str!("shader/look_up.wgsl");
         let parts = [&self.constants(), source, row, look_up, &reflected, lights];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
@@ -183,6 +184,15 @@ impl LookUp {
         let [x, y, z] = self.cube_coordinates;
         let text = text.replace("CUBE_COORDINATES", &format!("vec3f({x}, {y}, {z})"));
         translate(&text, self.language, self.rows_from_bottom)
+    }
+
+    /// Whether the axes of the renderer's world are left-handed, as those of cube coordinates are, so that a
+    /// cross product points the other way.
+    fn is_left_handed(&self) -> bool {
+        let axes = self.cube_coordinates.map(|coordinate| coordinate.trim_start_matches('-'));
+        let swaps = (0..3).flat_map(|i| (i + 1..3).map(move |k| axes[i] > axes[k]));
+        let minuses = self.cube_coordinates.iter().map(|coordinate| coordinate.starts_with('-'));
+        swaps.chain(minuses).filter(|is_turned| *is_turned).count() % 2 == 0
     }
 
     /// The constants of a material and a scale space.
@@ -227,7 +237,7 @@ const TAP_LAST: f32 = {}.0;  // the last level
                 "const TAP_SIDE: f32 = {side}.0;  // texels along an edge of each of the table's pictures\n"
             );
             text += &format!(
-                "const TAP_FIRST: f32 = {first};  // the first place in the disc of views; it ends at 1\n"
+                "const TAP_FIRST: f32 = {first};  // the first place in the disc of views, which ends at 1\n"
             );
         }
         if self.lights > 0 {

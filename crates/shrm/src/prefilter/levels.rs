@@ -107,7 +107,8 @@ pub enum PrefilterError {
 /// `levels[l]` has max(1, resolution >> l) texels along the edge of a face. A roughness of 0 is the
 /// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps
 /// included, otherwise of the environment. It has the degree that the levels need and at least 74, the
-/// cosine's, if the light holds that. `stop` is asked for each level, and more often by quadrature.
+/// cosine's, if the light holds that. An image holds twice the degree that its pixels' centres do, as each of
+/// its pixels is four of the same radiance for a level that needs it. `stop` is asked for each level, and more often by quadrature.
 ///
 /// # Errors
 /// [`PrefilterError`]
@@ -127,7 +128,8 @@ pub fn prefilter(
             _ => PrefilterKernel::new(distribution, roughness).map(Some),
         })
         .collect::<Result<Vec<_>, _>>()?;
-    let held = lighting.map_or(highest_degree(environment.grid()), |light| light.series.degree().get());
+    let own = lighting.map_or(highest_degree(environment.grid()), |light| light.series.degree().get());
+    let held = lighting.map_or(highest_degree(doubled(environment.grid())), |_| own);
     let methods = kernels
         .iter()
         .zip(roughness)
@@ -153,7 +155,7 @@ pub fn prefilter(
         LevelMethod::Series { degree } => *degree,
         _ => 0,
     });
-    let highest = needed.max().unwrap_or(0).max(HORIZON_DEGREE).min(held);
+    let highest = needed.max().unwrap_or(0).max(HORIZON_DEGREE.min(own));
     let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX))?;
     let fast = kernels.iter().zip(&methods).filter(|(_, method)| matches!(method, LevelMethod::Fast { .. }));
     let chain_edge = fast.filter_map(|(kernel, _)| FastChain::edge(kernel.as_ref()?)).max();
@@ -189,6 +191,11 @@ fn highest_degree(grid: LatLong) -> usize {
     (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1)).min(Degree::MAX.get())
 }
 
+/// A grid whose pixels are quarters of those of another.
+fn doubled(grid: LatLong) -> LatLong {
+    LatLong { width: 2 * grid.width, height: 2 * grid.height }
+}
+
 /// The light's coefficients, lamps included.
 fn series(
     environment: &Environment,
@@ -196,7 +203,17 @@ fn series(
     degree: Degree,
 ) -> Result<Expansion, TransformError> {
     let Some(lighting) = lighting else {
-        return Ok(Transform::new(environment.grid(), degree)?.analyse(environment.pixels()));
+        let (grid, pixels) = (environment.grid(), environment.pixels());
+        if degree.get() <= highest_degree(grid) {
+            return Ok(Transform::new(grid, degree)?.analyse(pixels));
+        }
+        let fine = doubled(grid);
+        let quarter = |index: usize| {
+            let (row, column) = (index / fine.width, index % fine.width);
+            pixels[row / 2 * grid.width + column / 2]
+        };
+        let quarters: Vec<[f32; 3]> = (0..fine.len()).map(quarter).collect();
+        return Ok(Transform::new(fine, degree)?.analyse(&quarters));
     };
     let mut series = lighting.series.to_degree(degree);
     for lamp in &lighting.lights {

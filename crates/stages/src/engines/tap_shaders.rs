@@ -1,7 +1,9 @@
 //! What an engine needs to look taps up: a shader, and the code that loads its textures.
 //!
 //! The shaders are files of the folder `tap_shaders`, whose places `__FUNCTIONS__` (or `__CONSTANTS__` and
-//! `__FUNCTIONS__`), `__LEVELS__`, `__NORMALS__`, `__TABLE__` and `__LIGHTS__` are filled in.
+//! `__FUNCTIONS__`), `__LEVELS__`, `__NORMALS__`, `__TABLE__` and `__LIGHTS__` are filled in. What is between
+//! `__TANGENT__` and `__END__` is there only if the material depends on its tangent: the look-up then takes it
+//! between the normal and the view. `__MESH_TANGENT__` is the function for WebGL that has it from the mesh.
 
 use taps::{Language, LookUp, Source, TableShape, Widths};
 
@@ -41,13 +43,14 @@ pub(crate) struct TapFileNames<'a> {
     pub(crate) lights: &'a str,
 }
 
-/// The texts beside the textures: what follows the stem in the name of each, and its content. The last is
-/// `-README.txt`.
+/// The texts beside the textures of a table of this shape: what follows the stem in the name of each, and its
+/// content. The last is `-README.txt`.
 pub(crate) fn tap_texts(
     preset: &TapPreset,
     stem: &str,
     names: TapFileNames<'_>,
     widths: Widths,
+    table: TableShape,
     [taps, normals]: [usize; 2],
 ) -> Vec<(&'static str, String)> {
     let look_up = LookUp {
@@ -59,7 +62,7 @@ pub(crate) fn tap_texts(
         taps,
         normals,
         lights: 0, // the engine reflects them as its own
-        table: TableShape::Angle,
+        table,
     };
     let functions = look_up.functions();
     let (constants, functions) = if preset.shader.contains("__CONSTANTS__") {
@@ -73,9 +76,12 @@ pub(crate) fn tap_texts(
         text.lines().map(line).collect::<String>()
     };
     let shader_name = format!("{stem}{}", preset.ending);
+    let has_tangent = matches!(table, TableShape::Facets { .. });
     let fill = |text: &str| {
+        let text = if_tangent(text, has_tangent);
         text.replace("__CONSTANTS__", &format!("{constants}\n"))
             .replace("__FUNCTIONS__", &indented(functions))
+            .replace("__MESH_TANGENT__", include_str!("tap_shaders/tangent.glsl"))
             .replace("__LEVELS__", names.levels)
             .replace("__NORMALS__", names.normals)
             .replace("__TABLE__", names.table)
@@ -83,4 +89,16 @@ pub(crate) fn tap_texts(
             .replace("__SHADER__", &shader_name)
     };
     vec![(preset.ending, fill(preset.shader)), ("-README.txt", fill(preset.readme))]
+}
+
+/// A text with or without what is between `__TANGENT__` and `__END__`.
+fn if_tangent(text: &str, has_tangent: bool) -> String {
+    let mut parts = text.split("__TANGENT__");
+    let mut kept = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (inside, after) = part.split_once("__END__").unwrap_or((part, ""));
+        kept += if has_tangent { inside } else { "" };
+        kept += after;
+    }
+    kept
 }

@@ -1,6 +1,7 @@
 use std::collections::HashSet;
 
 use sphere::DVec3;
+use taps::TableShape;
 
 use super::*;
 
@@ -145,11 +146,12 @@ fn taps_look_where_the_light_of_the_engine_is() {
 #[test]
 fn texts_of_taps_have_no_place_left() {
     let names = TapFileNames { levels: "a.x", normals: "b.x", table: "c.x", lights: "d.json" };
-    for engine in ENGINES {
+    let shapes = [TableShape::Angle, TableShape::Facets { is_quarter: true }];
+    for (engine, shape) in ENGINES.iter().flat_map(|engine| shapes.map(|shape| (engine, shape))) {
         let Some(preset) = engine.taps else { continue };
         let widths = taps::Widths::new(32).unwrap();
         assert!([".ktx2", ".exr"].contains(&preset.textures), "{}", engine.name);
-        let texts = tap_texts(preset, "copper", names, widths, [5, 2]);
+        let texts = tap_texts(preset, "copper", names, widths, shape, [5, 2]);
         let [(ending, shader), ("-README.txt", readme)] = &texts[..] else { panic!("{texts:?}") };
         for text in [shader, readme] {
             assert!(!text.contains("__") && text.ends_with('\n') && !text.contains("\n\n\n"), "{text}");
@@ -161,5 +163,13 @@ fn texts_of_taps_have_no_place_left() {
         }
         assert!(shader.contains("TAP_COUNT") && shader.contains("= 5;"), "{shader}");
         assert!(shader.contains(" tap_reflected("), "{shader}");
+        // The look-up, its call and the manual have the tangent, or none of them has.
+        let has_tangent = shape != TableShape::Angle;
+        let call = whole.rsplit_once("tap_reflected(").map_or("", |(_, rest)| rest);
+        let arguments = call.lines().next().unwrap_or("").matches(", ").count();
+        assert_eq!(arguments, 1 + usize::from(has_tangent), "{}: {call}", engine.name);
+        for text in [shader, readme] {
+            assert_eq!(text.to_lowercase().contains("tangent"), has_tangent, "{}: {text}", engine.name);
+        }
     }
 }

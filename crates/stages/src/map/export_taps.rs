@@ -4,7 +4,7 @@
 //! A renderer needs one scale space for each environment and one table for each material. Connect one of them
 //! to write it once, or both for one file of a pair. For a pair the build measures how far the taps are from
 //! the sum over the pixels of the environment, toward 2000 views as a ball shows them (100 if the material
-//! depends on its tangent), and warns if 95 % or 99 % of them are not within `accept`.
+//! reflects in a cone about its tangent), and warns if 95 % or 99 % of them are not within `accept`.
 //!
 //! ## Taps and lights of a pair
 //!
@@ -46,7 +46,7 @@
 //! `quarter` of `facets` in `taps.json` is true, otherwise all of it, from -1 to 1. Pictures 2 j and 2 j + 1
 //! are (p, q, log2 s) and the weight r, g, b of tap j, the last K are those about the normal. The tensors are
 //! `taps` [side, side, J, 6], p, q, s, r, g, b, and `normals` [side, side, K, 4], rows along y. docs/taps.md
-//! has the look-up. Shaders of a `preset` take no tangent and have the mean over all turns, with a warning.
+//! has the look-up. Shaders of a `preset` take the tangent of the mesh in the way of the engine.
 //!
 //! With `varied = true` it is the tables over a parameter (`vary` of `fit-taps`) that `table` holds, as an
 //! array of pictures: its layers are the rows above, and its rows the tables, from the first value of the
@@ -249,7 +249,7 @@ impl Kind for ExportTaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-taps";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, taps::revisions::SCALE_SPACE];
     const TEXT: &'static str = include_str!("export_taps.rs");
 
@@ -319,17 +319,10 @@ impl Kind for ExportTaps {
             })?;
             return Ok(Output::files(varied_files(parameters.format(), varied, context.recipe())?));
         }
-        let has_tangent = parameters.preset.is_none();
-        if !has_tangent && taps.as_ref().is_some_and(|taps| !taps.0.facets.is_empty()) {
-            reporter.warn(
-                "the shader of a preset takes no tangent: the taps are those of the material's mean over all turns; \
-                 without `preset` they know its direction",
-            );
-        }
         let chosen = match (&scales, &taps) {
             (Some(scales), Some(taps)) => {
                 let (lights, accept) = (parameters.lights, parameters.accept);
-                Some(choose(&scales.0, &taps.0, lights, accept, has_tangent, reporter)?)
+                Some(choose(&scales.0, &taps.0, lights, accept, reporter)?)
             }
             _ => None,
         };
@@ -337,7 +330,7 @@ impl Kind for ExportTaps {
             Some((space, table)) => (Some(space), Some(*table)),
             None => (
                 scales.as_ref().map(|scales| &scales.0.space),
-                taps.as_ref().and_then(|taps| tables(&taps.0, has_tangent).last().copied()),
+                taps.as_ref().and_then(|taps| tables(&taps.0).last().copied()),
             ),
         };
         let recipe = context.recipe();
@@ -365,7 +358,7 @@ impl Kind for ExportTaps {
             let names =
                 TapFileNames { levels: &levels, normals: &normals, table: &table_name, lights: NUMBERS };
             let counts = [table.taps(), table.normals()];
-            let texts = tap_texts(preset, STEM, names, space.widths(), counts);
+            let texts = tap_texts(preset, STEM, names, space.widths(), table.shape(), counts);
             files.extend(texts.into_iter().map(|(_, text)| text.into_bytes()));
         }
         Ok(Output::files(files))

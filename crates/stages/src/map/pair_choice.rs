@@ -21,9 +21,9 @@ choice! {
 const VIEWS: [usize; 2] = [2000, 100];
 
 /// The tables of a material, with more taps from one to the next: those that know the tangent if the material
-/// depends on it and a renderer has it.
-pub(crate) fn tables(taps: &MaterialTaps, has_tangent: bool) -> Vec<AnyTable<'_>> {
-    if has_tangent && !taps.facets.is_empty() {
+/// depends on it.
+pub(crate) fn tables(taps: &MaterialTaps) -> Vec<AnyTable<'_>> {
+    if !taps.facets.is_empty() {
         return taps.facets.iter().map(|fitted| AnyTable::View(&fitted.table)).collect();
     }
     let all = taps.others.iter().chain([&taps.fitted]);
@@ -37,7 +37,6 @@ pub(crate) fn choose<'a>(
     taps: &'a MaterialTaps,
     lights: PairLights,
     Accept(accept): Accept,
-    has_tangent: bool,
     reporter: &Reporter,
 ) -> Result<(ScaleSpace, AnyTable<'a>), Failure> {
     let all = scales.space.lights().len();
@@ -48,7 +47,7 @@ pub(crate) fn choose<'a>(
             (0..=all).filter(|count| *count <= 8 || count % 4 == 0 || *count == all).collect()
         }
     };
-    let tables = tables(taps, has_tangent);
+    let tables = tables(taps);
     let knows_tangent = tables.iter().any(|table| matches!(table, AnyTable::View(_)));
     let found = reporter.until_stopped(|stop| {
         let (points, material) = (&scales.points, &taps.material);

@@ -31,11 +31,11 @@
 //!
 //! A prefilter multiplies each degree l of the light's spherical harmonics by a number (Ramamoorthi and
 //! Hanrahan 2002), so a level is exact up to the degree that its lobe needs: 5 / a for GGX, and 74 from
-//! roughness 0.7 on. With `method = "auto"` a level is made so if the light holds that degree (half of the
-//! environment's width, or the degree of `lighting`, which is optional), otherwise by quadrature over the
-//! environment's texels: those near the lobe one by one, those far from it in blocks. Neither has the noise
-//! of sampling: a sun of three texels keeps its energy. The build notes the method, the degree and the
-//! estimated error of each level, and how many values were negative and became 0.
+//! roughness 0.7 on. With `method = "auto"` a level is made so if the light holds that degree (the
+//! environment's width less one, or the degree of `lighting`, which is optional), otherwise by quadrature
+//! over the environment's texels: those near the lobe one by one, those far from it in blocks. Neither has
+//! the noise of sampling: a sun of three texels keeps its energy. The build notes the method, the degree and
+//! the estimated error of each level, and how many values were negative and became 0.
 //!
 //! `method = "fast"` is for previews and for many environments. GGX levels of roughness 0.034 to 0.125, which
 //! take most of the time, are then sums over a chain of coarser cubes (after Manson and Sloan 2016): a fifth

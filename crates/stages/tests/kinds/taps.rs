@@ -89,7 +89,7 @@ fn a_material_about_its_tangent_is_a_warning() {
     assert!(warnings.iter().any(|text| text.contains("mean over all turns")), "{warnings:?}");
 }
 
-/// Brushed metal has taps that know its tangent; a preset, whose shader has none, takes those of its mean.
+/// Brushed metal has taps that know its tangent, also in the shader of a preset.
 #[test]
 fn brushed_metal_has_taps_that_know_its_tangent() {
     let brushed = brdf::Material::Ward(brdf::Ward::new([0.2, 0.5], [0.6, 0.5, 0.3]).unwrap());
@@ -111,11 +111,13 @@ fn brushed_metal_has_taps_that_know_its_tangent() {
     assert_eq!(shape("normals"), Some(vec![25, 25, 1, 4]));
     let texture = containers::read_texture(&pair("").files()[2]).unwrap().texture;
     assert_eq!([texture.width, texture.height], [25, 25 * (2 * 4 + 1)]);
-    let preset = pair("preset = \"three\"");
+    let preset = pair("preset = \"three\"\naccept = [0.2, 0.4]\nlights = \"all\"");
     let warnings = preset.run().unwrap().warnings;
-    let told = "the shader of a preset takes no tangent";
-    assert!(warnings.iter().any(|text| text.contains(told)), "{warnings:?}");
-    assert_eq!(containers::read_texture(&preset.files()[2]).unwrap().texture.width, 65);
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let files = preset.files();
+    assert_eq!(containers::read_texture(&files[2]).unwrap().texture.width, 25);
+    let shader = String::from_utf8(files[4].clone()).unwrap();
+    assert!(shader.contains("tap_reflected(vec3 N, vec3 T, vec3 V)"), "{shader}");
 }
 
 #[test]

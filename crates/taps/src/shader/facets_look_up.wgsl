@@ -3,7 +3,7 @@
 fn tap_reflected(N: vec3f, T: vec3f, V: vec3f) -> vec3f {
     let across: vec3f = T - dot(N, T) * N;
     let X: vec3f = across * inverseSqrt(max(dot(across, across), 1e-12));
-    let Y: vec3f = cross(N, X);
+    let Y: vec3f = ACROSS;
     let v: vec3f = normalize(vec3f(dot(V, X), dot(V, Y), max(dot(V, N), 0.0)));
     let disc: vec2f = v.xy * inverseSqrt((1.0 + v.z) * (1.0 + sqrt(v.z)));
     let mirror: vec2f = MIRROR;

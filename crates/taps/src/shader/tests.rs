@@ -94,8 +94,30 @@ fn every_declaration_is_turned_round() {
     let hlsl = look_up(Language::Hlsl, Source::Atlas, 0).functions();
     assert!(hlsl.contains("static const int TAP_COUNT = 6;  // look-ups"), "{hlsl}");
     assert!(hlsl.contains("    for (int j = 0; j < TAP_NORMALS; j++) {"), "{hlsl}");
-    let turned = LookUp { rows_from_bottom: true, ..look_up(Language::Glsl, Source::Atlas, 0) }.functions();
+    let table = TableShape::Facets { is_quarter: true };
+    let turned = LookUp { rows_from_bottom: true, table, ..look_up(Language::Glsl, Source::Atlas, 0) };
+    let turned = turned.functions();
     assert!(turned.contains("textureLod(tap_levels, vec2(place.x, 1.0 - place.y), 0.0).rgb"), "{turned}");
+    assert!(turned.contains("textureLod(tap_table, vec2(place.x, 1.0 - place.y), 0.0);"), "{turned}");
+}
+
+/// The components of a cross product are those of Z x X in a right-handed world, and of X x Z in its mirror
+/// image.
+#[test]
+fn the_direction_across_the_tangent_is_the_same_in_every_world() {
+    let table = TableShape::Facets { is_quarter: false };
+    for (cube_coordinates, across) in [
+        (LookUp::SPECULA, "cross(N, X)"),
+        (["d.z", "d.y", "d.x"], "cross(N, X)"),
+        (["d.x", "d.y", "-d.z"], "cross(N, X)"),
+        (["d.x", "d.y", "d.z"], "cross(X, N)"),
+        (["-d.z", "d.y", "d.x"], "cross(X, N)"),
+        (["d.x", "d.z", "-d.y"], "cross(X, N)"),
+    ] {
+        let look_up = LookUp { cube_coordinates, table, ..look_up(Language::Hlsl, Source::Atlas, 0) };
+        let text = look_up.functions();
+        assert!(text.contains(&format!("    float3 Y = {across};\n")), "{cube_coordinates:?} {text}");
+    }
 }
 
 /// A picture of levels, and the look-ups of `atlas.wgsl` in it.

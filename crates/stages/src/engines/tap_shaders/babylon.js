@@ -7,7 +7,8 @@ uniform highp sampler2D tap_levels;
 uniform highp sampler2D tap_normals;
 uniform highp sampler2D tap_table;
 
-__FUNCTIONS__`;
+__FUNCTIONS____TANGENT__
+__MESH_TANGENT____END__`;
 
 // Babylon.js takes shaders with equal defines for equal: this one differs with the constants of the text.
 const define = [ 'TAPS', ...[ ...lookUp.matchAll( /const .* = (.*);/g ) ].map( ( [ , value ] ) => value ) ].join( '_' ).replace( /\W+/g, '_' );
@@ -48,7 +49,13 @@ export class Taps extends MaterialPluginBase {
 
 	}
 
-	prepareDefines( defines ) {
+__TANGENT__	prepareDefinesBeforeAttributes( defines ) {
+
+		defines._needUVs = true;
+
+	}
+
+__END__	prepareDefines( defines ) {
 
 		defines[ define ] = true;
 
@@ -74,9 +81,19 @@ export class Taps extends MaterialPluginBase {
 
 	getCustomCode( shaderType ) {
 
-		return shaderType === 'fragment' ? {
+__TANGENT__		if ( shaderType === 'vertex' ) return {
+			CUSTOM_VERTEX_DEFINITIONS: 'varying vec3 tap_mesh_tangent;\nvarying vec2 tap_uv;',
+			CUSTOM_VERTEX_MAIN_END: `
+#ifdef TANGENT
+	tap_mesh_tangent = mat3(finalWorld) * tangentUpdated.xyz;
+#else
+	tap_mesh_tangent = vec3(0.0);
+#endif
+	tap_uv = uvUpdated;`,
+		};
+__END__		return shaderType === 'fragment' ? {
 			CUSTOM_FRAGMENT_DEFINITIONS: lookUp,
-			CUSTOM_FRAGMENT_BEFORE_FOG: 'finalColor.rgb += tap_reflected(normalW, viewDirectionW);',
+			CUSTOM_FRAGMENT_BEFORE_FOG: 'finalColor.rgb += tap_reflected(normalW, __TANGENT__tap_tangent(vPositionW), __END__viewDirectionW);',
 		} : null;
 
 	}

@@ -22,7 +22,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     pbr_input.material.base_color = alpha_discard(pbr_input.material, pbr_input.material.base_color);
     var out: FragmentOutput;
     out.color = apply_pbr_lighting(pbr_input);
-    let reflected = TAP_LUMINANCE * view.exposure * tap_reflected(pbr_input.N, pbr_input.V);
+    let reflected = TAP_LUMINANCE * view.exposure * tap_reflected(pbr_input.N, __TANGENT__in.world_tangent.xyz, __END__pbr_input.V);
     out.color = vec4f(out.color.rgb + reflected, out.color.a);
     out.color = main_pass_post_lighting_processing(pbr_input, out.color);
     return out;

@@ -8,7 +8,8 @@ uniform highp sampler2D tap_levels;
 uniform highp sampler2D tap_normals;
 uniform highp sampler2D tap_table;
 
-__FUNCTIONS__`;
+__FUNCTIONS____TANGENT__
+__MESH_TANGENT____END__`;
 
 /** Loads the three pictures from a folder, whose name ends with a slash. */
 export async function loadTaps( renderer, folder = '' ) {
@@ -33,12 +34,22 @@ export function useTaps( material, { levels, normals, table } ) {
 		shader.uniforms.tap_levels = { value: levels };
 		shader.uniforms.tap_normals = { value: normals };
 		shader.uniforms.tap_table = { value: table };
-		shader.fragmentShader = shader.fragmentShader
+__TANGENT__		// The tangent is moved as the normal is. Without the attribute it is zero.
+		shader.vertexShader = `
+#ifndef USE_TANGENT
+	#define USE_TANGENT
+	attribute vec4 tangent;
+#endif
+varying vec3 tap_mesh_tangent;
+varying vec2 tap_uv;
+` + shader.vertexShader
+			.replace( '#include <normal_vertex>', '#include <normal_vertex>\n\ttap_mesh_tangent = transformedTangent;\n\ttap_uv = uv;' );
+__END__		shader.fragmentShader = shader.fragmentShader
 			.replace( '#include <common>', '#include <common>\n' + lookUp )
 			.replace( '#include <lights_fragment_maps>', '' )
 			.replace( '#include <lights_fragment_end>', `#include <lights_fragment_end>
 	mat3 toWorld = transpose( mat3( viewMatrix ) );
-	reflectedLight.indirectSpecular += tap_reflected( normalize( toWorld * geometryNormal ), toWorld * geometryViewDir );` );
+	reflectedLight.indirectSpecular += tap_reflected( normalize( toWorld * geometryNormal ), __TANGENT__toWorld * tap_tangent( - vViewPosition ), __END__toWorld * geometryViewDir );` );
 
 	};
 

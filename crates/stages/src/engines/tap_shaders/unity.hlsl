@@ -9,10 +9,10 @@ SamplerState tap_sampler_linear_clamp; // Unity takes the filter and the edges f
 #define tap_sampler tap_sampler_linear_clamp
 
 __FUNCTIONS__
-// A Custom Function node of Shader Graph, of type File and with the name TapReflected. N and V are in the world.
-void TapReflected_float(float3 N, float3 V, out float3 Radiance)
+// A Custom Function node of Shader Graph, of type File and with the name TapReflected. N__TANGENT__, T__END__ and V are in the world.
+void TapReflected_float(float3 N, __TANGENT__float3 T, __END__float3 V, out float3 Radiance)
 {
-    Radiance = tap_reflected(normalize(N), normalize(V));
+    Radiance = tap_reflected(normalize(N), __TANGENT__T, __END__normalize(V));
 }
 
 #endif

@@ -79,10 +79,10 @@ impl<'a> Studied<'a> {
     /// The tables of look-ups that `fit-taps` makes by default.
     pub(crate) fn tables(&self, reporter: &Reporter) -> Result<Vec<AnyTable<'_>>, Failure> {
         if let Some(taps) = self.taps.get() {
-            return Ok(tap_tables(taps, true));
+            return Ok(tap_tables(taps));
         }
         let made = default_taps(&self.material, reporter)?;
-        Ok(tap_tables(self.taps.get_or_init(|| made), true))
+        Ok(tap_tables(self.taps.get_or_init(|| made)))
     }
 
     /// The coefficients that `project-brdf` makes by default.
