@@ -284,6 +284,11 @@ fn files_are_previewed_without_a_manifest() {
         .unwrap();
     assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
     assert_eq!(fs::read_dir(cache.join("specula/preview")).unwrap().count(), 2);
+    // The still in place of a window is where somebody works, and not in the cache.
+    if !cfg!(feature = "window") {
+        let drawn = project.command(&["preview", STUDIO]).env("XDG_CACHE_HOME", &cache).output().unwrap();
+        assert!(drawn.status.success() && project.path("studio-preview.png").exists());
+    }
 
     let text = project.ok(&["preview", STUDIO, "assets/materials/gold.toml", "--manifest"]).stdout;
     project.write("pipeline.toml", &text);

@@ -4,6 +4,7 @@ mod facts;
 mod layers;
 mod material;
 mod mesh;
+mod photograph;
 mod picture;
 mod shader;
 mod texture;
@@ -176,6 +177,10 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
     }
     let pixels = decoded.image.pixels();
     facts.extend(range("linear Rec. 709", pixels.iter().map(|pixel| pixel.map(f64::from))));
+    let is_part = matches!(&decoded.panorama, Some(Panorama { shows: Shows::Part(..), .. }));
+    if decoded.high_dynamic_range && width == 2 * height && !is_part {
+        facts.extend(photograph::describe(pixels, height));
+    }
     if !decoded.warnings.is_empty() {
         facts.push(("warnings", json!(decoded.warnings)));
     }

@@ -120,7 +120,7 @@ fn open(
     subject: SubjectRequest,
 ) -> Result<Exit, Exit> {
     let view = request::initial_view(&project.manifest, subject);
-    let file = files::PreviewFiles::beside(&project.manifest).still();
+    let file = files::PreviewFiles::of(&project).still();
     let exit = still::run(arguments, &file, catalog, &view)?;
     if exit == Exit::Success {
         say!("{}", window::HINT);

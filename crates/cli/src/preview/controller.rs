@@ -160,7 +160,7 @@ impl<'a> PreviewController<'a> {
             awaits_watcher: false,
             before: Vec::new(),
             cache: project::cache_folder(),
-            files: PreviewFiles::beside(&request.project.manifest).with_screenshots(request.screenshots),
+            files: PreviewFiles::of(request.project).with_screenshots(request.screenshots),
             start: Instant::now(),
             output: CommandOutput::None,
             closing: false,
@@ -380,7 +380,7 @@ impl<'a> PreviewController<'a> {
             return Err(subject::nothing_to_preview(&project.manifest, &project.stages).lines());
         }
         self.check_edits(&plan_catalog)?;
-        self.files = PreviewFiles::beside(&project.manifest).with_screenshots(self.request.screenshots);
+        self.files = PreviewFiles::of(&project).with_screenshots(self.request.screenshots);
         self.watched.change(project.clone());
         (self.project, self.awaits_watcher) = (project, true);
         (self.status, self.built) = (BuildStatus::default(), false);

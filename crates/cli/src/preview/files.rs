@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use ::preview::{Picture, Subject};
 
+use super::project::Project;
 use crate::png_file;
 
 /// The folder beside the manifest for files that nobody edits; git and watchers ignore it.
@@ -23,11 +24,24 @@ const LARGEST_STATE: u64 = 1 << 20;
 pub(crate) struct PreviewFiles {
     folder: PathBuf,
     screenshots: PathBuf,
+    still: PathBuf,
 }
 
 impl PreviewFiles {
     pub(crate) fn beside(manifest: &Path) -> Self {
-        Self { folder: manifest.with_file_name(FOLDER), screenshots: manifest.with_file_name(SCREENSHOTS) }
+        let folder = manifest.with_file_name(FOLDER);
+        let still = folder.join("preview.png");
+        Self { folder, screenshots: manifest.with_file_name(SCREENSHOTS), still }
+    }
+
+    /// Those of a project. The manifest of files that somebody named is in a cache: the picture that replaces
+    /// a window is then where they are working, `studio-preview.png`.
+    pub(crate) fn of(project: &Project) -> Self {
+        let files = Self::beside(&project.manifest);
+        match project.files.first().and_then(|file| file.file_stem()) {
+            Some(stem) => Self { still: format!("{}-preview.png", stem.to_string_lossy()).into(), ..files },
+            None => files,
+        }
     }
 
     pub(crate) fn with_screenshots(self, folder: &Path) -> Self {
@@ -63,7 +77,7 @@ impl PreviewFiles {
 
     /// The picture that replaces a window.
     pub(crate) fn still(&self) -> PathBuf {
-        self.folder.join("preview.png")
+        self.still.clone()
     }
 
     /// Saves that picture.

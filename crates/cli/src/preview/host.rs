@@ -41,7 +41,7 @@ pub(super) fn show(
             }
             Ok(()) => return Ok(()),
             Err(error) => {
-                let file = working_folder::name(&PreviewFiles::beside(&request.project.manifest).still());
+                let file = working_folder::name(&PreviewFiles::of(request.project).still());
                 let next = if request.continues_without { "; watching continues" } else { "" };
                 let help = format!("a picture is drawn to {file} instead{next}");
                 print::error(&[format!("cannot open a window: {error}")], Some(&help));

@@ -95,7 +95,7 @@ fn show(
     _: &Cancel,
     _: &Sender<PreviewMessage>,
 ) -> Result<(), Box<::preview::InitialView>> {
-    let file = super::files::PreviewFiles::beside(&request.project.manifest).still();
+    let file = super::files::PreviewFiles::of(request.project).still();
     crate::print::say!(
         "{HINT}; this program keeps a picture in {} up to date instead",
         crate::working_folder::name(&file)

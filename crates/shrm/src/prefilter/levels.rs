@@ -108,7 +108,8 @@ pub enum PrefilterError {
 /// environment itself, resampled by area. The series is that of `lighting` if it is given, its lamps
 /// included, otherwise of the environment. It has the degree that the levels need and at least 74, the
 /// cosine's, if the light holds that. An image holds twice the degree that its pixels' centres do, as each of
-/// its pixels is four of the same radiance for a level that needs it. `stop` is asked for each level, and more often by quadrature.
+/// its pixels is four of the same radiance for a level that needs it. `stop` is asked for each level, and
+/// more often by quadrature.
 ///
 /// # Errors
 /// [`PrefilterError`]

@@ -82,11 +82,11 @@
 
 use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};
-use envmap::Environment;
+use envmap::{Environment, joined_lights};
 use serde_json::{Value, json};
 use sh::{Degree, Expansion, Light, Transform};
 use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
-use sphere::{Cube, Direction, LatLong};
+use sphere::{Cube, LatLong};
 
 use super::engine_files;
 use super::engine_files::{EngineFiles, EngineTarget, SkyFile, report};
@@ -303,57 +303,13 @@ fn skybox_edge(environment: &Environment) -> usize {
     engines::nearest_power_of_two(environment.grid().width / 4).clamp(1, LARGEST)
 }
 
-/// The radius of the largest light that several touching ones become, in radians: that of a sun behind haze.
-const LARGEST_SUN: f64 = 0.1;
-
-/// Lights, the strongest first, of which those that touch are one, up to [`LARGEST_SUN`]: the parts of a
-/// disk that is larger than `separate_lamps` keeps together.
-fn joined(lights: Vec<Light>) -> Vec<Light> {
-    let mut open = lights;
-    let mut done: Vec<Light> = Vec::new();
-    while !open.is_empty() {
-        let mut sun = open.remove(0);
-        let touching = |sun: &Light, other: &Light| {
-            let (a, b) = (sun.direction.vector(), other.direction.vector());
-            a.angle_between(b) <= sun.radius + other.radius
-        };
-        while let Some((index, larger)) = open.iter().enumerate().find_map(|(index, other)| {
-            let larger = touching(&sun, other).then(|| both(&sun, other))?;
-            (larger.radius <= LARGEST_SUN).then_some((index, larger))
-        }) {
-            open.remove(index);
-            sun = larger;
-        }
-        done.push(sun);
-    }
-    let power = |light: &Light| light.flux().iter().sum::<f64>();
-    done.sort_by(|a, b| power(b).total_cmp(&power(a)));
-    done
-}
-
-/// One disk with the light, the centre and the mean square of the width of two.
-fn both(a: &Light, b: &Light) -> Light {
-    let weights = [a, b].map(|light| light.flux().iter().sum::<f64>());
-    let whole = weights[0] + weights[1];
-    let directions = [a, b].map(|light| light.direction.vector());
-    let direction = Direction::normalised(directions[0] * weights[0] + directions[1] * weights[1]);
-    let square = |light: &Light| {
-        // Of a disk, half of the square of its radius.
-        math::powi(light.radius, 2) / 2.0
-            + math::powi(light.direction.vector().angle_between(direction.vector()), 2)
-    };
-    let radius = (2.0 * (weights[0] * square(a) + weights[1] * square(b)) / whole).sqrt();
-    let flux = [a.flux(), b.flux()];
-    Light::from_flux(direction, radius, std::array::from_fn(|c| flux[0][c] + flux[1][c]))
-}
-
 /// An environment without its strongest suns and lamps, and these.
 fn without_suns(
     environment: &Environment,
     count: LightCount,
     reporter: &Reporter,
 ) -> Result<(Environment, Vec<Light>), Failure> {
-    let found = joined(reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights);
+    let found = joined_lights(reporter.until_stopped(|stop| environment.separate_lamps(stop))?.lights);
     let suns = count.of(&found).to_vec();
     let subtracted = environment.without_lights(&suns);
     match (suns.len(), found.len()) {

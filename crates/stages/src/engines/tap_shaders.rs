@@ -2,8 +2,9 @@
 //!
 //! The shaders are files of the folder `tap_shaders`, whose places `__FUNCTIONS__` (or `__CONSTANTS__` and
 //! `__FUNCTIONS__`), `__LEVELS__`, `__NORMALS__`, `__TABLE__` and `__LIGHTS__` are filled in. What is between
-//! `__TANGENT__` and `__END__` is there only if the material depends on its tangent: the look-up then takes it
-//! between the normal and the view. `__MESH_TANGENT__` is the function for WebGL that has it from the mesh.
+//! `__TANGENT__` and `__END__` is there only if the material depends on its tangent: the look-up then takes
+//! it between the normal and the view. `__MESH_TANGENT__` is the function for WebGL that has it from the
+//! mesh.
 
 use taps::{Language, LookUp, Source, TableShape, Widths};
 
