@@ -45,7 +45,7 @@ impl CubeMap {
     /// ```
     pub fn halved(&self) -> Option<Self> {
         let edge = self.cube.edge;
-        if edge % 2 != 0 {
+        if !edge.is_multiple_of(2) {
             return None;
         }
         let half = Cube { edge: edge / 2 };

@@ -1,7 +1,7 @@
 //! One light in place of the parts of a disk.
 
 use sh::Light;
-use sphere::Direction;
+use sphere::{DVec3, Direction};
 
 /// The radius of the largest light that several touching ones become, in radians: that of a sun behind haze.
 const LARGEST_SUN: f64 = 0.1;
@@ -24,7 +24,7 @@ pub fn joined_lights(lights: Vec<Light>) -> Vec<Light> {
         let mut sun = open.remove(0);
         let touching = |sun: &Light, other: &Light| {
             let (a, b) = (sun.direction.vector(), other.direction.vector());
-            a.angle_between(b) <= sun.radius + other.radius
+            angle(a, b) <= sun.radius + other.radius
         };
         while let Some((index, larger)) = open.iter().enumerate().find_map(|(index, other)| {
             let larger = touching(&sun, other).then(|| both(&sun, other))?;
@@ -40,6 +40,11 @@ pub fn joined_lights(lights: Vec<Light>) -> Vec<Light> {
     done
 }
 
+/// The angle between two unit vectors.
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    2.0 * math::asin((0.5 * (a - b).length()).min(1.0))
+}
+
 /// One disk with the light, the centre and the mean square of the width of two.
 fn both(a: &Light, b: &Light) -> Light {
     let weights = [a, b].map(|light| light.flux().iter().sum::<f64>());
@@ -49,7 +54,7 @@ fn both(a: &Light, b: &Light) -> Light {
     let square = |light: &Light| {
         // Of a disk, half of the square of its radius.
         math::powi(light.radius, 2) / 2.0
-            + math::powi(light.direction.vector().angle_between(direction.vector()), 2)
+            + math::powi(angle(light.direction.vector(), direction.vector()), 2)
     };
     let radius = (2.0 * (weights[0] * square(a) + weights[1] * square(b)) / whole).sqrt();
     let flux = [a.flux(), b.flux()];
