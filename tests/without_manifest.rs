@@ -158,6 +158,11 @@ fn environments_are_converted_to_the_light_of_an_engine() {
     }
     assert!(project.ok(&["inspect", "e/sky.dds"]).stdout.contains("BC6H"));
 
+    project.ok(&["convert", STUDIO, "--engine", "three", "-o", "n/", "-r", "16", "--sky", "none"]);
+    assert!(!names("n").contains(&"environment-skybox.ktx2".into()));
+    project.ok(&["convert", STUDIO, "--engine", "three", "-o", "n/", "-r", "16", "--sky", "8"]);
+    let found = project.ok(&["inspect", "n/environment-skybox.ktx2"]).stdout;
+    assert!(found.contains("8 x 8, 6 faces"), "{found}");
     // A sun that is a light of its own.
     let run = project.specula(&[
         "convert",
@@ -200,6 +205,10 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         (&["--engine", "three", "--to", "taps", "-o", "x/"], "cannot be used with"),
         (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, and not x.env"),
         (&["--engine", "three", "-o", "x/", "--layout", "cube"], "--layout is an option of images"),
+        (&["--engine", "three", "-o", "x.ktx2", "--sky", "8"], "x.ktx2 is the light alone; name a folder"),
+        (&["--engine", "unity", "-o", "x/", "--sky", "8"], "the engine shows the lat-long image itself"),
+        (&["--engine", "three", "-o", "x/", "--sky", "few"], "a whole number of texels, or \"none\""),
+        (&["-o", "x.exr", "--sky", "8"], "--sky is an option of --engine"),
         (&["--engine", "three", "-o", "x/", "-r", "100"], "the nearest size that fits is 128"),
         (&["--engine", "three", "-o", "x/", "--format", "rgbd"], "three loads \"rgba16f\" or \"bc6h\""),
         (&["-o", "x"], "--engine three -o x` writes what an engine loads"),

@@ -413,6 +413,10 @@ pub(crate) struct ConvertArguments {
     /// What to make of the environment
     #[arg(long, value_enum, default_value_t = ConvertTarget::Environment)]
     pub(crate) to: ConvertTarget,
+    /// With --engine: texels along the edge of a face of the sky, or none [default: as fine as the input, at
+    /// most 2048]
+    #[arg(long, value_name = "N|none", value_parser = values::sky)]
+    pub(crate) sky: Option<String>,
     /// With --engine: whether suns and lamps stay in the image, or become lights beside it
     #[arg(long, value_name = "image|light")]
     pub(crate) sun: Option<String>,

@@ -23,7 +23,7 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 17] = [
+const OPTIONS: [StageOption; 18] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
     StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
@@ -34,6 +34,7 @@ const OPTIONS: [StageOption; 17] = [
     StageOption { stage: "light", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "light", parameter: "lights", option: "--lights" },
     StageOption { stage: "converted", parameter: "preset", option: "--engine" },
+    StageOption { stage: "converted", parameter: "skybox-resolution", option: "--sky" },
     StageOption { stage: "converted", parameter: "sun", option: "--sun" },
     StageOption { stage: "converted", parameter: "lights", option: "--lights" },
     StageOption { stage: "converted", parameter: "layout", option: "--layout" },
@@ -99,8 +100,10 @@ impl Request {
         if arguments.lights.is_some() && target == Target::Environment {
             return Err(usage("--lights is an option of --to taps and of --sun light".into()));
         }
-        if arguments.sun.is_some() && target != Target::Engine {
-            return Err(usage("--sun is an option of --engine".into()));
+        for (option, value) in [("--sun", &arguments.sun), ("--sky", &arguments.sky)] {
+            if value.is_some() && target != Target::Engine {
+                return Err(usage(format!("{option} is an option of --engine")));
+            }
         }
         // An image is exposed where it is written, and other light where it is read.
         let exposure = number("exposure", arguments.exposure).filter(|_| target != Target::Environment);
@@ -243,12 +246,22 @@ impl Export {
             }
         };
         let format = arguments.format.as_deref().or(by_name);
-        let sky = matches!(place, Place::Light(_)) && engine.loads_cube();
+        let sky = match (arguments.sky.as_deref(), &place) {
+            (None, Place::Light(_)) if engine.loads_cube() => Some("skybox = false".into()),
+            (Some(_), Place::Light(_)) => {
+                return Err(format!(
+                    "{} is the light alone; name a folder to have a sky, too",
+                    output.display()
+                ));
+            }
+            (Some("none"), _) => Some("skybox = false".into()),
+            (texels, _) => texels.map(|texels| format!("skybox-resolution = {texels}")),
+        };
         let lines = [
             text("preset", Some(engine.name)),
             resolution(arguments),
             text("format", format),
-            sky.then(|| "skybox = false".into()),
+            sky,
             text("sun", arguments.sun.as_deref()),
             lights(arguments),
         ];

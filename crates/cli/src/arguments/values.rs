@@ -76,6 +76,15 @@ pub(super) fn engines_of_cubes() -> String {
     format!("The engine for which a cube in a texture was made: {names} [default: as the file says]")
 }
 
+/// Texels of a sky, or none of it.
+pub(super) fn sky(text: &str) -> Result<String, String> {
+    let is_number = text.parse::<u32>().is_ok_and(|texels| texels > 0);
+    match is_number || text == "none" {
+        true => Ok(text.to_owned()),
+        false => Err("expected a whole number of texels, or \"none\"".into()),
+    }
+}
+
 pub(super) fn engine(text: &str) -> Result<String, String> {
     let names: Vec<_> = ENGINES.iter().map(|engine| engine.name).collect();
     if names.contains(&text) { Ok(text.to_owned()) } else { Err(unknown("such engine", text, &names)) }

@@ -113,6 +113,9 @@ choice! {
     }
 }
 
+/// A sky of more bytes takes long to load.
+const LARGE_SKY: usize = 32_000_000;
+
 parameters! {
     /// Parameters of `export-engine`.
     pub(crate) struct Parameters {
@@ -290,6 +293,12 @@ impl Kind for ExportEngine {
             }
         };
         let bounds = bounds(target, &made, levels, sky.as_ref(), context.recipe())?;
+        if let Some(sky) = sky.as_ref().filter(|sky| sky.file.len() > LARGE_SKY) {
+            let (megabytes, half) = (sky.file.len() / 1_000_000, (sky.size / 2).max(1));
+            reporter.warn(format!(
+                "the sky takes {megabytes} MB; skybox-resolution = {half} takes a quarter of that"
+            ));
+        }
         let sky = sky.map(|sky| sky.file);
         Ok(Output::files(
             made.files.into_iter().chain(sky).chain(lights).chain([text.into_bytes(), bounds]).collect(),
