@@ -54,7 +54,7 @@ fn no_format_loses_light_silently(name: &str, environment: Environment) {
         let environment = if is_cube { &environment } else { &smaller };
         // An engine of cubes gets the smallest that it loads, which is made fast: its texels are means.
         let edge = smallest(engine);
-        let size = if is_cube { format!("resolution = {edge}") } else { String::new() };
+        let size = if is_cube { format!("resolution = {edge}\nskybox = false") } else { String::new() };
         for format in engine.format_names() {
             let case =
                 export(&format!("preset = \"{preset}\"\nformat = \"{format}\"\n{size}"), environment.clone());
