@@ -6,6 +6,7 @@ mod support;
 
 mod cache_commands;
 mod completions;
+mod convert;
 mod corpus;
 mod errors_as_data;
 mod events;

@@ -22,6 +22,9 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// An environment of the sample.
+pub const STUDIO: &str = "assets/environments/studio.exr";
+
 /// A small pipeline over the sample assets, with every kind of step, quick enough to run hundreds of times.
 pub const SMALL: &str = r#"
 schema = 1
@@ -128,6 +131,13 @@ impl Project {
     /// [`SMALL`] over the sample assets.
     pub fn small() -> Self {
         Self::new(SMALL)
+    }
+
+    /// The sample's assets and no manifest.
+    pub fn assets_alone() -> Self {
+        let project = Self::new("");
+        fs::remove_file(project.path("pipeline.toml")).unwrap();
+        project
     }
 
     /// A manifest with the sample assets.
