@@ -52,7 +52,7 @@ fn both(a: &Light, b: &Light) -> Light {
     let directions = [a, b].map(|light| light.direction.vector());
     let direction = Direction::normalised(directions[0] * weights[0] + directions[1] * weights[1]);
     let square = |light: &Light| {
-        // Of a disk, half of the square of its radius.
+        // The mean square of the distance from a disk's centre is half of the square of its radius.
         math::powi(light.radius, 2) / 2.0 + math::powi(angle(light.direction.vector(), direction.vector()), 2)
     };
     let radius = (2.0 * (weights[0] * square(a) + weights[1] * square(b)) / whole).sqrt();

@@ -30,10 +30,10 @@ impl CompactMap {
 /// The taps of a compact map, of either sort.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CompactTaps {
-    /// Those of a material that does not depend on its tangent, or of its mean over all turns about the
-    /// normal.
+    /// Taps by the angle of the view: of a material that does not depend on its tangent, or of its mean over
+    /// all turns about the normal.
     Angle(TapTable),
-    /// Those of a material that depends on its tangent.
+    /// Taps by the view in the frame of the surface: of a material that depends on its tangent.
     View(FacetTable),
 }
 

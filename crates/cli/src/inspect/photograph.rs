@@ -6,7 +6,7 @@ use sphere::LatLong;
 
 use super::facts::Facts;
 
-/// Of a lat-long image: where the sun is, how far the radiances reach, and
+/// The facts of a lat-long image: where the sun is, how far the radiances reach, and
 /// whether the brightest are cut off.
 pub(super) fn describe(pixels: &[[f32; 3]], rows: usize) -> Facts {
     let Some(environment) = Environment::new(LatLong::with_rows(rows), pixels.to_vec()) else {

@@ -34,8 +34,8 @@ impl PreviewFiles {
         Self { folder, screenshots: manifest.with_file_name(SCREENSHOTS), still }
     }
 
-    /// Those of a project. The manifest of files that somebody named is in a cache: the picture that replaces
-    /// a window is then where they are working, `studio-preview.png`.
+    /// The paths of a project's files. The manifest of files that somebody named is in a cache: the picture
+    /// that replaces a window is then where they are working, `studio-preview.png`.
     pub(crate) fn of(project: &Project) -> Self {
         let files = Self::beside(&project.manifest);
         match project.files.first().and_then(|file| file.file_stem()) {

@@ -124,7 +124,6 @@ const TAPS: TapPreset = TapPreset {
     language: Language::Glsl,
     source: Source::Atlas,
     textures: ".ktx2",
-    cube_coordinates: ["d.x", "d.y", "d.z"],
     rows_from_bottom: false,
     ending: "-babylon.js",
     indent: "",

@@ -105,7 +105,6 @@ const TAPS: TapPreset = TapPreset {
     language: Language::Wgsl,
     source: Source::CubeArray,
     textures: ".ktx2",
-    cube_coordinates: ["d.z", "d.y", "d.x"],
     rows_from_bottom: false,
     ending: ".wgsl",
     indent: "",

@@ -7,6 +7,7 @@ use envmap::Image;
 use serde_json::{Value, json};
 use sh::Light;
 use sphere::{Cube, DVec3, to_file};
+use taps::{LookUp, TableShape, Widths};
 
 use super::cube_light::{CubeLight, DirectionAt, texels};
 use super::engine_format::EngineFormat;
@@ -171,6 +172,55 @@ impl Engine {
     pub(crate) fn world(&self, d: DVec3) -> DVec3 {
         let [centre, left, top] = self.axes;
         d.z * centre + d.x * left + d.y * top
+    }
+
+    /// The cube coordinates, as KTX2's table has them, of a direction `d` of the engine's world.
+    pub(crate) fn cube_coordinates(&self) -> [&'static str; 3] {
+        let [centre, left, top] = self.axes;
+        [-left, top, centre].map(|axis| match axis.to_array() {
+            [x, 0.0, 0.0] => {
+                if x > 0.0 {
+                    "d.x"
+                } else {
+                    "-d.x"
+                }
+            }
+            [0.0, y, 0.0] => {
+                if y > 0.0 {
+                    "d.y"
+                } else {
+                    "-d.y"
+                }
+            }
+            [.., z] => {
+                if z > 0.0 {
+                    "d.z"
+                } else {
+                    "-d.z"
+                }
+            }
+        })
+    }
+
+    /// The look-up of a table of so many taps and taps about the normal, if the engine has one.
+    pub(crate) fn look_up(
+        &self,
+        widths: Widths,
+        table: TableShape,
+        [taps, normals]: [usize; 2],
+    ) -> Option<LookUp> {
+        let preset = self.taps?;
+        Some(LookUp {
+            language: preset.language,
+            source: preset.source,
+            cube_coordinates: self.cube_coordinates(),
+            rows_from_bottom: preset.rows_from_bottom,
+            widths,
+            taps,
+            normals,
+            lights: 0, // the engine reflects them as its own
+            table,
+        })
     }
 
     /// Whether the engine loads a cube with prefiltered levels, rather than a lat-long image.

@@ -98,7 +98,6 @@ const TAPS: TapPreset = TapPreset {
     language: Language::Glsl,
     source: Source::Atlas,
     textures: ".exr",
-    cube_coordinates: ["-d.x", "d.y", "d.z"],
     rows_from_bottom: false,
     ending: ".mat",
     indent: "    ",

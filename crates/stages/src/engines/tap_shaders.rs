@@ -6,7 +6,7 @@
 //! it between the normal and the view. `__MESH_TANGENT__` is the function for WebGL that has it from the
 //! mesh.
 
-use taps::{Language, LookUp, Source, TableShape, Widths};
+use taps::{Language, LookUp, Source, TableShape};
 
 /// How an engine looks taps up.
 pub(crate) struct TapPreset {
@@ -16,8 +16,6 @@ pub(crate) struct TapPreset {
     pub(crate) source: Source,
     /// The ending of these textures and of the table.
     pub(crate) textures: &'static str,
-    /// The cube coordinates of a direction `d` of its world, as KTX2's table has them.
-    pub(crate) cube_coordinates: [&'static str; 3],
     /// Whether it turns pictures over when it loads them.
     pub(crate) rows_from_bottom: bool,
     /// What follows the stem in the name of the shader.
@@ -44,27 +42,14 @@ pub(crate) struct TapFileNames<'a> {
     pub(crate) lights: &'a str,
 }
 
-/// The texts beside the textures of a table of this shape: what follows the stem in the name of each, and its
+/// The texts beside the textures, with a look-up in them: what follows the stem in the name of each, and its
 /// content. The last is `-README.txt`.
 pub(crate) fn tap_texts(
     preset: &TapPreset,
     stem: &str,
     names: TapFileNames<'_>,
-    widths: Widths,
-    table: TableShape,
-    [taps, normals]: [usize; 2],
+    look_up: &LookUp,
 ) -> Vec<(&'static str, String)> {
-    let look_up = LookUp {
-        language: preset.language,
-        source: preset.source,
-        cube_coordinates: preset.cube_coordinates,
-        rows_from_bottom: preset.rows_from_bottom,
-        widths,
-        taps,
-        normals,
-        lights: 0, // the engine reflects them as its own
-        table,
-    };
     let functions = look_up.functions();
     let (constants, functions) = if preset.shader.contains("__CONSTANTS__") {
         functions.split_once("\n\n").unwrap_or(("", &functions))
@@ -77,7 +62,7 @@ pub(crate) fn tap_texts(
         text.lines().map(line).collect::<String>()
     };
     let shader_name = format!("{stem}{}", preset.ending);
-    let has_tangent = matches!(table, TableShape::Facets { .. });
+    let has_tangent = matches!(look_up.table, TableShape::Facets { .. });
     let fill = |text: &str| {
         let text = if_tangent(text, has_tangent);
         text.replace("__CONSTANTS__", &format!("{constants}\n"))

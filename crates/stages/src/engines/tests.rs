@@ -107,7 +107,7 @@ fn the_manual_has_every_ending_of_a_cubes_files() {
 }
 
 /// The cube coordinates that the shader of an engine computes for a direction of its world.
-fn cube_coordinates(preset: &TapPreset, d: DVec3) -> DVec3 {
+fn cube_coordinates(engine: &Engine, d: DVec3) -> DVec3 {
     let value = |expression: &str| match expression.trim_start_matches('-') {
         "d.x" => d.x,
         "d.y" => d.y,
@@ -115,7 +115,7 @@ fn cube_coordinates(preset: &TapPreset, d: DVec3) -> DVec3 {
         other => panic!("{other}"),
     };
     let signed = |expression: &str| if expression.starts_with('-') { -1.0 } else { 1.0 } * value(expression);
-    DVec3::from_array(preset.cube_coordinates.map(signed))
+    DVec3::from_array(engine.cube_coordinates().map(signed))
 }
 
 /// Where the centre of a lat-long image, its left quarter and its top look, in each engine's own axes, as its
@@ -137,8 +137,7 @@ fn taps_look_where_the_light_of_the_engine_is() {
     for (name, [centre, left, top]) in frames {
         let engine = ENGINES.iter().find(|engine| engine.name == name).unwrap();
         assert_eq!(engine.axes, [centre, left, top], "{name}");
-        let preset = engine.taps.unwrap();
-        let found = [centre, left, top].map(|d| cube_coordinates(preset, d));
+        let found = [centre, left, top].map(|d| cube_coordinates(engine, d));
         assert_eq!(found, [DVec3::Z, -DVec3::X, DVec3::Y], "{name}");
     }
 }
@@ -151,7 +150,8 @@ fn texts_of_taps_have_no_place_left() {
         let Some(preset) = engine.taps else { continue };
         let widths = taps::Widths::new(32).unwrap();
         assert!([".ktx2", ".exr"].contains(&preset.textures), "{}", engine.name);
-        let texts = tap_texts(preset, "copper", names, widths, shape, [5, 2]);
+        let look_up = engine.look_up(widths, shape, [5, 2]).unwrap();
+        let texts = tap_texts(preset, "copper", names, &look_up);
         let [(ending, shader), ("-README.txt", readme)] = &texts[..] else { panic!("{texts:?}") };
         for text in [shader, readme] {
             assert!(!text.contains("__") && text.ends_with('\n') && !text.contains("\n\n\n"), "{text}");

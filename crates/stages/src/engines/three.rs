@@ -110,7 +110,6 @@ const TAPS: TapPreset = TapPreset {
     language: Language::Glsl,
     source: Source::Atlas,
     textures: ".ktx2",
-    cube_coordinates: ["d.z", "d.y", "d.x"],
     rows_from_bottom: false,
     ending: "-three.js",
     indent: "",

@@ -50,7 +50,6 @@ const TAPS: TapPreset = TapPreset {
     language: Language::Hlsl,
     source: Source::Atlas,
     textures: ".exr",
-    cube_coordinates: ["-d.z", "d.y", "d.x"],
     rows_from_bottom: true,
     ending: ".hlsl",
     indent: "",

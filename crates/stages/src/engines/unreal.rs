@@ -44,7 +44,6 @@ const TAPS: TapPreset = TapPreset {
     language: Language::Hlsl,
     source: Source::Atlas,
     textures: ".exr",
-    cube_coordinates: ["d.x", "d.z", "-d.y"],
     rows_from_bottom: false,
     ending: ".ush",
     indent: "    ",

@@ -358,8 +358,10 @@ impl Kind for ExportTaps {
             let names =
                 TapFileNames { levels: &levels, normals: &normals, table: &table_name, lights: NUMBERS };
             let counts = [table.taps(), table.normals()];
-            let texts = tap_texts(preset, STEM, names, space.widths(), table.shape(), counts);
-            files.extend(texts.into_iter().map(|(_, text)| text.into_bytes()));
+            let engine = parameters.preset.as_deref();
+            let look_up = engine.and_then(|engine| engine.look_up(space.widths(), table.shape(), counts));
+            let texts = look_up.map(|look_up| tap_texts(preset, STEM, names, &look_up));
+            files.extend(texts.into_iter().flatten().map(|(_, text)| text.into_bytes()));
         }
         Ok(Output::files(files))
     }
