@@ -116,7 +116,7 @@ impl Source {
             ));
         }
         let assets = stems.into_iter().flat_map(|(stem, paths)| {
-            paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path })
+            paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path: Some(path) })
         });
         (search.errors.len() == before).then(|| assets.collect())
     }
