@@ -105,16 +105,18 @@
 //! source = "assets/materials/*.toml"
 //! ```
 
+use containers::MaterialChoice;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 
 use super::material_file::{check_material, read_material};
 use super::material_manual;
+use super::presets::{self, Preset};
 use crate::values::{ChosenMaterial, artifacts};
 
 parameters! {
     /// Parameters of `import-material`; those of a material are in its file.
     pub(crate) struct Parameters {
-        /// The material of a glTF file. Default: the only one.
+        /// The material of a glTF file (default: the only one), or, without `source`, the name of a preset.
         material: Option<ChosenMaterial> = None,
     }
 }
@@ -129,6 +131,7 @@ impl Kind for ImportMaterial {
     const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
+    const BUILT_IN: Option<&'static str> = Some(presets::KEY);
 
     fn manual(text: String) -> String {
         material_manual::fill_in(&text)
@@ -142,6 +145,15 @@ impl Kind for ImportMaterial {
         Product::Artifact(artifacts::Material::TYPE)
     }
 
+    fn built_in(parameters: &Parameters) -> Result<Option<String>, String> {
+        match &parameters.material {
+            Some(ChosenMaterial(MaterialChoice::Name(name))) => {
+                Preset::named(name).map(|preset| Some(preset.name.to_owned()))
+            }
+            _ => Ok(None),
+        }
+    }
+
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let path = context.files.source()?;
         if context.files.is_folder(path) {
@@ -152,6 +164,11 @@ impl Kind for ImportMaterial {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        if let (Err(_), Ok(Some(name))) = (context.files.source(), Self::built_in(parameters)) {
+            let preset = Preset::named(&name).map_err(Failure::new)?;
+            let found = read_material(&name, preset.text.as_bytes(), None, &|path| context.files.read(path))?;
+            return Output::artifact(artifacts::Material(found.material));
+        }
         let reporter = &context.reporter;
         let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

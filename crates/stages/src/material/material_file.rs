@@ -16,6 +16,7 @@ use engine::{
     ValueKind, nearest, unexpected, unknown_keys,
 };
 
+use super::presets::{self, Preset};
 use crate::values::ChosenMaterial;
 
 /// The values of `model` that are not analytic models.
@@ -201,9 +202,12 @@ impl MaterialReader<'_> {
             if table.get(LAYERS).is_some() {
                 return self.layers(table);
             }
+            if let Some(entry) = table.get(presets::KEY) {
+                return self.preset(entry, table);
+            }
             let error = Diagnostic::at(table.span.clone(), "\"model\" is missing").expected(expected());
             let mut near = table.entries.iter().filter_map(|entry| {
-                Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS])?))
+                Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS, presets::KEY])?))
             });
             self.errors.push(match near.next() {
                 Some((key, near)) => error.help(format!("did you mean {near:?} by {key:?}?")),
@@ -239,10 +243,28 @@ impl MaterialReader<'_> {
                 None => {
                     let error =
                         Diagnostic::at(entry.value.span.clone(), format!("there is no model {name:?}"));
-                    self.errors.push(with_nearest(error.expected(expected()), &name, names()));
+                    let error = error.expected(expected());
+                    self.errors.push(match Preset::named(&name) {
+                        Ok(_) => error.help(format!("{name} is a preset: {} = {name:?}", presets::KEY)),
+                        Err(_) => with_nearest(error, &name, names()),
+                    });
                     None
                 }
             },
+        }
+    }
+
+    /// The material of a table that names a preset.
+    fn preset(&mut self, entry: &Entry, table: &Table) -> Option<Material> {
+        let ValueKind::String(name) = &entry.value.kind else {
+            return self.refuse(is_not(&entry.value, "the name of a preset"), presets::KEY);
+        };
+        match Preset::named(name) {
+            Ok(preset) => self.material(&preset.with(table)?),
+            Err(message) => {
+                let error = Diagnostic::at(entry.value.span.clone(), message);
+                self.refuse(error.help("`specula stages import-material` lists the presets"), presets::KEY)
+            }
         }
     }
 
