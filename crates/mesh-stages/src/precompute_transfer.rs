@@ -1,6 +1,19 @@
 //! Bakes the shadows that a mesh casts onto itself, and the light that it reflects onto itself, for every
 //! light at once: a transfer matrix for each vertex.
 //!
+//! ```toml
+//! [stage.transfer]
+//! kind = "precompute-transfer"
+//! input = "mesh"
+//! degree = 4
+//! directions = 4096
+//!
+//! [stage.room]                       # with the light that its walls reflect
+//! kind = "precompute-transfer"
+//! inputs = { mesh = "mesh", material = "plaster" }
+//! bounces = 3
+//! ```
+//!
 //! > T_ij = integral over s of V(s) Y_i(R_p s) Y_j(s)
 //!
 //! (Kautz, Sloan and Snyder 2002, section 5), with V = 1 where the vertex sees the sky, and R_p the rotation
@@ -53,21 +66,6 @@
 //! A transfer of more than 4 GB is refused before the first ray; interreflection has the matrices of two
 //! bounces in memory, for each channel, in 32-bit numbers. A smaller form, lower degrees or fewer vertices
 //! help.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.transfer]
-//! kind = "precompute-transfer"
-//! input = "mesh"
-//! degree = 4
-//! directions = 4096
-//!
-//! [stage.room]                       # with the light that its walls reflect
-//! kind = "precompute-transfer"
-//! inputs = { mesh = "mesh", material = "plaster" }
-//! bounces = 3
-//! ```
 
 use brdf::{BrdfTable, tabulate};
 use containers::tensors::OfMesh;

@@ -1,5 +1,17 @@
 //! Shades the vertices of a mesh with a BRDF table under soft light: their radiance toward a viewer.
 //!
+//! ```toml
+//! [stage.shaded]
+//! kind = "shade-vertices"
+//! inputs = { mesh = "mesh", table = "table", lighting = "lighting", transfer = "transfer" }
+//! view = [1, 0, 0.3]
+//!
+//! [stage.sunlit]                     # the sun with sharp shadows, the sky with soft ones
+//! kind = "shade-vertices"
+//! inputs = { mesh = "mesh", table = "table", lighting = "sky", transfer = "transfer", material = "metal" }
+//! camera = [4, 0, 1]
+//! ```
+//!
 //! > B(v) = sum over i of c_i(v) L_i
 //!
 //! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i from `tabulate-brdf`, at the view in the
@@ -36,20 +48,6 @@
 //! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
 //! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
 //! warning above 1 % of the vertices.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.shaded]
-//! kind = "shade-vertices"
-//! inputs = { mesh = "mesh", table = "table", lighting = "lighting", transfer = "transfer" }
-//! view = [1, 0, 0.3]
-//!
-//! [stage.sunlit]                     # the sun with sharp shadows, the sky with soft ones
-//! kind = "shade-vertices"
-//! inputs = { mesh = "mesh", table = "table", lighting = "sky", transfer = "transfer", material = "metal" }
-//! camera = [4, 0, 1]
-//! ```
 
 use brdf::BrdfTable;
 use containers::tensors::OfMesh;

@@ -1,5 +1,13 @@
 //! Writes an environment as the files that an engine loads as light: prefiltered, turned, and in its format.
 //!
+//! ```toml
+//! [stage.light]
+//! kind = "export-engine"
+//! input = "environment"
+//! preset = "babylon"
+//! path = "{environment}/babylon"
+//! ```
+//!
 //! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
 //! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
 //! `export-environment`.
@@ -69,16 +77,6 @@
 //!
 //! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
 //! and `bounds.json`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.light]
-//! kind = "export-engine"
-//! input = "environment"
-//! preset = "babylon"
-//! path = "{environment}/babylon"
-//! ```
 
 use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};

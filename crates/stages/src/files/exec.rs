@@ -1,5 +1,16 @@
 //! Runs a program of yours: a command line with declared inputs and a declared output.
 //!
+//! ```toml
+//! [stage.graded]
+//! kind = "exec"
+//! command = ["python3", "tools/grade.py", "--stops", "0.5", "{input.environment}", "{output}"]
+//! inputs = { environment = "environment" }
+//! output = { type = "environment", format = "exr" }
+//! tools = ["tools/lib"]
+//! env = ["STUDIO_LUT"]
+//! timeout = 120.0
+//! ```
+//!
 //! Use it for existing tools: a grading script, a denoiser, an engine's texture packer. The inputs are
 //! written to files, the command is run once for each item, and its output is read back and checked. The
 //! output is an artifact like any other, or a file that is published.
@@ -114,19 +125,6 @@
 //! sets the same environment: paste it into a shell to run the program again. Values of variables in `env`
 //! are not shown; the command takes them from your shell. The folder stays until the item fails again under
 //! that option, or until `specula cache gc`. It is not kept if the program ran on another machine.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.graded]
-//! kind = "exec"
-//! command = ["python3", "tools/grade.py", "--stops", "0.5", "{input.environment}", "{output}"]
-//! inputs = { environment = "environment" }
-//! output = { type = "environment", format = "exr" }
-//! tools = ["tools/lib"]
-//! env = ["STUDIO_LUT"]
-//! timeout = 120.0
-//! ```
 
 mod command;
 mod exchange;

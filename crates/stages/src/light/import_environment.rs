@@ -1,5 +1,13 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
+//! ```toml
+//! [stage.environment]
+//! kind = "import-environment"
+//! source = "assets/environments/*.{exr,hdr}"
+//! exposure = 0.5
+//! bad-pixels = "clamp"
+//! ```
+//!
 //! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PFM, TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or
 //! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
 //! gives one item per file. The content of a file decides its format, not its name.
@@ -182,16 +190,6 @@
 //! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last
 //! bits between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
 //! machines of different kinds do not share these items, and later ones if the pixels are equal.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.environment]
-//! kind = "import-environment"
-//! source = "assets/environments/*.{exr,hdr}"
-//! exposure = 0.5
-//! bad-pixels = "clamp"
-//! ```
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,13 @@
 //! Projects an environment into spherical harmonics: the lighting's coefficients.
 //!
+//! ```toml
+//! [stage.lighting]
+//! kind = "project-sh"
+//! input = "environment"
+//! degree = 30
+//! window = "lanczos"
+//! ```
+//!
 //! > L_lm = integral of L(w) Y_lm(w) dw, for l from 0 to `degree`
 //!
 //! A pixel-centred lat-long image of H rows is integrated exactly up to degree (H - 1) / 2 by Fejér's first
@@ -72,16 +80,6 @@
 //! make it ring again.) A black channel stays black. An image with negative pixels may have a channel whose
 //! nearest function is black although the channel is not: it has no mass, and the item fails. So it does if
 //! the mean is to be kept and is not positive.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.lighting]
-//! kind = "project-sh"
-//! input = "environment"
-//! degree = 30
-//! window = "lanczos"
-//! ```
 
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, choice, parameters};
 use envmap::Environment;

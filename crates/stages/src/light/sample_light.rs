@@ -1,5 +1,12 @@
 //! Makes a light rig: a few lights in place of an environment, a lighting or a reflection.
 //!
+//! ```toml
+//! [stage.rig]
+//! kind = "sample-light"
+//! input = "environment"
+//! count = 16
+//! ```
+//!
 //! The light is divided into regions, and each becomes a disk: with the light of its region, in the direction
 //! of its centroid, as wide as that light is spread. All disks together have the whole light, in each colour.
 //! So a renderer with shadows for some lights, but without environments, can show it.
@@ -36,15 +43,6 @@
 //!
 //! A disk whose irradiance is E and whose angular radius is a has the light (flux) 2 E / (1 + cos(a)). The
 //! irradiance of each surface that sees a whole region is that of the region exactly.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.rig]
-//! kind = "sample-light"
-//! input = "environment"
-//! count = 16
-//! ```
 
 use std::num::NonZeroU32;
 

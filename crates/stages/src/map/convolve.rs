@@ -1,5 +1,11 @@
 //! Reflects a lighting off a material: the reflected light field in spherical harmonics.
 //!
+//! ```toml
+//! [stage.reflection]
+//! kind = "convolve"
+//! inputs = { lighting = "lighting", brdf = "coefficients" }
+//! ```
+//!
 //! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one
 //! direction, and this is the convolution of Ramamoorthi and Hanrahan (2002):
 //!
@@ -55,14 +61,6 @@
 //! A `window` scales the terms of each l (see `project-sh`), which calms the rings of a cut and blurs what
 //! was sharp. `"auto"` takes the least window that helps, if no degrees are enough, and otherwise none; with
 //! degrees that the manifest names, with `accept` and with `error` it takes none.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.reflection]
-//! kind = "convolve"
-//! inputs = { lighting = "lighting", brdf = "coefficients" }
-//! ```
 
 use brdf::{BrdfCoefficients, Material};
 use containers::tensors;

@@ -1,5 +1,12 @@
 //! Writes the table of directional albedos that engines look up beside a prefiltered environment.
 //!
+//! ```toml
+//! [stage.dfg]
+//! kind = "dfg"
+//! variant = "correlated"
+//! path = "dfg"
+//! ```
+//!
 //! A texel holds A and B of E = F0 A + B, the share of light that a GGX lobe reflects when all directions are
 //! equally bright, F0 being the reflectance seen straight on (Karis 2013, "Real Shading in Unreal Engine 4";
 //! glTF and Filament call the table DFG). The column is n.v, the row the roughness r, a = r^2; both at the
@@ -35,15 +42,6 @@
 //! ## Files
 //!
 //! `.ktx2`, `.exr` or `.dds` after the item's `path`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.dfg]
-//! kind = "dfg"
-//! variant = "correlated"
-//! path = "dfg"
-//! ```
 
 use brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo};
 use containers::{Precision, TexelFormat, Texture, write_dds, write_exr, write_ktx2};

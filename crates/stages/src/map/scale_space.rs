@@ -1,6 +1,12 @@
 //! Blurs an environment by Gaussians of many widths: the one small map that every material reads by a few
 //! look-ups.
 //!
+//! ```toml
+//! [stage.light]
+//! kind = "scale-space"
+//! input = "environment"
+//! ```
+//!
 //! > M(d, s) = integral of L(w) g_s(angle(w, d)) dw
 //!
 //! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A
@@ -34,14 +40,6 @@
 //! direction and an irradiance. A renderer adds each by the material's own formula, which costs less than two
 //! look-ups, and is exact where blurred lamps are farthest from the truth. All other light stays in the
 //! levels, with its real shape: nothing is lost with `lights = 0`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.light]
-//! kind = "scale-space"
-//! input = "environment"
-//! ```
 
 use containers::tensors::EnvironmentScales;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};

@@ -1,5 +1,15 @@
-//! Reads a material: a TOML file that names a reflection model and its parameters, a measured BRDF, or a
-//! material of a glTF file.
+//! Reads a material: a TOML file that names a reflection model and its parameters, a measured BRDF, a
+//! material of a glTF file, or a preset.
+//!
+//! ```toml
+//! [stage.material]
+//! kind = "import-material"
+//! source = "assets/materials/*.toml"
+//!
+//! [stage.pot]
+//! kind = "import-material"
+//! material = "copper"                # a preset, without a file
+//! ```
 //!
 //! Every file that `source` matches gives one item. All errors of a file are reported together, each with its
 //! line and column. A colour is `[red, green, blue]` in linear Rec. 709, or one number for a grey.
@@ -16,6 +26,24 @@
 //! the albedo of a material file by angle, and whether the material is reciprocal. With `--picture` it also
 //! draws the material to a PNG: the lobes for light from four angles, the albedo by angle as curves, and a
 //! ball.
+//!
+//! ## Presets
+//!
+//! A preset is a material with a name, whose colour was measured: `material = "copper"` in a stage without
+//! `source`, or in a material file and its layers, where other keys replace the preset's:
+//!
+//! ```toml
+//! # pot.toml
+//! material = "copper"
+//! roughness = 0.6
+//! ```
+//!
+//! All presets are of the model `standard`. `specula init --materials` writes them as files, which say where
+//! the numbers come from; `specula inspect copper` and `specula preview copper` show them.
+//!
+//! | preset | what it is |
+//! | --- | --- |
+//! {list: presets}
 //!
 //! ## Models
 //!
@@ -96,14 +124,6 @@
 //! If all layers are centred on one direction, so is their sum. Otherwise layers that are centred on the
 //! normal are projected about the reflection vector, which takes more degrees. `kajiya-kay` is centred on the
 //! tangent and cannot be combined with other models. Layers may hold layers, at most 32 deep.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.material]
-//! kind = "import-material"
-//! source = "assets/materials/*.toml"
-//! ```
 
 use containers::MaterialChoice;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
