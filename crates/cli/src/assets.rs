@@ -167,7 +167,10 @@ impl Assets {
             &mut self.environments
         } else if stages::is_gltf_file(&name) {
             &mut self.meshes
-        } else if stages::is_measured_file(&name) || is_material(file, &ending) {
+        } else if stages::is_measured_file(&name)
+            || stages::is_materialx_file(&name)
+            || is_material(file, &ending)
+        {
             &mut self.materials
         } else {
             return false;
@@ -223,7 +226,7 @@ pub(crate) fn file_or_preset(path: &Path) -> Result<(PathBuf, Vec<u8>), (String,
 fn no_preset(path: &Path, error: &io::Error) -> Option<String> {
     let is_word = path.extension().is_none() && path.components().count() == 1;
     let name = path.to_str().filter(|_| is_word && error.kind() == io::ErrorKind::NotFound)?;
-    Preset::named(name).err()
+    Preset::named(name).err().filter(|advice| advice.contains("did you mean"))
 }
 
 /// Whether a file is a TOML file that names a model or a preset, as materials do.

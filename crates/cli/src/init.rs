@@ -36,7 +36,9 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
             PRESETS.iter().map(|preset| (format!("assets/materials/{}.toml", preset.name), text(preset)));
         let [_, (schema, subject)] = SCHEMAS;
         let schema = (schema.to_owned(), schema::text(subject, kinds).into_bytes());
-        if let Err(exit) = write_all(folder, files.chain([schema])) {
+        // A new manifest brings the schema with it.
+        let schema = manifest.exists().then_some(schema);
+        if let Err(exit) = write_all(folder, files.chain(schema)) {
             return exit;
         }
         if manifest.exists() {

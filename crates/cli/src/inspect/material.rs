@@ -17,7 +17,8 @@ use super::in_words::in_words;
 pub(super) fn read(file: &Path, bytes: &[u8]) -> Option<Result<MaterialFile, Failure>> {
     let name = file.file_name()?.to_string_lossy();
     let toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    (toml || stages::is_measured_file(&name)).then(|| {
+    let is_material = toml || stages::is_measured_file(&name) || stages::is_materialx_file(&name);
+    is_material.then(|| {
         let folder = file.parent().unwrap_or(Path::new(""));
         let read = |path: &Path| {
             let path = folder.join(path);
@@ -39,7 +40,11 @@ pub(super) fn of_artifact(bytes: &[u8]) -> Option<Material> {
 
 pub(super) fn facts(file: &Path, bytes: &[u8], found: &MaterialFile) -> Facts {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let format = MeasuredFormat::of_name(&name).map_or("TOML", MeasuredFormat::name);
+    let format = match MeasuredFormat::of_name(&name) {
+        Some(measured) => measured.name(),
+        None if stages::is_materialx_file(&name) => "MaterialX",
+        None => "TOML",
+    };
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let mut facts: Facts = vec![
         ("material", format!("{stem}: {}", in_words(&found.material)).into()),

@@ -8,7 +8,8 @@ use brdf::{Absent, MODELS, Parameter, Value, ValueType, Values};
 use engine::{Document, Table, Value as Toml, ValueKind};
 use preview::{FormSection, MaterialForm};
 
-use super::material_file::{GLTF, LAYERS, MEASURED, is_gltf_file, is_measured_file};
+use super::material_file::{GLTF, LAYERS, MATERIALX, MEASURED, is_gltf_file, is_measured_file};
+use super::materialx_file::is_materialx_file;
 use super::presets::{self, Preset};
 use crate::values::{TomlText, is_integer, table_of, toml_text};
 
@@ -27,6 +28,9 @@ pub fn why_not_editable(file: &Path) -> Option<String> {
     let reason = if is_gltf_file(&name) {
         "a material of a glTF file is edited where it was made; a material file of the model standard has the same \
          parameters"
+    } else if is_materialx_file(&name) {
+        "a material of a MaterialX file is edited where it was made; a material file of the model standard has the \
+         same parameters"
     } else if is_measured_file(&name) {
         "a measured table has no parameters; a material file with model = \"measured\" can scale it"
     } else {
@@ -118,7 +122,7 @@ fn add_sections(
             }
             Some(())
         }
-        GLTF => Some(()),
+        GLTF | MATERIALX => Some(()),
         MEASURED => add_section(table, &[SCALE], heading(model), place, sections),
         _ => {
             let model = MODELS.iter().find(|known| known.name == model)?;

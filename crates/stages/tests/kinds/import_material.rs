@@ -11,7 +11,8 @@ use crate::fixture::{Case, case};
 
 /// The values of `model`, as errors list them.
 fn models() -> String {
-    let names: Vec<_> = MODELS.iter().map(|model| model.name).chain(["measured", "gltf", "layers"]).collect();
+    let names: Vec<_> =
+        MODELS.iter().map(|model| model.name).chain(["measured", "gltf", "materialx", "layers"]).collect();
     names.join(", ")
 }
 
@@ -276,7 +277,10 @@ fn errors_of_gltf_materials_name_the_file() {
     assert!(without.starts_with(place), "{without}");
     let toml =
         case("import-material", "material = \"red\"").file("a.toml", "model = \"lambert\"").source("a.toml");
-    assert!(toml.failure().starts_with("a.toml is not a glTF file, of whose materials one could be chosen"));
+    assert!(
+        toml.failure()
+            .starts_with("a.toml is not a glTF or MaterialX file, of whose materials one could be chosen")
+    );
     assert_eq!(case("import-material", "material = -1").errors().len(), 1);
 }
 
