@@ -120,7 +120,7 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
             vec![("what", "scene of lights".into()), ("format", "USD text".into()), ("lights", count.into())]
         }
         None if engine::stands_for_no_file(bytes) => {
-            vec![("what", "in place of a declared file that its item does not export".into())]
+            vec![("what", "stands in for a declared file that its item does not export".into())]
         }
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,

@@ -133,7 +133,7 @@ impl Kind for ShadeVertices {
         }
         let frames = blended_frames(context, &mesh.0, table)?;
         if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
-            return Err(Failure::new("the transfer has not as many vertices as the mesh"));
+            return Err(Failure::new("the transfer and the mesh have different numbers of vertices"));
         }
         let (soft, lamps) = light(&context.inputs, material.is_some())?;
         let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
@@ -149,7 +149,7 @@ impl Kind for ShadeVertices {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
             reporter.note(match lamps.len() {
-                0 => "no lamp is beside the series: the material shades nothing".to_owned(),
+                0 => "the lighting has no lamps beside its series, so the material shades nothing".to_owned(),
                 1 => "1 lamp is shaded by the material".to_owned(),
                 lamps => format!("{lamps} lamps are shaded by the material"),
             });

@@ -1,9 +1,10 @@
 //! MaterialX: a material of a `.mtlx` file, as one that is the same everywhere.
 //!
-//! Surface shaders of the kinds `standard_surface` (version 1.0.1 of MaterialX 1.39) and `open_pbr_surface` (OpenPBR
-//! 1.1) become a [`Standard`] material: [`shaders`] says how. Values are read, also those of connected `constant`
-//! nodes. Textures and other nodes are not: a warning names each, and the shader's default stands for it. Warnings
-//! also name what our material lacks, such as transmission and emitted light. Each has its line.
+//! Surface shaders of the kinds `standard_surface` (version 1.0.1 of MaterialX 1.39) and `open_pbr_surface`
+//! (OpenPBR 1.1) become a [`Standard`] material: [`shaders`] says how. Values are read, also those of
+//! connected `constant` nodes. Textures and other nodes are not: a warning names each, and the shader's
+//! default stands for it. Warnings also name what our material lacks, such as transmission and emitted light.
+//! Each has its line.
 
 mod document;
 mod shader;
@@ -32,8 +33,8 @@ const MOST_NODES: u32 = 1 << 20;
 /// Reads a material. Without a choice, the file must have one material only.
 ///
 /// # Errors
-/// If the file is not XML or not MaterialX, there is no such material, its surface shader is of another kind, or a
-/// value has the wrong form. The message names the line.
+/// If the file is not XML or not MaterialX, there is no such material, its surface shader is of another kind,
+/// or a value has the wrong form. The message names the line.
 pub fn read_materialx_material(
     bytes: &[u8],
     choice: Option<&MaterialChoice>,

@@ -109,8 +109,8 @@ pub trait Kind: Send + Sync + 'static {
     const TEXT: &'static str;
     /// Whether the kind reads a file or folder named by `source`.
     const SOURCE: bool = false;
-    /// The optional parameter that, without a `source`, names something built in; only for a kind with a source.
-    /// [`Kind::built_in`] finds it.
+    /// The optional parameter that, without a `source`, names something built in; only for a kind with a
+    /// source. [`Kind::built_in`] finds it.
     const BUILT_IN: Option<&'static str> = None;
     /// Whether the kind shows items' names (labels). Then they are part of its key.
     const SHOWS_KEYS: bool = false;
@@ -195,8 +195,8 @@ pub trait Kind: Send + Sync + 'static {
         Ok(())
     }
 
-    /// The name of the only item of a stage without a `source`, if [`Kind::BUILT_IN`] is given: the item has no
-    /// source, and is made from the parameters alone. `None` if these name nothing built in.
+    /// The name of the only item of a stage without a `source`, if [`Kind::BUILT_IN`] is given: the item has
+    /// no source, and is made from the parameters alone. `None` if these name nothing built in.
     ///
     /// # Errors
     /// If nothing of that name is built in. The engine puts the parameter's name before the message.

@@ -12,7 +12,7 @@
 //! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A
 //! material is a table of look-ups, or taps (`fit-taps`): where a pixel looks, by the angle between view and
 //! normal, how wide, and with which weight. Six of them come within a tenth of a stop of the integral over
-//! the whole environment. The scale space knows no material, and so an edit of the light makes it anew and
+//! the whole environment. The scale space does not depend on materials: an edit of the light remakes it and
 //! nothing else, and an edit of a material leaves it alone. docs/taps.md derives all this, with the errors of
 //! many materials.
 //!

@@ -1,5 +1,5 @@
-//! Reads a material: a TOML file that names a reflection model and its parameters, a measured BRDF, a
-//! material of a glTF file, or a preset.
+//! Reads a material: a TOML file that names a reflection model and its parameters, a preset, a measured BRDF,
+//! or a material of a glTF, OpenPBR or MaterialX file.
 //!
 //! ```toml
 //! [stage.material]
@@ -109,6 +109,28 @@
 //! texture. If the file *requires* an extension that is not read, the material is an error, unless the
 //! extension belongs to other materials of the file, or to meshes, lights or animations.
 //!
+//! ## OpenPBR and MaterialX
+//!
+//! `source` may name a `.mtlx` file, with `material` if it has several, and `model = "materialx"` names one
+//! in a material file, as `gltf` does. Surface shaders of the kinds `standard_surface` and `open_pbr_surface`
+//! become a material of the model `standard`; C is the weight of the coat, T = 1 + C (coat_color - 1):
+//!
+//! | `standard` | `standard_surface` | `open_pbr_surface` |
+//! | --- | --- | --- |
+//! | `base_color` | T base base_color | T base_weight base_color; of a metal times specular_weight |
+//! | `metallic` | metalness | base_metalness |
+//! | `roughness` | specular_roughness; coat_affect_roughness blurs it under a coat | specular_roughness; a rough coat blurs it |
+//! | `ior` | specular_IOR | specular_ior, divided by coat_ior under a coat, with specular_weight on F_0 |
+//! | `specular`, `specular_color` | specular, T specular_color | less than 1 below F_0 = 0.02, T specular_color |
+//! | `clearcoat`, `clearcoat_roughness` | coat, coat_roughness | coat_weight, coat_roughness |
+//! | `sheen`, `sheen_roughness` | sheen sheen_color, the root of sheen_roughness | fuzz_weight fuzz_color, fuzz_roughness^1.25 |
+//!
+//! The base of what transmits light is darker by that share, and light that scatters below the surface leaves
+//! it at once, in subsurface_color. Warnings, each with its line, name these and what is left out: emitted
+//! light, opacity, anisotropy, thin films, the rough base, a metal's tinted edge, the coat's own index and
+//! what it does to the colours below. Values of connected `constant` nodes are read; textures and other nodes
+//! are not, and the shader's default stands for them. Colours of the space `srgb_texture` are decoded.
+//!
 //! ## Layers
 //!
 //! `layers` sums several materials, each a table with its `model`. A layer's weight is in its own parameters.
@@ -136,7 +158,8 @@ use crate::values::{ChosenMaterial, artifacts};
 parameters! {
     /// Parameters of `import-material`; those of a material are in its file.
     pub(crate) struct Parameters {
-        /// The material of a glTF file (default: the only one), or, without `source`, the name of a preset.
+        /// The material of a glTF or MaterialX file (default: the only one), or, without `source`, the name
+        /// of a preset.
         material: Option<ChosenMaterial> = None,
     }
 }

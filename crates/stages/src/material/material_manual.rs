@@ -6,8 +6,8 @@ use super::material_file::looks_like;
 use super::material_schema::capital;
 use super::presets::PRESETS;
 
-/// Fills the section of each model and the rows of presets into a manual, which has a place for them, a name in
-/// braces.
+/// Fills the section of each model and the rows of presets into a manual, which has a place for them, a name
+/// in braces.
 pub(crate) fn fill_in(manual: &str) -> String {
     let presets = PRESETS.iter().map(|preset| format!("| `{}` | {} |", preset.name, preset.summary()));
     manual

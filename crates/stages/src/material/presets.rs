@@ -1,7 +1,7 @@
 //! Presets: materials by name, whose colours were measured.
 //!
-//! Each is the text of a material file, which says where its numbers come from. The colours are linear sRGB. A
-//! test computes those of metals from their n and k, and the others from measured reflectances.
+//! Each is the text of a material file, which says where its numbers come from. The colours are linear sRGB.
+//! A test computes those of metals from their n and k, and the others from measured reflectances.
 
 use engine::{Document, Table, nearest};
 

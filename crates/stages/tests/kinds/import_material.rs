@@ -264,6 +264,67 @@ fn a_material_file_may_name_a_material_of_a_gltf_file() {
 }
 
 #[test]
+fn presets_are_materials_and_their_keys_can_be_replaced() {
+    let preset = |text: &str| import(text).artifact::<Material>().0.clone();
+    let copper = standard([0.932, 0.623, 0.522], 1.0, 0.3);
+    assert_eq!(preset("material = \"copper\""), copper);
+    assert_eq!(preset("roughness = 0.6\nmaterial = \"copper\""), standard([0.932, 0.623, 0.522], 1.0, 0.6));
+    let Model::Layers(layers) = preset("layers = [{ material = \"copper\" }]") else { panic!("no layers") };
+    assert_eq!(layers, [copper.clone()]);
+    // A stage needs no file for one.
+    let stage = case("import-material", "material = \"copper\"");
+    assert_eq!(stage.artifact::<Material>().0, copper);
+    for (text, expected) in [
+        (
+            "material = \"coper\"",
+            "gold.toml:1:12: material: there is no preset \"coper\"; did you mean \"copper\"?",
+        ),
+        ("material = 3", "gold.toml:1:12: material: 3 is not the name of a preset"),
+        ("material = \"copper\"\nexponent = 3", "gold.toml:2:1: unknown key \"exponent\""),
+        ("material = \"copper\"\nroughness = 3", "gold.toml:2:13: roughness: 3 is not "),
+        ("model = \"copper\"", "gold.toml:1:9: there is no model \"copper\""),
+    ] {
+        let failure = import(text).failure();
+        assert!(failure.starts_with(expected), "{failure}");
+    }
+}
+
+const MTLX: &str = r#"<?xml version="1.0"?>
+<materialx version="1.39">
+  <standard_surface name="SR_red" type="surfaceshader">
+    <input name="base_color" type="color3" value="0.5, 0.1, 0.1" />
+    <input name="specular_roughness" type="float" value="0.5" />
+    <input name="emission" type="float" value="1" />
+  </standard_surface>
+  <surfacematerial name="Red" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="SR_red" />
+  </surfacematerial>
+</materialx>
+"#;
+
+#[test]
+fn a_material_of_a_materialx_file_is_one_of_the_standard_model() {
+    let file = |parameters: &str, text: &str| {
+        case("import-material", parameters).file("models/red.mtlx", text).source("models/red.mtlx")
+    };
+    let ran = file("", MTLX).run().unwrap();
+    assert_eq!(ran.artifact::<Material>().0, standard([0.5, 0.1, 0.1], 0.0, 0.5));
+    assert_eq!(ran.warnings, ["line 6: emission: emitted light is left out"]);
+    let named = "model = \"materialx\"\nfile = \"red.mtlx\"\nmaterial = \"Red\"";
+    let ran = import(named).file("materials/red.mtlx", MTLX).run().unwrap();
+    assert_eq!(ran.artifact::<Material>().0, standard([0.5, 0.1, 0.1], 0.0, 0.5));
+    assert_eq!(ran.warnings, ["red.mtlx: line 6: emission: emitted light is left out"]);
+    assert_eq!(
+        file("material = \"blue\"", MTLX).failure(),
+        "red.mtlx: there is no material \"blue\"; expected one of: 0: Red"
+    );
+    let broken = file("", &MTLX.replace("</materialx>", "</a>")).failure();
+    assert!(broken.starts_with("red.mtlx: line 11, column "), "{broken}");
+    let without = import("model = \"materialx\"").failure();
+    assert!(without.contains("expected file = the path of a .mtlx file"), "{without}");
+}
+
+#[test]
 fn errors_of_gltf_materials_name_the_file() {
     let failure = painted("").failure();
     assert_eq!(

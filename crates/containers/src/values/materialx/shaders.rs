@@ -1,8 +1,9 @@
 //! What the inputs of each kind of shader are in our material.
 //!
-//! The sources are the definitions of the shaders as graphs: `standard_surface.mtlx` of MaterialX 1.39, whose layers
-//! are those of Autodesk's Standard Surface (Georgiev and others 2019), and the specification of OpenPBR 1.1 with its
-//! `open_pbr_surface.mtlx`. C is the coat's weight, T = 1 + C (coat_color - 1) its tint, m the metalness.
+//! The sources are the definitions of the shaders as graphs: `standard_surface.mtlx` of MaterialX 1.39, whose
+//! layers are those of Autodesk's Standard Surface (Georgiev and others 2019), and the specification of
+//! OpenPBR 1.1 with its `open_pbr_surface.mtlx`. C is the coat's weight, T = 1 + C (coat_color - 1) its tint,
+//! m the metalness.
 //!
 //! | ours | standard_surface | open_pbr_surface |
 //! | --- | --- | --- |
@@ -16,8 +17,8 @@
 //! | `sheen` | sheen sheen_color | fuzz_weight fuzz_color |
 //! | `sheen_roughness` | the root of sheen_roughness, which is alpha | fuzz_roughness^1.25: MaterialX translates it to sheen_roughness^2.5 |
 //!
-//! What scatters below the surface leaves it as from a matte base: base_color is mixed with subsurface_color. What is
-//! transmitted is lost: the base is darkened by (1 - transmission). Both count for what is not metal.
+//! What scatters below the surface leaves it as from a matte base: base_color is mixed with subsurface_color.
+//! What is transmitted is lost: the base is darkened by (1 - transmission). Both count for what is not metal.
 
 use brdf::StandardParameters;
 
