@@ -58,6 +58,7 @@ fn standard(parameters: &StandardParameters) -> String {
             _ => format!("of index {} with {} % of its highlight", rounded(ior), rounded(100.0 * specular)),
         };
         let tint = match parameters.specular_color {
+            _ if specular == 0.0 => String::new(),
             [1.0, 1.0, 1.0] => String::new(),
             tint => format!(", tinted {}", colour(tint)),
         };

@@ -64,7 +64,14 @@ pub fn read_materialx_material(
                 let line = line(old);
                 format!("line {line}: <material> is of MaterialX before 1.38; expected <surfacematerial>")
             }
-            None => "the file has no <surfacematerial>, <standard_surface> or <open_pbr_surface>".into(),
+            None => {
+                let included = root.descendants().filter(|node| node.tag_name().name() == "include");
+                let mut included = included.filter_map(|node| node.attribute("href"));
+                let other =
+                    included.next().map(|file| format!("; it includes {file}, which can be named itself"));
+                let wrong = "the file has no <surfacematerial>, <standard_surface> or <open_pbr_surface>";
+                format!("{wrong}{}", other.unwrap_or_default())
+            }
         };
         return Err(Error::new(ErrorKind::NoSuchMaterial, wrong));
     }

@@ -129,7 +129,8 @@
 //! it at once, in subsurface_color. Warnings, each with its line, name these and what is left out: emitted
 //! light, opacity, anisotropy, thin films, the rough base, a metal's tinted edge, the coat's own index and
 //! what it does to the colours below. Values of connected `constant` nodes are read; textures and other nodes
-//! are not, and the shader's default stands for them. Colours of the space `srgb_texture` are decoded.
+//! are not, and the shader's default stands for them. Colours of the spaces `srgb_texture` and
+//! `acescg` are converted.
 //!
 //! ## Layers
 //!

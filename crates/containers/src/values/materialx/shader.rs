@@ -21,6 +21,13 @@ pub(super) enum Default {
 /// An input of a shader: its name and its default.
 pub(super) type Input = (&'static str, Default);
 
+/// From ACEScg to linear Rec. 709, as MaterialX converts (`acescg_to_lin_rec709` of its `cmlib_ng.mtlx`).
+const FROM_ACESCG: [[f64; 3]; 3] = [
+    [1.705050992658, -0.621792120657, -0.083258872001],
+    [-0.130256417507, 1.140804736575, -0.010548319068],
+    [-0.024003356805, -0.128968976065, 1.15297233287],
+];
+
 /// The inputs of a shader; a number is a grey.
 pub(super) struct Shader {
     values: BTreeMap<&'static str, [f64; 3]>,
@@ -105,6 +112,9 @@ impl Shader {
             Some("srgb_texture" | "srgb_rec709_scene") => {
                 rgb.map(|channel| f64::from(envmap::srgb_decode(channel as f32)))
             }
+            Some("acescg" | "lin_ap1" | "lin_ap1_scene") => {
+                FROM_ACESCG.map(|row| row.iter().zip(rgb).map(|(factor, channel)| factor * channel).sum())
+            }
             Some(other) => {
                 let message = format!("{name} is in the colour space {other}, and is taken as lin_rec709");
                 self.warnings.push((line, message));
@@ -127,7 +137,8 @@ impl Shader {
     pub(super) fn shares(&mut self, name: &'static str) -> [f64; 3] {
         let value = self.values.get(name).copied().unwrap_or_default();
         let limited = value.map(|channel| channel.clamp(0.0, 1.0));
-        if limited != value {
+        // Conversions of colours leave a little.
+        if value.iter().zip(limited).any(|(value, limited)| (value - limited).abs() > 1e-3) {
             self.warn(name, format!("{} is limited to {}", words(value), words(limited)));
         }
         limited
@@ -154,7 +165,8 @@ impl Shader {
     }
 }
 
-/// A colour in a message; a grey is one number.
-fn words([red, green, blue]: [f64; 3]) -> String {
+/// A colour in a message, with four decimals; a grey is one number.
+fn words(rgb: [f64; 3]) -> String {
+    let [red, green, blue] = rgb.map(|channel| (channel * 1e4).round() / 1e4);
     if red == green && green == blue { red.to_string() } else { format!("{red}, {green}, {blue}") }
 }

@@ -260,10 +260,11 @@ fn open_pbr_surface(shader: &mut Shader) -> StandardParameters {
         ["base_metalness", "coat_weight", "coat_roughness", "specular_roughness"]
             .map(|name| shader.share(name));
     let weight = shader.number("specular_weight").max(0.0);
-    let specular_color = shader.shares("specular_color");
     if metallic > 0.0 {
         shader.left_out("specular_color", 1.0, EDGE);
     }
+    // That of a metal may be more than 1.
+    let specular_color = if metallic < 1.0 { shader.shares("specular_color") } else { WHITE };
     shader.left_out("emission_luminance", 0.0, EMITTED);
     shader.left_out("geometry_opacity", 1.0, OPAQUE);
     shader.left_out("specular_roughness_anisotropy", 0.0, STRETCHED);

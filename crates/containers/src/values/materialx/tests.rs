@@ -201,10 +201,15 @@ fn connected_values_are_followed_and_textures_are_named() {
         ]
     );
     // The space of a colour is that of the nearest element that has one.
-    let other =
-        standard(&input("base_color", "0.5, 0, 0")).replace("\"1.39\"", "\"1.39\" colorspace=\"acescg\"");
-    let expected = ["line 3: base_color is in the colour space acescg, and is taken as lin_rec709"];
-    assert_eq!(read(&other).warnings, expected);
+    let of = |space: &str| {
+        let text = standard(&input("base_color", "0.5, 0.4, 0.3"));
+        read(&text.replace("\"1.39\"", &format!("\"1.39\" colorspace=\"{space}\"")))
+    };
+    let expected = ["line 3: base_color is in the colour space adobergb, and is taken as lin_rec709"];
+    assert_eq!(of("adobergb").warnings, expected);
+    // By the primaries of ACEScg and Rec. 709, and Bradford's transform.
+    let (found, expected) = (of("acescg").material.parameters().base_color, [0.57883, 0.38803, 0.28230]);
+    assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-4), "{found:?}");
 }
 
 #[test]
@@ -248,6 +253,11 @@ fn bad_files_are_errors_with_their_lines() {
         (
             "<materialx/>".into(),
             "the file has no <surfacematerial>, <standard_surface> or <open_pbr_surface>",
+        ),
+        (
+            "<materialx xmlns:xi=\"http://www.w3.org/2001/XInclude\"><xi:include href=\"a.mtlx\"/></materialx>".into(),
+            "the file has no <surfacematerial>, <standard_surface> or <open_pbr_surface>; it includes a.mtlx, which can \
+             be named itself",
         ),
         (
             "<materialx>\n<material name=\"M\"/></materialx>".into(),
