@@ -50,7 +50,7 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
         let pictures = Format::ALL.iter().map(|format| format.name());
         let pictures = pictures.chain(texture_containers()).collect::<Vec<_>>().join(", ");
         let help = format!(
-            "inspect reads {pictures}, .env, safetensors, glTF, JSON lighting, material files and \
+            "inspect reads {pictures}, .env, safetensors, glTF, JSON lighting, material files, MaterialX and \
              measured BRDFs"
         );
         failed(&[format!("{}: {error}", file.display())], Some(&help))

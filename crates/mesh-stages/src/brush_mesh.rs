@@ -7,8 +7,8 @@
 //! vector = [0, 0, 1]
 //! ```
 //!
-//! `roughness_x` and `exponent_x` of a material are along the tangent, which a file gives for its textures'
-//! sake. With `vector` the tangent of each vertex is that vector projected into the surface, T = b - N (N.b),
+//! `roughness_x` and `exponent_x` of a material are along the tangent, which a file defines for its textures.
+//! With `vector` the tangent of each vertex is that vector projected into the surface, T = b - N (N.b),
 //! normalised (Kautz, Sloan and Snyder 2002, section 6). `turn` then turns it about the normal: to cos(a) T +
 //! sin(a) B, B = w (N x T), w the sign of the mesh's tangent. Without `vector` the mesh's own tangents are
 //! turned.

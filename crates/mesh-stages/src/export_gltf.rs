@@ -59,7 +59,7 @@
 //! radiance times 2 to the power of `exposure`. With `environment` connected, an environment or a lighting,
 //! `exposure` is relative to that of its pictures, as in `preview` and `contact-sheet`. There is no tone
 //! curve. A note says how many numbers are clamped, or a warning if they are more than 1 % of all;
-//! `_RADIANCE` has them whole.
+//! `_RADIANCE` keeps them all.
 //!
 //! ## Files
 //!

@@ -23,7 +23,7 @@
 //!
 //! Rays start a little above the vertex and are blocked by triangles from either side. Below the vertex' own
 //! horizon V is 1, always: materials reflect nothing from there. So an open vertex has T = R_p, and shading
-//! with and without transfer agree, but for what the form rounds. The exceptions are `phong` and
+//! with and without transfer agree, except for what the form rounds. The exceptions are `phong` and
 //! `kajiya-kay`, which do reflect light from below the horizon; there it is not shadowed.
 //!
 //! ## Interreflection

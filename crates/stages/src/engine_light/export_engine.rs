@@ -62,7 +62,7 @@
 //! passes on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as
 //! it does if a few texels hold all light, a warning says by how much.
 //!
-//! No warning says what the sky loses, which lights nothing; `bounds.json` does, as `skybox`.
+//! The sky lights nothing, so no warning says what it loses; `bounds.json` does, as `skybox`.
 //!
 //! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
 //! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),

@@ -32,12 +32,12 @@
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
 //!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is for looking only.
+//! `contact-sheet`, and is only for looking at.
 //!
 //! ## Prefiltered cubes
 //!
-//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, of any
-//! lobe and any list of roughnesses, for a renderer of your own:
+//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, for
+//! your own renderer; any lobe and any list of roughnesses will do:
 //!
 //! ```toml
 //! [stage.sheen]

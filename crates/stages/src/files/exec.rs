@@ -74,18 +74,18 @@
 //!   shell writes there (`> {folder}/log`) is not one;
 //! - the files and folders in `tools`.
 //!
-//! All files in a folder are tool files, but for hidden files and Python's caches (`__pycache__`). If a
+//! All files in a folder are tool files, except hidden files and Python's caches (`__pycache__`). If a
 //! program starts other programs, or a script loads modules, list those in `tools`. Specula does not see
 //! other files that a program reads, or what it receives from the network.
 //!
-//! If it cannot be told which files an argument means, a warning names the argument: the manifest's folder
-//! as a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a folder
-//! elsewhere, a part of a path that a shell fills in (`{folder}/luts/$name.cube`), a word of a script that
-//! is also a file of the project. List those files in `tools`, and the warning ends.
+//! If Specula cannot tell which files an argument means, a warning names the argument: the manifest's folder
+//! as a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a folder elsewhere,
+//! a part of a path that a shell fills in (`{folder}/luts/$name.cube`), a word of a script that is also a
+//! file of the project. List those files in `tools`, and the warning goes away.
 //!
 //! Nothing in `out` can be a tool file: the stage would not wait for the one that makes it. Such a manifest
-//! is refused, by whatever link or spelling the path leads there. Connect the stage that makes the file, as
-//! an input.
+//! is refused, even if the path leads there through a link or another spelling. Connect the stage that makes
+//! the file, as an input.
 //!
 //! ## Other machines
 //!

@@ -119,7 +119,7 @@
 //! | `PoseHeadingDegrees` | where the camera looked: the light is not turned by it, and a note says so |
 //!
 //! A missing size or place is assumed, with a warning: half or twice the other one, the picture's own size,
-//! the middle. It is an error if numbers contradict each other or the shape of the picture, or are none.
+//! the middle. It is an error if they are not numbers, or contradict each other or the shape of the picture.
 //! With ProjectionType alone, the picture is the whole.
 //!
 //! A crop whose pixels are pixels of a whole of 2:1 keeps them; others are resampled. A fisheye is a square

@@ -26,14 +26,14 @@
 //! it, which become part of the rig. A reflection as the map that `export-reflection-map` would write of it,
 //! with all lamps in the series: the radiance for each central direction, in the mean over all views or, with
 //! `view = "head-on"`, as seen straight on. Where a series is negative there is no light; the positive part
-//! is made as much weaker as keeps the whole.
+//! is scaled down so that the total stays the same.
 //!
 //! ## The number of lights
 //!
 //! `count = "auto"` tries 1, 2, 4 ... 1024 lights, and takes the first number whose irradiance is right to
 //! `tolerance`: the root mean square error over 128 normals all around, as a share of the mean irradiance.
-//! The lights are then taken to be without size. A note tells the errors. If fewer texels are lit than
-//! `count`, there are fewer lights, with a warning.
+//! This treats the lights as points. A note reports the errors. If fewer texels are lit than `count`, there
+//! are fewer lights, with a warning.
 //!
 //! ## What comes out
 //!

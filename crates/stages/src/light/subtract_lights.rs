@@ -20,7 +20,7 @@
 //! The lights of a rig are all of its light: nothing is left. To keep a soft part, take the lights of a
 //! lighting in which lamps are separate, or the strongest of a rig: `most` lights at most are subtracted.
 //!
-//! The series of the lighting plays no part.
+//! The series of the lighting is not used.
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Light;

@@ -37,7 +37,7 @@
 //! normal. It is fitted in seconds.
 //!
 //! Values are accurate to 1e-6, and are rounded to halves by the formats KTX2 and DDS: RG16F, or RGBA16F with
-//! sheen. OpenEXR holds floats. The table depends on nothing, so that it is computed once.
+//! sheen. OpenEXR holds floats. The table has no input, so it is computed once.
 //!
 //! ## Files
 //!

@@ -43,7 +43,7 @@
 //! The map is evaluated from coefficients at the centre of each texel. It holds every detail if a lat-long
 //! map has more rows than the degree, or the edge of a cube has more texels than two thirds of the degree.
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is for looking only.
+//! `contact-sheet`, and is only for looking at.
 //!
 //! ## Files
 //!
