@@ -108,7 +108,7 @@ fn an_environment_is_converted_to_the_light_of_compact_maps() {
         (&["-o", "a", "--to", "taps", "--lights", "few"], "a whole number of lights, or \"all\""),
         (&["-o", "a", "--to", "taps", "--precision", "half"], "--precision is an option of --to environment"),
         (&["-o", "a", "--to", "taps", "-r", "48"], "the nearest is 64"),
-        (&["-o", "a", "--to", "taps", "--format", "safetensors"], "is not the name of what"),
+        (&["-o", "a", "--to", "taps", "--format", "safetensors"], "does not have a name that fits"),
     ] {
         project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
     }
@@ -235,7 +235,7 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         (&["-o", "x.safetensors"], "--to taps -o x.safetensors` writes the light of compact maps"),
         (&["-o", "x.json"], "`specula convert-sh` converts spherical harmonics"),
         (&["-o", "x.usda"], "export-light-rig writes suns and lamps"),
-        (&["-o", "x.tif"], "the extension of x.tif is no image's"),
+        (&["-o", "x.tif"], "x.tif does not have the extension of an image"),
     ] {
         project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
     }
@@ -266,7 +266,7 @@ fn a_conversion_that_is_impossible_says_why_and_leaves_what_was_there() {
     for (arguments, code, words) in [
         (&["none.exr", "-o", "kept.exr"][..], 2, "cannot read none.exr"),
         (&["notes.hdr", "-o", "kept.exr"], 1, "notes.hdr"),
-        (&[STUDIO, "-o", "kept"], 2, "the extension of kept is no image's"),
+        (&[STUDIO, "-o", "kept"], 2, "kept does not have the extension of an image"),
         (&[STUDIO, "-o", "kept.exr", "--format", "rgbe"], 2, "is not the name of a file in the format rgbe"),
         (&[STUDIO, "-o", "kept.exr", "--layout", "cubes"], 2, "did you mean \"cube\"?"),
         (&[STUDIO, "-o", "kept.ktx2", "--layout", "cube-cross"], 2, "a texture is \"lat-long\" or \"cube\""),

@@ -1,5 +1,12 @@
 //! Writes a report on which export to use for which material, as one web page with pictures and numbers.
 //!
+//! ```toml
+//! [stage.report]
+//! kind = "report"
+//! inputs = { environment = "environment", material = "material", reflection = "reflection" }
+//! path = "report"
+//! ```
+//!
 //! The page begins with advice for each material: the export (a plain reflection map, Kautz-McCool's 3D
 //! texture, Cabral's view maps, or a spherical harmonic reflection map) that serves under all environments,
 //! its error under the worst of them and its size. A table has the same for each pair of a material and an
@@ -111,15 +118,6 @@
 //!
 //! `.json`: all figures, for scripts; `.html`: the page, which needs no other file. By default there is one
 //! report on everything; `per = ["environment"]` makes one for each environment.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.report]
-//! kind = "report"
-//! inputs = { environment = "environment", material = "material", reflection = "reflection" }
-//! path = "report"
-//! ```
 
 mod advice;
 mod cuts;
