@@ -49,7 +49,7 @@ fn sentence(material: &MaterialFigures, pairs: &[&PairFigures]) -> String {
         (Method::ReflectionMap | Method::PartMaps | Method::Taps, _) => advice.method.title().to_lowercase(),
         (method, _) => method.title().to_owned(),
     };
-    let bytes = exports.iter().map(|export| export.bytes).max().map_or_else(String::new, size);
+    let bytes = exports.iter().map(|export| export.bytes).max().map_or_else(String::new, size).replace(' ', "&#160;");
     let up_to = if pairs.len() > 1 { "up to " } else { "" };
     let p95 = exports.iter().map(|export| export.errors.p95).fold(0.0, f64::max);
     let material = escape(&material.name);
@@ -173,6 +173,7 @@ mod tests {
             advice: advice(method, good),
         };
         let sentence = sentence(&material, pairs);
+        let sentence = sentence.replace("&#160;", " ");
         ["<strong>", "</strong>", "<span class=\"badge\">", "<span class=\"badge poor\">", "</span>"]
             .iter()
             .fold(sentence, |text, tag| text.replace(tag, ""))
