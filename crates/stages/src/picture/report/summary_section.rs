@@ -49,7 +49,8 @@ fn sentence(material: &MaterialFigures, pairs: &[&PairFigures]) -> String {
         (Method::ReflectionMap | Method::PartMaps | Method::Taps, _) => advice.method.title().to_lowercase(),
         (method, _) => method.title().to_owned(),
     };
-    let bytes = exports.iter().map(|export| export.bytes).max().map_or_else(String::new, size).replace(' ', "&#160;");
+    let bytes =
+        exports.iter().map(|export| export.bytes).max().map_or_else(String::new, size).replace(' ', "&#160;");
     let up_to = if pairs.len() > 1 { "up to " } else { "" };
     let p95 = exports.iter().map(|export| export.errors.p95).fold(0.0, f64::max);
     let material = escape(&material.name);
