@@ -151,7 +151,7 @@ impl Kind for ShadeVertices {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
             reporter.note(match lamps.len() {
-                0 => "no lamp is beside the series: the material shades nothing".to_owned(),
+                0 => "no lamp is kept as a light: the material shades nothing".to_owned(),
                 1 => "1 lamp is shaded by the material".to_owned(),
                 lamps => format!("{lamps} lamps are shaded by the material"),
             });
