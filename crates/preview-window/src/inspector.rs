@@ -101,7 +101,7 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
                     lamps => lamps.to_string(),
                 }),
             ),
-            ("looked up by the", known(&|statistics| statistics.centre.to_owned())),
+            ("looked up by", known(&|statistics| statistics.centre.to_owned())),
         ],
     );
 }
