@@ -114,6 +114,35 @@ fn an_environment_is_converted_to_the_light_of_compact_maps() {
     }
 }
 
+#[test]
+fn a_grey_card_or_what_was_white_balances_a_photograph() {
+    let project = Project::assets_alone();
+    let image = |options: &[&str]| {
+        project.ok(&[&["convert", STUDIO, "-o", "a.exr", "--precision", "float"], options].concat());
+        let bytes = fs::read(project.path("a.exr")).unwrap();
+        containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image
+    };
+    let [card, warm, same] = [
+        image(&["--grey-card", "200,100,8,4"]),
+        image(&["--white-balance", "0.9,0.6,0.3"]),
+        image(&["--white-balance", "6504"]),
+    ];
+    let of_card = |c: usize| {
+        let rows = card.pixels().chunks(card.width()).skip(100).take(4);
+        let sum: f32 = rows.flat_map(|row| &row[200..208]).map(|pixel| pixel[c]).sum();
+        sum / 32.0
+    };
+    for c in 0..3 {
+        assert!((of_card(c) - 0.18).abs() < 1e-5, "{}", of_card(c));
+    }
+    let ratio = |c: usize| warm.pixels()[77][c] / same.pixels()[77][c];
+    assert!((ratio(2) / ratio(0) - 3.0).abs() < 1e-5);
+    let wrong = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "1,2,3"];
+    project.specula(&wrong).ends(2, ["--grey-card", "[left, top, width, height]"]);
+    let far = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "600,2,3,4"];
+    project.specula(&far).ends(1, ["not within the picture of 512 x 256"]);
+}
+
 /// `--engine` writes what `export-engine` makes of each environment, or the one file that is named.
 #[test]
 fn environments_are_converted_to_the_light_of_an_engine() {
