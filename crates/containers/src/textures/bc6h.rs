@@ -1,11 +1,12 @@
 //! BC6H, unsigned: a block of 4 x 4 texels in 16 bytes (Direct3D 11 functional specification, section
 //! 19.5.14).
 //!
-//! A block is two colours and, for each texel, one of 16 places on the line between them; or four colours, and
-//! each texel is on one of two lines with 8 places, as one of 32 partitions says. All numbers are the bits of
-//! halves, taken as integers: 1024 of them are a factor of 2, so the line is about straight in logarithms, and
-//! so is the error that the search makes small, the sum of squared differences of these integers over texels
-//! and channels. Below 2^-14 halves have steps of one size, which is the floor of these logarithms.
+//! A block is two colours and, for each texel, one of 16 places on the line between them; or four colours,
+//! and each texel is on one of two lines with 8 places, as one of 32 partitions says. All numbers are the
+//! bits of halves, taken as integers: 1024 of them are a factor of 2, so the line is about straight in
+//! logarithms. The search makes the sum of squared differences of these integers over texels and channels
+//! small, which is an error in logarithms therefore. Below 2^-14 halves have steps of one size, which is the
+//! floor of these logarithms.
 //!
 //! All fourteen modes are written. Blocks that are read may have any mode.
 

@@ -17,11 +17,11 @@
 //! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
 //!
-//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a `cube`
-//! is one file with six faces in it, and there are no strips and crosses. With `levels = true` they have
-//! levels of detail, each of half of the texels, with the mean of the light over each texel's area. `texels`
-//! packs them into 4 bytes or 1 byte a texel, which keeps the light of small parts of the image, and `zstd`
-//! compresses a KTX2 texture losslessly.
+//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a
+//! `cube` is one file with six faces in it, and there are no strips and crosses. With `levels = true` they
+//! have levels of detail, each of half of the rows of the one before, with the mean of the light over each
+//! texel's area. `texels` packs texels into 4 bytes or 1 byte, and small parts of the image keep their light;
+//! `zstd` compresses a KTX2 texture without loss.
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
 //!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of

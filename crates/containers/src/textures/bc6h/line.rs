@@ -125,8 +125,8 @@ pub(crate) fn ends(block: &Block, mask: &Lane) -> [[f32; 3]; 2] {
     [low, high].map(|t| [0, 1, 2].map(|channel| mean[channel] + t * axis[channel]))
 }
 
-/// The axis of the largest eigenvalue of a covariance, by the power method from the axis of the widest channel
-/// on; `None` if nothing varies.
+/// The axis of the largest eigenvalue of a covariance, by the power method from the axis of the widest
+/// channel on; `None` if nothing varies.
 #[inline(always)]
 fn principal(covariance: &[[f32; 3]; 3]) -> Option<[f32; 3]> {
     let mut widest = 0;

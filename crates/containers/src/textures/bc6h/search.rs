@@ -28,8 +28,8 @@ const SWEEPS: usize = 4;
 pub(crate) struct WantedLight(pub(crate) [f32; 3]);
 
 impl WantedLight {
-    /// How much the block's light counts beside its texels: as an error that all sixteen have alike. More of it
-    /// makes texels worse; with less, blocks owe the next ones more.
+    /// How much the block's light counts beside its texels: as an error that all sixteen have alike. More of
+    /// it makes texels worse; with less, blocks owe the next ones more.
     const WEIGHT: f32 = 16.0;
 
     /// What a channel adds to the error of a block that has this light.
