@@ -9,6 +9,7 @@ const folder = process.argv[ 2 ];
 const require = createRequire( path.resolve( 'package.json' ) );
 const load = ( name ) => import( pathToFileURL( path.resolve( 'node_modules', name ) ) );
 const bytes = ( file ) => new Uint8Array( fs.readFileSync( `${folder}/${file}` ) );
+const text = ( file ) => fs.readFileSync( `${folder}/${file}`, 'utf8' );
 const floats = ( file ) => { const data = bytes( file ); return new Float32Array( data.buffer, data.byteOffset, data.length / 4 ); };
 const said = ( reader, file, text ) => console.log( `${reader}\t${file}\t${text}` );
 const HALF = 2 ** - 11;
@@ -110,6 +111,62 @@ try {
 } catch ( failure ) {
 
 	said( 'Babylon.js', 'out/babylon/environment.env', `WRONG: ${failure}` );
+
+}
+
+// Lights as glTF, in the world of each engine after its loader.
+{
+
+	const { GLTFLoader } = await load( 'three/examples/jsm/loaders/GLTFLoader.js' );
+	const { NullEngine, Scene, ImportMeshAsync } = await load( '@babylonjs/core/index.js' );
+	await load( '@babylonjs/loaders/glTF/index.js' );
+	const three = async ( document ) => {
+
+		const { scene } = await new GLTFLoader().parseAsync( document, '' );
+		scene.updateMatrixWorld( true );
+		const found = [];
+		scene.traverse( ( light ) => light.isDirectionalLight && found.push( light ) );
+		return found.map( ( light ) => {
+
+			const toward = light.getWorldPosition( light.position.clone() ).sub( light.target.getWorldPosition( light.position.clone() ) );
+			return [ toward.normalize().toArray(), light.color.toArray().map( ( x ) => x * light.intensity ) ];
+
+		} );
+
+	};
+
+	const babylon = async ( document ) => {
+
+		const scene = new Scene( new NullEngine() );
+		await ImportMeshAsync( `data:${document}`, scene, { pluginExtension: '.gltf' } );
+		return scene.lights.map( ( light ) => {
+
+			light.computeTransformedInformation();
+			const color = light.diffuse.asArray().map( ( x ) => x * light.intensity );
+			return [ light.transformedDirection.normalizeToNew().negate().asArray(), color ];
+
+		} );
+
+	};
+
+	for ( const [ reader, engine, read ] of [ [ 'three.js', 'three', three ], [ 'Babylon.js', 'babylon', babylon ] ] ) {
+
+		const file = `sun-light/${engine}/environment-lights.gltf`;
+		try {
+
+			const { lights } = JSON.parse( text( `sun-light/${engine}/environment-lights.json` ) );
+			const found = await read( text( file ) );
+			const numbers = found.flat( 2 ), wanted = lights.flatMap( ( { direction, colour, intensity } ) => [ ...direction, ...colour.map( ( x ) => x * intensity ) ] );
+			const error = Math.max( ...numbers.map( ( x, k ) => Math.abs( x - wanted[ k ] ) / Math.max( 1, ...wanted.map( Math.abs ).slice( k - k % 3, k - k % 3 + 3 ) ) ) );
+			said( reader, file, error.toExponential( 1 ) + ( numbers.length === wanted.length && error < 1e-5 ? '' : ' WRONG' ) );
+
+		} catch ( failure ) {
+
+			said( reader, file, `WRONG: ${failure}` );
+
+		}
+
+	}
 
 }
 

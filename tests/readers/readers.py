@@ -3,6 +3,7 @@
 import ctypes
 import ctypes.util
 import importlib
+import json
 import os
 import shutil
 import struct
@@ -122,6 +123,21 @@ if bpy:
         return numpy.array(image.pixels[:]).reshape(image.size[1], image.size[0], 4)[::-1]
 
     pictures("Blender", blender, ["hdr", "exr"])
+
+    # The image and the sun as one import of USD: where and how bright the sun is, and that the image is not turned.
+    light_file = "sun-light/blender/environment-lights.usda"
+    bpy.ops.wm.read_factory_settings()
+    bpy.ops.wm.usd_import(filepath=os.path.abspath(f"{folder}/{light_file}"))
+    wanted = json.load(open(f"{folder}/sun-light/blender/environment-lights.json"))["lights"][0]
+    sun = next(thing for thing in bpy.data.objects if thing.type == "LIGHT" and thing.data.type == "SUN")
+    away = numpy.array(sun.matrix_world.col[2][:3]) - wanted["direction"]
+    strength = sun.data.energy * numpy.array(sun.data.color) / wanted["intensity"] - wanted["colour"]
+    nodes = {node.type: node for node in bpy.context.scene.world.node_tree.nodes}
+    turned = numpy.abs(nodes["MAPPING"].inputs["Rotation"].default_value).max()
+    angle = numpy.degrees(sun.data.angle) / wanted["angular_diameter"] - 1
+    error = max(numpy.abs(away).max(), numpy.abs(strength).max(), turned, abs(angle))
+    shows = nodes["TEX_ENVIRONMENT"].image.name == "environment.exr"
+    said("Blender", light_file, f"{error:.1e}" + ("" if error < 1e-5 and shows else " WRONG"))
 
 library = ctypes.util.find_library("freeimage")
 if not library:

@@ -111,6 +111,8 @@ fi
 "$specula" test-pattern --preset blender pattern >/dev/null 2>&1
 for engine in three babylon filament; do
     convert pattern/pattern-orient.exr --engine $engine -o sky/$engine/
+done
+for engine in three babylon filament blender; do
     convert sun.hdr --engine $engine --sun light --lights 1 -o sun-light/$engine/
 done
 "$specula" -C taps build --verbose >taps/build.log 2>&1 || { cat taps/build.log; exit 1; }

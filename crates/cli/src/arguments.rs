@@ -459,6 +459,13 @@ pub(crate) struct ConvertArguments {
     /// Make the light brighter by these stops, such as -1.5
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) exposure: f64,
+    /// What was white: the temperature of the light in kelvin, such as 3200, or a colour, such as 0.9,0.8,0.6
+    #[arg(long, value_name = "KELVIN|COLOUR", conflicts_with = "grey_card")]
+    pub(crate) white_balance: Option<String>,
+    /// Where the picture shows a grey card, which becomes a grey of 0.18: its left column, upper row, width
+    /// and height in pixels, such as 2140,1033,40,30
+    #[arg(long, value_name = "X,Y,W,H")]
+    pub(crate) grey_card: Option<String>,
     /// What happens to NaN, infinite and negative values: zero-negative, error, zero or clamp [default:
     /// zero-negative]
     #[arg(long, value_name = "WHAT")]

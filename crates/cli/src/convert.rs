@@ -23,7 +23,7 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 18] = [
+const OPTIONS: [StageOption; 20] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
     StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
@@ -31,6 +31,8 @@ const OPTIONS: [StageOption; 18] = [
     StageOption { stage: "environment", parameter: "colour-space", option: "--colour-space" },
     StageOption { stage: "environment", parameter: "preset", option: "--preset" },
     StageOption { stage: "environment", parameter: "exposure", option: "--exposure" },
+    StageOption { stage: "environment", parameter: "white-balance", option: "--white-balance" },
+    StageOption { stage: "environment", parameter: "grey-card", option: "--grey-card" },
     StageOption { stage: "light", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "light", parameter: "lights", option: "--lights" },
     StageOption { stage: "converted", parameter: "preset", option: "--engine" },
@@ -109,12 +111,14 @@ impl Request {
         let exposure = number("exposure", arguments.exposure).filter(|_| target != Target::Environment);
         let import = [
             text("layout", from.as_deref()),
-            arguments.fill.as_deref().map(fill),
+            arguments.fill.as_deref().map(|fill| numbers("fill", fill)),
             text("layer", arguments.layer.as_deref()),
             text("bad-pixels", arguments.bad_pixels.as_deref()),
             text("colour-space", arguments.colour_space.as_deref()),
             text("preset", arguments.preset.as_deref()),
             exposure,
+            arguments.white_balance.as_deref().map(|balance| numbers("white-balance", balance)),
+            arguments.grey_card.as_deref().map(|card| numbers("grey-card", card)),
         ];
         let rotate =
             [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
@@ -360,14 +364,16 @@ fn light_format(arguments: &ConvertArguments, is_many: bool) -> Result<String, S
     Ok(format.to_owned())
 }
 
-/// The parameter `fill`: a name, or a colour of numbers with commas between them.
-fn fill(text: &str) -> String {
+/// A parameter that is a name, a number, or several numbers with commas between them.
+fn numbers(key: &str, text: &str) -> String {
     let inside = text.trim().trim_start_matches('[').trim_end_matches(']');
-    let numbers: Result<Vec<f64>, _> = inside.split(',').map(|number| number.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok([grey]) => format!("fill = {grey:?}"),
-        Ok(colour) => format!("fill = {colour:?}"),
-        Err(_) => format!("fill = {}", toml::Value::from(text)),
+    let numbers: Vec<&str> = inside.split(',').map(str::trim).collect();
+    match &numbers[..] {
+        all if all.iter().any(|number| number.parse::<f64>().is_err()) => {
+            format!("{key} = {}", toml::Value::from(text))
+        }
+        [number] => format!("{key} = {number}"),
+        _ => format!("{key} = [{}]", numbers.join(", ")),
     }
 }
 

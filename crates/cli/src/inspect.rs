@@ -361,10 +361,11 @@ mod tests {
     fn files_of_lights_say_how_many() {
         let lights = [sh::Light::from_flux(sphere::Direction::Z, 0.1, [1.0; 3]); 3];
         let recipe = Some("{\"kind\":\"export-light-rig\"}");
-        let gltf = containers::write_gltf_lights(&lights, recipe).unwrap();
+        let gltf = containers::write_gltf_lights(&lights, containers::SceneAxes::IDENTITY, recipe).unwrap();
         let facts = mesh::of_file(Path::new("a.gltf"), &gltf).unwrap().unwrap();
         assert!(facts.contains(&("lights", 3.into())), "{facts:?}");
-        let usda = containers::write_usda_lights(&lights, recipe).unwrap();
+        let usda =
+            containers::write_usda_lights(&lights, containers::SceneAxes::IDENTITY, None, recipe).unwrap();
         assert_eq!(fact(&usda, "lights"), 3);
         assert_eq!(fact(&usda, "recipe")["kind"], "export-light-rig");
     }

@@ -13,7 +13,7 @@
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
-//! | glTF, USD text, CSV | lights | [`write_gltf_lights`], [`write_usda_lights`], [`write_csv_lights`] |
+//! | glTF, USD text, Godot's `.tscn`, CSV | lights | [`write_gltf_lights`], [`write_usda_lights`], [`write_tscn_lights`], [`write_csv_lights`] |
 //!
 //! A format is known by its content, never by a file's name. Every written file may hold a *recipe*, the
 //! canonical JSON that says how it was made; [`read_recipe`] finds it again in any of them. Written bytes
@@ -63,10 +63,10 @@ pub use textures::{
 };
 pub use values::{
     Anisotropy, AssetFile, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES,
-    MaterialChoice, Model, ReadBeside, VertexAttribute, brdf_table_metadata, check_gltf, check_gltf_material,
-    coefficient_names, escape_html, gltf_document, gltf_has_triangles, gltf_materials, is_web_page,
-    lighting_json, measured, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
+    MaterialChoice, Model, ReadBeside, SceneAxes, VertexAttribute, brdf_table_metadata, check_gltf,
+    check_gltf_material, coefficient_names, escape_html, gltf_document, gltf_has_triangles, gltf_materials,
+    is_web_page, lighting_json, measured, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
     read_gltf_image_based_light, read_gltf_lighting, read_gltf_material, recipe_element, row_names,
     shrm_metadata, tensors, write_csv_lights, write_glb, write_gltf_image_based_light, write_gltf_lights,
-    write_into_gltf, write_usda_lights,
+    write_into_gltf, write_tscn_lights, write_usda_lights,
 };

@@ -14,7 +14,7 @@ pub fn read_recipe(bytes: &[u8]) -> Option<String> {
         None if bytes.first() == Some(&b'{') => {
             lighting_json::read_recipe(bytes).or_else(|| gltf::read_recipe(bytes))
         }
-        None if light_rig::is_usda(bytes) => light_rig::read_usda_recipe(bytes),
+        None if light_rig::is_usda(bytes) || light_rig::is_tscn(bytes) => light_rig::read_text_recipe(bytes),
         None if web_page::is_web_page(bytes) => web_page::read_recipe(bytes),
         None if gltf::is_glb(bytes) => gltf::read_recipe(bytes),
         None if babylon_env::is_babylon_env(bytes) => babylon_env::read_recipe(bytes),

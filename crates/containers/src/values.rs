@@ -18,6 +18,6 @@ pub use gltf::{
     read_gltf_image_based_light, read_gltf_lighting, read_gltf_material, write_glb,
     write_gltf_image_based_light, write_into_gltf,
 };
-pub use light_rig::{write_csv_lights, write_gltf_lights, write_usda_lights};
+pub use light_rig::{SceneAxes, write_csv_lights, write_gltf_lights, write_tscn_lights, write_usda_lights};
 pub use shrm_metadata::{row_names, shrm_metadata};
 pub use web_page::{escape_html, is_web_page, recipe_element};

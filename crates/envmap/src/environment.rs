@@ -189,10 +189,13 @@ impl Environment {
 
     /// Multiplies radiance by 2^stops; `None` if a value becomes infinite.
     pub fn exposed(&self, stops: f64) -> Option<Self> {
-        let scale = math::exp2(stops);
-        let pixels =
-            self.pixels.iter().map(|pixel| pixel.map(|value| (f64::from(value) * scale) as f32)).collect();
-        Self::new(self.grid, pixels)
+        self.multiplied([math::exp2(stops); 3])
+    }
+
+    /// Multiplies red, green and blue by these factors; `None` if a value becomes infinite.
+    pub fn multiplied(&self, factors: [f64; 3]) -> Option<Self> {
+        let product = |pixel: &[f32; 3]| [0, 1, 2].map(|c| (f64::from(pixel[c]) * factors[c]) as f32);
+        Self::new(self.grid, self.pixels.iter().map(product).collect())
     }
 
     /// The light turned by an active rotation R: the result at w is this environment at R^-1 w, on the same

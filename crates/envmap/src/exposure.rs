@@ -81,14 +81,16 @@ impl Environment {
     }
 }
 
+/// The luminance of a linear Rec. 709 colour.
+pub(crate) fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 /// The mean over the sphere of a function of luminance. Rows are added in order: the result does not depend
 /// on the number of threads.
 fn average(environment: &Environment, of: impl Fn(f64) -> f64 + Sync) -> f64 {
     let grid = environment.grid();
-    let luminance = |pixel: &[f32; 3]| {
-        let [r, g, b] = pixel.map(f64::from);
-        (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)
-    };
+    let luminance = |pixel: &[f32; 3]| luminance(pixel.map(f64::from)).max(0.0);
     let rows = environment.pixels().par_chunks_exact(grid.width).enumerate();
     let sums: Vec<f64> = rows
         .map(|(row, pixels)| {

@@ -28,6 +28,7 @@ mod pixel_audit;
 mod resample;
 mod texels;
 mod tone;
+mod white_balance;
 mod without_lights;
 
 pub use atlas::Atlas;
@@ -47,6 +48,7 @@ pub use part::{Lens, Part};
 pub use pixel_audit::{Finding, PixelAudit, Place};
 pub use texels::{Taps, Texels};
 pub use tone::{ToneMap, srgb_decode, srgb_encode, to_srgb8};
+pub use white_balance::{temperature_colour, white_balance};
 pub use without_lights::WithoutLights;
 
 /// The revisions of the kernels, for the kinds of stage that call them.

@@ -16,6 +16,7 @@ mod unreal;
 mod cube_light;
 mod definition;
 mod engine_format;
+mod engine_lights;
 mod engine_tables;
 mod levels;
 mod tap_shaders;
@@ -27,7 +28,7 @@ use engine::Choice;
 
 pub(crate) use cube_light::{CubeLight, texture};
 pub use definition::Engine;
-pub(crate) use definition::{LIGHTS, Skybox, lights_json};
+pub(crate) use definition::Skybox;
 pub(crate) use engine_format::EngineFormat;
 pub(crate) use levels::nearest_power_of_two;
 pub(crate) use tap_shaders::{TapFileNames, TapPreset, tap_texts};

@@ -9,6 +9,7 @@ pub(crate) mod rotate;
 mod sample_light;
 mod subtract_lights;
 mod sum_lighting;
+mod white_balance;
 
 // What they share.
 mod bad_pixels;

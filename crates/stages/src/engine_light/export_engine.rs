@@ -24,8 +24,11 @@
 //! An engine shades a sun better as a light of its own: it casts shadows, its highlight is sharp, and no
 //! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as
 //! `subtract-lights` takes them out, before anything is made of it: light, sky and irradiance. They are in
-//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. What
-//! remains and the lights are the whole light. Parts of one bright disk, of up to 12 degrees, are one light.
+//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. Beside it
+//! they are a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot `-lights.tscn`,
+//! and for Blender and Unreal `-lights.usda`. The last two hold the image, too: import them, and nothing else
+//! is to be done. What remains and the lights are the whole light. Parts of one bright disk, of up to 12
+//! degrees, are one light.
 //!
 //! ## Where the light comes from
 //!
@@ -160,7 +163,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
@@ -182,9 +185,10 @@ impl Kind for ExportEngine {
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let mut files = parameters.preset.names(parameters.format(), ENGINE_FILE_STEM);
         files.extend(parameters.skybox().map(|skybox| format!("/{ENGINE_FILE_STEM}{}", skybox.ending)));
-        files.extend(
-            (parameters.sun == Sun::Light).then(|| format!("/{ENGINE_FILE_STEM}{}", engines::LIGHTS)),
-        );
+        if parameters.sun == Sun::Light {
+            let endings = parameters.preset.light_endings();
+            files.extend(endings.map(|ending| format!("/{ENGINE_FILE_STEM}{ending}")));
+        }
         files.extend(["/README.txt".into(), "/bounds.json".into()]);
         Product::Files(files)
     }
@@ -285,11 +289,12 @@ impl Kind for ExportEngine {
             None => None,
         };
         let lights = match parameters.sun {
-            Sun::Image => None,
+            Sun::Image => Vec::new(),
             Sun::Light => {
-                let name = format!("{ENGINE_FILE_STEM}{}", engines::LIGHTS);
-                text = format!("{text}\n{}", (preset.lights_readme)(&name));
-                Some(engines::lights_json(&preset, &suns, context.recipe())?)
+                text = format!("{text}\n{}", preset.lights_text(ENGINE_FILE_STEM));
+                let names = preset.names(format, ENGINE_FILE_STEM);
+                let image = names.first().map_or("", |name| name.trim_start_matches('/'));
+                preset.light_files(&suns, image, context.recipe())?
             }
         };
         let bounds = bounds(target, &made, levels, sky.as_ref(), context.recipe())?;

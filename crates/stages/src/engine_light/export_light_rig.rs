@@ -49,7 +49,9 @@
 //! path = "{environment}/lights"
 //! ```
 
-use containers::{tensors, texture_sidecar, write_csv_lights, write_gltf_lights, write_usda_lights};
+use containers::{
+    SceneAxes, tensors, texture_sidecar, write_csv_lights, write_gltf_lights, write_usda_lights,
+};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 
 use crate::values::{MAX_RESOLUTION, artifacts};
@@ -126,8 +128,8 @@ impl Kind for ExportLightRig {
         }
         let recipe = Some(context.recipe());
         Ok(Output::files(match parameters.format {
-            RigFormat::Gltf => vec![write_gltf_lights(lights, recipe)?],
-            RigFormat::Usda => vec![write_usda_lights(lights, recipe)?],
+            RigFormat::Gltf => vec![write_gltf_lights(lights, SceneAxes::IDENTITY, recipe)?],
+            RigFormat::Usda => vec![write_usda_lights(lights, SceneAxes::IDENTITY, None, recipe)?],
             RigFormat::Csv => vec![texture_sidecar(recipe, &[])?, write_csv_lights(lights)?],
             RigFormat::Safetensors => {
                 vec![tensors::encode_light_rig(lights, parameters.resolution.unwrap_or(ROWS), recipe)?]

@@ -9,6 +9,7 @@ use taps::{Language, Source};
 use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, Skybox, read_cube};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::levels::Levels;
 use super::tap_shaders::TapPreset;
 
@@ -52,7 +53,11 @@ pub(crate) const ENGINE: Engine = Engine {
         endings: "`.env`, with the irradiance; or `.dds` and `-irradiance.json`",
     }),
     axes: [DVec3::Z, DVec3::NEG_X, DVec3::Y],
-    lights_readme,
+    lights: EngineLights {
+        readme: lights_readme,
+        scene: LightScene::Gltf,
+        imported_from: |d| DVec3::new(-d.x, d.y, d.z),
+    },
     taps: Some(&TAPS),
 };
 

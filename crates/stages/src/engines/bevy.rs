@@ -10,6 +10,7 @@ use taps::{Language, Source};
 use super::cube_light::{CubeLight, texture};
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, Skybox, read_cube};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::levels::Levels;
 use super::tap_shaders::TapPreset;
 
@@ -43,7 +44,7 @@ pub(crate) const ENGINE: Engine = Engine {
         endings: "`-specular.ktx2`, `-diffuse.ktx2`",
     }),
     axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
-    lights_readme,
+    lights: EngineLights { readme: lights_readme, scene: LightScene::Gltf, imported_from: |d| d },
     taps: Some(&TAPS),
 };
 
@@ -74,6 +75,8 @@ commands.spawn((Camera3d::default(), EnvironmentMapLight {{
     intensity: 1000.0,
     ..default()
 }}));
+
+Bevy adds an ambient light to every scene; without it: app.insert_resource(GlobalAmbientLight {{ brightness: 0.0, ..default() }}).
 "
     )
 }

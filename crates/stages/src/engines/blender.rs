@@ -4,6 +4,7 @@ use sphere::DVec3;
 
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 
 /// All that is known of Blender.
 pub(crate) const ENGINE: Engine = Engine::of_image(
@@ -11,7 +12,12 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "Blender.",
     EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: None, readme },
     [DVec3::X, DVec3::Y, DVec3::Z],
-    lights_readme,
+    EngineLights {
+        readme: lights_readme,
+        // As bpy 5.0 imports a DistantLight.
+        scene: LightScene::Usd { intensity: 4.0, angle: 2.0 },
+        imported_from: |d| DVec3::new(d.x, d.z, -d.y),
+    },
 );
 
 fn readme(image: &str, _: &str) -> String {

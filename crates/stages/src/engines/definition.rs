@@ -4,13 +4,12 @@ use containers::lighting_json::Preset;
 use containers::{Encoded, TexelFormat, Texture, read_texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
 use envmap::Image;
-use serde_json::{Value, json};
-use sh::Light;
-use sphere::{Cube, DVec3, to_file};
+use sphere::{Cube, DVec3};
 use taps::{LookUp, TableShape, Widths};
 
 use super::cube_light::{CubeLight, DirectionAt, texels};
 use super::engine_format::EngineFormat;
+use super::engine_lights::EngineLights;
 use super::levels::{Levels, nearest_power_of_two};
 use super::tap_shaders::TapPreset;
 
@@ -27,34 +26,10 @@ pub struct Engine {
     /// Where the centre of a lat-long image, the middle of its left half and its top are in the engine's
     /// world.
     pub(crate) axes: [DVec3; 3],
-    /// The text with the code that makes lights of the engine from the file with this name, which
-    /// [`lights_json`] makes.
-    pub(crate) lights_readme: fn(&str) -> String,
+    /// How the engine gets the suns and lamps that leave the image.
+    pub(crate) lights: EngineLights,
     /// How the engine looks taps up; `None` if it has no shaders of ours.
     pub(crate) taps: Option<&'static TapPreset>,
-}
-
-/// What follows the stem in the name of the file of lights beside an image.
-pub(crate) const LIGHTS: &str = "-lights.json";
-
-/// Lights in an engine's world, as JSON: `lights`, the strongest first, each with its `name`, the `direction`
-/// toward it, its `colour`, linear with a largest channel of 1, its `intensity`, the irradiance of a surface
-/// that faces it in the unit of the image times steradians, and its `angular_diameter` in degrees.
-pub(crate) fn lights_json(engine: &Engine, lights: &[Light], recipe: &str) -> Result<Vec<u8>, Failure> {
-    let light = |(index, light): (usize, &Light)| {
-        let intensity = light.irradiance.into_iter().fold(f64::MIN_POSITIVE, f64::max);
-        json!({
-            "name": format!("light {}", index + 1),
-            "direction": engine.world(to_file(light.direction.vector())).to_array(),
-            "colour": light.irradiance.map(|value| value / intensity),
-            "intensity": intensity,
-            "angular_diameter": 2.0 * light.radius.to_degrees(),
-        })
-    };
-    let recipe: Value = serde_json::from_str(recipe)?;
-    let lights: Vec<Value> = lights.iter().enumerate().map(light).collect();
-    let document = json!({ "engine": engine.name, "lights": lights, "specula": recipe });
-    Ok((serde_json::to_string_pretty(&document)? + "\n").into_bytes())
 }
 
 /// The light that an engine loads.
@@ -156,10 +131,10 @@ impl Engine {
         meaning: &'static str,
         image: EngineImage,
         axes: [DVec3; 3],
-        lights_readme: fn(&str) -> String,
+        lights: EngineLights,
     ) -> Self {
         let light = EngineLight::LatLong(image);
-        Self { name, meaning, versions: "", light, axes, lights_readme, taps: None }
+        Self { name, meaning, versions: "", light, axes, lights, taps: None }
     }
 
     /// Adds to an engine how it looks up the taps of a compact map.

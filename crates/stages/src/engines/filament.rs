@@ -9,6 +9,7 @@ use taps::{Language, Source};
 use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, Skybox, read_cube};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::levels::QUADRATIC;
 use super::tap_shaders::TapPreset;
 
@@ -34,7 +35,7 @@ pub(crate) const ENGINE: Engine = Engine {
         endings: "`.ktx`, with the irradiance under the key `sh`; `-sh.txt`",
     }),
     axes: [DVec3::Z, DVec3::X, DVec3::Y],
-    lights_readme,
+    lights: EngineLights { readme: lights_readme, scene: LightScene::Gltf, imported_from: |d| d },
     taps: Some(&TAPS),
 };
 

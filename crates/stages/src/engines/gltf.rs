@@ -9,6 +9,7 @@ use super::babylon;
 use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::levels::Levels;
 
 /// All that is known of EXT_lights_image_based.
@@ -38,7 +39,11 @@ pub(crate) const ENGINE: Engine = Engine {
         endings: "`.gltf` with EXT_lights_image_based",
     }),
     axes: [DVec3::Z, DVec3::NEG_X, DVec3::Y],
-    lights_readme: babylon::lights_readme,
+    lights: EngineLights {
+        readme: babylon::lights_readme,
+        scene: LightScene::Gltf,
+        imported_from: |d| DVec3::new(-d.x, d.y, d.z),
+    },
     taps: None,
 };
 

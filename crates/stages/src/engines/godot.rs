@@ -2,6 +2,7 @@
 
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::tap_shaders::TapPreset;
 use sphere::DVec3;
 use taps::{Language, Source};
@@ -12,7 +13,7 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "Godot.",
     EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: None, readme },
     [DVec3::NEG_Z, DVec3::NEG_X, DVec3::Y],
-    lights_readme,
+    EngineLights { readme: lights_readme, scene: LightScene::Godot, imported_from: |d| d },
 )
 .with_taps(&TAPS);
 

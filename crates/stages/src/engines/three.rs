@@ -6,6 +6,7 @@ use taps::{Language, Source};
 
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, IRRADIANCE, Skybox, read_cube};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::levels::QUADRATIC;
 use super::tap_shaders::TapPreset;
 
@@ -41,7 +42,7 @@ pub(crate) const ENGINE: Engine = Engine {
         endings: "`.ktx2`, or `.dds` for BC6H; `-irradiance.json`",
     }),
     axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
-    lights_readme,
+    lights: EngineLights { readme: lights_readme, scene: LightScene::Gltf, imported_from: |d| d },
     taps: Some(&TAPS),
 };
 

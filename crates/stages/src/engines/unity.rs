@@ -6,6 +6,7 @@ use taps::{Language, Source};
 
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::tap_shaders::TapPreset;
 
 /// All that is known of Unity.
@@ -14,7 +15,11 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "Unity.",
     EngineImage { formats: &[EngineFormat::Exr, EngineFormat::Hdr], irradiance: Some(Preset::Unity), readme },
     [DVec3::X, DVec3::Z, DVec3::Y],
-    lights_readme,
+    EngineLights {
+        readme: lights_readme,
+        scene: LightScene::Gltf,
+        imported_from: |d| DVec3::new(-d.x, d.y, d.z),
+    },
 )
 .with_taps(&TAPS);
 

@@ -6,6 +6,7 @@ use taps::{Language, Source};
 
 use super::definition::{Engine, EngineImage};
 use super::engine_format::EngineFormat;
+use super::engine_lights::{EngineLights, LightScene};
 use super::tap_shaders::TapPreset;
 
 /// All that is known of Unreal Engine.
@@ -14,7 +15,11 @@ pub(crate) const ENGINE: Engine = Engine::of_image(
     "Unreal Engine.",
     EngineImage { formats: &[EngineFormat::Hdr], irradiance: Some(Preset::Unreal), readme },
     [DVec3::NEG_Y, DVec3::NEG_X, DVec3::Z],
-    lights_readme,
+    EngineLights {
+        readme: lights_readme,
+        scene: LightScene::Usd { intensity: 1.0, angle: 1.0 },
+        imported_from: |d| DVec3::new(d.x, d.z, d.y),
+    },
 )
 .with_taps(&TAPS);
 

@@ -65,6 +65,15 @@
 //! what 8 bits round, it is a note. Pixels with a negative channel in the file's own primaries are not moved:
 //! see Bad pixels.
 //!
+//! ## White balance
+//!
+//! `white-balance` names what was white: the temperature of the light in kelvin, of a black body in relation
+//! to D65's 6504 K, which changes nothing; or the colour of a white or grey thing, as `specula inspect` and
+//! viewers show it. `grey-card` measures it, and exposes for it: with the column of the card's left edge, the
+//! row of its upper one, its width and its height in pixels of the picture, the mean of these pixels becomes
+//! 0.18 in each channel. Red, green and blue are multiplied by one factor each; those of `white-balance` keep
+//! the luminance of what was white. `exposure` counts after both. A note says the factors.
+//!
 //! ## Layouts
 //!
 //! | `layout` | what the image is |
@@ -201,7 +210,7 @@ use containers::{
     read_image_header, read_light_texture,
 };
 use engine::{
-    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, choice, parameters,
+    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, Reporter, choice, parameters,
 };
 use envmap::{BadPixels, Coverage, Environment, Fill, Image, Layout, check_faces, stack_faces};
 use sphere::{Face, LatLong, Rotation};
@@ -211,6 +220,7 @@ use super::colour_space_name::ColourSpaceName;
 use super::panorama::{FillName, Shown};
 use super::six_faces;
 use super::six_faces::{FaceFiles, FaceName};
+use super::white_balance::{GreyCard, WhiteBalance};
 use crate::engines::{self, EnginePreset};
 use crate::values::{STOPS, UntilStopped, artifacts};
 
@@ -253,6 +263,11 @@ parameters! {
         /// Stops by which the radiance is multiplied: 1 doubles it.
         #[range(STOPS)]
         exposure: f64 = 0.0,
+        /// What was white: a temperature in kelvin, or a colour, [red, green, blue]; see White balance.
+        white_balance: Option<WhiteBalance> = None,
+        /// Where the picture shows a grey card, [left, top, width, height] in pixels: it becomes a grey of 0.18;
+        /// see White balance.
+        grey_card: Option<GreyCard> = None,
         /// Rows of the result, which has twice as many columns. Default: a lat-long image keeps its size, and
         /// the others keep the density of pixels at the centre of the image or face: half the rows of a
         /// probe, 0.79 times those of a mirror ball, twice those of a cube's face.
@@ -299,6 +314,13 @@ impl Kind for ImportEnvironment {
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Environment::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let both = parameters.white_balance.is_some() && parameters.grey_card.is_some();
+        both.then(|| ("white-balance", "grey-card measures what was white; remove one of the two".into()))
+            .into_iter()
+            .collect()
     }
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
@@ -350,6 +372,7 @@ impl Kind for ImportEnvironment {
                 false => failure,
             }
         })?;
+        let factors = factors(parameters, &image, shown.coverage, reporter)?;
         let grid = parameters.resolution.map(LatLong::with_rows);
         let mut environment = match shown.coverage {
             Coverage::Whole(layout) => {
@@ -374,11 +397,38 @@ impl Kind for ImportEnvironment {
         if shown.turn != Rotation::IDENTITY {
             environment = reporter.until_stopped(|stop| environment.rotated(shown.turn, stop))?;
         }
-        let environment = environment.exposed(parameters.exposure).ok_or_else(|| {
-            Failure::new(format!("exposure {} makes a value infinite", parameters.exposure))
-        })?;
+        let infinite = |what: String| Failure::new(format!("{what} makes a value infinite"));
+        if let Some(factors) = factors {
+            environment = environment
+                .multiplied(factors)
+                .ok_or_else(|| infinite(format!("white balance {factors:?}")))?;
+        }
+        let environment = environment
+            .exposed(parameters.exposure)
+            .ok_or_else(|| infinite(format!("exposure {}", parameters.exposure)))?;
         Output::artifact(artifacts::Environment(environment))
     }
+}
+
+/// The factors of red, green and blue by which the light is multiplied before it is exposed.
+fn factors(
+    parameters: &Parameters,
+    image: &Image,
+    coverage: Coverage,
+    reporter: &Reporter,
+) -> Result<Option<[f64; 3]>, Failure> {
+    let factors = match parameters.grey_card {
+        Some(_) if matches!(coverage, Coverage::Whole(Layout::Cube)) => {
+            return Err(Failure::new("grey-card: the source is a cube, not one picture")
+                .help("measure the colour of the card, and give it as white-balance"));
+        }
+        Some(card) => Some(card.factors(image)?),
+        None => parameters.white_balance.and_then(WhiteBalance::factors),
+    };
+    if let Some([red, green, blue]) = factors {
+        reporter.note(format!("red, green and blue are multiplied by {red:.3}, {green:.3} and {blue:.3}"));
+    }
+    Ok(factors)
 }
 
 /// The pictures of a source.

@@ -451,7 +451,21 @@ fn a_sun_can_be_a_light_beside_the_image() {
         let diameter = light["angular_diameter"].as_f64().unwrap();
         assert!((4.0..8.0).contains(&diameter), "{diameter}");
         let text = String::from_utf8(file(&case, "/README.txt")).unwrap();
-        assert!(text.contains("environment-lights.json"), "{text}");
+        let scene = match engine.name {
+            "godot" => "tscn",
+            "blender" | "unreal" => "usda",
+            _ => "gltf",
+        };
+        assert!(
+            text.contains("environment-lights.json") && text.contains(&format!("-lights.{scene}")),
+            "{text}"
+        );
+        let scene = String::from_utf8(file(&case, &format!("/environment-lights.{scene}"))).unwrap();
+        let shows_image = engine.loads_cube()
+            || engine.name == "unity"
+            || scene.contains("environment.exr")
+            || scene.contains("environment.hdr");
+        assert!(scene.contains("Light0") && shows_image, "{scene}");
         if engine.name == "blender" {
             let image = read_image(&case.files()[0], &containers::ReadOptions::default()).unwrap().image;
             let rest = envmap::Environment::new(LatLong::with_rows(64), image.pixels().to_vec()).unwrap();

@@ -45,6 +45,68 @@ fn exposure_is_in_stops() {
     assert_eq!(import("exposure = 40", "a.exr", bright).failure(), "exposure 40 makes a value infinite");
 }
 
+/// One factor a channel, by which the card, or what was white, is grey.
+#[test]
+fn what_was_white_becomes_grey() {
+    let tinted = |w| {
+        let [r, g, b] = sky(w);
+        [0.9 * r, 0.5 * g, 0.2 * b]
+    };
+    let file = || exr(16, 8, environment(8, tinted).0.pixels().to_vec());
+    let given = environment(8, tinted);
+    let imported = |parameters: &str| import(parameters, "a.exr", file()).artifact::<Environment>();
+    // The columns 3 to 5 of the rows 2 and 3.
+    let card = imported("grey-card = [3, 2, 3, 2]");
+    let of_card = |environment: &Environment, c: usize| {
+        let sum: f32 = [2, 3]
+            .iter()
+            .flat_map(|row| (3..6).map(move |column| row * 16 + column))
+            .map(|at: usize| environment.0.pixels()[at][c])
+            .sum();
+        f64::from(sum) / 6.0
+    };
+    for c in 0..3 {
+        assert!((of_card(&card, c) - 0.18).abs() < 1e-6, "{}", of_card(&card, c));
+        let factor = 0.18 / of_card(&given, c);
+        for (found, given) in card.0.pixels().iter().zip(given.0.pixels()) {
+            assert!((f64::from(found[c]) - factor * f64::from(given[c])).abs() < 1e-5);
+        }
+    }
+    let brighter = imported("grey-card = [3, 2, 3, 2]\nexposure = 1.0");
+    assert!((of_card(&brighter, 1) - 0.36).abs() < 1e-6);
+    // What was white keeps its luminance.
+    let balanced = imported("white-balance = [0.9, 0.5, 0.2]");
+    let grey = 0.2126 * 0.9 + 0.7152 * 0.5 + 0.0722 * 0.2;
+    let expected = environment(8, |w| sky(w).map(|value| value * grey));
+    assert!(difference(balanced.0.pixels(), expected.0.pixels()) < 1e-5);
+    assert!(difference(imported("white-balance = 6504").0.pixels(), given.0.pixels()) < 1e-5);
+    // Orange light was white: red becomes less, blue more.
+    let [red, _, blue] =
+        [0, 1, 2].map(|c| imported("white-balance = 3000").0.pixels()[0][c] / given.0.pixels()[0][c]);
+    assert!(red < 0.8 && blue > 2.0, "{red} {blue}");
+}
+
+#[test]
+fn a_card_outside_of_the_picture_or_without_light_is_an_error() {
+    let failure = |parameters: &str| import(parameters, "a.exr", lat_long(8)).failure();
+    assert!(failure("grey-card = [14, 2, 3, 2]").contains("not within the picture of 16 x 8"));
+    assert!(failure("grey-card = [0, 9223372036854775807, 1, 1]").contains("not within"));
+    let black = import("grey-card = [0, 0, 1, 1]", "a.exr", exr(2, 1, vec![[0.0, 1.0, 1.0]; 2]));
+    assert!(black.failure().contains("no grey"));
+    for wrong in [
+        "white-balance = 1999",
+        "white-balance = \"sun\"",
+        "white-balance = [1, 0, 1]",
+        "grey-card = [1, 2, 3, 0]",
+        "grey-card = [1, 2, 3]",
+        "grey-card = [-1, 2, 3, 4]",
+    ] {
+        assert_eq!(import(wrong, "a.exr", "").errors().len(), 1, "{wrong}");
+    }
+    let both = import("white-balance = 3000\ngrey-card = [0, 0, 1, 1]", "a.exr", "").errors();
+    assert_eq!(both, ["white-balance: grey-card measures what was white; remove one of the two"]);
+}
+
 #[test]
 fn resolution_resizes() {
     let imported = import("resolution = 4", "a.exr", lat_long(8)).artifact::<Environment>();

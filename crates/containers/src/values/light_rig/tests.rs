@@ -29,7 +29,7 @@ fn assert_close(found: [f64; 3], expected: [f64; 3]) {
 /// By the words of KHR_lights_punctual: a directional light shines along the node's local -Z.
 #[test]
 fn the_gltf_crate_reads_the_lights() {
-    let file = write_gltf_lights(&lights(), Some("{\"kind\":\"rig\"}")).unwrap();
+    let file = write_gltf_lights(&lights(), SceneAxes::IDENTITY, Some("{\"kind\":\"rig\"}")).unwrap();
     let document = gltf::Gltf::from_slice(&file).unwrap();
     let scene = document.default_scene().unwrap();
     assert_eq!(scene.nodes().len(), lights().len());
@@ -78,7 +78,7 @@ fn numbers(text: &str) -> Vec<f64> {
 #[test]
 fn usd_lights_have_the_radiance_and_the_way_of_theirs() {
     let recipe = r#"{"kind":"rig","path":"a\\b \"c\""}"#;
-    let file = write_usda_lights(&lights(), Some(recipe)).unwrap();
+    let file = write_usda_lights(&lights(), SceneAxes::IDENTITY, None, Some(recipe)).unwrap();
     let read = usd_lights(std::str::from_utf8(&file).unwrap());
     assert_eq!(read.len(), lights().len());
     for (read, expected) in read.iter().zip(lights()) {
@@ -103,6 +103,57 @@ fn usd_lights_have_the_radiance_and_the_way_of_theirs() {
     assert_eq!(crate::read_recipe::read_recipe(&file).as_deref(), Some(recipe));
 }
 
+/// By OpenUSD's words a dome's image has its centre along +Z and its left along +X, as the frame of files.
+#[test]
+fn a_dome_and_its_lights_are_turned_alike() {
+    let axes = SceneAxes::from_cols(DVec3::NEG_Z, DVec3::Y, DVec3::X);
+    let file = write_usda_lights(&lights(), axes, Some("sky.exr"), None).unwrap();
+    let text = std::str::from_utf8(&file).unwrap();
+    let (_, dome) = text.split_once("def DomeLight \"Sky\"").unwrap();
+    let (dome, _) = dome.split_once("    }").unwrap();
+    assert!(dome.contains("asset inputs:texture:file = @./sky.exr@"), "{dome}");
+    let matrix = dome.lines().find_map(|line| line.split_once("xformOp:transform = ")).unwrap().1;
+    // The rows of the matrix are where the image's left, top and centre go.
+    let rows = [[0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    assert_eq!(numbers(matrix), rows.as_flattened());
+    for (read, expected) in usd_lights(text).iter().zip(lights()) {
+        let way = -DVec3::from_slice(&numbers(&read["xformOp:transform"])[8..11]);
+        assert!((way + axes * to_file(expected.direction.vector())).length() < 1e-12, "{way}");
+    }
+    for name in ["a@b.exr", "a\nb.exr"] {
+        assert!(write_usda_lights(&[], axes, Some(name), None).is_err());
+    }
+}
+
+/// By the words of Godot: a light shines along its -Z, `Transform3D` lists the rows of the basis, the energy
+/// is multiplied by pi, and colours are sRGB.
+#[test]
+fn a_scene_of_godot_has_the_image_and_the_lights() {
+    let recipe = r#"{"kind":"rig","path":"a\\b \"c\""}"#;
+    let file = write_tscn_lights(&lights(), SceneAxes::IDENTITY, "sky.exr", Some(recipe)).unwrap();
+    assert_eq!(crate::read_recipe::read_recipe(&file).as_deref(), Some(recipe));
+    let text = std::str::from_utf8(&file).unwrap();
+    assert!(text.contains("[ext_resource type=\"Texture2D\" path=\"sky.exr\" id=\"1\"]"));
+    let nodes: Vec<_> = text.split("[node ").skip(2).collect();
+    assert_eq!(nodes.len(), lights().len());
+    for (node, expected) in nodes.into_iter().zip(lights()) {
+        assert!(node.contains("type=\"DirectionalLight3D\" parent=\".\""), "{node}");
+        let value = |key: &str| {
+            let line = node.lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).unwrap();
+            numbers(line.trim_start_matches(char::is_alphabetic).trim_start_matches("3D"))
+        };
+        let basis = value("transform");
+        let way = from_file(-DVec3::new(basis[2], basis[5], basis[8]));
+        assert!((way + expected.direction.vector()).length() < 1e-12, "{way} {expected:?}");
+        let linear = |x: f64| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
+        let energy = value("light_energy")[0] * std::f64::consts::PI;
+        let colour = value("light_color");
+        assert_close([0, 1, 2].map(|c| linear(colour[c]) * energy), expected.irradiance);
+        assert!((value("light_angular_distance")[0] - 2.0 * expected.radius.to_degrees()).abs() < 1e-9);
+    }
+    assert!(write_tscn_lights(&[], SceneAxes::IDENTITY, "a\"b.exr", None).is_err());
+}
+
 #[test]
 fn a_table_has_every_number_exactly() {
     let text = String::from_utf8(write_csv_lights(&lights()).unwrap()).unwrap();
@@ -125,13 +176,13 @@ fn light_that_is_negative_or_not_finite_is_refused() {
     for value in [-1.0, f64::NAN, f64::INFINITY] {
         let light = Light { direction: Direction::Z, radius: 0.1, irradiance: [1.0, value, 0.0] };
         for error in [
-            write_gltf_lights(&[light], None).err(),
-            write_usda_lights(&[light], None).err(),
+            write_gltf_lights(&[light], SceneAxes::IDENTITY, None).err(),
+            write_usda_lights(&[light], SceneAxes::IDENTITY, None, None).err(),
             write_csv_lights(&[light]).err(),
             crate::values::tensors::encode_light_rig(&[light], 512, None).err(),
         ] {
             assert!(error.unwrap().to_string().contains("light 0: expected a finite irradiance"));
         }
     }
-    assert!(write_gltf_lights(&[], Some("not JSON")).is_err());
+    assert!(write_gltf_lights(&[], SceneAxes::IDENTITY, Some("not JSON")).is_err());
 }
