@@ -1,5 +1,5 @@
-//! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes: in a file of its own,
-//! or in the asset that it was imported from.
+//! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes: in a file of its
+//! own, or in the asset that it was imported from.
 //!
 //! | input | attributes | what they hold |
 //! | --- | --- | --- |
@@ -27,18 +27,19 @@
 //! path = "{mesh}"
 //! ```
 //!
-//! Nodes, names, materials, textures, animations, skins, morph targets and extensions stay as they are, and so do
-//! the numbers of the asset, byte for byte. Buffers and pictures beside a `.gltf` become part of the `.glb`.
-//! Attributes of the same names are replaced, with a warning. The mesh must be the whole of the file, as
-//! `import-mesh` reads it; `brush-mesh` may have turned its tangents.
+//! Nodes, names, materials, textures, animations, skins, morph targets and extensions stay as they are, and
+//! so do the numbers of the asset, byte for byte. Buffers and pictures beside a `.gltf` become part of the
+//! `.glb`. Attributes of the same names are replaced, with a warning. The mesh must be the whole of the file,
+//! as `import-mesh` reads it; `brush-mesh` may have turned its tangents.
 //!
 //! - A vertex of the asset that is several here gets their mean: the corners of triangles if the asset has no
-//!   normals, or a vertex for which several tangents were made. A warning says how many differ, and by how much.
+//!   normals, or a vertex for which several tangents were made. A warning says how many differ, and by how
+//!   much.
 //! - If several nodes show one mesh, each after the first gets a copy of it, with the same positions and
 //!   attributes of its own. Instances (`EXT_mesh_gpu_instancing`) cannot have them: they are an error.
 //! - What moves was computed at rest: `import-mesh` says how.
-//! - `COLOR_0` is not written, because the asset's materials would multiply their base colour by it: `_RADIANCE`
-//!   holds the same, and `exposure` and `environment` do not matter.
+//! - `COLOR_0` is not written, because the asset's materials would multiply their base colour by it:
+//!   `_RADIANCE` holds the same, and `exposure` and `environment` do not matter.
 //!
 //! ## Transfer
 //!

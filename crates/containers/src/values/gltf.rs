@@ -1,5 +1,5 @@
-//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials; a mesh as a `.glb`, or numbers at
-//! the vertices of such a file.
+//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials; a mesh as a `.glb`, or numbers
+//! at the vertices of such a file.
 //!
 //! Read after the Khronos Group's *glTF 2.0 Specification* (ISO/IEC 12113:2022). Files have +Y up and look
 //! along +Z; what is given is in Specula's frame, (x, y, z) = (z_file, x_file, y_file), so that the front of
