@@ -24,7 +24,7 @@ const dot = ( a, b ) => a.reduce( ( sum, x, k ) => sum + x * b[ k ], 0 );
 const { browser, address, close } = await openBrowser( folder, chromium );
 
 /** The largest error of what the page of an engine shows toward the directions, of the values that are wanted. */
-async function worst( engine, files, wanted, ofMatte ) {
+async function worst( engine, files, wanted, ...options ) {
 
 	const page = await browser.newPage();
 	page.on( 'pageerror', ( error ) => console.error( engine, error ) );
@@ -34,7 +34,7 @@ async function worst( engine, files, wanted, ofMatte ) {
 	let error = 0;
 	for ( const direction of directions ) {
 
-		const found = await page.evaluate( ( ...given ) => window.look( ...given ), direction, ofMatte );
+		const found = await page.evaluate( ( ...given ) => window.look( ...given ), direction, ...options );
 		error = Math.max( error, ...wanted( direction ).map( ( x, c ) => Math.abs( x - found[ c ] ) ) );
 
 	}
@@ -51,6 +51,14 @@ try {
 
 		const sky = await worst( engine, 'sky', ( d ) => shown( d ).map( ( x ) => 2 + 1.5 * x ), false );
 		console.log( `${engine}\tsky/${engine}\t${judged( sky, rounding )} of 0.5 to 3.5, behind a scene` );
+		if ( engine === 'babylon' ) {
+
+			// A white matte surface that faces the camera: a cosine keeps two thirds of what depends on the direction.
+			const error = await worst( engine, 'sky', ( d ) => shown( d ).map( ( x ) => 2 - x ), true, true );
+			console.log( `${engine}\tsky/${engine}\t${judged( error, 0.03 )} of 1 to 3, a matte surface under the cube of irradiance` );
+
+		}
+
 		if ( engine === 'filament' ) continue; // its README has lights in C++
 		// A surface that faces a camera that looks in this direction, lit from the other side of it.
 		const lit = ( d ) => sun.irradiance.map( ( e ) => e / Math.PI * Math.max( 0, - dot( shown( d ), sun.direction ) ) );

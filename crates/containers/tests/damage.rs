@@ -13,9 +13,9 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use containers::lighting_json::{self, Preset};
 use containers::{
-    BabylonEnv, Format, ImageBasedLight, MAX_PIXELS, Precision, ReadOptions, TexelFormat, Texture,
-    read_babylon_env, read_exr_layers, read_gltf_image_based_light, read_image, read_recipe, read_texture,
-    tensors, texture_containers, write_babylon_env, write_dds, write_exr, write_exr_layers,
+    BabylonEnv, Format, ImageBasedLight, MAX_PIXELS, Polynomial, Precision, ReadOptions, TexelFormat,
+    Texture, read_babylon_env, read_exr_layers, read_gltf_image_based_light, read_image, read_recipe,
+    read_texture, tensors, texture_containers, write_babylon_env, write_dds, write_exr, write_exr_layers,
     write_gltf_image_based_light, write_ktx1, write_ktx2, write_ktx2_zstd, write_png, write_rgbe,
 };
 use envmap::{Environment, Image};
@@ -166,7 +166,22 @@ fn cube() -> Texture {
 
 /// Prefiltered lights of engines.
 fn image_based_lights() -> Vec<(String, Vec<u8>)> {
-    let env = BabylonEnv { cube: cube(), irradiance: None, lod_generation_scale: 0.8 };
+    let [x, y, z, xx, yy, zz, yz, zx, xy] = [[0.5; 3]; 9];
+    let irradiance = Polynomial { x, y, z, xx, yy, zz, yz, zx, xy };
+    let of_one_level = Texture { smaller_levels: Vec::new(), ..cube() };
+    let env = BabylonEnv {
+        cube: cube(),
+        irradiance: Some(irradiance),
+        irradiance_cube: Some(of_one_level),
+        lod_generation_scale: 0.8,
+    };
+    assert_eq!(
+        read_babylon_env(&write_babylon_env(&env, None).unwrap().bytes)
+            .unwrap()
+            .irradiance_cube
+            .map(|cube| cube.width),
+        Some(4)
+    );
     let light = ImageBasedLight { cube: cube(), irradiance: [[0.5; 3]; 9] };
     vec![
         ("env".into(), write_babylon_env(&env, Some("{}")).unwrap().bytes),

@@ -46,11 +46,20 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
 
 /// The facts of an `.env` file of Babylon.js.
 pub(super) fn babylon_env(bytes: &[u8]) -> Result<Facts, containers::Error> {
-    let BabylonEnv { cube, irradiance, lod_generation_scale } = read_babylon_env(bytes)?;
+    let BabylonEnv { cube, irradiance, irradiance_cube, lod_generation_scale } = read_babylon_env(bytes)?;
     let mut facts: Facts =
         vec![("what", "environment for Babylon.js, a prefiltered cube".into()), ("format", ".env".into())];
     facts.extend(light(&cube));
-    facts.push(("irradiance", if irradiance.is_some() { "a quadratic polynomial" } else { "none" }.into()));
+    facts.push((
+        "irradiance",
+        match (irradiance, irradiance_cube) {
+            (None, _) => "none".into(),
+            (Some(_), None) => "a quadratic polynomial".into(),
+            (Some(_), Some(cube)) => {
+                format!("a quadratic polynomial, and a cube of {0} x {0}", cube.width).into()
+            }
+        },
+    ));
     facts.push(("lod scale", lod_generation_scale.into()));
     facts.extend(range("linear Rec. 709", cube.levels().flatten().map(|pixel| pixel.map(f64::from))));
     Ok(facts)
@@ -141,7 +150,12 @@ mod tests {
         let cube =
             Texture { width: 2, height: 2, faces: 6, pixels: vec![[0.5; 3]; 24], ..Texture::default() };
         let cube = Texture { smaller_levels: vec![vec![[0.25; 3]; 6]], ..cube };
-        let env = BabylonEnv { cube: cube.clone(), irradiance: None, lod_generation_scale: 0.8 };
+        let env = BabylonEnv {
+            cube: cube.clone(),
+            irradiance: None,
+            irradiance_cube: None,
+            lod_generation_scale: 0.8,
+        };
         let bytes = containers::write_babylon_env(&env, Some("{}")).unwrap().bytes;
         let facts = by_label(super::super::describe(&bytes).unwrap());
         assert_eq!(

@@ -1,10 +1,11 @@
-//! Babylon.js' `.env`, version 2: a prefiltered cube with all levels down to one texel, and the irradiance.
+//! Babylon.js' `.env`, version 2: a prefiltered cube with all levels down to one texel, and the irradiance, as a
+//! polynomial and, for Babylon.js 8 and later, as a cube.
 //!
 //! | bytes | what |
 //! | --- | --- |
 //! | 0 | eight bytes that tell the format |
 //! | 8 | JSON with the size, the polynomial of the irradiance and the place of each image, ended by NUL |
-//! | | the images: PNG in RGBD, upside down; the largest level first, in a level the faces +X -X +Y -Y +Z -Z |
+//! | | the images: PNG in RGBD, upside down; the largest level first, in a level the faces +X -X +Y -Y +Z -Z; then those of the irradiance |
 //!
 //! Read in Misc/environmentTextureTools of @babylonjs/core.
 
@@ -60,6 +61,9 @@ pub struct BabylonEnv {
     pub cube: Texture,
     /// The irradiance over pi, convolved with the cosine once more: what Babylon.js expects.
     pub irradiance: Option<Polynomial>,
+    /// The irradiance over pi as a cube of one level, which Babylon.js 8 and later take in place of the
+    /// polynomial; only beside a polynomial.
+    pub irradiance_cube: Option<Texture>,
     /// The scale by which the engine finds the level of a roughness.
     pub lod_generation_scale: f64,
 }
@@ -78,12 +82,26 @@ struct Specular {
 }
 
 #[derive(Serialize, Deserialize)]
+struct IrradianceTexture {
+    size: usize,
+    faces: Vec<Place>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Irradiance {
+    #[serde(flatten)]
+    polynomial: Polynomial,
+    #[serde(rename = "irradianceTexture", default, skip_serializing_if = "Option::is_none")]
+    texture: Option<IrradianceTexture>,
+}
+
+#[derive(Serialize, Deserialize)]
 struct Manifest {
     version: u32,
     width: usize,
     #[serde(rename = "imageType", default, skip_serializing_if = "Option::is_none")]
     image_type: Option<String>,
-    irradiance: Option<Polynomial>,
+    irradiance: Option<Irradiance>,
     specular: Specular,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     specula: Option<Box<RawValue>>,
@@ -92,8 +110,8 @@ struct Manifest {
 /// Writes an `.env` file. Values past 255 are clamped to it, negative ones become 0 and are counted.
 ///
 /// # Errors
-/// If the texture is not a cube of one layer with all levels down to one texel, or a number of the polynomial
-/// is not finite.
+/// If the texture is not a cube of one layer with all levels down to one texel, a number of the polynomial is
+/// not finite, or the cube of irradiance has several levels or no polynomial.
 ///
 /// # Example: a grey cube comes back
 /// ```
@@ -101,7 +119,7 @@ struct Manifest {
 /// let pixels = vec![[1.0; 3]; 24];
 /// let cube = Texture { width: 2, height: 2, faces: 6, pixels, ..Texture::default() };
 /// let cube = Texture { smaller_levels: vec![vec![[1.0; 3]; 6]], ..cube };
-/// let env = BabylonEnv { cube, irradiance: None, lod_generation_scale: 0.8 };
+/// let env = BabylonEnv { cube, irradiance: None, irradiance_cube: None, lod_generation_scale: 0.8 };
 /// assert_eq!(read_babylon_env(&write_babylon_env(&env, None)?.bytes)?, env);
 /// # Ok::<(), containers::Error>(())
 /// ```
@@ -112,8 +130,14 @@ pub fn write_babylon_env(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encod
 fn write(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encoded, Error> {
     let unwritable = |message: String| Error::new(ErrorKind::Unwritable, message);
     recipe::check(recipe)?;
-    let BabylonEnv { cube, irradiance, lod_generation_scale } = env;
+    let BabylonEnv { cube, irradiance, irradiance_cube, lod_generation_scale } = env;
     check_levels(cube, true)?;
+    if let Some(cube) = irradiance_cube {
+        check_levels(cube, false)?;
+        if cube.levels().len() != 1 || irradiance.is_none() {
+            return Err(unwritable("a cube of irradiance has one level, and a polynomial beside it".into()));
+        }
+    }
     let finite =
         |polynomial: &Polynomial| polynomial.rows().as_flattened().iter().all(|value| value.is_finite());
     if !irradiance.as_ref().is_none_or(finite) || !lod_generation_scale.is_finite() {
@@ -121,15 +145,19 @@ fn write(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encoded, Error> {
     }
     let (mut images, mut places) = (Vec::new(), Vec::new());
     let mut negative = 0;
-    for (level, texels) in cube.levels().enumerate() {
-        let [edge, ..] = cube.level_size(level);
-        for face in texels.chunks_exact(edge * edge) {
-            let packed = rgbd::write_face(edge, face)?;
-            places.push(Place { length: packed.bytes.len(), position: images.len() });
-            images.extend(packed.bytes);
-            negative += packed.negative;
+    for cube in std::iter::once(cube).chain(irradiance_cube) {
+        for (level, texels) in cube.levels().enumerate() {
+            let [edge, ..] = cube.level_size(level);
+            for face in texels.chunks_exact(edge * edge) {
+                let packed = rgbd::write_face(edge, face)?;
+                places.push(Place { length: packed.bytes.len(), position: images.len() });
+                images.extend(packed.bytes);
+                negative += packed.negative;
+            }
         }
     }
+    let faces = places.split_off(6 * cube.levels().len());
+    let texture = irradiance_cube.as_ref().map(|cube| IrradianceTexture { size: cube.width, faces });
     let specula = match recipe {
         None => None,
         Some(recipe) => Some(
@@ -141,7 +169,7 @@ fn write(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encoded, Error> {
         version: 2,
         width: cube.width,
         image_type: Some("image/png".into()),
-        irradiance: *irradiance,
+        irradiance: irradiance.map(|polynomial| Irradiance { polynomial, texture }),
         specular: Specular { mipmaps: places, lod_generation_scale: *lod_generation_scale },
         specula,
     };
@@ -195,7 +223,7 @@ fn manifest(bytes: &[u8]) -> Result<(Manifest, usize), Error> {
 /// The errors of [`read_babylon_env`], but for those of the images.
 pub fn read_babylon_polynomial(bytes: &[u8]) -> Result<Option<Polynomial>, Error> {
     let (manifest, _) = manifest(bytes).map_err(|error| error.within("Babylon.js environment"))?;
-    Ok(manifest.irradiance)
+    Ok(manifest.irradiance.map(|irradiance| irradiance.polynomial))
 }
 
 /// Reads an `.env` file of version 1 or 2 whose images are PNG or WebP.
@@ -221,20 +249,50 @@ fn parse(bytes: &[u8]) -> Result<BabylonEnv, Error> {
     limits::plausible(6 * edge * edge * 4, bytes.len(), PNG_RATIO)?;
     for (level, places) in mipmaps.chunks_exact(6).enumerate() {
         let [edge, ..] = cube.level_size(level);
-        let mut texels = Vec::new();
-        for (face, place) in places.iter().enumerate() {
-            let at = begin.saturating_add(place.position);
-            let image = bytes.get(at..).and_then(|rest| rest.get(..place.length));
-            let image = image.ok_or_else(|| {
-                let end = bytes.len();
-                Error::truncated(format!("{} bytes at {at} are past the file's {end}", place.length))
-            });
-            let face = image
-                .and_then(|image| rgbd::read_face(edge, image))
-                .map_err(|error| error.within(format!("level {level}, face {face}, byte {at}")))?;
-            texels.extend(face);
-        }
+        let texels = read_faces(bytes, begin, places, edge, &format!("level {level}"))?;
         if level == 0 { cube.pixels = texels } else { cube.smaller_levels.push(texels) }
     }
-    Ok(BabylonEnv { cube, irradiance: manifest.irradiance, lod_generation_scale })
+    let (irradiance, texture) =
+        manifest.irradiance.map(|irradiance| (irradiance.polynomial, irradiance.texture)).unzip();
+    let irradiance_cube = match texture.flatten() {
+        None => None,
+        Some(IrradianceTexture { size, faces }) => {
+            if faces.len() != 6 {
+                return Err(Error::damaged(format!(
+                    "expected six images of irradiance, found {}",
+                    faces.len()
+                )));
+            }
+            let mut cube = Texture { width: size, height: size, faces: 6, ..Texture::default() };
+            cube.check_declared(1)?;
+            limits::plausible(6 * size * size * 4, bytes.len(), PNG_RATIO)?;
+            cube.pixels = read_faces(bytes, begin, &faces, size, "irradiance")?;
+            Some(cube)
+        }
+    };
+    Ok(BabylonEnv { cube, irradiance, irradiance_cube, lod_generation_scale })
+}
+
+/// The texels of the faces of a level, whose images lie at these places after the beginning of all.
+fn read_faces(
+    bytes: &[u8],
+    begin: usize,
+    places: &[Place],
+    edge: usize,
+    what: &str,
+) -> Result<Vec<[f32; 3]>, Error> {
+    let mut texels = Vec::new();
+    for (face, place) in places.iter().enumerate() {
+        let at = begin.saturating_add(place.position);
+        let image = bytes.get(at..).and_then(|rest| rest.get(..place.length));
+        let image = image.ok_or_else(|| {
+            let end = bytes.len();
+            Error::truncated(format!("{} bytes at {at} are past the file's {end}", place.length))
+        });
+        let face = image
+            .and_then(|image| rgbd::read_face(edge, image))
+            .map_err(|error| error.within(format!("{what}, face {face}, byte {at}")))?;
+        texels.extend(face);
+    }
+    Ok(texels)
 }

@@ -66,7 +66,8 @@
 //! (`rounded_light`).
 //!
 //! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
-//! which it is nowhere negative is applied here, too.
+//! which it is nowhere negative is applied here, too. Babylon.js 8 and later takes the cube of irradiance in
+//! `.env` instead, of all degrees, which does not ring.
 //!
 //! ## Files
 //!

@@ -38,7 +38,12 @@ pub(crate) const ENGINE: Engine = Engine {
                 endings: &[".env"],
                 write: write_env,
                 read: |bytes| Ok(read_babylon_env(bytes)?.cube),
-                readme: |cube, _| readme(cube, "The file holds the irradiance, too."),
+                readme: |cube, _| {
+                    readme(
+                        cube,
+                        "The file holds the irradiance, too, as a polynomial and as a cube, which Babylon.js 8 and later takes.",
+                    )
+                },
                 skybox: &SKYBOX,
             },
             CubeFiles {
@@ -62,8 +67,11 @@ pub(crate) const ENGINE: Engine = Engine {
 };
 
 /// The sharp cube as `.env`.
-pub(crate) const SKYBOX: Skybox =
-    Skybox { ending: "-skybox.env", write: |cube, _, recipe| env(cube, None, recipe), readme: skybox_readme };
+pub(crate) const SKYBOX: Skybox = Skybox {
+    ending: "-skybox.env",
+    write: |cube, _, recipe| env(cube, None, None, recipe),
+    readme: skybox_readme,
+};
 
 fn skybox_readme(cube: &str) -> String {
     format!(
@@ -74,8 +82,14 @@ scene.createDefaultSkybox( BABYLON.CubeTexture.CreateFromPrefilteredData( '{cube
     )
 }
 
-fn env(cube: &Texture, irradiance: Option<Polynomial>, recipe: Option<&str>) -> Result<Encoded, Failure> {
-    let env = BabylonEnv { cube: cube.clone(), irradiance, lod_generation_scale: LOD_GENERATION_SCALE };
+fn env(
+    cube: &Texture,
+    irradiance: Option<Polynomial>,
+    irradiance_cube: Option<Texture>,
+    recipe: Option<&str>,
+) -> Result<Encoded, Failure> {
+    let lod_generation_scale = LOD_GENERATION_SCALE;
+    let env = BabylonEnv { cube: cube.clone(), irradiance, irradiance_cube, lod_generation_scale };
     Ok(write_babylon_env(&env, recipe)?)
 }
 
@@ -84,7 +98,7 @@ fn write_env(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> 
     let [x, y, z, xx, yy, zz, yz, zx, xy] = <[[f64; 3]; 9]>::try_from(rows)
         .map_err(|rows| Failure::new(format!("{} rows of a polynomial", rows.len())))?;
     let irradiance = Polynomial { x, y, z, xx, yy, zz, yz, zx, xy };
-    Ok((env(&light.texture, Some(irradiance), light.recipe)?, Vec::new()))
+    Ok((env(&light.texture, Some(irradiance), Some(light.irradiance_cube()?), light.recipe)?, Vec::new()))
 }
 
 fn dds_readme(cube: &str, irradiance: &str) -> String {

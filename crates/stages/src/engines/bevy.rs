@@ -1,21 +1,16 @@
 //! Bevy. It loads no lat-long image; the centre of one is laid along +X, as by three.js.
 
-use containers::{Encoded, Texture, write_ktx2_zstd};
+use containers::{Encoded, write_ktx2_zstd};
 use engine::Failure;
-use envmap::CubeMap;
-use shrm::{Distribution, PrefilterKernel, prefilter_series};
-use sphere::{Cube, DVec3};
+use sphere::DVec3;
 use taps::{Language, Source};
 
-use super::cube_light::{CubeLight, texture};
+use super::cube_light::CubeLight;
 use super::definition::{CubeFiles, Engine, EngineCube, EngineLight, Skybox, read_cube};
 use super::engine_format::EngineFormat;
 use super::engine_lights::{EngineLights, LightScene};
 use super::levels::Levels;
 use super::tap_shaders::TapPreset;
-
-/// The number of texels along the edge of the cube of irradiance, which is smooth.
-const DIFFUSE_EDGE: usize = 32;
 
 /// All that is known of Bevy.
 pub(crate) const ENGINE: Engine = Engine {
@@ -49,20 +44,8 @@ pub(crate) const ENGINE: Engine = Engine {
 };
 
 fn write(light: &CubeLight<'_>) -> Result<(Encoded, Vec<Vec<u8>>), Failure> {
-    let diffuse = write_ktx2_zstd(&diffuse(light)?, light.texels, light.recipe, &[])?;
+    let diffuse = write_ktx2_zstd(&light.irradiance_cube()?, light.texels, light.recipe, &[])?;
     Ok((light.ktx2()?, vec![diffuse.bytes]))
-}
-
-/// The irradiance over pi, in all degrees that the light holds.
-fn diffuse(light: &CubeLight<'_>) -> Result<Texture, Failure> {
-    let kernel =
-        PrefilterKernel::new(Distribution::Lambert, 1.0).map_err(|error| Failure::new(error.to_string()))?;
-    let cube = Cube { edge: DIFFUSE_EDGE };
-    let mut texels =
-        prefilter_series(light.series, &kernel, cube).map_err(|error| Failure::new(error.to_string()))?;
-    texels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
-    let map = CubeMap::new(cube, texels).ok_or_else(|| Failure::new("a cube without texels"))?;
-    Ok(texture([&map], light.direction_at))
 }
 
 fn readme(specular: &str, diffuse: &str) -> String {

@@ -5,11 +5,15 @@ use containers::{Encoded, TexelFormat, Texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
 use envmap::CubeMap;
 use sh::Expansion;
+use shrm::{Distribution, PrefilterKernel, prefilter_series};
 use sphere::{Cube, DVec3, Direction, Face, from_file, to_cube};
 
 /// The direction, in the frame of files (+Y up, the centre of a lat-long image looks along +Z), of which the
 /// texel at cube coordinates c (KTX2's face table) holds the light.
 pub(crate) type DirectionAt = fn(DVec3) -> DVec3;
+
+/// The number of texels along the edge of a cube of irradiance, which is smooth.
+const IRRADIANCE_EDGE: usize = 32;
 
 /// What the files of a cube are made of.
 pub(crate) struct CubeLight<'a> {
@@ -41,6 +45,18 @@ impl CubeLight<'_> {
     /// The irradiance as JSON, in the convention of a preset.
     pub(crate) fn irradiance_json(&self, preset: Preset) -> Result<Vec<u8>, Failure> {
         Ok(lighting_json::encode(&self.irradiance.clone().into(), preset, self.recipe)?)
+    }
+
+    /// The irradiance over pi, in all degrees that the light holds, as a cube of one level.
+    pub(crate) fn irradiance_cube(&self) -> Result<Texture, Failure> {
+        let kernel = PrefilterKernel::new(Distribution::Lambert, 1.0)
+            .map_err(|error| Failure::new(error.to_string()))?;
+        let cube = Cube { edge: IRRADIANCE_EDGE };
+        let mut texels =
+            prefilter_series(self.series, &kernel, cube).map_err(|error| Failure::new(error.to_string()))?;
+        texels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
+        let map = CubeMap::new(cube, texels).ok_or_else(|| Failure::new("a cube without texels"))?;
+        Ok(texture([&map], self.direction_at))
     }
 
     /// The rows of a preset's one table of irradiance.
